@@ -1,0 +1,53 @@
+"""jointplay: nonlinear dynamics of linkages whose joints have play.
+
+Public names load on first use, so that the command line starts fast.
+"""
+
+from importlib import import_module
+
+from jointplay.codegen.cache import activate
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "simulate": "analysis.simulate",
+    "poincare": "analysis.poincare",
+    "open": "study.store:open_result",
+    "figure": "figures:draw",
+    "InputError": "errors",
+    "catalog": "mechanism.catalog:",
+    **dict.fromkeys(
+        (
+            *(
+                "Mechanism",
+                "Link",
+                "Joint",
+                "Pin",
+                "Contact",
+                "Friction",
+                "MotorLine",
+                "ConstantSpeed",
+                "TestSystem",
+            ),
+            *("CrankAngle", "ContactSection", "SeparationSection", "Plane"),
+        ),
+        "mechanism.records",
+    ),
+}
+__all__ = ["__version__", *_HOME]
+
+activate()
+
+
+def __getattr__(name: str):
+    if name not in _HOME:
+        raise AttributeError(f"module 'jointplay' has no attribute {name!r}")
+    home, _, attribute = _HOME[name].partition(":")
+    module = import_module(f"jointplay.{home}")
+    value = module if _HOME[name].endswith(":") else getattr(module, attribute or name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

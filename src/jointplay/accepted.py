@@ -1,0 +1,174 @@
+"""What pydantic found wrong, said in plain English: what would be accepted is read from the model's fields.
+
+Nouns and units come from a field's description and its `units`; limits from its constraints.
+"""
+
+from __future__ import annotations
+
+import numbers
+import types
+import typing
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+
+_UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+_BOUNDS = {"gt": "greater than", "ge": "of at least", "lt": "less than", "le": "at most"}
+
+
+def problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:
+    """Turn one of pydantic's error details, on input for a model, into problems with keys under a root."""
+    spot = _Spot(model)
+    kind, given, context = detail["type"], detail["input"], detail.get("ctx", {})
+    *parents, last = detail["loc"] or (None,)
+    if kind in _UNKNOWN_KEY:
+        key, spot = _walk(parents, spot, root)
+        return [unknown(join(key, str(last)), given, last, spot.keys())]
+    key, spot = _walk(detail["loc"], spot, root)
+    if isinstance(context.get("error"), InputError):
+        return context["error"].under(key).problems
+    if kind.startswith("union_tag"):
+        return [_wrong_kind(key, given, context)]
+    if kind.startswith("missing"):
+        return [Problem(key, NOTHING, spot.accepted() or "a value is needed here")]
+    if kind == "value_error":
+        return [Problem(key, given, str(context["error"]))]
+    return [Problem(key, given, spot.accepted(given) or detail["msg"])]
+
+
+def _wrong_kind(key: str, given: Any, context: Mapping[str, Any]) -> Problem:
+    field = context["discriminator"].strip("'")
+    if "()" in field:  # told apart by a function, not by a key
+        return Problem(key, given, f"one of {context.get('expected_tags', 'the listed forms')} is accepted")
+    word = given.get(field, NOTHING) if isinstance(given, Mapping) else context.get("tag", NOTHING)
+    tags = [tag.strip(" '") for tag in context.get("expected_tags", "").split(",") if tag]
+    if not tags:
+        return Problem(join(key, field), NOTHING, f"a {field} is needed here, to say which form this is")
+    return unknown(join(key, field), word, word, tags, field)
+
+
+def _walk(location: Iterable[Any], spot: _Spot, key: str) -> tuple[str, _Spot]:
+    """Follow a pydantic location from a model; leave out what only names a member of a union."""
+    for element in location:
+        spot, shown = spot.step(element)
+        if shown:
+            key = join(key, f"[{element}]" if isinstance(element, int) else str(element))
+    return key, spot
+
+
+@dataclass(frozen=True)
+class _Spot:
+    """A place in a model: the type expected there and the nearest pydantic field."""
+
+    annotation: Any = None
+    field: Any = None
+
+    def step(self, element: Any) -> tuple[_Spot, bool]:
+        members = _members(self.annotation)
+        if isinstance(element, int):
+            rows = [m for m in map(_bare, members) if typing.get_origin(m) in (tuple, list, Sequence)]
+            items = [typing.get_args(row)[0] for row in rows]
+            return self._inside(items[0] if items else None), True
+        if len(members) > 1:
+            tagged = [member for member in members if element in _tags(member)]
+            return _Spot(tagged[0] if tagged else None, self.field), False
+        member = _bare(members[0]) if members else None
+        if element in (fields := _fields(member)):
+            return _Spot(fields[element].annotation, fields[element]), True
+        values = typing.get_args(member)[1:] if typing.get_origin(member) in (dict, Mapping) else ()
+        return self._inside(values[0] if values else None), element != "[key]"
+
+    def _inside(self, annotation: Any) -> _Spot:
+        """Give the place of an item: what a field says goes for its items, unless they are records."""
+        records = any(_fields(_bare(member)) for member in _members(annotation))
+        return _Spot(annotation, None if records else self.field)
+
+    def keys(self) -> list[str]:
+        return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
+
+    def accepted(self, given: Any = NOTHING) -> str:
+        """Say what is accepted here; empty if the model does not tell."""
+        extra = getattr(self.field, "json_schema_extra", None)
+        extra = extra if isinstance(extra, Mapping) else {}
+        bare = [_bare(member) for member in _members(self.annotation)]
+        if "accepts" in extra:
+            return f"{extra['accepts']} is accepted"
+        if len(bare) == 1 and typing.get_origin(bare[0]) is typing.Literal:
+            values = ", ".join(map(repr, typing.get_args(bare[0])))
+            return f"one of {values} is accepted"
+        if bare == [bool]:
+            return "true or false is accepted"
+        if bare in ([float], [int]):
+            return self._number(bare[0], extra, given)
+        if bare == [str]:
+            return (
+                f"a {self.field.description}, as text, is accepted" if "noun" in extra else "text is accepted"
+            )
+        if len(bare) > 1:
+            kinds = [kind for member in bare for kind in _kinds(member)]
+            return f"a table of kind {' or '.join(map(repr, kinds))} is accepted" if kinds else ""
+        return f"a table of {', '.join(self.keys())} is accepted" if self.keys() else ""
+
+    def _number(self, kind: type, extra: Mapping[str, Any], given: Any) -> str:
+        plain = "whole number" if kind is int else "number"
+        noun = self.field.description if "units" in extra else plain
+        units = extra.get("units", "1")
+        bounds = _bounds(getattr(self.field, "metadata", ())) | _bounds([self.annotation])
+        limits = " and ".join(f"{_BOUNDS[name]} {value:g}" for name, value in bounds.items())
+        unit = "" if units == "1" else f" {units}" if limits else f" in {units}"
+        form = "" if _is_number(given) or given is NOTHING or noun == plain else f", as a {plain},"
+        words = f"{noun} {limits}" if limits else f"finite {noun}"
+        return f"{_article(words)} {words}{unit}{form} is accepted"
+
+
+def _is_number(given: Any) -> bool:
+    return isinstance(given, numbers.Number) and not isinstance(given, bool)
+
+
+def _article(words: str) -> str:
+    return "an" if words[0].lower() in "aeiou" and not words.startswith("uni") else "a"
+
+
+def _bare(annotation: Any) -> Any:
+    while typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    return annotation
+
+
+def _members(annotation: Any) -> list[Any]:
+    """List the types that a union holds, without None; one type is a union of one."""
+    bare = _bare(annotation)
+    if typing.get_origin(bare) in (typing.Union, types.UnionType):
+        return [m for part in typing.get_args(bare) if part is not type(None) for m in _members(part)]
+    return [] if annotation is None else [annotation]
+
+
+def _fields(model: Any) -> Mapping[str, Any]:
+    return getattr(model, "model_fields", {})
+
+
+def _tags(member: Any) -> list[str]:
+    """List the names by which pydantic tells this member of a union from the others."""
+    marks = [mark.tag for mark in typing.get_args(member)[1:] if hasattr(mark, "tag")]
+    return [*marks, *_kinds(_bare(member)), getattr(_bare(member), "__name__", "")]
+
+
+def _kinds(model: Any) -> list[str]:
+    """List the values of the field `kind`, which tells the records of a family apart."""
+    field = _fields(model).get("kind")
+    return list(typing.get_args(_bare(field.annotation))) if field else []
+
+
+def _bounds(marks: Iterable[Any]) -> dict[str, float]:
+    """Collect limits from a field's metadata and from Annotated types inside it."""
+    found: dict[str, float] = {}
+    for mark in marks:
+        found |= {name: getattr(mark, name) for name in _BOUNDS if getattr(mark, name, None) is not None}
+        found |= _bounds(getattr(mark, "metadata", ()))
+        if typing.get_origin(mark) is typing.Annotated:
+            found |= _bounds(typing.get_args(mark)[1:])
+        if typing.get_origin(mark) in (typing.Union, types.UnionType):
+            found |= _bounds(typing.get_args(mark))
+    return found

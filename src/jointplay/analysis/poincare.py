@@ -1,0 +1,88 @@
+"""Poincaré sections: the states in which a motion passes a surface, each located on the method itself."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.quantities import Quantities, dataset, flags, scalars
+from jointplay.analysis.run import Request, follow
+from jointplay.analysis.words import EVENTS, recorded
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+
+ONCE_A_TURN = CrankAngle()
+SLACK = 4  # how many nominal periods a turn may take before the run gives up
+
+
+def poincare(
+    mechanism: Mechanism | TestSystem,
+    section: Section = ONCE_A_TURN,
+    *,
+    turns: float | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    rtol: float = 1e-8,
+    record: Sequence[str] | None = None,
+    initial: Any = None,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Cut a motion with a surface.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+    section : Section
+        Crank angle (of a forced test system, phase of the forcing), contact, separation, or a plane of a recorded quantity.
+    turns, duration : float
+        Length after the transient: turns of the crank (or forcing periods), or s. One of them.
+    transient : float
+        Turns that are followed first; they take no memory.
+    rtol, record, initial, max_steps, progress
+        As in `simulate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Quantities over ``turn`` (the section points, counted from 0), their ``time``, and ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    asked.check(mechanism, turns, duration, transient, rtol, max_steps)
+    names = recorded(record, isinstance(mechanism, Mechanism))
+    scene = assemble(mechanism, initial, asked.quantity(section, mechanism))
+    counted = isinstance(section, CrankAngle) and turns is not None
+    begin = transient * scene.period
+    end = begin + (duration if turns is None else turns * scene.period)
+    fields = asked.section_fields(section, scene, math.ceil(transient) if counted else 0)
+    if counted:
+        fields["stop_after"] = math.ceil(transient) + math.ceil(turns)
+        end *= SLACK
+    records = follow(scene, Request(end, rtol, max_steps=asked.steps(max_steps), **fields), progress)
+    rows = records.sections
+    if not counted:
+        rows = rows[rows[:, 2] >= begin]
+    points = Quantities(scene, rows[:, 2:], records.start)
+    variables = points.variables(names, "turn") | scalars(scene, records)
+    variables["time"] = ("turn", points.time, {"units": "s", "long_name": "time of the section point"})
+    variables["section_joint"] = (
+        "turn",
+        rows[:, 0].astype(np.int16),
+        {"units": "1", "long_name": "joint of the point; -1: none"},
+    )
+    variables["section_event"] = (
+        "turn",
+        rows[:, 1].astype(np.int8),
+        {"long_name": "kind of event"} | flags(EVENTS),
+    )
+    turn = ("turn", np.arange(len(rows)), {"units": "1", "long_name": "section point"})
+    return dataset(scene, variables, {"turn": turn}, "section")

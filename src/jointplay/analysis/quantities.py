@@ -1,0 +1,173 @@
+"""From records of states to labelled quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis.words import BALANCE, WORDS
+from jointplay.codegen import cache, outputs
+from jointplay.mechanism.scene import Scene
+
+RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK = 1, 2, 3, 4
+
+
+class Quantities:
+    """Quantities of rows of records (time, positions, speeds, modes, work), computed when asked for."""
+
+    def __init__(self, scene: Scene, rows: np.ndarray, start: np.ndarray):
+        self.scene, self.rows, self.start = scene, rows, start
+        self.module = cache.structure_module(scene.structure)
+        self._n_state = len(self.module.STATE)
+
+    @property
+    def time(self) -> np.ndarray:
+        return self.rows[:, 0]
+
+    @property
+    def modes(self) -> np.ndarray:
+        """Contact modes, shape (rows, contacts)."""
+        return self.rows[:, self._n_state : self._n_state + len(self.scene.joints)].astype(np.int8)
+
+    def variables(self, names: Iterable[str], dim: str, prefix: str = "") -> dict[str, Any]:
+        """Named variables over `dim`, as (dims, values, attributes)."""
+        wanted = {name: WORDS[name] for name in names}
+        plain = {name: word for name, word in wanted.items() if name not in (*BALANCE, "energy", "mode")}
+        keys = {
+            name: [self._key(name, label) for label in self._labels(word.of)] for name, word in plain.items()
+        }
+        found = outputs.evaluate(self.module, [k for ks in keys.values() for k in ks], self._given(self.rows))
+        values = {
+            name: np.stack([self._full(found[key]) for key in ks], -1) for name, ks in keys.items() if ks
+        }
+        values |= {name: self._special(name) for name in wanted if name not in plain}
+        return {
+            prefix + name: (
+                (dim,) if word.of is None else (dim, word.of),
+                self._shaped(word, values[name]),
+                attributes(name),
+            )
+            for name, word in wanted.items()
+            if name in values
+        }
+
+    def _labels(self, of: str | None) -> tuple[str, ...]:
+        scene = self.scene
+        return {"link": scene.links, "joint": scene.joints, "pin": scene.pins, "state": scene.states}.get(
+            of, ("",)
+        )
+
+    @staticmethod
+    def _key(name: str, label: str) -> str:
+        if name == "state_value":
+            return f"state:{label}"
+        return f"{name}:{label}" if label else name
+
+    def _full(self, value: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(value, self.time.shape)
+
+    @staticmethod
+    def _shaped(word, values: np.ndarray) -> np.ndarray:
+        return values[:, 0] if word.of is None and values.ndim == 2 else values
+
+    def _given(self, rows: np.ndarray) -> dict[str, Any]:
+        """Symbols of the program: state, parameters, masks."""
+        given = dict(zip(self.module.STATE, rows[:, : self._n_state].T, strict=True))
+        given |= dict(zip(self.module.PARAMETERS, self.scene.numbers, strict=True))
+        for j, name in enumerate(self.scene.joints):
+            mode = rows[:, self._n_state + j]
+            given[f"touch_{name}"] = (mode > RELEASED).astype(float)
+            given[f"slip_{name}"] = (mode == SLIP_POSITIVE).astype(float) - (mode == SLIP_NEGATIVE)
+            given[f"stick_{name}"] = (mode == STICK).astype(float)
+        return given
+
+    def _special(self, name: str) -> np.ndarray:
+        if name == "mode":
+            return self.modes
+        if name in ("drive_work", "joint_work"):
+            return self._work[:, BALANCE.index(name) - 1]
+        energy = self._mechanical(self.rows)
+        if name == "energy":
+            return energy + self._stored()
+        gained = energy - self._mechanical(self.start[None, :])[0]
+        return gained - self._work[:, 0] + self._work[:, 1]
+
+    @property
+    def _work(self) -> np.ndarray:
+        return self.rows[:, self._n_state + len(self.scene.joints) :]
+
+    def _mechanical(self, rows: np.ndarray) -> np.ndarray:
+        """Kinetic and potential energy of the links."""
+        found = outputs.evaluate(self.module, ("kinetic_energy", "potential_energy"), self._given(rows))
+        return np.broadcast_to(found["kinetic_energy"] + found["potential_energy"], len(rows)).copy()
+
+    def _stored(self) -> np.ndarray:
+        """Elastic energy of the contacts."""
+        keys = [f"stored_energy:{name}" for name in self.scene.joints]
+        found = outputs.evaluate(self.module, keys, self._given(self.rows))
+        return sum(found[key] * (self.modes[:, j] > RELEASED) for j, key in enumerate(keys))
+
+
+def attributes(name: str) -> dict[str, Any]:
+    """Attributes of a variable: units, long name, flags."""
+    from jointplay.analysis.words import MODES
+
+    word = WORDS[name]
+    result = {"units": word.units, "long_name": word.long_name}
+    return result | flags(MODES) if name == "mode" else result
+
+
+def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
+    """CF attributes of an integer code."""
+    return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
+
+
+def coordinates(scene: Scene) -> dict[str, Any]:
+    """Label coordinates of a scene."""
+    labels = {
+        "link": scene.links,
+        "joint": scene.joints if scene.links else (),
+        "pin": scene.pins,
+        "state": scene.states,
+    }
+    names = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "state": "state"}
+    return {
+        of: (of, np.array(found, dtype=str), {"long_name": names[of]})
+        for of, found in labels.items()
+        if found
+    }
+
+
+def scalars(scene: Scene, records) -> dict[str, Any]:
+    """What every result says of its run."""
+    from jointplay.analysis.words import STATUS
+
+    found = {
+        "status": ((), np.int8(records.status), {"long_name": "how the run ended"} | flags(STATUS)),
+        "wall_time": ((), records.wall_time, {"units": "s", "long_name": "wall time of the run"}),
+        "turn_period_nominal": ((), scene.period, {"units": "s", "long_name": "nominal period of the drive"}),
+    }
+    names = {
+        "n_steps": "accepted steps",
+        "n_rejected": "rejected steps",
+        "n_failed": "steps that did not converge",
+    }
+    names |= {"n_evaluations": "evaluations of the accelerations", "n_events": "events"}
+    found |= {k: ((), np.int64(records.counts[k]), {"units": "1", "long_name": v}) for k, v in names.items()}
+    if scene.clearances:
+        found["clearance"] = (
+            "joint",
+            np.array(scene.clearances),
+            {"units": "m", "long_name": "radial clearance"},
+        )
+    return found
+
+
+def dataset(scene: Scene, variables: dict[str, Any], coords: dict[str, Any], kind: str) -> xr.Dataset:
+    """Put a result together."""
+    used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
+    labels = {of: coordinate for of, coordinate in coordinates(scene).items() if of in used}
+    return xr.Dataset(variables, coords | labels, {"Conventions": "CF-1.11", "kind": kind})

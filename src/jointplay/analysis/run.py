@@ -1,0 +1,189 @@
+"""Follow a scene's motion and bring back its records: the one place where analyses meet the flow."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from jointplay.codegen import cache
+from jointplay.mechanism.scene import Scene
+
+CHUNK = 50_000  # attempts between two looks at the progress
+LOG_ROWS = 4096
+MAX_STEPS = 10**9
+NEWTON = 0.02  # tolerance of the iteration, in units of the tolerated error
+
+
+@dataclass(frozen=True)
+class Request:
+    """What a run is asked for; times in s.
+
+    Parameters
+    ----------
+    duration : float
+        End time.
+    rtol : float
+        Relative tolerance of a step.
+    at : ndarray
+        Sample times, ascending.
+    log_from : float
+        Time from which steps and events are kept.
+    steps, events : bool
+        Whether the integrator's own points and the events are kept.
+    level, period, direction : float, float, int
+        Of the section quantity (a crossing of `level`, which then moves on by `period`); direction 0: no such section.
+    event, joint : int
+        Kind of event and joint that make the section (joint -1: any); event -1: no such section.
+    skip, stop_after : int
+        Section points not kept; section points after which the run ends (0: never).
+    max_steps : int
+        Attempted steps after which the run stops.
+    """
+
+    duration: float
+    rtol: float = 1e-8
+    at: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    log_from: float = math.inf
+    steps: bool = False
+    events: bool = False
+    level: float = 0.0
+    period: float = 0.0
+    direction: int = 0
+    event: int = -1
+    joint: int = -1
+    skip: int = 0
+    stop_after: int = 0
+    max_steps: int = MAX_STEPS
+
+
+@dataclass(frozen=True)
+class Records:
+    """Rows of a run: time, positions, speeds, modes, work; those of steps, events and sections after (contact, kind)."""
+
+    samples: np.ndarray
+    steps: np.ndarray
+    events: np.ndarray
+    sections: np.ndarray
+    start: np.ndarray
+    status: int
+    wall_time: float
+    counts: dict[str, int]
+
+
+def follow(scene: Scene, request: Request, progress: Callable[[float], None] | None = None) -> Records:
+    """Follow the motion of a scene from its start.
+
+    Parameters
+    ----------
+    scene : Scene
+    request : Request
+    progress : callable, optional
+        Called with the fraction done, 0 to 1.
+
+    Returns
+    -------
+    Records
+    """
+    from jointplay.numerics import flow
+
+    began, functions = time.perf_counter(), pointers(scene)
+    k, x, o = _memory(scene, request)
+    flow.start(*functions, k, x, o)
+    start, parts = _row(x), []
+    while True:
+        limit = min(request.max_steps, _attempts(x) + CHUNK)
+        code = flow.flow(*functions, k, x, o._replace(max_steps=limit))
+        parts.append(x.log[: x.count[_LOGGED]].copy())
+        x.count[_LOGGED] = 0
+        if progress is not None:
+            progress(_fraction(x, request))
+        if code not in (flow.FULL, flow.STEP_LIMIT) or (
+            code == flow.STEP_LIMIT and limit == request.max_steps
+        ):
+            break
+    log = np.concatenate(parts)
+    kinds = [log[log[:, 0] == tag, 1:] for tag in range(3)]
+    counts = {
+        name: int(x.count[i])
+        for i, name in enumerate(("n_steps", "n_rejected", "n_failed", "n_evaluations", "n_events"))
+    }
+    samples = x.samples[: x.count[_SAMPLES]]
+    return Records(samples, *kinds, start, int(code), time.perf_counter() - began, counts)
+
+
+_SECTIONS, _SAMPLES, _LOGGED = 5, 6, 7
+
+
+def pointers(scene: Scene) -> tuple:
+    """The compiled functions of a scene's structure and of the method's algebra, in the order in which the flow takes them."""
+    module = cache.structure_module(scene.structure)
+    algebra = cache.algebra_module(module.SIZES["positions"], module.SIZES["speeds"])
+    names = ("extrapolate", "rest", "move", "factor", "newton", "estimate")
+    return (
+        *(getattr(module, name) for name in ("rate", "jacobian", "contacts", "trig", "reset")),
+        *(getattr(algebra, name) for name in names),
+    )
+
+
+def _memory(scene: Scene, request: Request):
+    """Arrays and options of a run."""
+    from jointplay.numerics import memory
+
+    sizes = cache.structure_module(scene.structure).SIZES
+    n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
+    state = np.concatenate([[0.0], scene.state])
+    x = memory.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
+    width = 1 + n_q + n + n_contacts + sizes["powers"]
+    x = x._replace(
+        absolute=request.rtol * scene.absolute,
+        relative=request.rtol * scene.relative,
+        turning=np.resize(scene.turning, max(n_q, 1)) if n_q else np.zeros(1),
+        flags=scene.flags.copy(),
+        work=np.zeros(sizes["powers"]),
+        at=np.ascontiguousarray(request.at, dtype=float),
+        samples=np.zeros((len(request.at), width)),
+        log=np.zeros((LOG_ROWS, memory.COLUMNS + width)),
+    )
+    x.real[memory.H] = 1e-5 * scene.period
+    x.real[memory.LEVEL] = request.level
+    options = memory.Options(
+        n_q=n_q,
+        n=n,
+        first=sizes["first"],
+        t_end=float(request.duration),
+        h_max=float(scene.h_max),
+        newton=NEWTON,
+        near=1e-7 * scene.period,
+        max_steps=request.max_steps,
+        log_from=float(request.log_from),
+        log_steps=int(request.steps),
+        log_events=int(request.events),
+        section=1 if request.direction else (2 if request.event >= 0 else 0),
+        direction=request.direction,
+        period=float(request.period),
+        section_event=request.event,
+        section_contact=request.joint,
+        skip=request.skip,
+        stop_after=request.stop_after,
+    )
+    return memory.work(n_q, n, n_contacts, sizes["rows"]), x, options
+
+
+def _row(x) -> np.ndarray:
+    """The state at the base point, as a record's row."""
+    n_x = len(x.absolute)
+    return np.concatenate([x.s[: 1 + n_x], x.modes, x.work])
+
+
+def _attempts(x) -> int:
+    return int(x.count[0] + x.count[1] + x.count[2])
+
+
+def _fraction(x, request: Request) -> float:
+    by_sections = x.count[_SECTIONS] / request.stop_after if request.stop_after else 0.0
+    by_time = x.s[0] / request.duration if math.isfinite(request.duration) else 0.0
+    return min(1.0, max(by_sections, by_time))

@@ -1,0 +1,150 @@
+"""Time histories of a motion, with its events and, if asked, its section points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.quantities import Quantities, attributes, dataset, flags, scalars
+from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.words import BALANCE, EVENTS, recorded
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.mechanism.scene import Scene
+
+SAMPLES_PER_TURN = 720
+
+
+def simulate(
+    mechanism: Mechanism | TestSystem,
+    *,
+    turns: float | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    rtol: float = 1e-8,
+    record: Sequence[str] | None = None,
+    samples_per_turn: int | None = None,
+    at: Sequence[float] | None = None,
+    steps: bool = False,
+    initial: Any = None,
+    section: Section | None = None,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Follow a motion and record its time histories.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+    turns, duration : float
+        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them.
+    transient : float
+        Turns that are followed first and not recorded.
+    rtol : float
+        Tolerated error of a step, relative to 1 rad, to the longest link, and to the speeds.
+    record : sequence of str, optional
+        Names of the quantities to record; the usual ones if left out.
+    samples_per_turn : int, optional
+        Evenly spaced samples in a nominal turn; 720 unless `at` or `steps` is given.
+    at : sequence of float, optional
+        Times to sample instead, s, from the start of the motion.
+    steps : bool
+        True: record at the integrator's own points instead, both sides of every event.
+    initial : mapping or sequence, optional
+        Start: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal mechanism, or ``angle`` and
+        ``angular_velocity`` by link; of a test system, its state.
+    section : Section, optional
+        Where the motion is cut; the points are recorded beside the histories as ``section_…``.
+    max_steps : int, optional
+        Attempted steps after which the run stops with status ``step_limit``.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Quantities over ``time``, events over ``event``, section points over ``turn``, and ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    asked.check(mechanism, turns, duration, transient, rtol, max_steps)
+    linkage = isinstance(mechanism, Mechanism)
+    names = recorded(record, linkage)
+    scene = assemble(
+        mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
+    )
+    begin = transient * scene.period
+    end = begin + (duration if turns is None else turns * scene.period)
+    times = _times(at, steps, samples_per_turn, begin, end, scene.period)
+    request = Request(
+        duration=end,
+        rtol=rtol,
+        at=times,
+        log_from=begin,
+        steps=steps,
+        events=True,
+        max_steps=asked.steps(max_steps),
+        **asked.section_fields(section, scene, 0),
+    )
+    records = follow(scene, request, progress)
+    return _dataset(scene, records, names, steps, begin if section else None)
+
+
+def _times(
+    at, steps: bool, samples_per_turn: int | None, begin: float, end: float, period: float
+) -> np.ndarray:
+    """Sample times, s."""
+    if steps:
+        return np.zeros(0)
+    if at is None:
+        count = round((end - begin) / period * (samples_per_turn or SAMPLES_PER_TURN))
+        return np.minimum(begin + np.arange(count + 1) * (end - begin) / max(count, 1), end)
+    times = np.asarray(at, dtype=float)
+    if times.ndim != 1 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0) or np.any(times < 0):
+        raise InputError([Problem("at", at, "times in s, ascending, 0 or later, are accepted")])
+    return times[times <= end * (1 + 1e-12)].clip(max=end)
+
+
+def _dataset(scene: Scene, records: Records, names, steps: bool, sections_from: float | None) -> xr.Dataset:
+    rows = records.steps[:, 2:] if steps else records.samples
+    history = Quantities(scene, rows, records.start)
+    variables = history.variables(names, "time") | _events(scene, records) | scalars(scene, records)
+    if sections_from is not None:
+        points = records.sections[records.sections[:, 2] >= sections_from, 2:]
+        cut = Quantities(scene, points, records.start)
+        variables["section_time"] = (
+            "turn",
+            cut.time,
+            {"units": "s", "long_name": "time of the section point"},
+        )
+        variables |= cut.variables(names, "turn", prefix="section_")
+    time = ("time", history.time, {"units": "s", "long_name": "time"})
+    return dataset(scene, variables, {"time": time}, "response")
+
+
+def _events(scene: Scene, records: Records) -> dict[str, Any]:
+    """The event list."""
+    rows = records.events
+    joint, kind = rows[:, 0].astype(np.int16), rows[:, 1].astype(np.int8)
+    found = {
+        "event_time": ("event", rows[:, 2], {"units": "s", "long_name": "time of the event"}),
+        "event_joint": ("event", joint, {"units": "1", "long_name": "joint of the event, counted from 0"}),
+        "event_kind": ("event", kind, {"long_name": "kind of event"} | flags(EVENTS)),
+    }
+    if scene.links and scene.joints:
+        speeds = Quantities(scene, rows[:, 2:], records.start).variables(_SPEEDS, "event")
+        for name in _SPEEDS:
+            values = speeds[name][1][np.arange(len(joint)), joint] if len(joint) else np.zeros(0)
+            found[f"event_{name}"] = ("event", values, attributes(name))
+    return found
+
+
+_SPEEDS = ("normal_velocity", "tangential_velocity")

@@ -1,0 +1,74 @@
+"""The words of a dataset: every variable with its dimensions, units and long name."""
+
+from dataclasses import dataclass
+
+from jointplay.errors import InputError, unknown
+
+
+@dataclass(frozen=True)
+class Word:
+    """A recorded quantity: over `of` (link, joint, pin, state, or nothing), with UDUNITS units and a long name."""
+
+    of: str | None
+    units: str
+    long_name: str
+
+
+WORDS = {
+    "angle": Word("link", "rad", "link angle"),
+    "angular_velocity": Word("link", "rad s-1", "link angular velocity"),
+    "angular_acceleration": Word("link", "rad s-2", "link angular acceleration"),
+    "journal_x": Word("joint", "m", "journal centre relative to the bush, x"),
+    "journal_y": Word("joint", "m", "journal centre relative to the bush, y"),
+    "eccentricity": Word("joint", "m", "distance of journal and bush centres"),
+    "eccentricity_ratio": Word("joint", "1", "eccentricity over clearance"),
+    "penetration": Word("joint", "m", "eccentricity less clearance"),
+    "normal_velocity": Word("joint", "m s-1", "normal velocity of the journal"),
+    "tangential_velocity": Word("joint", "m s-1", "sliding velocity at the contact"),
+    "contact_angle": Word("joint", "rad", "direction of the eccentricity"),
+    "normal_force": Word("joint", "N", "normal contact force"),
+    "tangential_force": Word("joint", "N", "tangential contact force"),
+    "mode": Word("joint", "1", "contact mode"),
+    "reaction_x": Word("pin", "N", "force on the bush of an ideal joint, x"),
+    "reaction_y": Word("pin", "N", "force on the bush of an ideal joint, y"),
+    "drive_torque": Word(None, "N m", "drive torque"),
+    "kinetic_energy": Word(None, "J", "kinetic energy"),
+    "potential_energy": Word(None, "J", "potential energy"),
+    "energy": Word(None, "J", "mechanical energy with the contacts' elastic energy"),
+    "energy_residual": Word(None, "J", "energy unaccounted for since the start"),
+    "drive_work": Word(None, "J", "work of the drive since the start"),
+    "joint_work": Word(None, "J", "work taken in by the contacts since the start"),
+    "state_value": Word("state", "1", "state"),
+}
+MODES = ("free", "released", "slip_positive", "slip_negative", "stick", "contact")
+EVENTS = ("contact", "separation", "reopening", "slip_reversal", "stick_onset", "slip_onset", "impact")
+STATUS = ("ok", "diverged", "step_limit", "chatter", "not_converged", "bad_parameters", "crashed", "not_run")
+BALANCE = ("energy_residual", "drive_work", "joint_work")  # need integrals of power
+LINKAGE = tuple(
+    name
+    for name in WORDS
+    if name not in (*BALANCE, "kinetic_energy", "potential_energy", "energy", "state_value")
+)
+
+
+def recorded(
+    record: tuple[str, ...] | list[str] | None, linkage: bool, key: str = "record"
+) -> tuple[str, ...]:
+    """Names to record: those asked for, checked, or the usual ones.
+
+    Raises
+    ------
+    InputError
+        Naming every unknown quantity.
+    """
+    known = tuple(name for name in WORDS if (name == "state_value") != linkage)
+    if record is None:
+        return LINKAGE if linkage else known
+    wrong = [
+        unknown(f"{key}[{i}]", name, name, known, "quantity")
+        for i, name in enumerate(record)
+        if name not in known
+    ]
+    if wrong:
+        raise InputError(wrong, "")
+    return tuple(dict.fromkeys(record))

@@ -1,0 +1,191 @@
+"""The command line. What is heavy is imported inside the verbs, so that help answers at once."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from jointplay.errors import InputError
+
+DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run one verb.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        The words after ``jointplay``; the process's own by default.
+
+    Returns
+    -------
+    int
+        0 done, 1 numerical failure or a result that could not be stored, 2 wrong input, 130 interrupted.
+    """
+    arguments = _parser().parse_args(argv)
+    try:
+        return arguments.verb(arguments)
+    except KeyboardInterrupt:
+        print("interrupted: run the same command again to start over", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of a pipe has left, such as `| head`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    except OSError as error:
+        print(f"could not be stored: {error}", file=sys.stderr)
+        return FAILED
+    except InputError as error:
+        count = len(error.problems)
+        print("wrong input:" if count == 1 else f"wrong input, {count} problems:", file=sys.stderr)
+        print("\n".join(f"  {line}" for line in str(error).splitlines()), file=sys.stderr)
+        return WRONG_INPUT
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compute a study, store the result and draw its figure."""
+    from jointplay.study import run as runner
+    from jointplay.study.file import load
+    from jointplay.study.progress import Progress
+    from jointplay.study.status import explain
+    from jointplay.study.store import check_writable, write_result
+
+    study = load(arguments.study, arguments.set)
+    out = check_writable(arguments.out)
+    print(f"{study.record.name}: {study.record.heading}", flush=True)
+    with Progress(study.record.name) as progress:
+        dataset = runner.run(study, progress)
+    path = write_result(dataset, out / f"{study.record.name}.nc")
+    print(f"result  {path}", flush=True)
+    failure = explain(dataset)
+    if failure:
+        print(f"stopped early; what was computed is stored\n  {failure}", file=sys.stderr)
+    if not arguments.no_figure:
+        try:
+            _draw(dataset, study.record.figure, [path.with_suffix(".pdf"), path.with_suffix(".png")])
+        except InputError as error:
+            if not failure:
+                raise
+            print(f"  no figure: {error}", file=sys.stderr)  # too little was computed to draw
+    return FAILED if failure else DONE
+
+
+def check(arguments: argparse.Namespace) -> int:
+    """Validate a study file and say what it asks for; compute nothing."""
+    from jointplay.study.file import load
+
+    print(load(arguments.study, arguments.set).record.summary())
+    return DONE
+
+
+def figure(arguments: argparse.Namespace) -> int:
+    """Draw a stored result again."""
+    from jointplay.study.file import figure_options
+    from jointplay.study.store import check_writable, open_result
+
+    dataset = open_result(arguments.result)
+    options = figure_options(dataset, arguments.kind, arguments.set)
+    stem = Path(arguments.out or arguments.result)
+    targets = (
+        [stem] if arguments.out and stem.suffix else [stem.with_suffix(".pdf"), stem.with_suffix(".png")]
+    )
+    check_writable(targets[0].parent)
+    _draw(dataset, options, targets)
+    return DONE
+
+
+def list_studies(arguments: argparse.Namespace) -> int:
+    """List the study files of a folder, and which of them have a result."""
+    from jointplay.study.listing import rows
+
+    for row in rows(arguments.folder, arguments.out):
+        print("  ".join(row).rstrip())
+    return DONE
+
+
+def schema(arguments: argparse.Namespace) -> int:
+    """Print the JSON schema of study files, for editors."""
+    import json
+
+    from jointplay.study.schema import schema as study_schema
+
+    print(json.dumps(study_schema(), indent=2, ensure_ascii=False))
+    return DONE
+
+
+def cache(arguments: argparse.Namespace) -> int:
+    """List the compiled kernels on the disk, or remove those that no longer match the sources."""
+    from jointplay.codegen import cache as kernels
+
+    if arguments.action == "prune":
+        removed = kernels.prune()
+        print(f"removed {len(removed)} of the cached kernel folders")
+    for entry in kernels.entries():
+        print(entry)
+    return DONE
+
+
+def _draw(dataset, options: dict, targets: list[Path]) -> None:
+    from jointplay import figures
+    from jointplay.study.store import write_figure
+
+    picture = figures.draw(dataset, options)
+    for target in targets:
+        print(f"figure  {write_figure(picture, target)}")
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="jointplay", description="Dynamics of linkages with play in their joints."
+    )
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
+    verbs = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
+
+    one = _verb(verbs, "run", run)
+    one.add_argument("study", metavar="STUDY.toml")
+    one.add_argument("--out", default="results", metavar="DIR", help="where results go (default: results)")
+    one.add_argument("--no-figure", action="store_true", help="store the result only")
+    _add_set(one)
+
+    one = _verb(verbs, "check", check)
+    one.add_argument("study", metavar="STUDY.toml")
+    _add_set(one)
+
+    one = _verb(verbs, "figure", figure)
+    one.add_argument("result", metavar="RESULT.nc")
+    one.add_argument("--kind", help="another kind of figure than the study asked for")
+    one.add_argument("--out", metavar="FILE", help="default: PDF and PNG beside the result")
+    _add_set(one, "an option of the figure, such as joint=B")
+
+    one = _verb(verbs, "list", list_studies)
+    one.add_argument("folder", nargs="?", default="studies", metavar="DIR")
+    one.add_argument("--out", default="results", metavar="DIR", help="where results are (default: results)")
+
+    _verb(verbs, "schema", schema)
+    one = _verb(verbs, "cache", cache)
+    one.add_argument("action", nargs="?", choices=["list", "prune"], default="list")
+    return parser
+
+
+def _verb(verbs, name: str, function) -> argparse.ArgumentParser:
+    text = function.__doc__
+    parser = verbs.add_parser(name, help=text[0].lower() + text[1:].rstrip("."), description=text)
+    parser.set_defaults(verb=function)
+    return parser
+
+
+def _add_set(
+    parser: argparse.ArgumentParser,
+    text: str = "change one value of the study, such as mechanism.clearance=1e-4",
+):
+    # `extend` lets one --set take several changes, and be given again
+    parser.add_argument("--set", nargs="+", action="extend", default=[], metavar="KEY=VALUE", help=text)
+
+
+class _Version(argparse.Action):
+    """Look the version up only when it is asked for."""
+
+    def __call__(self, parser, *_):
+        from importlib.metadata import version
+
+        parser.exit(message=f"jointplay {version('jointplay')}\n")

@@ -1,0 +1,1 @@
+"""Equations to derivatives, common subexpressions and straight-line numba source."""

@@ -1,0 +1,234 @@
+"""Solved dynamics of a system as straight-line programs: accelerations, contact forces and their Jacobian.
+
+A system is solved in one of three variants, so that a scene does not pay for what is absent: `free` (nothing
+touches), `slip` (contacts push, friction is a law) and `stick` (some tangential forces are unknowns that keep v_t
+at rest). Within the last two, contacts are told apart by masks: touch kappa_j, slip direction sigma_j, stick eta_j.
+
+The unknowns are the accelerations a and the tangential forces F_t of
+
+    M a + sum_j T_j F_t,j = Q - sum_j N_j F_n,j,
+    eta_j (T_j.a + T_j'.w) + (1 - eta_j) (kappa_j (sigma_j f F_n,j + C_t v_t) - F_t,j) = 0,
+
+solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves the same matrix for the derivatives of
+the residual.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from sympy import Expr, Integer, Symbol
+
+from ..equations.system import TIME, System, accelerations, traction
+from .tape import Tape
+
+VARIANTS = ("free", "slip", "stick")
+
+
+@dataclass(frozen=True)
+class Mask:
+    """A contact's mode as numbers: symbols, or constants where only one value can occur."""
+
+    touch: Expr
+    slip: Expr
+    stick: Expr
+
+
+def variants(system: System) -> tuple[str, ...]:
+    """The variants that a system can be in."""
+    if not system.contacts:
+        return VARIANTS[:1]
+    return VARIANTS if any(contact.sticks for contact in system.contacts) else VARIANTS[:2]
+
+
+def masks(system: System, variant: str) -> list[Mask]:
+    """Masks of every contact; a lone contact needs none but its slip direction, `any` keeps them all."""
+    alone, result = len(system.contacts) == 1 and variant != "any", []
+    for contact in system.contacts:
+        touch, slip, stick = (
+            Symbol(f"{word}_{contact.name}", real=True) for word in ("touch", "slip", "stick")
+        )
+        if variant == "free":
+            touch = slip = stick = Integer(0)
+        elif variant == "slip" or not contact.sticks:
+            touch, stick = (Integer(1) if alone else touch), Integer(0)
+        elif alone:
+            touch, stick = Integer(1), Integer(1)
+        result.append(Mask(touch, slip, stick))
+    return result
+
+
+class Dynamics:
+    """A system solved in one variant: `tape` holds the program, `a`, `F_n`, `F_t` the results."""
+
+    def __init__(self, system: System, variant: str):
+        self.system, self.tape = system, Tape(system)
+        self.masks = masks(system, variant)
+        self.held = [j for j, mask in enumerate(self.masks) if mask.stick != 0]
+        self.inverse_mass = InverseMass(self.tape, system)
+        names = [traction(contact) for contact in system.contacts]
+        self.F_n = [
+            self.tape.define(name, mask.touch * contact.F_n)
+            for (name, _), contact, mask in zip(names, system.contacts, self.masks, strict=True)
+        ]
+        self.slipping = [self._friction(j) for j in range(len(names))]
+        bias = [self.masks[j].stick * self._bias(j) + self._released(j, self.slipping[j]) for j in self.held]
+        a, held = self._solve(self._pushed(), bias, "sol")
+        forces = dict(enumerate(self.slipping)) | held
+        self.F_t = [self.tape.define(name, forces[j]) for j, (_, name) in enumerate(names)]
+        symbols = accelerations(len(system.speeds))
+        self.a = [self.tape.define(symbol, value) for symbol, value in zip(symbols, a, strict=True)]
+
+    def _friction(self, j: int) -> Expr:
+        """F_t while contact j slips: kappa (sigma f F_n + C_t v_t)."""
+        contact, mask = self.system.contacts[j], self.masks[j]
+        slip = mask.slip * contact.coulomb * self.F_n[j] if contact.sticks else Integer(0)
+        drag = mask.touch * contact.viscous * contact.v_t if contact.viscous != 0 else Integer(0)
+        return self.tape.let(f"Fs_{contact.name}", slip + drag)
+
+    def _released(self, j: int, force: Expr) -> Expr:
+        """The share of a contact's friction row that is not sticking."""
+        return (1 - self.masks[j].stick) * force
+
+    def _bias(self, j: int) -> Expr:
+        """T_j'.w: the part of v_t' that needs no acceleration."""
+        v_t = self.system.contacts[j].v_t
+        pairs = zip(self.system.positions, self.system.speeds, strict=False)
+        moved = sum((self.tape.derivative(v_t, q) * w for q, w in pairs), Integer(0))
+        return moved + self.tape.derivative(v_t, TIME)
+
+    def _pushed(self) -> list[Expr]:
+        """Q_k - sum_j (N_j,k F_n,j + T_j,k F_t,j), the held tangential forces left out."""
+        Q = list(self.system.force)
+        for j, contact in enumerate(self.system.contacts):
+            pairs = [(contact.normal, self.F_n[j])]
+            if j not in self.held:
+                pairs.append((contact.tangential, self.slipping[j]))
+            for row, F in pairs:
+                Q = [q - entry * F for q, entry in zip(Q, row, strict=True)] if row else Q
+        return [self.tape.let(f"Q_{k}", value) for k, value in enumerate(Q)]
+
+    def _solve(self, push: list[Expr], hold: list[Expr], name: str) -> tuple[list[Expr], dict[int, Expr]]:
+        """Accelerations and held forces for right-hand sides of the two rows (see the module's text)."""
+        a = self.inverse_mass(push, name)
+        right = [
+            self.tape.let(f"{name}_h{j}", self.masks[j].stick * _dot(self._row(j), a) + value)
+            for j, value in zip(self.held, hold, strict=True)
+        ]
+        forces = _eliminate(self.tape, self._complement, right, f"{name}_F")
+        for y, F in zip(self._columns, forces, strict=True):
+            a = [value - entry * F for value, entry in zip(a, y, strict=True)]
+        a = [self.tape.let(f"{name}_a{k}", value) for k, value in enumerate(a)]
+        return a, dict(zip(self.held, forces, strict=True))
+
+    def _row(self, j: int) -> tuple[Expr, ...]:
+        return self.system.contacts[j].tangential
+
+    @cached_property
+    def _columns(self) -> list[list[Expr]]:
+        """M^-1 T_j of the held contacts."""
+        return [self.inverse_mass(list(self._row(j)), f"col{j}") for j in self.held]
+
+    @cached_property
+    def _complement(self) -> list[list[Expr]]:
+        """eta T M^-1 T^T + (1 - eta) I over the held contacts."""
+        return [
+            [
+                self.tape.let(
+                    f"S_{i}_{j}", self.masks[i].stick * _dot(self._row(i), y) + self._released(i, int(i == j))
+                )
+                for j, y in zip(self.held, self._columns, strict=True)
+            ]
+            for i in self.held
+        ]
+
+    def creep(self, j: int) -> Expr:
+        """v_t' of contact j in this variant."""
+        contact = self.system.contacts[j]
+        return _dot(contact.tangential, self.a) + self._bias(j)
+
+    def jacobian(self) -> dict[tuple[int, int], Expr]:
+        """d a_k / d x_i, x the positions and then the speeds; closes the tape to further derivatives."""
+        hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
+        grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
+        push, hold = self._residual(hats, grip)
+        entries = {}
+        for i, x in enumerate(self.system.positions + self.system.speeds):
+            slope = (
+                [self.tape.derivative(value, x) for value in push],
+                [self.tape.derivative(v, x) for v in hold],
+            )
+            if any(value != 0 for part in slope for value in part):
+                column, _ = self._solve(*slope, f"J{i}")
+                entries |= {(k, i): value for k, value in enumerate(column)}
+        for hat, solved in zip([*hats, *grip.values()], [*self.a, *(self.F_t[j] for j in grip)], strict=True):
+            self.tape.define(hat, solved)
+        return entries
+
+    def _residual(self, a: list[Symbol], grip: dict[int, Symbol]) -> tuple[list[Expr], list[Expr]]:
+        """Both rows as functions of the state, at given accelerations and held forces."""
+        push = self._pushed()
+        for (i, j), entry in self.inverse_mass.entries.items():
+            push[i] -= entry * a[j]
+            if i != j:
+                push[j] -= entry * a[i]
+        for j, F in grip.items():
+            push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
+        hold = [
+            self.masks[j].stick * (_dot(self._row(j), a) + self._bias(j))
+            + self._released(j, self.slipping[j])
+            for j in self.held
+        ]
+        return push, hold
+
+
+class InverseMass:
+    """M = L D L^T written out, zeros skipped; calling it substitutes. The identity where the system has no mass."""
+
+    def __init__(self, tape: Tape, system: System):
+        self.tape, self.n = tape, len(system.speeds)
+        self.entries = {
+            place: tape.let("M_{}_{}".format(*place), m) for place, m in (system.mass or {}).items()
+        }
+        self.L: dict[tuple[int, int], Expr] = {}
+        self.pivot: list[Expr] = [Integer(1)] * self.n
+        rest = dict(self.entries)
+        for j in range(self.n if rest else 0):
+            self.pivot[j] = tape.let(f"iD_{j}", 1 / rest[j, j])
+            below = [i for i in range(j + 1, self.n) if (i, j) in rest]
+            for i in below:
+                self.L[i, j] = tape.let(f"L_{i}_{j}", rest[i, j] * self.pivot[j])
+            for i, k in ((i, k) for i in below for k in below if k <= i):
+                rest[i, k] = tape.let(
+                    f"M_{i}_{k}_{j}", rest.get((i, k), Integer(0)) - self.L[i, j] * rest[k, j]
+                )
+        if not rest and system.mass is None:
+            self.entries = {(k, k): Integer(1) for k in range(self.n)}
+
+    def __call__(self, b: list[Expr], name: str) -> list[Expr]:
+        x: list[Expr] = []
+        for i, value in enumerate(b):
+            below = sum((factor * x[c] for (r, c), factor in self.L.items() if r == i), Integer(0))
+            x.append(self.tape.let(f"{name}_f{i}", value - below))
+        x = [value * pivot for value, pivot in zip(x, self.pivot, strict=True)]
+        for i in reversed(range(self.n)):
+            above = sum((factor * x[r] for (r, c), factor in self.L.items() if c == i), Integer(0))
+            x[i] = self.tape.let(f"{name}_{i}", x[i] - above)
+        return x
+
+
+def _dot(row: tuple[Expr, ...], x: list[Expr]) -> Expr:
+    return sum((entry * value for entry, value in zip(row, x, strict=True)), Integer(0))
+
+
+def _eliminate(tape: Tape, matrix: list[list[Expr]], right: list[Expr], name: str) -> list[Expr]:
+    """Solve a small system by elimination without pivoting (positive definite, or unit rows)."""
+    A, b = [list(row) for row in matrix], list(right)
+    n = len(b)
+    for j in range(n):
+        for i in range(j + 1, n):
+            factor = tape.let(f"{name}_m{i}{j}", A[i][j] / A[j][j])
+            A[i] = [tape.let(f"{name}_A{i}{k}{j}", A[i][k] - factor * A[j][k]) for k in range(n)]
+            b[i] = tape.let(f"{name}_b{i}{j}", b[i] - factor * b[j])
+    for i in reversed(range(n)):
+        b[i] = tape.let(f"{name}{i}", (b[i] - sum(A[i][k] * b[k] for k in range(i + 1, n))) / A[i][i])
+    return b

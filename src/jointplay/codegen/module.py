@@ -1,0 +1,149 @@
+"""The text of a structure's module: everything that the flow asks of a system, as numba source.
+
+rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eight increments, into w
+jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row
+contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'
+trig(s, p)                        sines and cosines of the base point
+reset(k, s, p)                    the jump of the k-th reset
+OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
+"""
+
+from sympy import Integer
+
+from ..equations.system import System
+from . import outputs
+from .dynamics import Dynamics, variants
+from .source import Layout, lanes, point, statements, used
+
+HEADER = '''"""Generated from the equations; do not edit."""
+from math import cos, sin, sqrt
+
+from jointplay.numerics.interface import SIGNATURES, compiled, entry
+
+'''
+
+
+def text(system: System) -> str:
+    """Source of the module of a system."""
+    layout = Layout(system)
+    parts = [HEADER, f"SIZES = {_sizes(layout)!r}\n\n"]
+    rates, jacobians, contacts = [], [], []
+    for variant in variants(system):
+        dynamics = Dynamics(system, variant)
+        rates.append(_rate(layout, dynamics, variant))
+        if variant != "free":
+            contacts.append(_contacts(layout, dynamics, variant))
+        jacobians.append(_jacobian(layout, dynamics, variant))
+    for part in rates + jacobians + contacts:
+        parts.append("@compiled\n" + part + "\n")
+    parts += [_choice("rate", "w, s, p, m", len(rates)), _choice("jacobian", "s, p, m, J", len(jacobians))]
+    parts += [_choice("contacts", "s, p, m, out", len(contacts), first=1), _trig(layout), _reset(layout)]
+    parts.append(outputs.text(system))
+    return "\n".join(parts)
+
+
+def _sizes(layout: Layout) -> dict[str, int]:
+    system = layout.system
+    return {
+        "positions": len(system.positions),
+        "speeds": len(system.speeds),
+        "angles": len(system.angles),
+        "contacts": len(system.contacts),
+        "resets": len(system.resets),
+        "sections": int(system.section is not None),
+        "powers": len(system.powers),
+        "first": layout.rows["time"],
+        "rows": layout.rows["end"],
+    }
+
+
+def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
+    """Rates and all else that is watched, by lanes."""
+    system, rows = layout.system, layout.rows
+    results, stores = {}, {}
+
+    def store(name, value, row):
+        results[name], stores[name] = value, row
+
+    for k, a in enumerate(dynamics.a):
+        store(f"out_rate_{k}", a, rows["rate"] + k)
+    for j in range(len(system.contacts)):
+        for place, value in _guards(dynamics, j, variant).items():
+            store(f"out_guard_{j}_{place}", value, rows["guard"] + 4 * j + place)
+    for k, reset in enumerate(system.resets):
+        store(f"out_reset_{k}", reset.guard, rows["reset"] + k)
+    if system.section is not None:
+        store("out_section", system.section, rows["section"])
+    for k, power in enumerate(system.powers.values()):
+        store(f"out_power_{k}", power, rows["power"] + k)
+    return lanes(f"rate_{variant}", layout, dynamics.tape.program(results), stores)
+
+
+def _guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, object]:
+    """Guards of a contact by place: 0 u, 1 the law's F_n, 2 v_t, 3 the sticking cone (f F_n)^2 - F_t^2."""
+    contact = dynamics.system.contacts[j]
+    guards = {0: contact.u}
+    if not contact.pulls:
+        guards[1] = contact.F_n
+    if contact.sticks and variant != "free":
+        guards[2] = contact.v_t
+    if contact.sticks and variant == "stick":
+        guards[3] = (contact.coulomb * dynamics.F_n[j]) ** 2 - dynamics.F_t[j] ** 2
+    return guards
+
+
+def _jacobian(layout: Layout, dynamics: Dynamics, variant: str) -> str:
+    width = len(layout.state)
+    entries = dynamics.jacobian()
+    names = {f"J_{k}_{i}": (k, i) for k in range(len(dynamics.a)) for i in range(width)}
+    results = {name: entries.get(place, Integer(0)) for name, place in names.items()}
+    stores = {name: k * width + i for name, (k, i) in names.items()}
+    return point(f"jacobian_{variant}", layout, dynamics.tape.program(results), stores, "s, p, m, J", "J")
+
+
+def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
+    results, stores = {}, {}
+    for j, contact in enumerate(layout.system.contacts):
+        v_t, creep = (contact.v_t, dynamics.creep(j)) if contact.v_t is not None else (Integer(0), Integer(0))
+        for place, value in enumerate((contact.u, contact.v_n, v_t, contact.F_n, dynamics.F_t[j], creep)):
+            results[f"out_{j}_{place}"], stores[f"out_{j}_{place}"] = value, 6 * j + place
+    program = dynamics.tape.program(results)
+    return point(f"contacts_{variant}", layout, program, stores, "s, p, m, out", "out")
+
+
+def _choice(name: str, arguments: str, count: int, first: int = 0) -> str:
+    """A function that picks the variant: 0 free, 1 slip, 2 stick."""
+    names = ("free", "slip", "stick")[first : first + count]
+    lines = [f"{_door(name)}\ndef {name}(variant, {arguments}):"]
+    for number, variant in enumerate(names, start=first):
+        lines.append(f"    if variant == {number}:\n        {name}_{variant}({arguments})")
+    return "\n".join(lines if names else [*lines, "    pass"]) + "\n\n"
+
+
+def _door(name: str) -> str:
+    return f'@entry(SIGNATURES["{name}"])'
+
+
+def _trig(layout: Layout) -> str:
+    lines = [_door("trig"), "def trig(s, p):"]
+    for angle in layout.system.angles:
+        program = [(angle.sin, angle.value)]
+        lines += [f"    {x} = s[{layout.base[x]}]" for x in used(program, layout.base)]
+        for i, x in enumerate(layout.system.parameters):
+            lines += [f"    {x} = p[{i}]"] if used(program, (x,)) else []
+        lines += statements([(angle.sin, angle.value)], "    ")
+        lines += [
+            f"    s[{layout.base[angle.cos]}] = cos({angle.sin})",
+            f"    s[{layout.base[angle.sin]}] = sin({angle.sin})",
+        ]
+    return "\n".join(lines if layout.system.angles else [*lines, "    pass"]) + "\n\n"
+
+
+def _reset(layout: Layout) -> str:
+    parts, lines = [], [_door("reset"), "def reset(k, s, p):"]
+    for k, jump in enumerate(layout.system.resets):
+        program = [(f"new_{z}", value) for z, value in jump.speeds.items()]
+        stores = {f"new_{z}": layout.base[z] for z in jump.speeds}
+        parts.append("@compiled\n" + point(f"reset_{k}", layout, program, stores, "s, p", "s") + "\n")
+        lines.append(f"    if k == {k}:\n        reset_{k}(s, p)")
+    return "\n".join([*parts, *(lines if parts else [*lines, "    pass"])]) + "\n"

@@ -1,0 +1,67 @@
+"""Recorded quantities as a program over arrays: written once a structure, run on what is asked for.
+
+Quantities are not computed while a motion is followed, but afterwards, from the recorded states and modes, by NumPy. The
+program is data: assignments with what each reads, so that only what the asked quantities need is executed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import ModuleType
+
+import numpy as np
+
+
+def text(system) -> str:
+    """The program as source of two constants: OUTPUTS (name to symbol) and PROGRAM (symbol, expression, reads)."""
+    from ..equations.system import TIME
+    from .dynamics import Dynamics
+    from .source import expression
+
+    dynamics = Dynamics(system, "any")
+    names = {name: f"out_{i}" for i, name in enumerate(system.outputs)}
+    program = dynamics.tape.program({symbol: system.outputs[name] for name, symbol in names.items()})
+    rows = [(str(s), expression(value), tuple(sorted(map(str, value.free_symbols)))) for s, value in program]
+    angles = [(str(x), f"{f}({expression(a.value)})", _reads(a)) for a in system.angles for f, x in _trig(a)]
+    lines = ",\n".join(f"    {row!r}" for row in angles + rows)
+    state = [str(s) for s in (TIME, *system.positions, *system.speeds)]
+    parameters = [str(s) for s in system.parameters]
+    return f"STATE = {state!r}\nPARAMETERS = {parameters!r}\nOUTPUTS = {names!r}\nPROGRAM = (\n{lines},\n)\n"
+
+
+def _trig(angle):
+    return ("sin", angle.sin), ("cos", angle.cos)
+
+
+def _reads(angle) -> tuple[str, ...]:
+    return tuple(sorted(map(str, angle.value.free_symbols)))
+
+
+def evaluate(
+    module: ModuleType, names: Iterable[str], given: Mapping[str, np.ndarray | float]
+) -> dict[str, np.ndarray]:
+    """Values of named quantities.
+
+    Parameters
+    ----------
+    module : module
+        A structure's module.
+    names : iterable of str
+        Keys of its OUTPUTS.
+    given : mapping
+        Value of every symbol of its STATE and PARAMETERS, and of the masks touch_j, slip_j, stick_j; arrays of one shape
+        or numbers.
+
+    Returns
+    -------
+    dict of str to ndarray
+    """
+    names = list(names)
+    wanted, steps = {module.OUTPUTS[name] for name in names}, []
+    for symbol, source, reads in reversed(module.PROGRAM):
+        if symbol in wanted:
+            wanted.update(reads)
+            steps.append(f"{symbol} = {source}")
+    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, **given}
+    exec("\n".join(reversed(steps)), scope)
+    return {name: np.asarray(scope[module.OUTPUTS[name]], dtype=float) for name in names}

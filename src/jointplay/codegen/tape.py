@@ -1,0 +1,103 @@
+"""A straight-line program as symbols: assignments, derivatives through them, what is live, common subexpressions.
+
+Differentiation is forward mode on the program: the derivative of an assigned symbol is itself assigned once and
+shared, so that a Jacobian reuses what the force has computed. Sines and cosines differentiate by the chain rule of
+their angle.
+"""
+
+from collections.abc import Iterable
+
+from sympy import Expr, Integer, Symbol, cse, sympify
+
+from ..equations.system import TIME, System
+
+
+class Tape:
+    """Assignments in the order in which they were made, with derivatives memoised."""
+
+    def __init__(self, system: System):
+        self.values: dict[Symbol, Expr] = {}
+        self._named: dict[Expr, Symbol] = {}
+        self._slopes: dict[tuple[Symbol, Symbol], Expr] = {}
+        self._trig = {a.sin: (a, a.cos) for a in system.angles} | {a.cos: (a, -a.sin) for a in system.angles}
+        for symbol, value in system.definitions:
+            self.define(symbol, value)
+
+    def define(self, symbol: Symbol, value: Expr) -> Expr:
+        """Assign a value to a given symbol; a constant is given back as itself, so that it can simplify."""
+        self.values[symbol] = sympify(value)
+        return self.values[symbol] if self.values[symbol].is_Number else symbol
+
+    def let(self, name: str, value: Expr) -> Expr:
+        """Name a value, unless it is a number, a symbol, or named already."""
+        value = sympify(value)
+        if value.is_Number or value.is_Symbol:
+            return value
+        if value not in self._named:
+            self._named[value] = self.define(Symbol(name, real=True), value)
+        return self._named[value]
+
+    def derivative(self, value: Expr, x: Symbol) -> Expr:
+        """d value / d x through every assignment (x: a position, a speed, or time)."""
+        total = Integer(0)
+        for s in sorted(sympify(value).free_symbols, key=str):
+            slope = self._slope(s, x)
+            if slope != 0:
+                total += value.diff(s) * slope
+        return total
+
+    def _slope(self, s: Symbol, x: Symbol) -> Expr:
+        if s == x:
+            return Integer(1)
+        if s in self._trig:
+            angle, other = self._trig[s]
+            return other * (angle.rate if x == TIME else int(angle.position == x))
+        if s not in self.values:
+            return Integer(0)
+        if (s, x) not in self._slopes:
+            self._slopes[s, x] = self.let(f"d_{s}_d_{x}", self.derivative(self.values[s], x))
+        return self._slopes[s, x]
+
+    def program(self, results: dict[str, Expr]) -> list[tuple[Symbol, Expr]]:
+        """Assignments that `results` need, common subexpressions taken out, in an order that can be executed.
+
+        Results appear under symbols of their own names.
+        """
+        wanted = {Symbol(name): sympify(value) for name, value in results.items()}
+        live = self._live(wanted.values())
+        assigned = {s: self.values[s] for s in self.values if s in live} | wanted
+        shared, reduced = cse(list(assigned.values()), symbols=_fresh(), order="none")
+        return _in_order(dict(shared) | dict(zip(assigned, reduced, strict=True)))
+
+    def _live(self, roots: Iterable[Expr]) -> set[Symbol]:
+        live: set[Symbol] = set()
+        queue = [s for value in roots for s in value.free_symbols]
+        while queue:
+            s = queue.pop()
+            if s in self.values and s not in live:
+                live.add(s)
+                queue += self.values[s].free_symbols
+        return live
+
+
+def _fresh():
+    count = 0
+    while True:
+        yield Symbol(f"k{count}", real=True)
+        count += 1
+
+
+def _in_order(assigned: dict[Symbol, Expr]) -> list[tuple[Symbol, Expr]]:
+    """Assignments sorted so that each comes after what it uses (depth first)."""
+    done: dict[Symbol, Expr] = {}
+
+    def visit(s: Symbol) -> None:
+        if s in done or s not in assigned:
+            return
+        for t in sorted(assigned[s].free_symbols, key=str):
+            visit(t)
+        done[s] = assigned[s]
+
+    for s in assigned:
+        visit(s)
+    return list(done.items())

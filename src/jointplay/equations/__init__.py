@@ -1,0 +1,1 @@
+"""The physics, written once, as SymPy expressions that read like the model."""

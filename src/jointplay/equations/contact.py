@@ -1,0 +1,107 @@
+"""Geometry of a joint with play, and the normal laws.
+
+Reference: Chunmei, Yang, Ling and Ling (2002), equations (13)-(18), derived anew from virtual work. With
+r = journal centre - bush centre, rho = |r|, r^ = r/rho and t^ across it,
+
+    u = rho - e,     v_n = r'.r^ = sum_k N_k w_k,     v_t = r'.t^ + (w_p - w_q) R - w_q rho = sum_k T_k w_k,
+    N_k = D_k n_k.r^,  T_k = D_k n_k.t^ + (R on the journal's link) - (R + rho on the bush's link),
+    Q_k = -N_k F_n - T_k F_t          (force F on the bush, -F on the journal).
+
+At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there.
+"""
+
+from dataclasses import dataclass
+
+from sympy import Expr, Float, Integer, Symbol, sqrt
+
+from .chain import Coordinates
+from .structure import Clearance
+from .system import number
+
+TINY = Float(1e-200)
+
+
+def kelvin_voigt(joint: str, u: Expr, v_n: Expr) -> tuple[Expr, Expr]:
+    """Kelvin-Voigt contact, F_n = K u + C_n v_n while u >= 0, and its stored energy K u^2 / 2.
+
+    The law of Chunmei et al. (2002), equation (17). F_n jumps by C_n v_n at entry and may pull just before
+    separation. Valid for small penetration; the restitution it gives does not depend on the impact speed.
+    """
+    K, C = number(f"K_{joint}"), number(f"C_{joint}")
+    return K * u + C * v_n, K * u**2 / 2
+
+
+LAWS = {"kelvin_voigt": kelvin_voigt}
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Symbols of a joint's geometry and the assignments that define them, in order."""
+
+    definitions: tuple[tuple[Symbol, Expr], ...]
+    r: tuple[Symbol, Symbol]
+    rho: Symbol
+    direction: tuple[Symbol, Symbol]
+    u: Symbol
+    v_n: Symbol
+    v_t: Symbol
+    normal: tuple[Expr, ...]
+    tangential: tuple[Expr, ...]
+    on_drive: tuple[Expr, Expr]
+
+
+def _column(
+    joint: Clearance, c: Coordinates, along: tuple[Expr, Expr], spin: dict[str, Expr]
+) -> dict[Expr, Expr]:
+    """Derivatives of `along`.r' plus spins with respect to every speed."""
+    column: dict[Expr, Expr] = {}
+    for k in joint.arms:
+        n = c.n(k)
+        column[c.speed[k]] = number(f"D_{joint.name}_{k}") * (n[0] * along[0] + n[1] * along[1])
+    for f, sign in joint.bases:
+        for axis in (0, 1):
+            column[c.base_speed[f][axis]] = sign * along[axis]
+    for k, arm in spin.items():
+        column[c.speed[k]] = column.get(c.speed[k], Integer(0)) + arm
+    return column
+
+
+def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
+    """Write a joint's penetration, speeds, and their derivatives by speed."""
+    name, defs = joint.name, []
+
+    def let(symbol: str, value: Expr) -> Symbol:
+        defs.append((Symbol(f"{symbol}_{name}", real=True), value))
+        return defs[-1][0]
+
+    r = tuple(
+        let(
+            f"r{'xy'[axis]}",
+            number(f"r{'xy'[axis]}0_{name}")
+            + sum(number(f"D_{name}_{k}") * c.e(k)[axis] for k in joint.arms)
+            + sum(sign * c.base[f][axis] for f, sign in joint.bases),
+        )
+        for axis in (0, 1)
+    )
+    rho = let("rho", sqrt(r[0] ** 2 + r[1] ** 2 + TINY))
+    unit = let("cos", r[0] / rho), let("sin", r[1] / rho)
+    across = (-unit[1], unit[0])
+    R = number(f"R_{name}")
+    spin = {k: arm for k, arm in ((joint.journal, R), (joint.bush, -R - rho)) if k != "ground"}
+    columns = [_column(joint, c, unit, {}), _column(joint, c, across, spin)]
+    v_n, rows_n = _speed(let, c, columns[0], "N", "vn")
+    v_t, rows_t = _speed(let, c, columns[1], "T", "vt")
+    u = let("u", rho - number(f"e_{name}"))
+    prescribed = tuple(column.get(c.speed[driven], Integer(0)) for column in columns)
+    return Geometry(tuple(defs), r, rho, unit, u, v_n, v_t, rows_n, rows_t, prescribed)
+
+
+def _speed(let, c: Coordinates, column: dict[Expr, Expr], letter: str, word: str):
+    """Name the entries of a column and the relative speed that they make."""
+    rows, total = [Integer(0)] * len(c.speeds), Integer(0)
+    for place, (speed, entry) in enumerate(column.items()):
+        named = let(f"{letter}{place}", entry)
+        total += named * speed
+        if c.index(speed) is not None:
+            rows[c.index(speed)] = named
+    return let(word, total), tuple(rows)

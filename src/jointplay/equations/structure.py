@@ -1,0 +1,78 @@
+"""Which parts a linkage has: the plan from which its equations are written.
+
+A structure holds no numbers; every number it needs is a parameter named here in one place, so that a sweep over
+numbers changes no equation. Cut at every clearance joint, a linkage is a forest of open chains. No SymPy here: a
+structure whose equations have been written before needs none.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """A joint with play: who carries journal and bush ("ground" if nobody moves), and what its vector r is made of.
+
+    `arms` are the links whose e_k enters r = const + sum_k D_k e_k; `bases` the floating chains whose base
+    point enters, as (chain, sign).
+    """
+
+    name: str
+    journal: str
+    bush: str
+    arms: tuple[str, ...]
+    bases: tuple[tuple[int, int], ...] = ()
+    law: str = "kelvin_voigt"
+    tension: bool = True
+    friction: str = "none"
+    viscous: bool = False
+
+
+@dataclass(frozen=True)
+class Pin:
+    """An ideal joint inside a chain: `arms` and `links` move beyond it; `sign` +1 where the outer link carries the bush."""
+
+    name: str
+    sign: int
+    arms: tuple[str, ...]
+    chain: int | None
+    links: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and what is recorded.
+
+    `driven` is the crank; `drive` says how: "motor", "speed" (prescribed) or "none". `section` names a quantity
+    whose level crossings are wanted, as word:label; `powers` asks for the work integrals of the energy balance.
+    """
+
+    links: tuple[str, ...]
+    couplings: tuple[tuple[str, str], ...]
+    floats: tuple[tuple[str, ...], ...]
+    joints: tuple[Clearance, ...]
+    pins: tuple[Pin, ...]
+    driven: str
+    drive: str
+    gravity: bool
+    section: str | None = None
+    powers: bool = False
+
+
+@dataclass(frozen=True)
+class Oscillator:
+    """A small test system by name, with the switches that its equations take."""
+
+    name: str
+    switches: tuple[tuple[str, bool], ...] = ()
+
+
+def parameter_names(structure: Linkage) -> list[str]:
+    """Name every number of the structure, in the order of the parameter array."""
+    names = [f"H_{k}_{m}" for k, m in structure.couplings] + [f"mu_{k}" for k in structure.links]
+    names += [f"m_{f}" for f in range(len(structure.floats))] + ["g"]
+    for joint in structure.joints:
+        names += [f"{word}_{joint.name}" for word in ("e", "R", "rx0", "ry0", "K", "C", "f", "Ct")]
+        names += [f"D_{joint.name}_{k}" for k in joint.arms]
+    for pin in structure.pins:
+        names += [f"m_{pin.name}"] + [f"mu_{pin.name}_{k}" for k in pin.arms]
+    return names + {"motor": ["a", "b"], "speed": ["Omega", "theta_0"], "none": []}[structure.drive]

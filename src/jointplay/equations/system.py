@@ -1,0 +1,103 @@
+"""What a set of equations looks like to the rest of the house.
+
+A system has positions q and speeds z with
+
+    q_i' = z_i  (i < number of positions),      M(q) z' = Q(t, q, z) - sum_j (N_j F_n,j + T_j F_t,j),
+
+so that second-order mechanics and first-order test systems (no positions, M = I) are one form. Sines and cosines of
+angles are symbols of their own; an angle is a position, or a prescribed phase (rate times time), or a sum of both.
+"""
+
+from dataclasses import dataclass, field
+
+from sympy import Expr, Integer, Symbol, symbols
+
+TIME = Symbol("t", real=True)
+
+
+@dataclass(frozen=True)
+class Angle:
+    """An angle whose sine and cosine occur: `position` + `rate` * t + `offset`."""
+
+    name: str
+    position: Symbol | None = None
+    rate: Expr = Integer(0)
+    offset: Expr = Integer(0)
+
+    @property
+    def sin(self) -> Symbol:
+        return Symbol(f"s_{self.name}", real=True)
+
+    @property
+    def cos(self) -> Symbol:
+        return Symbol(f"c_{self.name}", real=True)
+
+    @property
+    def value(self) -> Expr:
+        return (self.position if self.position is not None else Integer(0)) + self.rate * TIME + self.offset
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One unilateral contact: penetration u, speeds v_n and v_t, force law F_n(u, v_n), friction.
+
+    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed.
+    """
+
+    name: str
+    u: Symbol
+    v_n: Symbol
+    F_n: Expr
+    normal: tuple[Expr, ...]
+    pulls: bool = True
+    v_t: Symbol | None = None
+    tangential: tuple[Expr, ...] = ()
+    coulomb: Expr | None = None
+    viscous: Expr = Integer(0)
+    stored: Expr = Integer(0)
+
+    @property
+    def sticks(self) -> bool:
+        return self.coulomb is not None
+
+
+@dataclass(frozen=True)
+class Reset:
+    """A jump of the state: where `guard` falls through zero, each speed of `speeds` takes its new value."""
+
+    name: str
+    guard: Expr
+    speeds: dict[Symbol, Expr]
+
+
+@dataclass(frozen=True)
+class System:
+    """Equations of motion, ready for code generation. See the module's text for the form."""
+
+    positions: tuple[Symbol, ...]
+    speeds: tuple[Symbol, ...]
+    parameters: tuple[Symbol, ...]
+    definitions: tuple[tuple[Symbol, Expr], ...]
+    mass: dict[tuple[int, int], Expr] | None
+    force: tuple[Expr, ...]
+    angles: tuple[Angle, ...] = ()
+    contacts: tuple[Contact, ...] = ()
+    resets: tuple[Reset, ...] = ()
+    powers: dict[str, Expr] = field(default_factory=dict)
+    outputs: dict[str, Expr] = field(default_factory=dict)
+    section: Expr | None = None
+
+
+def number(name: str) -> Symbol:
+    """The symbol of a parameter (a real number of the mechanism)."""
+    return Symbol(name, real=True)
+
+
+def accelerations(n: int) -> tuple[Symbol, ...]:
+    """Symbols that stand for the n solved accelerations in outputs and powers."""
+    return symbols(f"a_:{n}", real=True)
+
+
+def traction(contact: Contact) -> tuple[Symbol, Symbol]:
+    """Symbols that stand for the solved normal and tangential force of a contact in outputs and powers."""
+    return Symbol(f"Fn_{contact.name}", real=True), Symbol(f"Ft_{contact.name}", real=True)

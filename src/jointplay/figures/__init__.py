@@ -1,0 +1,84 @@
+"""Pictures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
+
+from collections.abc import Callable
+from inspect import signature
+
+from matplotlib.figure import Figure
+from xarray import Dataset
+
+from jointplay.errors import NOTHING, InputError, Problem, unknown
+
+from . import pick
+from .journal_orbit import journal_orbit
+from .overview import overview
+from .phase_portrait import phase_portrait
+from .poincare_section import poincare_section
+from .time_history import time_history
+
+KINDS: dict[str, Callable[..., Figure]] = {
+    "time_history": time_history,
+    "journal_orbit": journal_orbit,
+    "phase_portrait": phase_portrait,
+    "poincare_section": poincare_section,
+    "overview": overview,
+}
+
+__all__ = ["KINDS", "draw", "problems"]
+
+
+def draw(dataset: Dataset, options: dict | None = None) -> Figure:
+    """Draw a result.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What an analysis returned, or `jointplay.open`.
+    options : dict, optional
+        `kind`, one of `KINDS`, and the keywords of that function: the `[figure]` table of a study file.
+        By default the kind that suits the dataset's own `kind`.
+
+    Returns
+    -------
+    Figure
+
+    Raises
+    ------
+    InputError
+        If an option, or a variable, link or joint that it names, does not exist.
+    """
+    options = dict(options or {})
+    wrong = problems(options)
+    if wrong:
+        raise InputError(wrong)
+    kind = options.pop("kind", None) or usual_kind(dataset)
+    return KINDS[kind](dataset, **options)
+
+
+def problems(options: dict) -> list[Problem]:
+    """Return what is wrong with figure options as far as that can be told before there is a result.
+
+    Without a `kind`, an option is accepted if any kind has it.
+    """
+    kind = options.get("kind")
+    if kind is not None and kind not in KINDS:
+        return [unknown("figure.kind", kind, kind, KINDS, "figure")]
+    known = {
+        name for one in ([kind] if kind else KINDS) for name in list(signature(KINDS[one]).parameters)[1:]
+    }
+    accepted = sorted(known | {"kind"})
+    return [
+        unknown(f"figure.{key}", options[key], key, accepted, "option")
+        for key in options
+        if key not in accepted
+    ]
+
+
+def usual_kind(dataset: Dataset) -> str:
+    """Return the picture that a dataset gets where none is asked for."""
+    if dataset.attrs.get("kind") == "section":
+        return "poincare_section"
+    if dataset.attrs.get("kind") == "response":
+        return "overview" if pick.labels(dataset, "joint") else "time_history"
+    raise pick.refuse(
+        "kind", dataset.attrs.get("kind", NOTHING), "the kind of figure: one of " + ", ".join(KINDS)
+    )

@@ -1,0 +1,106 @@
+"""Choosing from a dataset what a figure shows, with errors that name what exists."""
+
+from collections.abc import Iterable
+from numbers import Real
+
+import numpy as np
+from xarray import DataArray, Dataset
+
+from jointplay.errors import InputError, Problem, unknown
+
+
+def refuse(option: str, given, expected: str) -> InputError:
+    """Return the error for one wrong figure option."""
+    return InputError([Problem(f"figure.{option}", given, expected)])
+
+
+def choice(option: str, given, known: Iterable[str], what: str = "") -> str:
+    """Return `given` where it is one of `known`."""
+    known = list(known)
+    if not isinstance(given, str) or given not in known:
+        raise InputError([unknown(f"figure.{option}", given, given, known, what or option)])
+    return given
+
+
+def labels(dataset: Dataset, dim: str) -> list[str]:
+    """Return the labels along `dim`; none where the dataset has no such dimension."""
+    return [str(label) for label in dataset[dim].values] if dim in dataset.coords else []
+
+
+def label(dataset: Dataset, dim: str, given: str | None) -> str:
+    """Return `given` where it is a label of `dim`, the first label where it is None."""
+    known = labels(dataset, dim)
+    if given is None and known:
+        return known[0]
+    return choice(dim, given, known)
+
+
+def names(dataset: Dataset, dim: str) -> list[str]:
+    """Return what can be drawn over `dim`: numeric variables, then a test system's states by their labels."""
+    drawn = [
+        name for name, array in dataset.data_vars.items() if dim in array.dims and array.dtype.kind in "fiu"
+    ]
+    found = [str(name).removeprefix("section_") if dim == "turn" else str(name) for name in drawn]
+    return found + (labels(dataset, "state") if "state_value" in found else [])
+
+
+def variable(dataset: Dataset, name: str, option: str = "variables", dim: str = "time") -> DataArray:
+    """Return the variable `name`, or the state of a test system that is labelled so, over `dim`.
+
+    A section kept inside a response has its variables under `section_` names: both names are understood.
+    """
+    for stored in (name, f"section_{name}") if dim == "turn" else (name,):
+        if isinstance(stored, str) and stored in dataset.data_vars and dim in dataset[stored].dims:
+            return dataset[stored]
+    states = "section_state_value" if dim == "turn" and "section_state_value" in dataset else "state_value"
+    if states in dataset and dim in dataset[states].dims and name in labels(dataset, "state"):
+        return dataset[states].sel(state=name).assign_attrs(long_name=f"state {name}")
+    raise InputError([unknown(f"figure.{option}", name, name, names(dataset, dim), "variable")])
+
+
+def curve(dataset: Dataset, name: str, option: str, dim: str = "time", **labelled: str | None) -> DataArray:
+    """Return `name` along `dim` alone, at the given (or first) label of each other dimension.
+
+    Its `long_name` says which label that is wherever there was a choice.
+    """
+    array = variable(dataset, name, option, dim)
+    for other in [d for d in array.dims if d != dim]:
+        chosen = label(dataset, other, labelled.get(other))
+        several = array.sizes[other] > 1
+        array = array.sel({other: chosen})
+        if several:
+            array = array.assign_attrs(long_name=f"{title(array)}, {chosen}")
+    return array
+
+
+def title(array: DataArray) -> str:
+    """Return what an axis calls `array`."""
+    words = array.attrs.get("long_name") or str(array.name).replace("_", " ")
+    return words[:1].upper() + words[1:]
+
+
+def in_contact(dataset: Dataset, joint: str, dim: str = "time") -> np.ndarray | None:
+    """Return where the journal feels the bush, as booleans along `dim`; None where modes were not recorded.
+
+    `free` and `released` carry no force, all other modes do.
+    """
+    if "mode" not in dataset or dim not in dataset["mode"].dims:
+        return None
+    meanings = flags(dataset["mode"])
+    forceless = [code for code, meaning in meanings.items() if meaning in ("free", "released")]
+    return ~np.isin(dataset["mode"].sel(joint=joint).values, forceless)
+
+
+def flags(array: DataArray) -> dict[int, str]:
+    """Return the meaning of each value of a CF flag variable."""
+    values = np.atleast_1d(array.attrs.get("flag_values", []))
+    return dict(zip(map(int, values), str(array.attrs.get("flag_meanings", "")).split(), strict=False))
+
+
+def numbers(option: str, given, count: int, expected: str) -> tuple[float, ...]:
+    """Return `given` as `count` increasing numbers."""
+    items = list(given) if isinstance(given, list | tuple) else [given]
+    real = all(isinstance(item, Real) and not isinstance(item, bool) and np.isfinite(item) for item in items)
+    if len(items) != count or not real or any(np.diff(items) <= 0):
+        raise refuse(option, given, expected)
+    return tuple(map(float, items))

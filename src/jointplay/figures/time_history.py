@@ -1,0 +1,162 @@
+"""Time histories: one panel a variable, on one time axis, with the events of the run in a strip below."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from xarray import DataArray, Dataset
+
+from . import parts, pick, style, timebase
+
+DEFAULTS = ("normal_force", "angular_acceleration", "state_value")
+LONGEST = 25  # characters of a y label that fit the height of a panel
+WRAPPED = ("contact_angle",)  # jump by a turn where they pass half a turn
+PANEL, STRIP, GAP, MARGINS = 37.0, 5.0, 7.0, 15.0  # mm of height: panel, row of events, between, at the ends
+
+
+@style.paper()
+def time_history(
+    dataset: Dataset,
+    *,
+    variables: str | Sequence[str] | None = None,
+    link: str | None = None,
+    joint: str | None = None,
+    turns: float | Sequence[float] | None = None,
+    time: Sequence[float] | None = None,
+    axis: str | Sequence[str] | None = None,
+    events: bool | Sequence[str] = False,
+    column: str = "double",
+) -> Figure:
+    """Draw variables over time.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        A response.
+    variables : str or sequence of str, optional
+        What to draw, a panel each; a test system's states by their labels. By default the normal forces, or
+        what else there is: angular accelerations, states.
+    link, joint : str, optional
+        Draw this link or joint only; by default all.
+    turns : float or pair, optional
+        The last so many turns, or [first, last]; by default everything.
+    time : pair, optional
+        A window in s, instead of `turns`.
+    axis : str or pair, optional
+        "time", "turns" or "angle" (of the crank) at the bottom, and another on top; by default time, turns.
+    events : bool or sequence of str, optional
+        Show the events (or only these kinds) in a strip below.
+    column : {"double", "single"}
+        Width of the figure: 180 mm or 88 mm.
+
+    Returns
+    -------
+    Figure
+    """
+    width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
+    part = timebase.window(dataset, turns, time)
+    arrays = chosen(part, variables, link, joint)
+    rows = event_rows(dataset, part, events, joint)
+    bases = timebase.bases(dataset, part["time"].values, axis)
+    heights = [PANEL] * len(arrays) + [2 + STRIP * len(rows)] * bool(rows)
+    figure = style.sheet(width, sum(heights) + GAP * len(heights) + MARGINS)
+    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    letters = "abcdefghijklmnopqrstuvwxyz" if len(heights) > 1 else ""
+    for ax, array in zip(axes, arrays, strict=False):
+        history_panel(ax, array, bases[0], several(dataset, array))
+    legends(axes)
+    if rows:
+        strip(axes[-1], rows, bases[0])
+    for ax, letter in zip(axes, letters, strict=False):
+        parts.heading(ax, f"({letter})", beside_top_axis=ax is axes[0] and len(bases) > 1)
+    timebase.dress(axes[-1], axes[0], bases)
+    return parts.finish(figure, dataset)
+
+
+def chosen(dataset: Dataset, variables, link: str | None, joint: str | None) -> list[DataArray]:
+    """Return what is to be drawn, cut down to one link or joint where that was asked."""
+    if variables is None:
+        known = [name for name in DEFAULTS if name in dataset and dataset[name].size]
+        variables = known[:1] or pick.names(dataset, "time")[:1]
+    asked = [variables] if isinstance(variables, str) else list(variables)
+    if not asked:
+        raise pick.refuse("variables", variables, "the name of a variable over time, or several")
+    arrays = [pick.variable(dataset, name) for name in asked]
+    for dim, label in (("link", link), ("joint", joint)):
+        if label is not None:
+            pick.choice(dim, label, pick.labels(dataset, dim))
+            arrays = [array.sel({dim: [label]}) if dim in array.dims else array for array in arrays]
+    return arrays
+
+
+def several(dataset: Dataset, array: DataArray) -> bool:
+    """Tell whether a reader has to be told which link, joint or state is drawn."""
+    return any(dataset.sizes[dim] > 1 for dim in array.dims if dim != "time")
+
+
+def history_panel(ax: Axes, array: DataArray, base: timebase.Base, named: bool) -> None:
+    """Draw one variable over the time axis `base`: a curve for each of its labels, `named` so or not."""
+    x = base.forward(array["time"].values)
+    values, unit = parts.displayed(array.transpose("time", ...))
+    others = [dim for dim in array.dims if dim != "time"]
+    names = [str(label) for label in array[others[0]].values] if others else [None]
+    columns = values if values.ndim == 2 else values[:, None]
+    if not columns.size:
+        parts.say(ax, parts.EMPTY)
+    for column, name in zip(columns.T, names, strict=True):
+        xs, ys = broken(x, column) if array.name in WRAPPED else (x, column)
+        parts.curve(ax, xs, ys, label=name if named else "_")
+    missing = ~np.isfinite(columns)
+    lacking = ", ".join(
+        str(name) for name, gone in zip(names, missing.T, strict=True) if gone.any() and named
+    )
+    parts.shade_missing(ax, x, missing.any(axis=1), f"no value ({lacking})" if lacking else "no value")
+    parts.name_y(ax, array, unit, LONGEST)
+    if x.size > 1:
+        ax.set_xlim(x[0], x[-1])
+
+
+def legends(axes: Sequence[Axes]) -> None:
+    """Name the curves to the right of each panel, but not again what the panel above has named."""
+    told = []
+    for ax in axes:
+        names = ax.get_legend_handles_labels()[1]
+        if names and names != told:
+            ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05))
+        told = names
+
+
+def broken(x: np.ndarray, degrees: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lift the pen where a wrapped angle jumps from one end of its range to the other."""
+    jumps = np.flatnonzero(np.abs(np.diff(degrees)) > 180) + 1
+    return np.insert(x, jumps, x[jumps]), np.insert(degrees, jumps, np.nan)
+
+
+def event_rows(dataset: Dataset, part: Dataset, events, joint: str | None) -> dict[str, np.ndarray]:
+    """Return the times in s of the events in the window, by kind; absent kinds only if named."""
+    if events is False or events is None:
+        return {}
+    if "event_kind" not in dataset:
+        raise pick.refuse("events", events, "false: this result has no events")
+    meanings = pick.flags(dataset["event_kind"])
+    named = [] if events is True else [events] if isinstance(events, str) else list(events)
+    for kind in named:
+        pick.choice("events", kind, meanings.values(), "kind of event")
+    times, kinds = dataset["event_time"].values, dataset["event_kind"].values
+    span = part["time"].values[[0, -1]] if part.sizes["time"] else (np.inf, -np.inf)
+    inside = (times >= span[0]) & (times <= span[1])
+    if joint is not None:
+        inside &= dataset["event_joint"].values == pick.labels(dataset, "joint").index(joint)
+    rows = {kind: times[inside & (kinds == code)] for code, kind in meanings.items()}
+    return {kind: found for kind, found in rows.items() if kind in named or (not named and found.size)}
+
+
+def strip(ax: Axes, rows: dict[str, np.ndarray], base: timebase.Base) -> None:
+    """Draw events as ticks, a row a kind."""
+    for height, times in enumerate(rows.values()):
+        x = base.forward(times)
+        ax.plot(x, np.full(x.size, height), "|", color=style.BLACK, markersize=7, markeredgewidth=0.7)
+    ax.set_yticks(range(len(rows)), [kind.replace("_", " ") for kind in rows])
+    ax.set_ylim(len(rows) - 0.4, -0.6)
+    ax.tick_params(axis="y", length=0)

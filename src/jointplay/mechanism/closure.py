@@ -1,0 +1,246 @@
+"""The ideal four-bar: where its links are and how fast they turn at a crank angle, in closed form.
+
+Method: the crank's end A follows from the crank angle; the joint B between coupler and rocker lies on two
+circles, one about A and one about the rocker's pivot C; the two intersections are the branches. Speeds are
+the closure d₁ e₁ + d₂ e₂ = C − O + d₃ e₃ differentiated in time and projected on e₂ and e₃, exactly.
+Assumptions: planar, rigid, every joint ideal. Units: m, rad, rad/s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from jointplay.errors import InputError, Problem, refuse, unknown
+from jointplay.mechanism.base import GROUND
+
+if TYPE_CHECKING:
+    from jointplay.mechanism.records import Joint, Mechanism, Pin
+
+Branch = Literal["upper", "lower"]
+BRANCHES = ("upper", "lower")
+_DEAD = 1e-12  # squared height of B over A–C, in squared lengths, below which its digits are mostly rounding
+
+
+@dataclass(frozen=True)
+class FourBar:
+    """A closed loop ground – crank – coupler – rocker – ground.
+
+    Parameters
+    ----------
+    crank, coupler, rocker : str
+        Names of the links in loop order.
+    joints : tuple of str, shape (4,)
+        Names of the joints O, A, B, C in loop order, whatever they are called.
+    spans : tuple of float, shape (3,)
+        Signed distances between a link's two pins along its direction, m; crank, coupler, rocker.
+    origin, pivot : tuple of float, shape (2,)
+        Where the crank and the rocker are pinned to the ground, m.
+    """
+
+    crank: str
+    coupler: str
+    rocker: str
+    joints: tuple[str, str, str, str]
+    spans: tuple[float, float, float]
+    origin: tuple[float, float]
+    pivot: tuple[float, float]
+
+    @property
+    def links(self) -> tuple[str, str, str]:
+        """Names of crank, coupler and rocker."""
+        return self.crank, self.coupler, self.rocker
+
+    @property
+    def ground(self) -> float:
+        """Distance between the two pins on the ground, m."""
+        return math.dist(self.origin, self.pivot)
+
+    @property
+    def lengths(self) -> dict[str, float]:
+        """Distances between the pins, m, by link name and ``ground``."""
+        return {name: abs(d) for name, d in zip(self.links, self.spans, strict=True)} | {GROUND: self.ground}
+
+    @property
+    def closes(self) -> bool:
+        """Whether it closes at some crank angle without lying flat: no side as long as the rest together."""
+        sides = list(self.lengths.values())
+        return min(sides[:3]) > 0 and 2 * max(sides) < sum(sides)
+
+
+def four_bar(mechanism: Mechanism) -> FourBar:
+    """Find the four-bar loop of a mechanism.
+
+    Raises
+    ------
+    InputError
+        If the mechanism is not a four-bar with its driven link pinned to the ground.
+    """
+    loop = find_four_bar(mechanism.joints, mechanism.crank)
+    if loop is None:
+        found = (
+            f"{len(mechanism.links)} links, {len(mechanism.joints)} joints, driven link {mechanism.crank!r}"
+        )
+        cure = "of any other mechanism the initial angles of all links must be given"
+        form = "crank, coupler and rocker in one loop of four joints, the driven crank pinned to the ground"
+        raise InputError(
+            [Problem("mechanism", found, f"a four-bar ({form}) is accepted; {cure}")], "mechanism"
+        )
+    return loop
+
+
+def find_four_bar(joints: Sequence[Joint], crank: str | None) -> FourBar | None:
+    """Find the loop that starts with the driven link, from the joints alone; None if there is no four-bar."""
+    pins: dict[str, list[tuple[Joint, Pin, Pin]]] = {}
+    for joint in joints:
+        pins.setdefault(joint.journal.link, []).append((joint, joint.journal, joint.bush))
+        pins.setdefault(joint.bush.link, []).append((joint, joint.bush, joint.journal))
+    if len(joints) != 4 or len(pins) != 4 or any(len(pair) != 2 for pair in pins.values()):
+        return None
+    first = [end for end in pins.get(GROUND, ()) if end[2].link == crank]
+    if len(first) != 1:
+        return None
+    path = first
+    while len(path) < 4:
+        path += [end for end in pins[path[-1][2].link] if end[0] is not path[-1][0]]
+    (_, origin, o), (_, a, a2), (_, b, b2), (_, c, pivot) = path
+    names: Any = tuple(joint.name for joint, _, _ in path)
+    ends: Any = origin.point, pivot.point  # never None on the ground
+    return FourBar(o.link, a2.link, b2.link, names, (a.at - o.at, b.at - a2.at, b2.at - c.at), *ends)
+
+
+def ideal_state(
+    mechanism: Mechanism,
+    crank_angle: float = 0.0,
+    crank_speed: float | None = None,
+    branch: Branch | None = None,
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Give angles and speeds of a four-bar with every joint ideal.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        A four-bar; clearances in it are taken as 0.
+    crank_angle : float
+        Angle of the driven link, rad.
+    crank_speed : float, optional
+        Its angular velocity, rad/s. Left out: the drive's no-load or constant speed, 0 without a drive.
+    branch : {'upper', 'lower'}, optional
+        Which of the two ways to assemble the loop; the mechanism's own if left out. Seen along the line
+        from the crank's end to the rocker's pivot, ``upper`` puts the joint between coupler and rocker on
+        the left where the ground line O–C points to +x (or straight up or down), and on the right where it
+        points to −x. With a level ground line longer than the crank this is above it; a mirror image left
+        to right keeps its branch.
+
+    Returns
+    -------
+    angles : dict of str to float
+        By link name, rad; the crank's as given, the others' in (−π, π].
+    speeds : dict of str to float
+        By link name, rad/s.
+
+    Raises
+    ------
+    InputError
+        If the mechanism is not a four-bar, cannot close at this angle, or is at a dead centre, where
+        coupler and rocker lie in one line and the crank does not determine their speeds.
+    """
+    branch = mechanism.branch if branch is None else branch
+    if crank_speed is None:
+        crank_speed = mechanism.drive.nominal_speed if mechanism.drive else 0.0
+    _check(crank_angle, crank_speed, branch)
+    loop = four_bar(mechanism)
+    angles = _angles(loop, crank_angle, branch)
+    state = dict(zip(loop.links, zip(angles, _speeds(loop, angles, crank_speed), strict=True), strict=True))
+    names = [link.name for link in mechanism.links]
+    return {name: state[name][0] for name in names}, {name: state[name][1] for name in names}
+
+
+def _check(crank_angle: Any, crank_speed: Any, branch: Any) -> None:
+    wanted = {"crank_angle": (crank_angle, "angle in rad"), "crank_speed": (crank_speed, "speed in rad/s")}
+    problems = [
+        Problem(key, given, f"a finite {noun} is accepted")
+        for key, (given, noun) in wanted.items()
+        if not _finite(given)
+    ]
+    if branch not in BRANCHES:
+        problems.append(unknown("branch", branch, branch, BRANCHES, "branch"))
+    if problems:
+        raise InputError(problems)
+
+
+def _finite(given: Any) -> bool:
+    try:
+        return not isinstance(given, bool | str) and math.isfinite(given)
+    except TypeError:
+        return False
+
+
+def _angles(loop: FourBar, crank_angle: float, branch: Branch) -> tuple[float, float, float]:
+    """Intersect the circles about A and C: B = A + (C − A)(along + i across)/D, as vectors."""
+    crank, coupler, rocker = loop.spans
+    ax = loop.origin[0] + crank * math.cos(crank_angle)
+    ay = loop.origin[1] + crank * math.sin(crank_angle)
+    dx, dy = loop.pivot[0] - ax, loop.pivot[1] - ay
+    gap = math.hypot(dx, dy)
+    side = 1.0 if loop.pivot[0] >= loop.origin[0] else -1.0
+    along, across = _triangle(loop, gap, crank_angle)
+    across *= side if branch == "upper" else -side
+    ux, uy = dx / gap, dy / gap
+    bx, by = along * ux - across * uy, along * uy + across * ux  # B − A
+    on_coupler = math.atan2(math.copysign(1.0, coupler) * by, math.copysign(1.0, coupler) * bx)
+    turn = math.copysign(1.0, rocker)
+    return crank_angle, on_coupler, math.atan2(turn * (by - dy), turn * (bx - dx))
+
+
+def _triangle(loop: FourBar, gap: float, crank_angle: float) -> tuple[float, float]:
+    """Give B's distances along and across the line from A to C; the sides are coupler, rocker and `gap`."""
+    coupler, rocker = abs(loop.spans[1]), abs(loop.spans[2])
+    scale = max(coupler, rocker, gap)
+    # Heron's product keeps digits where the triangle is nearly flat; the difference of squares loses them.
+    flat = (coupler + rocker - gap) * (gap - coupler + rocker) * (gap + coupler - rocker)
+    if gap <= _DEAD * scale:
+        height = 0.0
+    else:
+        height = flat * (coupler + rocker + gap) / (2 * gap) ** 2
+    if height < -_DEAD * scale**2:
+        raise refuse(crank_angle, _cannot_close(loop, gap), "crank_angle")
+    if height < _DEAD * scale**2:
+        names = f"{loop.coupler} and {loop.rocker} lie in one line here"
+        raise refuse(
+            crank_angle, f"a crank angle away from the dead centre is accepted: {names}", "crank_angle"
+        )
+    return (gap**2 + (coupler - rocker) * (coupler + rocker)) / (2 * gap), math.sqrt(height)
+
+
+def _cannot_close(loop: FourBar, gap: float) -> str:
+    sides = loop.lengths
+    coupler, rocker, crank, ground = sides[loop.coupler], sides[loop.rocker], sides[loop.crank], sides[GROUND]
+    reach = f"from {abs(coupler - rocker):.6g} to {coupler + rocker:.6g} m"
+    why = f"{loop.coupler} and {loop.rocker} span {reach}, and here {gap:.6g} m lie between their far pins"
+    near, far = (_opening(crank, ground, d) for d in (abs(coupler - rocker), coupler + rocker))
+    if not loop.closes:
+        return f"links that close are accepted, these do at no crank angle: {why}"
+    base = math.atan2(loop.pivot[1] - loop.origin[1], loop.pivot[0] - loop.origin[0])
+    base += math.pi if loop.spans[0] < 0 else 0.0
+    limits = f"between {near:.6g} and {far:.6g} rad to either side of the ground line (at {base:.6g} rad)"
+    return f"a crank angle {limits} is accepted: {why}"
+
+
+def _opening(crank: float, ground: float, gap: float) -> float:
+    """Angle between crank and ground line at which their far ends lie `gap` apart, cut off to [0, π]; rad."""
+    cosine = (crank**2 + ground**2 - gap**2) / (2 * crank * ground) if ground else 1.0
+    return math.acos(min(1.0, max(-1.0, cosine)))
+
+
+def _speeds(
+    loop: FourBar, angles: tuple[float, float, float], crank_speed: float
+) -> tuple[float, float, float]:
+    """Project d₁ω₁n₁ + d₂ω₂n₂ = d₃ω₃n₃ on e₃ and on e₂."""
+    (d1, d2, d3), (t1, t2, t3) = loop.spans, angles
+    fold = math.sin(t3 - t2)
+    coupler = -d1 * crank_speed * math.sin(t3 - t1) / (d2 * fold)
+    rocker = -d1 * crank_speed * math.sin(t2 - t1) / (d3 * fold)
+    return crank_speed, coupler, rocker

@@ -1,0 +1,236 @@
+"""What is simulated: a linkage, `Mechanism`, in SI units, or a small known system, `TestSystem`.
+
+All are validated and frozen; every record of the package can be imported from here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from jointplay.errors import InputError, from_pydantic, refuse, unknown
+from jointplay.mechanism.base import GROUND, Flag, Name, Number, Positive, Record, Several, measured, named
+from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
+from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
+from jointplay.mechanism.parts import Contact, Friction, Joint, Link, Pin
+from jointplay.mechanism.section import (
+    ContactSection,
+    CrankAngle,
+    Plane,
+    Section,
+    SeparationSection,
+    check_section,
+)
+from jointplay.mechanism.structure import Draft, first_on_ground, problems
+
+__all__ = [
+    "GROUND",
+    "MAIN_JOINT",
+    "Changes",
+    "ConstantSpeed",
+    "Contact",
+    "ContactSection",
+    "CrankAngle",
+    "Drive",
+    "Friction",
+    "Joint",
+    "Link",
+    "Mechanism",
+    "MotorLine",
+    "Pin",
+    "Plane",
+    "Section",
+    "SeparationSection",
+    "TestSystem",
+    "check_section",
+]
+
+
+class Mechanism(Record):
+    """A planar linkage.
+
+    Parameters
+    ----------
+    name : str
+        Name, for titles.
+    links : tuple of Link
+        Moving links; the ground is not among them.
+    joints : tuple of Joint
+        Joints between links, or between a link and the ground.
+    drive : MotorLine, ConstantSpeed or None
+        What turns the driven link; None: nothing does.
+    gravity : float
+        Acceleration along −y, m/s².
+    branch : {'upper', 'lower'}
+        Which way a four-bar is assembled: with the joint between coupler and rocker above or below
+        (`jointplay.mechanism.closure.ideal_state` says exactly).
+    """
+
+    name: Name = "linkage"
+    links: Several[Link] = Field(json_schema_extra={"accepts": "a list of at least one link"})
+    joints: Several[Joint] = Field(json_schema_extra={"accepts": "a list of at least one joint"})
+    drive: Annotated[Drive | None, Field()] = None
+    gravity: Number = measured("gravity", "m/s²", 9.8)
+    branch: Literal["upper", "lower"] = "upper"
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _every_problem_at_once(cls, data: Any, build: Callable[[Any], Self]) -> Self:
+        # pydantic alone would look at how the parts fit only once each of them is right.
+        record, found = None, []
+        try:
+            record = build(data)
+        except ValidationError as error:
+            found = from_pydantic(error, cls).problems
+        found += problems(Draft.of(data if record is None else record))
+        if found or record is None:
+            raise InputError(found)
+        return record
+
+    @property
+    def clearance_joints(self) -> tuple[Joint, ...]:
+        """The joints with clearance, in order."""
+        return tuple(joint for joint in self.joints if joint.clearance > 0)
+
+    @property
+    def crank(self) -> str | None:
+        """Name of the driven link; without a drive, of the first link that is pinned to the ground."""
+        return (
+            self.drive.link
+            if self.drive
+            else first_on_ground([link.name for link in self.links], self.joints)
+        )
+
+    def link(self, name: str) -> Link:
+        """Give the link of this name."""
+        return self._part(self.links, name, "link")
+
+    def joint(self, name: str) -> Joint:
+        """Give the joint of this name."""
+        return self._part(self.joints, name, "joint")
+
+    @staticmethod
+    def _part(parts: tuple[Any, ...], name: str, what: str) -> Any:
+        named = {part.name: part for part in parts}
+        if name not in named:
+            raise InputError([unknown(what, name, name, named, what)])
+        return named[name]
+
+    def replace(self, **changes: Any) -> Mechanism:
+        """Give a changed, validated copy.
+
+        Parameters
+        ----------
+        **changes
+            `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `branch`, `gravity`,
+            `drive`, `speed`: see `Changes`.
+
+        Raises
+        ------
+        InputError
+            Listing every change that does not exist, cannot have its value, or finds nothing to change.
+        """
+        return type(self)(**changed(self, changes))
+
+    def summary(self) -> str:
+        """Describe the mechanism in a few lines of text."""
+        links = [
+            f"  link {link.name}: {link.length:g} m, {link.mass:g} kg, {link.inertia:g} kg m²"
+            for link in self.links
+        ]
+        joints = [f"  joint {j.name}: {j.journal.link} in {j.bush.link}, {_play(j)}" for j in self.joints]
+        tail = [f"  drive: {_drive(self.drive)}", f"  gravity {self.gravity:g} m/s², {self.branch} branch"]
+        return "\n".join([self.name, *links, *joints, *tail])
+
+    def __repr__(self) -> str:
+        play = ", ".join(f"{j.name} {j.clearance:g} m" for j in self.clearance_joints) or "none"
+        links = ", ".join(link.name for link in self.links)
+        return f"<Mechanism {self.name}: {links}; clearance: {play}; drive: {_drive(self.drive)}>"
+
+    __str__ = __repr__
+
+
+def _play(joint: Joint) -> str:
+    if not joint.clearance or joint.contact is None:
+        return "ideal"
+    law = joint.contact
+    friction = f", friction {joint.friction.coefficient:g}" if joint.friction else ""
+    tension = "" if law.tension else ", no tension"
+    return f"clearance {joint.clearance:g} m, {law.stiffness:g} N/m, {law.damping:g} N s/m{tension}{friction}"
+
+
+def _drive(drive: MotorLine | ConstantSpeed | None) -> str:
+    if drive is None:
+        return "none"
+    if isinstance(drive, MotorLine):
+        ratio = f"motor, gear ratio {drive.gear_ratio:g}"
+        return f"{ratio} on {drive.link}, no load at {drive.no_load_speed:.6g} rad/s"
+    return f"{drive.link} at {drive.speed:g} rad/s"
+
+
+_VALUE = {"accepts": "a table of finite numbers, or true and false for switches,"}
+
+
+class TestSystem(Record):
+    """A small system with known answers, to test the methods on; dimensionless.
+
+    Parameters
+    ----------
+    name : str
+        Name, for titles.
+    system : str
+        Which equations: a key of `jointplay.equations.oscillators`.
+    parameters : dict of str to float
+        By name; switches are true or false.
+    initial : tuple of float
+        State at time 0.
+    period : float, optional
+        Period of the forcing; None if there is none.
+    """
+
+    __test__ = False  # the name starts with Test, and pytest would collect it
+
+    name: Name = named("name")
+    system: Name = named("name of the equations")
+    parameters: dict[Name, Flag | Number] = Field(json_schema_extra=_VALUE)
+    initial: Several[Number] = measured("initial state", "1")
+    period: Positive | None = measured("forcing period", "1", None)
+
+    def replace(self, **changes: Any) -> TestSystem:
+        """Give a copy with other parameters, or another `initial` state.
+
+        Parameters
+        ----------
+        **changes
+            Parameters by name, and `initial`; the default initial state and the period follow the parameters.
+
+        Raises
+        ------
+        InputError
+            Listing every parameter that does not exist or cannot have its value.
+        """
+        from jointplay.mechanism import catalog
+
+        if self.system not in catalog.NAMES:
+            raise refuse(
+                self.system, f"a system of the catalog is accepted: {', '.join(catalog.NAMES)}", "system"
+            )
+        initial = {"initial": changes.pop("initial")} if "initial" in changes else {}
+        record = catalog.NAMES[self.system](**self.parameters | changes)
+        return TestSystem(**dict(record) | initial) if initial else record
+
+    def summary(self) -> str:
+        """Describe the system in one line of text."""
+        values = ", ".join(f"{name} = {value:g}" for name, value in self.parameters.items())
+        cycle = f"; period {self.period:.6g}" if self.period else ""
+        return f"{self.name}: {values}{cycle}"
+
+    def __repr__(self) -> str:
+        return f"<TestSystem {self.summary()}>"
+
+    __str__ = __repr__
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.system, tuple(self.parameters.items()), self.initial, self.period))

@@ -1,0 +1,58 @@
+"""What an analysis computes with: a structure, its numbers, where it starts, and the names of its parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.equations.structure import Linkage, Oscillator
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mechanism or test system, assembled.
+
+    Parameters
+    ----------
+    structure : Linkage or Oscillator
+        Which equations.
+    numbers : ndarray
+        Values of their parameters, in order.
+    state : ndarray
+        Positions, then speeds, at time 0.
+    absolute, relative : ndarray
+        Scales of the tolerated error of each state: rtol * (absolute + relative * abs(state)).
+    turning : ndarray
+        1 where a position is an angle.
+    flags : ndarray of int
+        Of each contact: what ends it, and whether it can stick (`jointplay.numerics.modes`).
+    period : float
+        Nominal period of the drive or forcing, s; a time scale where there is none.
+    h_max : float
+        Longest step, s.
+    links, joints, clearances, pins, states, resets : tuple
+        Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the states
+        and of the resets of a test system.
+    crank, crank_angle, crank_speed
+        Name of the driven link, its angle and speed at time 0.
+    """
+
+    structure: Linkage | Oscillator
+    numbers: np.ndarray
+    state: np.ndarray
+    absolute: np.ndarray
+    relative: np.ndarray
+    turning: np.ndarray
+    flags: np.ndarray
+    period: float
+    h_max: float
+    links: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
+    clearances: tuple[float, ...] = ()
+    pins: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+    crank: str | None = None
+    crank_angle: float = 0.0
+    crank_speed: float = 0.0
+    resets: tuple[str, ...] = ()

@@ -1,0 +1,70 @@
+"""Events: the first guard that leaves its side within a step, and its place on the method itself.
+
+Detection looks at the polynomial of the step (no root of it is stepped over). Location steps anew from the step's
+beginning to the root with the method itself, so that the state at the event has the step's own accuracy and no
+interpolant's: Newton on the length, one or two short solves from an excellent prediction.
+"""
+
+from .interface import compiled
+from .memory import EVALUATIONS
+from .modes import PULLS, inside
+from .polynomial import basis, bernstein, first_root
+from .step import converge
+
+REFINEMENTS = 8
+
+
+@compiled
+def first_event(w, row, modes, flags, fired, b, stack):
+    """The guard that leaves its side first within the step in w, and where in [0, 1]; -1 and 2.0 if none does.
+
+    `row` is the lane row of the first guard.
+    """
+    which, earliest = -1, 2.0
+    for g in range(len(fired)):
+        j = g // 4
+        side = inside(modes[j], g % 4, flags[j] & PULLS) if j < len(modes) else 1
+        if side != 0:
+            degree = bernstein(w, 8 * (row + g), fired[g], b)
+            place = first_root(b, degree, side, stack)
+            if place < earliest:
+                which, earliest = g, place
+    return which, earliest
+
+
+@compiled
+def locate(rate, extrapolate, move, factor, newton, variant, k, x, o, h, place, row, multiplicity, level):
+    """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
+
+    Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and whether the method
+    converged. The shortened step is in k.w.
+    """
+    length, w, b = place * h, k.w, k.b
+    for _ in range(REFINEMENTS):
+        factor(w, k.J, length)
+        extrapolate(w, k.whole, 0.0, length / h)
+        solved, _ = converge(
+            rate, move, newton, variant, w, x.s, x.p, x.m, k.weight, x.count, length, 0.1 * o.newton, 1.0
+        )
+        if not solved:
+            return length, 1.0, False
+        rate(variant, w, x.s, x.p, x.m)
+        x.count[EVALUATIONS] += 7
+        degree = bernstein(w, 8 * row, multiplicity, b)
+        slope = degree * (b[degree] - b[degree - 1])
+        correction = (level - b[degree]) / slope if slope != 0.0 else 0.0
+        if abs(correction) < 1e-6:
+            return length, 1.0 + correction, True
+        length *= 1.0 + min(max(correction, -0.5), 0.5)
+    return length, 1.0, True
+
+
+@compiled
+def state_at(w, at, s, n_x, place, b, out, to):
+    """Write positions and speeds at `place` of the step whose increments begin at w[at]."""
+    basis(place, b)
+    for r in range(n_x):
+        total = s[1 + r]
+        for i in range(7):
+            total += b[8 + i] * w[at + 8 * r + i]
+        out[to + r] = total

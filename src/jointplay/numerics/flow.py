@@ -1,0 +1,303 @@
+"""The event-driven flow: smooth pieces by the collocation method, joined at located events.
+
+One loop for every structure. A piece runs until a guard leaves its side; the state is taken there, the mode changes (or the
+state jumps), and the next piece starts from the new side. Numerical trouble is a status, never an exception.
+"""
+
+import numpy as np
+from numba import int64, typeof, void
+
+from .events import first_event, locate, state_at
+from .interface import POINTERS, compiled, entry
+from .memory import (
+    CLOSE,
+    CONTRACTION,
+    ERROR_PAST,
+    EVALUATIONS,
+    EVENT_ROW,
+    EVENTS,
+    FAILED,
+    FRESH,
+    H_PAST,
+    H_VARIANT,
+    LEVEL,
+    LOGGED,
+    REJECTED,
+    SAMPLES,
+    SECTION_ROW,
+    SECTIONS,
+    SIDE,
+    SMOOTH,
+    STEP_ROW,
+    STEPS,
+    T_EVENT,
+    T_SECTION,
+    H,
+    Options,
+    trajectory,
+    work,
+)
+from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, variant_of
+from .polynomial import bernstein, first_root, keep_right
+from .radau import WEIGHTS
+from .record import log, sample
+from .step import ORDER, TURN, attempt, next_length
+
+WORK = typeof(work(1, 1, 1, 1))
+TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
+OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
+
+OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)
+FULL = -1  # the log is full: empty it and call again
+ROOM = 24  # log rows that one step may need
+CHATTER_COUNT = 12
+SECTIONS_A_STEP = 8
+
+
+@compiled
+def _new_base(jacobian, trig, variant, J, weight, x, n_x):
+    """Jacobian and weights at a new base point."""
+    trig(x.s, x.p)
+    mask(x.modes, x.m)
+    jacobian(variant, x.s, x.p, x.m, J)
+    for r in range(n_x):
+        weight[r] = 1.0 / (x.absolute[r] + x.relative[r] * abs(x.s[1 + r]))
+
+
+@compiled
+def _length(s, turning, h, n_q, t_end):
+    """Length of the next attempt: the controller's, within the angles' bound and the end of the run."""
+    for r in range(n_q):
+        speed = turning[r] * abs(s[1 + n_q + r])
+        if speed * h > 0.8 * TURN:
+            h = 0.8 * TURN / speed
+    left = t_end - s[0]
+    return left if left < 1.001 * h else h
+
+
+@compiled
+def _copy(source, at, target, to, count):
+    for i in range(count):
+        target[to + i] = source[at + i]
+
+
+@compiled
+def _next_crossing(w, row, b, stack, level, after, side):
+    """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none yet); 2.0 if none."""
+    degree = bernstein(w, 8 * row, 0, b)
+    for i in range(degree + 1):
+        b[i] -= level
+    if after >= 0.0:
+        keep_right(b, degree, after)
+    place = first_root(b, degree, side, stack)
+    return place if after < 0.0 or place > 1.0 else after + place * (1.0 - after)
+
+
+@compiled
+def _sections(rate, extrapolate, move, factor, newton, variant, k, x, o, h, end):
+    """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
+    count, real, at, wide = x.count, x.real, 8 * (o.first + 1), 8 * (o.n_q + o.n)
+    row, place = o.first + 1 + o.n_q + 2 * o.n + len(x.fired), -1.0
+    if count[SIDE] == 0:
+        count[SIDE] = -o.direction if o.period != 0.0 or k.w[8 * row + 7] != real[LEVEL] else o.direction
+        if o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * count[SIDE] < 0.0:
+            count[SIDE] = o.direction
+    for _ in range(SECTIONS_A_STEP):
+        after = place if o.period == 0.0 else -1.0
+        place = _next_crossing(k.w, row, k.b, k.stack, real[LEVEL], after, count[SIDE])
+        if place > end or (o.stop_after and count[SECTIONS] >= o.stop_after):
+            return
+        if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
+            _copy(k.w, at, k.whole, 0, wide)
+            length, root, _ = locate(
+                rate,
+                extrapolate,
+                move,
+                factor,
+                newton,
+                variant,
+                k,
+                x,
+                o,
+                h,
+                max(place, 1e-12),
+                row,
+                0,
+                real[LEVEL],
+            )
+            real[T_SECTION] = x.s[0] + length * root
+            _count_section(k, x, o, real[T_SECTION], root, -1, 0)
+            _copy(k.whole, 0, k.w, at, wide)
+            k.w[8 * o.first + 7] = 0.0
+        if o.period == 0.0:
+            count[SIDE] = -count[SIDE]
+        real[LEVEL] += o.period * o.direction
+
+
+@compiled
+def _count_section(k, x, o, time, place, contact, kind):
+    """A section point: logged after the first `skip`."""
+    x.count[SECTIONS] += 1
+    if x.count[SECTIONS] > o.skip:
+        _log(k, x, o, SECTION_ROW, contact, kind, time, place)
+
+
+@compiled
+def _log(k, x, o, tag, contact, kind, time, place):
+    """Add a row to the log."""
+    row, at = x.log[x.count[LOGGED]], 8 * (o.first + 1)
+    log(row, tag, contact, kind, time, place, k.w, at, x.s, o.n_q + o.n, k.b, x.modes, x.work)
+    x.count[LOGGED] += 1
+
+
+@compiled
+def _commit(w, s, work, b, first, row, n_x, h, place):
+    """Move the base point to `place` of the step in w, whose powers begin at lane row `row`; add up the work done."""
+    for i in range(len(work)):
+        at = 8 * (row + i)
+        for j in range(7):
+            work[i] += h * WEIGHTS[j] * w[at + j]
+        work[i] += h * (place - 1.0) * w[at + 6]
+    state_at(w, 8 * (first + 1), s, n_x, place, b, s, 1)
+    s[0] += h * place
+    for i in range(8 * n_x):  # from here on the increments are of the new base point
+        w[8 * (first + 1) + i] = 0.0
+
+
+@compiled
+def _event(contacts, reset, trig, k, x, o, guard):
+    """Change mode, or jump, at the base point; count events that crowd."""
+    count, real, time = x.count, x.real, x.s[0]
+    trig(x.s, x.p)
+    count[CLOSE] = count[CLOSE] + 1 if time - real[T_EVENT] < o.near else 0
+    real[T_EVENT] = time
+    count[EVENTS] += 1
+    at, logged = count[LOGGED], o.log_events and time >= o.log_from
+    if logged:
+        _log(k, x, o, EVENT_ROW, 0, IMPACT, time, 0.0)
+    j, kind = guard // 4, IMPACT
+    if j < len(x.modes):
+        kind = follow(contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, k.contact)
+    else:
+        j = guard - 4 * len(x.modes)
+        x.fired[guard] = 1
+        reset(j, x.s, x.p)
+    if logged:
+        x.log[at, 1], x.log[at, 2] = j, kind
+    if o.section == 2 and kind == o.section_event and (o.section_contact < 0 or o.section_contact == j):
+        _count_section(k, x, o, time, 0.0, j, kind)
+    count[SMOOTH], real[CONTRACTION] = 0, 1.0
+    if real[H_VARIANT + variant_of(x.modes)] > 0.0:
+        real[H] = real[H_VARIANT + variant_of(x.modes)]
+
+
+@compiled
+def _advance(rate, contacts, trig, reset, extrapolate, move, factor, newton, variant, k, x, o, h, error):
+    """Take an accurate attempt, whole or up to its first event; give back False if that could not be located."""
+    w, count, real, n_x = k.w, x.count, x.real, o.n_q + o.n
+    guards, increments = o.first + 1 + o.n_q + 2 * o.n, 8 * (o.first + 1)
+    guard, place = first_event(w, guards, x.modes, x.flags, x.fired, k.b, k.stack)
+    length, root = h, 1.0
+    if guard >= 0 and place * h <= 1e-15 * max(abs(x.s[0]), o.near):
+        root = 0.0
+    elif guard >= 0:
+        _copy(w, increments, k.whole, 0, 8 * n_x)
+        length, root, solved = locate(
+            rate,
+            extrapolate,
+            move,
+            factor,
+            newton,
+            variant,
+            k,
+            x,
+            o,
+            h,
+            place,
+            guards + guard,
+            x.fired[guard],
+            0.0,
+        )
+        if not solved:
+            return False
+    elif len(x.work) > 0:
+        rate(variant, w, x.s, x.p, x.m)
+        count[EVALUATIONS] += 7
+    if root > 0.0:
+        if o.section == 1:
+            _sections(rate, extrapolate, move, factor, newton, variant, k, x, o, length, root)
+        end = x.s[0] + length * root
+        count[SAMPLES] = sample(
+            x.samples, x.at, count[SAMPLES], length, end, w, increments, x.s, n_x, k.b, x.modes, x.work
+        )
+        x.fired[:] = 0
+        if guard < 0:
+            _copy(w, increments, k.past, 0, 8 * n_x)
+            error = max(error, 1e-10)
+            real[H] = next_length(h, error, real[H_PAST], real[ERROR_PAST], count[SMOOTH])
+            real[H_VARIANT + variant], real[H_PAST], real[ERROR_PAST] = real[H], h, max(error, 1e-2)
+            count[SMOOTH] = 1
+        powers = guards + len(x.fired) + (1 if o.section == 1 else 0)
+        _commit(w, x.s, x.work, k.b, o.first, powers, n_x, length, root)
+        if o.log_steps and x.s[0] >= o.log_from:
+            _log(k, x, o, STEP_ROW, -1, 0, x.s[0], 0.0)
+    count[FRESH] = 0
+    if guard >= 0:
+        _event(contacts, reset, trig, k, x, o, guard)
+        if o.log_steps and x.s[0] >= o.log_from:
+            _log(k, x, o, STEP_ROW, -1, 0, x.s[0], 0.0)
+    return True
+
+
+@entry(void(*POINTERS, WORK, TRAJECTORY, OPTIONS))
+def start(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor, newton, estimate, k, x, o):
+    """Set the contact modes that belong to the initial state."""
+    trig(x.s, x.p)
+    x.modes[:] = FREE
+    for j in range(len(x.modes)):
+        x.modes[j] = CONTACT
+        mask(x.modes, x.m)
+        contacts(1, x.s, x.p, x.m, k.contact)
+        closed, force = k.contact[6 * j] >= 0.0, k.contact[6 * j + 3]
+        x.modes[j] = FREE
+        if closed and (x.flags[j] & PULLS or force > 0.0):
+            touch(contacts, j, x.flags, x.modes, x.m, x.s, x.p, k.contact)
+        elif closed:
+            x.modes[j] = RELEASED
+    x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
+
+
+@entry(int64(*POINTERS, WORK, TRAJECTORY, OPTIONS))
+def flow(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor, newton, estimate, k, x, o):
+    """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on."""
+    count, real = x.count, x.real
+    while True:
+        if count[LOGGED] + ROOM > len(x.log):
+            return FULL
+        if x.s[0] >= o.t_end or (o.stop_after and count[SECTIONS] >= o.stop_after):
+            return OK
+        if count[STEPS] + count[REJECTED] + count[FAILED] >= o.max_steps:
+            return STEP_LIMIT
+        variant = variant_of(x.modes)
+        if not count[FRESH]:
+            _new_base(jacobian, trig, variant, k.J, k.weight, x, o.n_q + o.n)
+            count[FRESH] = 1
+        h = _length(x.s, x.turning, min(real[H], o.h_max), o.n_q, o.t_end)
+        error = attempt(rate, extrapolate, rest, move, factor, newton, estimate, variant, k, x, o, h)
+        if error < 0.0:
+            count[FAILED] += 1
+            real[H], count[SMOOTH] = 0.4 * h, 0
+        elif not error < 1.0:
+            count[REJECTED] += 1
+            real[H] = h * max(0.2, 0.9 * error ** (-1.0 / ORDER)) if error < np.inf else 0.1 * h
+        elif _advance(
+            rate, contacts, trig, reset, extrapolate, move, factor, newton, variant, k, x, o, h, error
+        ):
+            count[STEPS] += 1
+            if count[CLOSE] >= CHATTER_COUNT:
+                return CHATTER
+        else:
+            count[FAILED] += 1
+            real[H], count[SMOOTH] = 0.5 * h, 0
+        if not real[H] > 1e-15 * max(abs(x.s[0]), o.near):
+            return NOT_CONVERGED if np.max(np.abs(x.s)) < 1e12 else DIVERGED

@@ -1,0 +1,123 @@
+"""What a trajectory holds while it is computed: plain arrays, allocated once, and the options of a run.
+
+All that a run needs to go on lies here, so that it can be left between two steps and taken up again, with the same
+result to the last bit.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .polynomial import STACK
+
+# Places in Trajectory.count
+STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED, CLOSE, FRESH, SMOOTH, SIDE = range(
+    12
+)
+# Places in Trajectory.real
+H, H_PAST, ERROR_PAST, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_VARIANT = range(8)
+# Tags of log rows, and where their columns begin
+STEP_ROW, EVENT_ROW, SECTION_ROW = range(3)
+COLUMNS = 3
+
+
+class Work(NamedTuple):
+    """Scratch of the method; a lane row is eight doubles."""
+
+    w: np.ndarray  # lane buffer: the method's rows, then the structure's
+    J: np.ndarray  # Jacobian, rows of positions and speeds
+    past: np.ndarray  # increments of the last accepted step
+    whole: np.ndarray  # increments of a step that is being shortened
+    weight: np.ndarray  # 1 / tolerated error of each state
+    error: np.ndarray  # estimated error of each state
+    b: np.ndarray  # eight Bernstein coefficients, then a Lagrange basis
+    stack: np.ndarray  # intervals of the root isolation
+    contact: np.ndarray  # six numbers a contact
+
+
+class Trajectory(NamedTuple):
+    """State of a run, its numbers, its controls, and what it has recorded."""
+
+    s: np.ndarray  # time, positions, speeds, sines, cosines
+    p: np.ndarray  # parameters of the structure
+    m: np.ndarray  # masks of the contacts
+    absolute: np.ndarray  # tolerated error of each state: absolute
+    relative: np.ndarray  # … and relative
+    turning: np.ndarray  # 1 where a position is an angle
+    work: np.ndarray  # integrals of the powers since the start
+    modes: np.ndarray  # mode of each contact
+    flags: np.ndarray  # PULLS, STICKS of each contact
+    fired: np.ndarray  # multiplicity with which each guard starts at zero
+    count: np.ndarray
+    real: np.ndarray
+    at: np.ndarray  # sample times, ascending
+    samples: np.ndarray  # rows: time, positions, speeds, modes, work
+    log: np.ndarray  # rows: tag, contact, kind, then as samples
+
+
+class Options(NamedTuple):
+    """What a run is asked for. Times in s (or the system's own unit)."""
+
+    n_q: int  # positions
+    n: int  # speeds
+    first: int  # lane row of the time increment; the state's rows follow, then rates, guards, …
+    t_end: float
+    h_max: float
+    newton: float  # tolerance of the iteration in units of the tolerated error
+    near: float  # events closer than this, one after another, are chatter
+    max_steps: int  # attempts
+    log_from: float  # time from which steps and events are logged
+    log_steps: int
+    log_events: int
+    section: int  # 0 none, 1 level of the section row, 2 an event
+    direction: int  # of the level crossing
+    period: float  # added to the level at each crossing; 0: the level stays
+    section_event: int
+    section_contact: int  # -1: any
+    skip: int  # crossings not logged
+    stop_after: int  # crossings after which the run ends; 0: never
+
+
+def method_rows(n: int) -> int:
+    """Lane rows of the method's own, before those of the structure: W, R, X, a row of squares, E."""
+    return 3 * n + 1 + n * n
+
+
+def work(n_q: int, n: int, n_contacts: int, n_rows: int) -> Work:
+    """Allocate the scratch of a structure with `n_rows` lane rows in all."""
+    wide = 8 * (n_q + n)
+    return Work(
+        w=np.zeros(8 * n_rows),
+        J=np.zeros(n * (n_q + n)),
+        past=np.zeros(wide),
+        whole=np.zeros(wide),
+        weight=np.zeros(n_q + n),
+        error=np.zeros(n_q + n),
+        b=np.zeros(16),
+        stack=np.zeros(STACK),
+        contact=np.zeros(max(6 * n_contacts, 1)),
+    )
+
+
+def trajectory(
+    state: np.ndarray, numbers: np.ndarray, n_q: int, n_angles: int, n_contacts: int, n_resets: int
+) -> Trajectory:
+    """Allocate a run that starts at `state` (time, positions, speeds) with the structure's parameter array."""
+    n_x = len(state) - 1
+    return Trajectory(
+        s=np.concatenate([state, np.zeros(2 * n_angles)]),
+        p=np.array(numbers, dtype=float),
+        m=np.zeros(max(3 * n_contacts, 1)),
+        absolute=np.zeros(n_x),
+        relative=np.zeros(n_x),
+        turning=np.zeros(max(n_q, 1)),
+        work=np.zeros(0),
+        modes=np.zeros(n_contacts, dtype=np.int64),
+        flags=np.zeros(n_contacts, dtype=np.int64),
+        fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
+        count=np.zeros(12, dtype=np.int64),
+        real=np.zeros(12),
+        at=np.zeros(0),
+        samples=np.zeros((0, 1)),
+        log=np.zeros((0, 1)),
+    )

@@ -1,0 +1,145 @@
+"""Contact modes: what each watches, what follows when a guard fires, and what sticks.
+
+Per contact: free; released (gap still closed, force gone: laws that do not pull); slipping + or -; sticking; or just
+in contact (no Coulomb friction). At v_t = 0 the two one-sided accelerations of v_t decide (Filippov): with a_+ that
+of slipping + and a_- that of slipping -, both pushing towards v_t = 0 (a_+ < 0 < a_-) means sticking. Where the
+force pulls (F_n < 0) friction drives, the sector repels, and the motion keeps its direction.
+
+Reference: Filippov, Differential Equations with Discontinuous Righthand Sides (1988); Leine and Nijmeijer (2004).
+"""
+
+from .interface import compiled
+
+FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT = range(6)
+ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT = range(7)
+GAP, FORCE, SLIDE, CONE = range(4)
+PULLS, STICKS = 1, 2
+
+
+@compiled
+def variant_of(modes):
+    """Which of the structure's variants holds: 0 free, 1 slip, 2 stick."""
+    variant = 0
+    for mode in modes:
+        if mode == STICK:
+            return 2
+        if mode > RELEASED:
+            variant = 1
+    return variant
+
+
+@compiled
+def mask(modes, m):
+    """Write the modes as the numbers touch, slip, stick of every contact."""
+    for j in range(len(modes)):
+        mode = modes[j]
+        m[3 * j] = 1.0 if mode > RELEASED else 0.0
+        m[3 * j + 1] = 1.0 if mode == SLIP_POSITIVE else (-1.0 if mode == SLIP_NEGATIVE else 0.0)
+        m[3 * j + 2] = 1.0 if mode == STICK else 0.0
+
+
+@compiled
+def inside(mode, guard, pulls):
+    """The side (+1, -1) on which a guard stays in this mode; 0 if it is not watched."""
+    if mode == FREE:
+        return -1 if guard == GAP else 0
+    if mode == RELEASED:
+        return 1 if guard == GAP else (-1 if guard == FORCE else 0)
+    if guard == GAP:
+        return 1 if pulls else 0
+    if guard == FORCE:
+        return 0 if pulls else 1
+    if guard == SLIDE:
+        return 1 if mode == SLIP_POSITIVE else (-1 if mode == SLIP_NEGATIVE else 0)
+    return 1 if mode == STICK else 0
+
+
+@compiled
+def _look(contacts, modes, m, s, p, out):
+    """Six numbers a contact (u, v_n, v_t, F_n, F_t, v_t') with `modes` in force."""
+    mask(modes, m)
+    contacts(max(variant_of(modes), 1), s, p, m, out)
+
+
+@compiled
+def _settle(contacts, j, modes, m, s, p, out):
+    """Decide the mode of contact j, which touches with v_t = 0, from both one-sided accelerations."""
+    before = modes[j]
+    modes[j] = SLIP_POSITIVE
+    _look(contacts, modes, m, s, p, out)
+    plus = out[6 * j + 5]
+    modes[j] = SLIP_NEGATIVE
+    _look(contacts, modes, m, s, p, out)
+    minus = out[6 * j + 5]
+    if plus < 0.0 < minus:
+        modes[j] = STICK
+    elif plus > 0.0 and (minus >= 0.0 or before == SLIP_POSITIVE):
+        modes[j] = SLIP_POSITIVE
+    elif minus < 0.0 and (plus <= 0.0 or before == SLIP_NEGATIVE):
+        modes[j] = SLIP_NEGATIVE
+    else:
+        modes[j] = SLIP_POSITIVE if plus > 0.0 else SLIP_NEGATIVE
+
+
+@compiled
+def touch(contacts, j, flags, modes, m, s, p, out):
+    """Contact j begins: slip direction by the sign of v_t, or by its acceleration where v_t = 0."""
+    modes[j] = CONTACT
+    if flags[j] & STICKS:
+        _look(contacts, modes, m, s, p, out)
+        v_t = out[6 * j + 2]
+        if v_t == 0.0:
+            _settle(contacts, j, modes, m, s, p, out)
+        else:
+            modes[j] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
+
+
+@compiled
+def _loosen(contacts, except_for, modes, fired, m, s, p, out):
+    """Sticking contacts whose cone was left by a jump elsewhere begin to slip."""
+    for _ in range(len(modes)):
+        changed = False
+        _look(contacts, modes, m, s, p, out)
+        for j in range(len(modes)):
+            if modes[j] == STICK and j != except_for:
+                held = modes[j]
+                _settle(contacts, j, modes, m, s, p, out)
+                if modes[j] != held:
+                    fired[4 * j + SLIDE] = 1
+                    changed = True
+        if not changed:
+            return
+
+
+@compiled
+def follow(contacts, j, guard, flags, modes, fired, m, s, p, out):
+    """Change modes after a guard of contact j fired at the base point; give back the kind of event.
+
+    `fired` takes the multiplicity with which guards start at zero.
+    """
+    before, kind = modes[j], SEPARATION
+    fired[4 * j + guard] = 1
+    if before == FREE or (before == RELEASED and guard == FORCE):
+        kind = ENTRY
+        touch(contacts, j, flags, modes, m, s, p, out)
+        _look(contacts, modes, m, s, p, out)
+        if not (flags[j] & PULLS) and out[6 * j + 3] <= 0.0:
+            fired[4 * j + FORCE] = 1
+    elif before == RELEASED:
+        kind = REOPENING
+        modes[j] = FREE
+    elif guard == GAP:
+        modes[j] = FREE
+    elif guard == FORCE:
+        modes[j] = RELEASED
+    elif guard == SLIDE:
+        _settle(contacts, j, modes, m, s, p, out)
+        kind = STICK_ONSET if modes[j] == STICK else SLIP_REVERSAL
+    else:
+        kind = SLIP_ONSET
+        _look(contacts, modes, m, s, p, out)
+        modes[j] = SLIP_POSITIVE if out[6 * j + 4] > 0.0 else SLIP_NEGATIVE
+        fired[4 * j + SLIDE] = 2
+    _loosen(contacts, j, modes, fired, m, s, p, out)
+    _look(contacts, modes, m, s, p, out)
+    return kind

@@ -1,0 +1,159 @@
+"""Polynomials of a step: evaluation at any place, and roots isolated without stepping over any.
+
+A quantity known at the nodes (0, c_1 … c_7) of a step of the collocation method is a polynomial of degree 7 on it. Its
+Bernstein coefficients bound it: no change of sign among them, no root (Descartes); one change, one root; more,
+halve the interval (de Casteljau). Reference: Farouki, Comput. Aided Geom. Design 29 (2012) 379-419.
+
+A guard that has just fired starts at zero. It is divided by tau^m, m its multiplicity there, which leaves a polynomial of
+degree 6 through the seven stages and its other roots.
+"""
+
+import numpy as np
+
+from .interface import compiled
+from .radau import NODES
+
+DEGREE = 7
+HALVINGS = 40
+STACK = 10 * (HALVINGS + 2) + 8
+
+
+def _bernstein(nodes: np.ndarray) -> np.ndarray:
+    """Matrix from values at nodes to Bernstein coefficients, in extended precision."""
+    n = len(nodes) - 1
+    x = nodes.astype(np.longdouble)
+    binomial = np.array(
+        [np.prod([(n - i) / (i + 1) for i in range(k)]) for k in range(n + 1)], dtype=np.longdouble
+    )
+    basis = np.array([binomial[k] * x**k * (1 - x) ** (n - k) for k in range(n + 1)]).T
+    inverse = np.linalg.inv(basis.astype(float)).astype(np.longdouble)
+    for _ in range(4):
+        inverse = inverse @ (2 * np.eye(n + 1) - basis @ inverse)
+    return inverse.astype(float)
+
+
+TO_BERNSTEIN = _bernstein(NODES).T.copy().ravel()
+TO_BERNSTEIN_6 = _bernstein(NODES[:DEGREE]).T.copy().ravel()
+BARYCENTRIC = np.array([1 / np.prod([x - y for y in NODES if y != x]) for x in NODES])
+
+
+@compiled
+def basis(x, out):
+    """Lagrange basis polynomials of the eight nodes at x, in out[8:]."""
+    left = 1.0
+    for j in range(8):
+        out[8 + j] = BARYCENTRIC[j] * left
+        left *= x - NODES[j]
+    right = 1.0
+    for j in range(7, -1, -1):
+        out[8 + j] *= right
+        right *= x - NODES[j]
+
+
+@compiled
+def bernstein(g, at, multiplicity, b):
+    """Bernstein coefficients of the row g[at : at + 8]; give back their degree."""
+    for i in range(8):
+        b[i] = 0.0
+    if multiplicity == 0:
+        for j in range(8):
+            for i in range(8):
+                b[i] += TO_BERNSTEIN[8 * j + i] * g[at + j]
+        return 7
+    for j in range(7):
+        value = g[at + j] / NODES[j]
+        if multiplicity == 2:
+            value /= NODES[j]
+        for i in range(7):
+            b[i] += TO_BERNSTEIN_6[7 * j + i] * value
+    return 6
+
+
+@compiled
+def _changes(b, at, n, inside):
+    """Changes of sign along b[at : at + n + 1], read from the side `inside` (-1 or +1) on which it should begin."""
+    count, last = 0, float(inside)
+    for i in range(at, at + n + 1):
+        if b[i] * last < 0.0:
+            count += 1
+            last = b[i]
+    return count
+
+
+@compiled
+def _value(b, at, n, x, c):
+    """de Casteljau at x; c is scratch."""
+    for i in range(n + 1):
+        c[i] = b[at + i]
+    for k in range(n, 0, -1):
+        for i in range(k):
+            c[i] += x * (c[i + 1] - c[i])
+    return c[0]
+
+
+@compiled
+def keep_right(b, n, x):
+    """Restrict b to [x, 1], where x is a root."""
+    for k in range(n):
+        for i in range(n - k):
+            b[i] += x * (b[i + 1] - b[i])
+    b[0] = 0.0
+
+
+@compiled
+def _halve(b, at, n, left):
+    """Split b[at : at + n + 1]: its right half stays, its left half goes to b[left : …]."""
+    for k in range(n + 1):
+        b[left + k] = b[at]
+        for i in range(n - k):
+            b[at + i] = 0.5 * (b[at + i] + b[at + i + 1])
+
+
+@compiled
+def _bracketed(b, at, n, inside, c):
+    """The one root of b[at : at + n + 1] on [0, 1], by false position that keeps its bracket (Illinois)."""
+    lo, hi, side = 0.0, 1.0, 0
+    g_lo, g_hi = b[at] * inside, b[at + n] * inside
+    if g_lo <= 0.0:
+        return lo
+    for _ in range(80):
+        if g_hi == 0.0 or hi - lo < 1e-15:
+            break
+        x = hi - g_hi * (hi - lo) / (g_hi - g_lo)
+        if not lo < x < hi:
+            x = 0.5 * (lo + hi)
+        g = _value(b, at, n, x, c) * inside
+        if g <= 0.0:
+            hi, g_hi = x, g
+            g_lo, side = (0.5 * g_lo if side == 1 else g_lo), 1
+        else:
+            lo, g_lo = x, g
+            g_hi, side = (0.5 * g_hi if side == -1 else g_hi), -1
+    return hi
+
+
+@compiled
+def first_root(b, n, inside, stack):
+    """First place in [0, 1] where the polynomial with coefficients b[: n + 1] leaves the side `inside`; 2.0 if none.
+
+    `stack` takes intervals of ten doubles (place, width, coefficients), the leftmost on top. Where HALVINGS
+    halvings leave two changes of sign, the polynomial touches zero and does not cross it: passed over.
+    """
+    depth = 1
+    stack[0], stack[1] = 0.0, 1.0
+    for i in range(n + 1):
+        stack[2 + i] = b[i]
+    while depth > 0:
+        top = 10 * (depth - 1)
+        changes = _changes(stack, top + 2, n, inside)
+        if changes == 1:
+            return stack[top] + stack[top + 1] * _bracketed(stack, top + 2, n, inside, stack[STACK - 8 :])
+        if changes == 0 or depth > HALVINGS:
+            depth -= 1
+            continue
+        half = 0.5 * stack[top + 1]
+        _halve(stack, top + 2, n, top + 12)
+        stack[top + 10], stack[top + 11] = stack[top], half
+        stack[top], stack[top + 1] = stack[top] + half, half
+        depth += 1
+    return 2.0

@@ -1,0 +1,105 @@
+"""One step of the collocation method: prediction, Newton's iteration in the eigenbasis, error estimate.
+
+Unknown are only the stage increments Z of the speeds; those of the positions follow exactly,
+
+    Z = h A F(q_0 + Z_q, z_0 + Z),     Z_q = h c z_0 + h A Z,
+
+so that the systems to solve have the size of z. Reference: Hairer and Wanner (see radau), section IV.8. The sums over
+stages and unknowns come written out for the structure's size (codegen.algebra); here is what is done with them. The
+increments live in the lane buffer `w`, those of the last accepted step in `past`, from where the next are extrapolated.
+"""
+
+from .interface import compiled
+from .memory import CONTRACTION, EVALUATIONS, H_PAST, SMOOTH
+
+ITERATIONS = 10
+ORDER = 8  # of the error estimate in h
+TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
+
+
+@compiled
+def converge(rate, move, newton, variant, w, s, p, m, weight, count, h, tolerance, contraction):
+    """Newton's iteration from the predicted increments, with the matrices in `w` factored for h.
+
+    Gives back whether it converged, and the contraction that was observed (the next step's first guess at it).
+    """
+    move(w, s, h)
+    factor, before = max(contraction, 1e-16) ** 0.8, 1.0
+    for iteration in range(1, ITERATIONS + 1):
+        rate(variant, w, s, p, m)
+        size = newton(w, s, weight, h)
+        count[EVALUATIONS] += 7
+        if not size < 1e100:
+            break
+        if iteration > 1:
+            theta = size / before
+            if theta >= 0.99:
+                break
+            factor = theta / (1.0 - theta)
+            if factor * size * theta ** (ITERATIONS - 1 - iteration) > tolerance:
+                break
+        if factor * size <= tolerance:
+            return True, factor
+        before = max(size, 1e-300)
+    return False, 1.0
+
+
+@compiled
+def attempt(rate, extrapolate, rest, move, factor, newton, estimate, variant, k, x, o, h):
+    """Attempt a step of length h; give back its error in units of the tolerance, -1 if it did not converge."""
+    w, s, p, m, real = k.w, x.s, x.p, x.m, x.real
+    n_q, n, first = o.n_q, o.n, 8 * o.first
+    factor(w, k.J, h)
+    if x.count[SMOOTH]:
+        extrapolate(w, k.past, 1.0, h / real[H_PAST])
+    else:
+        rest(w)
+    solved, real[CONTRACTION] = converge(
+        rate, move, newton, variant, w, s, p, m, k.weight, x.count, h, o.newton, real[CONTRACTION]
+    )
+    if not solved or _turned(w, x.turning, first + 8, n_q):
+        return -1.0
+    for r in range(n_q):
+        k.error[r] = s[1 + n_q + r]
+    for r in range(n):
+        k.error[n_q + r] = w[first + 8 * (1 + n_q + n + r) + 7]
+    size = estimate(w, k.J, k.weight, k.error, h)
+    if size >= 1.0 and not x.count[SMOOTH]:
+        size = _estimate_again(rate, estimate, variant, w, s, p, m, k.J, k.weight, k.error, n_q, n, first, h)
+        x.count[EVALUATIONS] += 1
+    return size
+
+
+@compiled
+def _turned(w, turning, at, n_q):
+    """Whether an angle turned further in the step than the structure's polynomials reach."""
+    largest = 0.0
+    for r in range(n_q):
+        for i in range(7):
+            largest = max(largest, turning[r] * abs(w[at + 8 * r + i]))
+    return not largest <= TURN
+
+
+@compiled
+def _estimate_again(rate, estimate, variant, w, s, p, m, J, weight, error, n_q, n, first, h):
+    """The estimate with f(x + error) in the place of f(x): sharper for stiff parts of a first step."""
+    state = first + 8
+    for r in range(n_q + n):
+        w[state + 8 * r + 7] = error[r]
+    rate(variant, w, s, p, m)
+    for r in range(n_q):
+        error[r] = s[1 + n_q + r] + w[state + 8 * (n_q + r) + 7]
+    for r in range(n):
+        error[n_q + r] = w[state + 8 * (n_q + n + r) + 7]
+    for r in range(n_q + n):
+        w[state + 8 * r + 7] = 0.0
+    return estimate(w, J, weight, error, h)
+
+
+@compiled
+def next_length(h, error, h_past, error_past, smooth):
+    """Length of the next step by predictive control (Gustafsson) from the errors of two accepted steps."""
+    factor = 0.9 * error ** (-1.0 / ORDER)
+    if smooth:
+        factor = min(factor, 0.9 * h / h_past * (error_past / (error * error)) ** (1.0 / ORDER))
+    return h * min(max(factor, 0.2), 6.0)

@@ -1,0 +1,1 @@
+"""Studies: a file that says what to compute, the run, and the stored result."""

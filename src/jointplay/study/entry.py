@@ -1,0 +1,74 @@
+"""The `[mechanism]` table of a study file: an entry of the catalog with changes, or a linkage written out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import signature
+from typing import Any, Literal, get_type_hints
+
+from pydantic import create_model
+
+from jointplay.errors import InputError, refuse, unknown
+from jointplay.mechanism import catalog
+from jointplay.mechanism.base import Record
+from jointplay.mechanism.records import Changes, Mechanism, TestSystem
+
+FORMS = (
+    "catalog = a name and its changes as further keys, or a linkage written out as links, joints and drive"
+)
+
+
+def build_mechanism(given: Any) -> Mechanism | TestSystem:
+    """Make the record that a table describes.
+
+    Parameters
+    ----------
+    given : mapping
+        With the key ``catalog``, the other keys are that entry's keywords; with ``system``, a test system
+        written out; else a linkage written out. A record passes as it is.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        Listing everything that is wrong, with keys relative to the table.
+    """
+    if isinstance(given, Mechanism | TestSystem):
+        return given
+    if not isinstance(given, Mapping):
+        raise refuse(given, f"a table is accepted: {FORMS}")
+    if "catalog" in given:
+        changes = {key: value for key, value in given.items() if key != "catalog"}
+        return _entry(given["catalog"])(**changes)
+    return (TestSystem if "system" in given else Mechanism).model_validate(given)
+
+
+def _entry(name: Any) -> Callable[..., Mechanism | TestSystem]:
+    if not isinstance(name, str) or name not in catalog.NAMES:
+        raise InputError([unknown("catalog", name, name, catalog.NAMES, "mechanism")])
+    return catalog.NAMES[name]
+
+
+class MechanismSchema:
+    """Marks a field so that its JSON schema offers every form of the `[mechanism]` table."""
+
+    def __get_pydantic_json_schema__(self, _: Any, handler: Any) -> dict[str, Any]:
+        forms = [_form(name, function) for name, function in catalog.NAMES.items()]
+        tables = [handler.resolve_ref_schema(handler(form.__pydantic_core_schema__)) for form in forms]
+        for table in tables:  # what is left out is as the entry has it, not as a change would be by itself
+            for key in table["properties"].values():
+                key.pop("default", None)
+        return {"anyOf": [*tables, handler(Mechanism.__pydantic_core_schema__)]}
+
+
+def _form(name: str, function: Callable[..., Any]) -> type[Record]:
+    """The table of one entry of the catalog, as a record that only lends its schema."""
+    hints = get_type_hints(function, include_extras=True)
+    arguments = signature(function).parameters.values()
+    linkage = hints["return"] is Mechanism  # its keywords are the changes that every linkage knows
+    own = (
+        {}
+        if linkage
+        else {a.name: (hints[a.name], ... if a.default is a.empty else a.default) for a in arguments}
+    )
+    catalog_key = {"catalog": (Literal[name], ...)}
+    return create_model(f"catalog_{name}", __base__=Changes if linkage else Record, **catalog_key, **own)  # type: ignore[call-overload]

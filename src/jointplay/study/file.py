@@ -1,0 +1,108 @@
+"""Study files: how a TOML text becomes a validated study."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+from pydantic import TypeAdapter, ValidationError
+
+from jointplay.errors import NOTHING, InputError, Problem, from_pydantic, unknown
+from jointplay.study import provenance, source
+from jointplay.study.kinds import KINDS, Study, StudyFile
+
+STUDY_FILE: TypeAdapter[Study] = TypeAdapter(StudyFile)
+
+
+@dataclass(frozen=True)
+class Loaded:
+    """A study and the text it was read from."""
+
+    record: Study
+    text: str
+
+
+def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
+    """Read and validate a study file.
+
+    Parameters
+    ----------
+    path : path-like
+        A TOML file.
+    changes : iterable of str
+        ``key.path=value`` changes, laid over the file before it is validated.
+
+    Returns
+    -------
+    Loaded
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        Listing everything that is wrong, with key paths.
+    """
+    text = source.read_text(path)
+    table = source.override(source.parse(text), changes)
+    return Loaded(validate({"name": Path(path).stem} | table), text)
+
+
+def validate(table: Mapping[str, Any]) -> Study:
+    """Make a study of a parsed TOML table.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        Listing everything that is wrong, with key paths.
+    """
+    problems = source.implausible(dict(table))
+    if problems:
+        raise InputError(problems)
+    if table.get("kind") not in list(KINDS):  # a list: what was given need not be hashable
+        raise InputError(_without_kind(table))
+    try:
+        return STUDY_FILE.validate_python(table)
+    except ValidationError as error:
+        raise from_pydantic(error, StudyFile) from None
+
+
+def _without_kind(table: Mapping[str, Any]) -> list[Problem]:
+    """The problems of a study of no known kind: all but those that depend on the kind."""
+    names = ", ".join(KINDS)
+    problem = Problem("kind", NOTHING, f"a kind of study is needed: one of {names}")
+    if "kind" in table:
+        problem = unknown("kind", table["kind"], table["kind"], KINDS, "kind of study")
+    try:
+        validate({**table, "kind": next(iter(KINDS))})
+    except InputError as error:
+        return [
+            problem,
+            *(other for other in error.problems if not other.key.startswith(("analysis", "figure.kind"))),
+        ]
+    return [problem]
+
+
+def figure_options(
+    dataset: xr.Dataset, kind: str | None = None, changes: Iterable[str] = ()
+) -> dict[str, Any]:
+    """Options for drawing a stored result.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result; its provenance holds the study's own options.
+    kind : str, optional
+        Another kind of figure; the study's options are then left aside.
+    changes : iterable of str
+        ``key=value`` changes of the options.
+
+    Returns
+    -------
+    dict
+        For `jointplay.figures.draw`.
+    """
+    study = provenance.read(dataset).get("study", {})
+    options = dict(study.get("figure", {})) if kind is None else {"kind": kind}
+    return source.override(options, changes)

@@ -1,0 +1,288 @@
+"""What a study says, as validated records.
+
+A new kind of study is one more record with a `kind` and an `analysis` of its own, added to `KINDS` and
+`StudyFile`. What all kinds share is in `Study`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from inspect import signature
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from jointplay import figures
+from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.mechanism.base import Flag, NonNegative, Number, Positive, Record, measured, named
+from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem, check_section
+from jointplay.study.entry import MechanismSchema, build_mechanism
+
+Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
+Several = Annotated[int, Field(strict=True, ge=1, le=10**9)]
+SAMPLES_PER_TURN = 720
+NAME = r"^\w[\w .+-]*$"
+
+
+class Integrator(Record):
+    """How accurately the motion is followed.
+
+    Parameters
+    ----------
+    rtol : float
+        Relative tolerance of a step.
+    max_steps : int, optional
+        Steps after which a run stops with the status ``step_limit``.
+    """
+
+    rtol: Annotated[Number, Field(ge=1e-14, le=1e-2)] = 1e-8
+    max_steps: Several | None = None
+
+
+class Initial(Record):
+    """Where a linkage starts: the ideal mechanism's position and speeds at a crank angle.
+
+    Parameters
+    ----------
+    crank_angle : float
+        rad.
+    crank_speed : float, optional
+        rad/s; the drive's no-load speed if left out.
+    """
+
+    crank_angle: Number = measured("crank angle", "rad", 0.0)
+    crank_speed: Number | None = measured("crank speed", "rad/s", None)
+
+
+def _list(accepts: str) -> Any:
+    return Field(None, json_schema_extra={"accepts": accepts})
+
+
+def _form(given: Any) -> str:
+    return "linkage" if isinstance(given, Mapping | Initial) else "state"
+
+
+_Start = Annotated[
+    Annotated[Initial, Tag("linkage")] | Annotated[tuple[Number, ...], Tag("state")], Discriminator(_form)
+]
+
+
+class Analysis(Record):
+    """What every kind of analysis takes.
+
+    Parameters
+    ----------
+    duration : float, optional
+        Length of the run after the transient, s; in place of `turns`.
+    turns : int, optional
+        Length of the run after the transient, in turns of the crank or periods of the forcing.
+    transient : int
+        Turns dropped before.
+    record : tuple of str, optional
+        Names of the variables to keep; all if left out.
+    initial : Initial or tuple of float, optional
+        Start of a linkage; or the state vector of a test system.
+    section : Section, optional
+        Where the motion is cut.
+    """
+
+    duration: Positive | None = measured("duration", "s", None)
+    turns: Annotated[Several | None, Field(validate_default=True)] = None
+    transient: Count = 0
+    record: tuple[str, ...] | None = _list("a list of names of variables")
+    initial: _Start | None = _list("a table of crank_angle, crank_speed, or a list of numbers (the state),")
+    section: Section | None = None
+
+    @field_validator("turns")
+    @classmethod
+    def _one_length(cls, turns: int | None, info: ValidationInfo) -> int | None:
+        if "duration" not in info.data:
+            return turns
+        given = info.data["duration"]
+        if turns is None and given is None:
+            raise refuse(NOTHING, "the length of the run is needed: turns, or duration in s")
+        if turns is not None and given is not None:
+            raise refuse(turns, "either turns or duration is accepted, not both")
+        return turns
+
+
+class ResponseAnalysis(Analysis):
+    """Keywords of `simulate`.
+
+    Parameters
+    ----------
+    at : tuple of float, optional
+        Times to sample, s.
+    steps : bool
+        True: sample at the integrator's own steps.
+    samples_per_turn : int, optional
+        Samples in a turn of the crank; 720 if neither `at` nor `steps` is asked for.
+    section : Section, optional
+        A section to keep beside the time histories; none if left out.
+    """
+
+    at: tuple[NonNegative, ...] | None = _list("a list of times in s")
+    steps: Flag = False
+    samples_per_turn: Annotated[Several | None, Field(validate_default=True)] = None
+
+    @field_validator("samples_per_turn")
+    @classmethod
+    def _one_way_to_sample(cls, samples: int | None, info: ValidationInfo) -> int | None:
+        asked = [name for name in ("at", "steps") if info.data.get(name)] + ["samples_per_turn"] * (
+            samples is not None
+        )
+        if len(asked) > 1:
+            raise refuse(samples or NOTHING, f"only one of {', '.join(asked)} is accepted")
+        return samples if asked else SAMPLES_PER_TURN
+
+
+class SectionAnalysis(Analysis):
+    """Keywords of `poincare`.
+
+    Parameters
+    ----------
+    section : Section
+        Where the motion is cut; once a turn at crank angle 0 if left out.
+    """
+
+    section: Section = CrankAngle()
+
+
+def _checked_figure(options: dict[str, Any]) -> dict[str, Any]:
+    if not isinstance(options.get("kind", ""), str):
+        raise refuse(options["kind"], f"one of {', '.join(figures.KINDS)} is accepted", "kind")
+    problems = figures.problems(options)
+    if problems:
+        raise InputError(problems, "figure")
+    return options
+
+
+class FigureSchema:
+    """Marks a field so that its JSON schema lists the kinds of figure and their options."""
+
+    def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
+        options = [name for draw in figures.KINDS.values() for name in list(signature(draw).parameters)[1:]]
+        kind = {"enum": list(figures.KINDS)}
+        properties = {"kind": kind} | {name: {} for name in sorted(set(options))}
+        return {"type": "object", "properties": properties, "additionalProperties": False}
+
+
+class Study(Record):
+    """What every kind of study says.
+
+    Parameters
+    ----------
+    kind : str
+        Which analysis.
+    name : str
+        Name of the result and of its figure.
+    title : str, optional
+        One line for people.
+    mechanism : Mechanism or TestSystem
+        What is studied.
+    integrator : Integrator
+        How accurately.
+    analysis : Analysis
+        For how long, from where, and what to keep.
+    figure : dict
+        ``kind`` of figure and its options.
+    """
+
+    kind: str
+    name: Annotated[str, Field(pattern=NAME, max_length=100)] = named(
+        "name of letters, digits, spaces and _ . + -"
+    )
+    title: str | None = None
+    mechanism: Annotated[Mechanism | TestSystem, BeforeValidator(build_mechanism), MechanismSchema()]
+    integrator: Integrator = Integrator()
+    analysis: Analysis
+    figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
+        default_factory=dict, json_schema_extra={"accepts": "a table of kind and its options"}
+    )
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Study:
+        problems = [*_misplaced_section(self), *_misplaced_figure(self)]
+        if problems:
+            raise InputError(problems)
+        return self
+
+    @property
+    def heading(self) -> str:
+        """One line: what is computed, of what."""
+        return self.title or f"{self.kind} of {self.mechanism.name}"
+
+    def keywords(self) -> dict[str, Any]:
+        """Keywords of the analysis function, as records and plain values; what was left out stays out."""
+        given = {**dict(self.integrator), **dict(self.analysis)}
+        if isinstance(self.analysis.initial, Initial):
+            given["initial"] = self.analysis.initial.model_dump(exclude_none=True)
+        return {key: value for key, value in given.items() if value is not None}
+
+    def summary(self) -> str:
+        """Say in a few lines what the study asks for."""
+        length = f"{self.analysis.turns} turns" if self.analysis.turns else f"{self.analysis.duration:g} s"
+        lines = [
+            f"{self.name}: {self.heading}",
+            f"kind       {self.kind}, {length} after {self.analysis.transient} dropped turns",
+            f"tolerance  {self.integrator.rtol:g}",
+            f"figure     {self.figure.get('kind', 'as suits the result')}",
+            self.mechanism.summary(),
+        ]
+        return "\n".join(lines)
+
+
+def _misplaced_section(study: Study) -> list[Problem]:
+    section = study.analysis.section
+    if section is None or not isinstance(study.mechanism, Mechanism):
+        return []
+    try:
+        check_section(section, study.mechanism)
+    except InputError as error:
+        return error.under("analysis.section").problems
+    return []
+
+
+def _misplaced_figure(study: Study) -> list[Problem]:
+    """What a figure asks for and the result cannot have; said before anything is computed."""
+    problems, options = [], study.figure
+    kinds = [name for name in figures.KINDS if (name == "poincare_section") == (study.kind == "section")]
+    kinds += ["poincare_section"] if study.kind == "response" and study.analysis.section else []
+    if options.get("kind", kinds[0]) not in kinds:
+        expected = f"for this {study.kind} one of {', '.join(kinds)} is accepted"
+        problems.append(Problem("figure.kind", options["kind"], expected))
+    if isinstance(study.mechanism, Mechanism):
+        parts = {"link": study.mechanism.links, "joint": study.mechanism.clearance_joints}
+        for key in parts.keys() & options.keys():
+            names = [part.name for part in parts[key]]
+            if options[key] not in names:
+                what = f"{key} with clearance" if key == "joint" else key
+                problems.append(unknown(f"figure.{key}", options[key], options[key], names, what))
+    return sorted(problems, key=lambda problem: problem.key)
+
+
+class ResponseStudy(Study):
+    """Time histories of a motion."""
+
+    kind: Literal["response"]
+    analysis: ResponseAnalysis
+
+
+class SectionStudy(Study):
+    """A Poincaré section of a motion."""
+
+    kind: Literal["section"]
+    analysis: SectionAnalysis
+
+
+KINDS: dict[str, type[Study]] = {"response": ResponseStudy, "section": SectionStudy}
+StudyFile = Annotated[ResponseStudy | SectionStudy, Field(discriminator="kind")]

@@ -1,0 +1,48 @@
+"""What studies there are, and which of them have a result. Reads headings only and validates nothing."""
+
+from pathlib import Path
+
+from jointplay.errors import InputError, Problem
+from jointplay.study.source import parse, read_text
+
+
+def rows(folder: Path | str, out: Path | str = "results") -> list[tuple[str, str, str, str]]:
+    """The studies below a folder.
+
+    Parameters
+    ----------
+    folder : path-like
+        Searched with its sub-folders for ``*.toml``.
+    out : path-like
+        Where results are looked for: in it, and in its sub-folder of the same name as the study's.
+
+    Returns
+    -------
+    list of (str, str, str, str)
+        File, kind, ``done`` or nothing, title; padded to columns.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When there is no such folder.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise InputError(
+            [Problem("folder", str(folder), "a folder with study files; there is no such folder")]
+        )
+    found = [
+        _row(path, path.parent.relative_to(folder), Path(out)) for path in sorted(folder.rglob("*.toml"))
+    ]
+    widths = [max((len(row[i]) for row in found), default=0) for i in range(3)] + [0]
+    return [tuple(cell.ljust(width) for cell, width in zip(row, widths, strict=True)) for row in found]  # type: ignore[misc]
+
+
+def _row(path: Path, inside: Path, out: Path) -> tuple[str, str, str, str]:
+    try:
+        table = parse(read_text(path))
+    except InputError:
+        return str(path), "?", "", "not a readable study file: see `jointplay check`"
+    name = str(table.get("name", path.stem))
+    done = any((place / f"{name}.nc").is_file() for place in (out, out / inside))
+    return str(path), str(table.get("kind", "?")), "done" if done else "", str(table.get("title", ""))

@@ -1,0 +1,161 @@
+"""A study file's text: read, parse as TOML, lay changes from the command line over it. No meaning yet."""
+
+import math
+import re
+import tomllib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from jointplay.errors import InputError, Problem
+
+DEPTH = 16  # tables inside tables; no study needs more
+SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
+STEP = re.compile(r"(?:^|\.)(?P<name>[^.\[\]=\s]+)|\[(?P<index>\d{1,6})\]")
+
+
+def read_text(path: Path | str) -> str:
+    """Text of a study file.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When `path` is no readable file or its bytes are not UTF-8.
+    """
+    expected = "the name of a study file (TOML, UTF-8)"
+    try:
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        reason = f"byte {error.start} is not UTF-8"
+    except (OSError, ValueError) as error:
+        reason = str(getattr(error, "strerror", None) or error).lower()
+    raise InputError([Problem("study file", str(path), f"{expected}; {reason}")])
+
+
+def parse(text: str) -> dict[str, Any]:
+    """The table that a TOML text holds.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When it is no TOML: with the offending line and its number.
+    """
+    try:
+        return tomllib.loads(text.replace("\r\n", "\n"))
+    except tomllib.TOMLDecodeError as error:
+        message = str(error)
+    except (RecursionError, ValueError) as error:  # nested too deeply; a number or date out of range
+        message = str(error) or "nested too deeply"
+    raise InputError([Problem("study file", _line_of(text, message), f"valid TOML; {message}")])
+
+
+def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
+    """Lay ``key.path=value`` changes over a parsed study.
+
+    Parameters
+    ----------
+    table : dict
+        The parsed study; left as it is.
+    changes : iterable of str
+        Such as ``mechanism.clearance=1e-4`` or ``mechanism.links[0].mass=0.2``. A value is read as TOML,
+        and as a plain string where it is none.
+
+    Returns
+    -------
+    dict
+        A changed copy.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        Naming every change that does not fit.
+    """
+    table, problems = _copy(table), []
+    for change in changes:
+        path, equals, value = change.partition("=")
+        steps = _steps(path.strip())
+        if not equals or not steps or not _is_text(change):
+            problems.append(Problem("--set", change, "key.path=value, such as mechanism.clearance=1e-4"))
+        elif not _place(table, steps, _value(value.strip())):
+            problems.append(Problem("--set", change, "a path through tables and existing list entries"))
+    if problems:
+        raise InputError(problems)
+    return table
+
+
+def _is_text(change: str) -> bool:
+    """Whether the bytes on the command line were text, and not what Python stands in for them."""
+    return not any("\ud800" <= character <= "\udfff" for character in change)
+
+
+def implausible(table: dict[str, Any]) -> list[Problem]:
+    """What no study can mean, whatever its kind: endless nesting, numbers whose products leave the floats."""
+    problems, level = [], [("", table)]
+    for _ in range(DEPTH):
+        for path, node in level:
+            if isinstance(node, int | float) and node and not SMALLEST <= abs(node) <= 1 / SMALLEST:
+                problems += _out_of_size(path, node)
+        level = [(below, child) for path, node in level for below, child in _children(path, node)]
+    deep = [Problem(path[:60] + "...", "...", f"at most {DEPTH} levels of tables") for path, _ in level[:1]]
+    return problems + deep
+
+
+def _out_of_size(path: str, number: float) -> list[Problem]:
+    if isinstance(number, float) and not math.isfinite(number):
+        return []  # told by the record that it belongs to, in its own words
+    shown = number if isinstance(number, float) else hex(number)[:20] + "..."
+    return [
+        Problem(path, shown, f"0, or a number between {SMALLEST:g} and {1 / SMALLEST:g} in size, is accepted")
+    ]
+
+
+def _children(path: str, node: Any) -> list[tuple[str, Any]]:
+    if isinstance(node, dict):
+        return [(f"{path}.{key}" if path else key, child) for key, child in node.items()]
+    return [(f"{path}[{i}]", child) for i, child in enumerate(node)] if isinstance(node, list) else []
+
+
+def _steps(path: str) -> list[str | int]:
+    """``a.b[2].c`` as ['a', 'b', 2, 'c']; empty when the path is malformed."""
+    found = list(STEP.finditer(path))
+    whole = "".join(match.group() for match in found) == path and not path.startswith("[")
+    return [match["name"] or int(match["index"]) for match in found] if whole else []
+
+
+def _place(node: Any, steps: list[str | int], value: Any) -> bool:
+    """Put a value at the end of a path, making missing tables; False where the path does not fit."""
+    for step, after in zip(steps, [*steps[1:], None], strict=True):
+        if not _fits(node, step):
+            return False
+        if after is None:
+            node[step] = value
+        else:
+            node = node[step] if isinstance(step, int) else node.setdefault(step, {})
+    return True
+
+
+def _fits(node: Any, step: str | int) -> bool:
+    if isinstance(step, int):
+        return isinstance(node, list) and step < len(node)
+    return isinstance(node, dict)
+
+
+def _value(text: str) -> Any:
+    try:
+        table = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return table["value"] if len(table) == 1 else text
+
+
+def _copy(node: Any) -> Any:
+    if isinstance(node, dict):
+        return {key: _copy(value) for key, value in node.items()}
+    return [_copy(value) for value in node] if isinstance(node, list) else node
+
+
+def _line_of(text: str, message: str) -> str:
+    number = re.search(r"at line (\d+)", message)
+    lines = text.splitlines()
+    index = int(number[1]) - 1 if number else 0
+    return lines[index].strip()[:120] if index < len(lines) else ""

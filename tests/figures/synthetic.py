@@ -1,0 +1,179 @@
+"""Datasets as the analyses return them: a point that a turning force drives about in a circular clearance."""
+
+from functools import lru_cache
+
+import numpy as np
+import xarray as xr
+
+STATUS = ("ok", "diverged", "step_limit", "chatter", "not_converged", "bad_parameters", "crashed", "not_run")
+MODES = ("free", "released", "slip_positive", "slip_negative", "stick", "contact")
+EVENTS = ("contact", "separation", "release", "slip_reversal", "stick_onset", "slip_onset", "impact")
+PERIOD, CLEARANCE, STIFFNESS, DAMPING, MASS = 0.075, 2.9e-5, 1e8, 3000.0, 1.0
+WORDS = {
+    "angle": ("rad", "link angle"),
+    "angular_velocity": ("rad s-1", "link angular velocity"),
+    "angular_acceleration": ("rad s-2", "link angular acceleration"),
+    "journal_x": ("m", "journal centre, x from the bush centre"),
+    "journal_y": ("m", "journal centre, y from the bush centre"),
+    "eccentricity": ("m", "eccentricity"),
+    "eccentricity_ratio": ("1", "eccentricity over clearance"),
+    "penetration": ("m", "penetration depth"),
+    "normal_velocity": ("m s-1", "normal velocity"),
+    "tangential_velocity": ("m s-1", "tangential velocity"),
+    "contact_angle": ("rad", "contact angle"),
+    "normal_force": ("N", "normal contact force"),
+    "tangential_force": ("N", "friction force"),
+    "drive_torque": ("N m", "drive torque"),
+    "time": ("s", "time"),
+}
+LINKS = ("crank", "coupler", "rocker")
+
+
+@lru_cache
+def motion(turns: int = 6, samples: int = 720, substeps: int = 8) -> tuple[np.ndarray, ...]:
+    """Positions and velocities of the journal centre in the bush, by semi-implicit Euler."""
+    h = PERIOD / samples / substeps
+    x, v = np.array([0.2 * CLEARANCE, 0.0]), np.zeros(2)
+    kept = []
+    for step in range(turns * samples * substeps + 1):
+        if step % substeps == 0:
+            kept.append((step * h, *x, *v))
+        phase = 2 * np.pi * step * h / PERIOD
+        force = 60.0 * np.array([np.cos(phase) + 1.2 * np.cos(3 * phase), 0.2 * np.sin(phase) + 0.15])
+        distance = np.hypot(*x)
+        if distance > CLEARANCE:
+            normal = x / distance
+            force = force - (STIFFNESS * (distance - CLEARANCE) + DAMPING * (v @ normal)) * normal
+        v = v + h * force / MASS
+        x = x + h * v
+    return tuple(np.array(kept).T)
+
+
+def over_joint(time, x, y, vx, vy) -> dict[str, np.ndarray]:
+    """What is recorded of a clearance joint."""
+    distance = np.hypot(x, y)
+    along = np.where(distance > 0, distance, 1.0)
+    depth = distance - CLEARANCE
+    speed = (x * vx + y * vy) / along
+    touching = depth >= 0
+    force = np.where(touching, STIFFNESS * depth + DAMPING * speed, 0.0)
+    return {
+        "journal_x": x,
+        "journal_y": y,
+        "eccentricity": distance,
+        "eccentricity_ratio": distance / CLEARANCE,
+        "penetration": depth,
+        "normal_velocity": speed,
+        "tangential_velocity": (x * vy - y * vx) / along,
+        "contact_angle": np.arctan2(y, x),
+        "normal_force": force,
+        "tangential_force": 0.01 * force,
+        "mode": np.where(touching, 5, 0).astype(np.int8),
+    }
+
+
+def over_link(time) -> dict[str, np.ndarray]:
+    """What is recorded of the links: a crank that nearly runs evenly, and two others."""
+    omega = 2 * np.pi / PERIOD
+    swing = 0.02 * np.sin(omega * time)
+    angle = np.stack(
+        [omega * time + swing, 0.5 + 0.2 * np.cos(omega * time), 1.3 + 0.4 * np.sin(omega * time)], 1
+    )
+    speed = np.gradient(angle, time, axis=0) if time.size > 2 else np.zeros_like(angle)
+    acceleration = np.gradient(speed, time, axis=0) if time.size > 2 else np.zeros_like(angle)
+    return {"angle": angle, "angular_velocity": speed, "angular_acceleration": acceleration}
+
+
+def worded(name: str, dims: tuple[str, ...], values) -> tuple:
+    """A variable with its units and long name; a mode with its flags."""
+    if name == "mode":
+        return dims, values, flag_words(MODES, "contact mode")
+    units, words = WORDS[name]
+    return dims, values, {"units": units, "long_name": words}
+
+
+def flag_words(meanings: tuple[str, ...], words: str) -> dict:
+    values = np.arange(len(meanings), dtype=np.int8)
+    return {"units": "1", "long_name": words, "flag_values": values, "flag_meanings": " ".join(meanings)}
+
+
+def events(time, mode) -> dict[str, tuple]:
+    """Contacts and separations, where the mode changes."""
+    changes = np.flatnonzero(np.diff((mode > 0).astype(int)))
+    zero = np.zeros(changes.size)
+    speeds = {"units": "m s-1", "long_name": "speed at the event"}
+    return {
+        "event_time": ("event", time[changes + 1], {"units": "s", "long_name": "time of the event"}),
+        "event_joint": ("event", zero.astype(int), {"units": "1", "long_name": "joint index"}),
+        "event_kind": (
+            "event",
+            np.where(mode[changes + 1] > 0, 0, 1).astype(np.int8),
+            flag_words(EVENTS, "kind"),
+        ),
+        "event_normal_velocity": ("event", zero, speeds),
+        "event_tangential_velocity": ("event", zero, speeds),
+    }
+
+
+def common(status: str, joints: tuple[str, ...]) -> dict[str, tuple]:
+    return {
+        "status": ((), np.int8(STATUS.index(status)), flag_words(STATUS, "outcome")),
+        "turn_period_nominal": ((), PERIOD, {"units": "s", "long_name": "nominal period of a turn"}),
+        "clearance": ("joint", np.full(len(joints), CLEARANCE), {"units": "m", "long_name": "clearance"}),
+    }
+
+
+def response(status="ok", joints=("B",), turns=6, section=True) -> xr.Dataset:
+    """A response: joints after the first are smaller copies of it."""
+    time, x, y, vx, vy = (part[: turns * 720 + 1] for part in motion())
+    shrink = 0.97 ** np.arange(len(joints))
+    one = over_joint(time, x, y, vx, vy)
+    data = {
+        name: worded(
+            name,
+            ("time", "joint"),
+            values[:, None] * (shrink if name != "mode" else np.int8(1) * np.ones(len(joints), np.int8)),
+        )
+        for name, values in one.items()
+    }
+    data |= {name: worded(name, ("time", "link"), values) for name, values in over_link(time).items()}
+    data["drive_torque"] = worded("drive_torque", ("time",), 20 + np.sin(2 * np.pi * time / PERIOD))
+    data |= events(time, one["mode"]) | common(status, joints)
+    if section:
+        points = {name: array for name, array in data.items() if array[0] == ("time", "joint")}
+        data |= {f"section_{name}": (("turn", "joint"), a[1][720::720], a[2]) for name, a in points.items()}
+        data["section_time"] = ("turn", time[720::720], {"units": "s", "long_name": "time"})
+    coords = {"time": worded("time", ("time",), time), "link": list(LINKS), "joint": list(joints)}
+    return xr.Dataset(data, coords, {"kind": "response", "title": "synthetic"})
+
+
+def section(count=2000, status="ok", joints=("B",), spread=1.0) -> xr.Dataset:
+    """A Poincaré section: points on a bent band near the clearance circle."""
+    rng = np.random.default_rng(1)
+    angle = 0.4 + spread * 0.9 * np.sin(2.7 * np.arange(count)) + spread * 0.05 * rng.standard_normal(count)
+    ratio = 1.02 - spread * 0.35 * np.cos(2 * angle) ** 2 * rng.uniform(0.9, 1.0, count)
+    x, y = CLEARANCE * ratio * np.cos(angle), CLEARANCE * ratio * np.sin(angle)
+    vx, vy = 0.02 * np.sin(3 * angle), 0.03 * np.cos(2 * angle)
+    time = PERIOD * np.arange(count)
+    data = {
+        name: worded(name, ("turn", "joint"), np.repeat(values[:, None], len(joints), 1))
+        for name, values in over_joint(time, x, y, vx, vy).items()
+    }
+    data |= {name: worded(name, ("turn", "link"), values) for name, values in over_link(time).items()}
+    data["time"] = worded("time", ("turn",), time)
+    data |= common(status, joints)
+    coords = {"turn": np.arange(count), "link": list(LINKS), "joint": list(joints)}
+    return xr.Dataset(data, coords, {"kind": "section"})
+
+
+def oscillator(period=2 * np.pi, count=4001) -> xr.Dataset:
+    """A response of a test system with the states x and v."""
+    time = np.linspace(0, 8 * 2 * np.pi, count)
+    state = np.stack([np.sin(time) + 0.3 * np.sin(2.1 * time), np.cos(time) + 0.63 * np.cos(2.1 * time)], 1)
+    data = {
+        "state_value": (("time", "state"), state, {"units": "1", "long_name": "state"}),
+        "status": ((), np.int8(0), flag_words(STATUS, "outcome")),
+        "turn_period_nominal": ((), period, {"units": "s", "long_name": "forcing period"}),
+    }
+    coords = {"time": ("time", time, {"units": "1", "long_name": "time"}), "state": ["x", "v"]}
+    return xr.Dataset(data, coords, {"kind": "response"})

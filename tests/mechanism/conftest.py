@@ -1,0 +1,12 @@
+"""Input that the tests of the records spoil."""
+
+import pytest
+from wrong import listed
+
+from jointplay.mechanism import catalog
+
+
+@pytest.fixture
+def plain():
+    """The catalog's mechanism as plain lists and tables."""
+    return listed(catalog.chunmei2002().model_dump())

@@ -1,0 +1,135 @@
+"""Changed copies of a mechanism, and sections that fit it."""
+
+import pytest
+from wrong import only, problems_of
+
+from jointplay.mechanism import catalog
+from jointplay.mechanism.records import (
+    ConstantSpeed,
+    ContactSection,
+    CrankAngle,
+    Mechanism,
+    Plane,
+    SeparationSection,
+    check_section,
+)
+
+# Changes
+
+
+def test_a_bare_clearance_is_joint_b_and_unnamed_joints_are_ideal():
+    mechanism = catalog.chunmei2002(clearance={"A": 1e-5, "C": 2e-5})
+    assert [joint.name for joint in mechanism.replace(clearance=3e-5).clearance_joints] == ["B"]
+    assert mechanism.replace(clearance={"B": 0}).clearance_joints == ()
+    assert mechanism.replace(clearance=0).clearance_joints == ()
+    assert [joint.name for joint in mechanism.replace(gravity=0).clearance_joints] == ["A", "C"]
+
+
+def test_each_change_changes_its_own_field_only():
+    before = catalog.chunmei2002()
+    after = before.replace(gear_ratio=3, efficiency_in_slope=True, branch="lower", gravity=0, tension=False)
+    assert (after.drive.gear_ratio, after.drive.efficiency_in_slope) == (3.0, True)
+    assert (after.branch, after.gravity) == ("lower", 0.0)
+    assert {joint.contact.tension for joint in after.joints} == {False}
+    back = after.replace(gear_ratio=15, efficiency_in_slope=False, branch="upper", gravity=9.8, tension=True)
+    assert back == before
+    assert before == catalog.chunmei2002()
+
+
+def test_friction_is_set_everywhere_or_removed():
+    mechanism = catalog.chunmei2002()
+    assert {joint.friction.coefficient for joint in mechanism.replace(friction=0.2).joints} == {0.2}
+    without = mechanism.replace(friction=0)
+    assert {joint.friction for joint in without.joints} == {None}
+    assert {joint.friction.coefficient for joint in without.replace(friction=0.3).joints} == {0.3}
+
+
+def test_drive_can_be_another_one_or_none():
+    mechanism = catalog.chunmei2002()
+    assert mechanism.replace(speed=20).drive == ConstantSpeed(link="crank", speed=20)
+    assert mechanism.replace(drive=None).drive is None
+    assert mechanism.replace(drive=None).replace(speed=-5).drive.nominal_speed == -5
+    assert mechanism.replace(speed=20).replace(drive=mechanism.drive, gear_ratio=3).drive.gear_ratio == 3
+    assert mechanism.replace(drive={"kind": "speed", "link": "crank", "speed": 2}).drive.speed == 2
+
+
+def test_every_wrong_change_at_once():
+    changes = {
+        "clearence": 1e-5,
+        "clearance": {"B": -1.0, "Q": 1e-5},
+        "gear_ratio": "fast",
+        "friction": -0.1,
+        "tension": 1,
+        "gravity": float("nan"),
+        "branch": "left",
+        "speed": 0,
+    }
+    found = problems_of(catalog.chunmei2002().replace, **changes)
+    assert set(found) == {*changes, "clearance.B"} - {"clearance"}
+    assert "did you mean 'clearance'?" in found["clearence"].expected
+
+
+@pytest.mark.parametrize(
+    ("changes", "key", "words"),
+    [
+        ({"clearance": -1e-5}, "clearance", "radial clearance of at least 0 m"),
+        ({"clearance": "wide"}, "clearance", "as a number"),
+        ({"clearance": float("nan")}, "clearance", "of at least 0 m"),
+        ({"clearance": {"D": 1e-5}}, "clearance.D", "accepted: O, A, B, C"),
+        ({"speed": 3, "gear_ratio": 3}, "gear_ratio", "only for a motor"),
+        ({"drive": None, "efficiency_in_slope": True}, "efficiency_in_slope", "only for a motor"),
+        ({"speed": 3, "drive": None}, "speed", "not both"),
+        ({"speed": 0}, "speed", "other than 0"),
+        ({"drive": {"kind": "speed", "link": "crank"}}, "drive.speed", "speed in rad/s"),
+        ({"drive": {"kind": "speed", "link": "rod", "speed": 1}}, "mechanism.drive.link", "accepted: crank"),
+        ({"elastic": ("coupler",)}, "elastic", "no such key"),
+    ],
+)
+def test_one_wrong_change(changes, key, words):
+    problem = only(problems_of(catalog.chunmei2002().replace, **changes), key)
+    assert words in problem.expected
+
+
+def test_changes_that_find_nothing_to_change(plain):
+    for joint in plain["joints"]:
+        del joint["contact"], joint["friction"]
+        joint["clearance"] = 0
+    mechanism = Mechanism(**plain)
+    found = problems_of(mechanism.replace, friction=0.1, tension=False, clearance=1e-5)
+    assert set(found) == {"friction", "tension", "clearance.B"}
+
+
+# Sections
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        CrankAngle(),
+        CrankAngle(angle=1),
+        ContactSection(),
+        ContactSection(joint="B"),
+        SeparationSection(joint="B"),
+        Plane(quantity="eccentricity", joint="B", value=1e-5, direction="down"),
+        Plane(quantity="angle", link="rocker", value=1),
+    ],
+)
+def test_sections_that_a_mechanism_has(section):
+    check_section(section, catalog.chunmei2002())
+
+
+@pytest.mark.parametrize(
+    ("section", "clearance", "key", "words"),
+    [
+        (ContactSection(joint="B"), {"B": 0}, "section.joint", "joint B is ideal (clearance 0)"),
+        (SeparationSection(joint="A"), 1e-5, "section.joint", "accepted: B"),
+        (ContactSection(), 0, "section.joint", "every joint here is ideal"),
+        (ContactSection(joint="D"), 1e-5, "section.joint", "accepted: O, A, B, C"),
+        (Plane(quantity="eccentricity", joint="B", value=0), 0, "section.joint", "joint with clearance"),
+        (Plane(quantity="angle", link="rokcer", value=0), 0, "section.link", "did you mean 'rocker'?"),
+    ],
+)
+def test_sections_that_a_mechanism_cannot_have(section, clearance, key, words):
+    mechanism = catalog.chunmei2002(clearance=clearance)
+    problem = only(problems_of(check_section, section, mechanism), key)
+    assert words in problem.expected

@@ -1,0 +1,1 @@
+"""Slow independent answers that the tests compare with."""

@@ -1,0 +1,95 @@
+"""Study texts that validate, and a result with next to nothing in it."""
+
+import numpy as np
+import xarray as xr
+
+STATUS = "ok diverged step_limit chatter not_converged bad_parameters crashed not_run"
+
+TEXT = """\
+kind = "response"
+title = "A test"
+
+[mechanism]
+catalog = "chunmei2002"
+clearance = 2.9e-4
+gear_ratio = 3.0
+
+[integrator]
+rtol = 1e-9
+
+[analysis]
+turns = 2
+transient = 1
+section = { kind = "crank_angle", angle = 0.5 }
+
+[figure]
+kind = "overview"
+joint = "B"
+"""
+
+WRITTEN_OUT = """\
+kind = "section"
+
+[mechanism]
+name = "written out"
+branch = "upper"
+
+[[mechanism.links]]
+name = "crank"
+length = 0.03
+mass = 0.4489
+inertia = 1.5e-4
+
+[[mechanism.links]]
+name = "coupler"
+length = 0.181
+mass = 0.1743
+inertia = 2.7e-3
+
+[[mechanism.links]]
+name = "rocker"
+length = 0.1175
+mass = 0.2916
+inertia = 1.34e-3
+
+[[mechanism.joints]]
+name = "O"
+journal = { link = "crank" }
+bush = { link = "ground", point = [0, 0] }
+
+[[mechanism.joints]]
+name = "A"
+journal = { link = "crank", at = 0.03 }
+bush = { link = "coupler" }
+
+[[mechanism.joints]]
+name = "B"
+journal = { link = "coupler", at = 0.181 }
+bush = { link = "rocker", at = 0.1175 }
+clearance = 2.9e-5
+radius = 0.015
+contact = { stiffness = 7.15e6, damping = 228 }
+friction = { coefficient = 0.01 }
+
+[[mechanism.joints]]
+name = "C"
+journal = { link = "rocker" }
+bush = { link = "ground", point = [0.2, 0] }
+
+[mechanism.drive]
+kind = "speed"
+link = "crank"
+speed = 80.0
+
+[analysis]
+turns = 3
+"""
+
+
+def result(status=0):
+    """A dataset such as an analysis gives, with next to nothing in it."""
+    meanings = {"flag_values": np.arange(8, dtype=np.int8), "flag_meanings": STATUS}
+    force = ("time", np.linspace(0, 1, 11), {"units": "N", "long_name": "normal force"})
+    time = ("time", np.linspace(0, 0.1, 11), {"units": "s", "long_name": "time"})
+    variables = {"normal_force": force, "status": ((), np.int8(status), meanings)}
+    return xr.Dataset(variables, coords={"time": time}, attrs={"kind": "response"})

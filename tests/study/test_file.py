@@ -1,0 +1,198 @@
+"""Study files: what is accepted, and every way to be wrong with its key path."""
+
+import json
+
+import pytest
+from study_samples import TEXT, WRITTEN_OUT
+
+from jointplay.errors import InputError
+from jointplay.mechanism import catalog
+from jointplay.mechanism.records import CrankAngle, MotorLine
+from jointplay.study.file import load, validate
+from jointplay.study.source import override, parse
+
+
+def problems(text, *changes, name="x"):
+    """Key and message of each problem of a study text."""
+    with pytest.raises(InputError) as error:
+        validate({"name": name} | override(parse(text), changes))
+    return {problem.key: str(problem) for problem in error.value.problems}
+
+
+def test_a_study_is_read(study):
+    loaded = load(study, ["mechanism.gear_ratio=15", "title=changed"])
+    record = loaded.record
+    assert loaded.text == TEXT
+    assert (record.kind, record.name, record.title) == ("response", "small", "changed")
+    assert record.mechanism == catalog.chunmei2002(clearance=2.9e-4, gear_ratio=15.0)
+    assert record.analysis.section == CrankAngle(angle=0.5)
+    assert record.figure == {"kind": "overview", "joint": "B"}
+    assert record.keywords() == {
+        "rtol": 1e-9, "turns": 2, "transient": 1, "section": CrankAngle(angle=0.5), "steps": False,
+        "samples_per_turn": 720,
+    }  # fmt: skip
+
+
+def test_a_linkage_written_out_equals_the_catalog():
+    written = validate({"name": "x"} | parse(WRITTEN_OUT)).mechanism
+    listed = catalog.chunmei2002(speed=80.0)
+    assert written.links == listed.links
+    assert written.drive == listed.drive
+    assert [joint.name for joint in written.clearance_joints] == ["B"]
+    assert written.joint("B") == listed.joint("B")
+
+
+@pytest.mark.parametrize("text", [TEXT, WRITTEN_OUT, TEXT.replace('joint = "B"', "turns = 1")])
+@pytest.mark.parametrize(
+    "change", ["analysis.initial.crank_angle=1.5", "analysis.record=['mode']", "integrator={}"]
+)
+def test_the_resolved_study_is_plain_and_gives_the_same_study(text, change):
+    record = validate({"name": "x"} | override(parse(text), [change]))
+    resolved = json.loads(json.dumps(record.model_dump(mode="json"), allow_nan=False))
+    assert validate(resolved) == record
+
+
+def test_a_test_system_may_be_studied():
+    changes = ["mechanism={ catalog = 'lorenz', rho = 20 }", "figure={ kind = 'phase_portrait' }"]
+    record = validate({"name": "x"} | override(parse(TEXT), [*changes, "analysis.initial=[1, 2, 3]"]))
+    assert record.mechanism == catalog.lorenz(rho=20.0)
+    assert record.keywords()["initial"] == (1.0, 2.0, 3.0)
+    assert validate(record.model_dump(mode="json")) == record
+
+
+def test_changes_reach_every_part_of_the_catalog_entry():
+    changes = [
+        "mechanism.clearance={ B = 1e-5, C = 2e-5 }",
+        "mechanism.friction=0",
+        "mechanism.tension=false",
+    ]
+    mechanism = validate({"name": "x"} | override(parse(TEXT), changes)).mechanism
+    assert {joint.name: joint.clearance for joint in mechanism.clearance_joints} == {"B": 1e-5, "C": 2e-5}
+    assert mechanism.joint("B").friction is None
+    assert not mechanism.joint("B").contact.tension
+    assert isinstance(mechanism.drive, MotorLine)
+
+
+WRONG = {  # change: key of the problem, words in its message
+    "kind=respons": ("kind", "did you mean 'response'", "section"),
+    "nmae=a": ("nmae", "did you mean 'name'"),
+    "name=../a": ("name", "letters"),
+    "name=''": ("name", "letters"),
+    "title=3": ("title", "text"),
+    "mechanism=3": ("mechanism", "catalog"),
+    "mechanism.catalog=chunmei": ("mechanism.catalog", "did you mean 'chunmei2002'"),
+    "mechanism.catalog=[1]": ("mechanism.catalog", "accepted"),
+    "mechanism.clearence=1e-4": ("mechanism.clearence", "did you mean 'clearance'"),
+    "mechanism.clearance='1e-4'": ("mechanism.clearance", "number"),
+    "mechanism.clearance=-1e-4": ("mechanism.clearance", "at least 0"),
+    "mechanism.clearance=nan": ("mechanism.clearance", "got nan", "at least 0"),
+    "mechanism.clearance={ X = 1e-4 }": ("mechanism.clearance.X", "accepted: O, A, B, C"),
+    "mechanism.gear_ratio=true": ("mechanism.gear_ratio", "greater than 0"),
+    "mechanism.gear_ratio=inf": ("mechanism.gear_ratio", "got inf", "greater than 0"),
+    "mechanism.friction=-0.1": ("mechanism.friction", "at least 0"),
+    "mechanism.tension=1": ("mechanism.tension", "true or false"),
+    "integrator.rtol=0": ("integrator.rtol", "at least 1e-14"),
+    "integrator.rtoll=1e-8": ("integrator.rtoll", "did you mean 'rtol'"),
+    "integrator.max_steps=0": ("integrator.max_steps", "at least 1"),
+    "analysis.turns=2.5": ("analysis.turns", "whole number"),
+    "analysis.turns=0": ("analysis.turns", "at least 1"),
+    "analysis.turns='2'": ("analysis.turns", "whole number"),
+    "analysis.transient=-1": ("analysis.transient", "at least 0"),
+    "analysis.duration=1.0": ("analysis.turns", "not both"),
+    "analysis.duration=-1.0": ("analysis.duration", "greater than 0"),
+    "analysis.record=3": ("analysis.record", "list of names"),
+    "analysis.initial=3": ("analysis.initial", "crank_angle"),
+    "analysis.initial.crank_angel=3": ("analysis.initial.crank_angel", "did you mean 'crank_angle'"),
+    "analysis.initial=[nan]": ("analysis.initial[0]", "numbers"),
+    "analysis.section.angle='a'": ("analysis.section.angle", "number"),
+    "analysis.section={ kind = 'crankangle' }": ("analysis.section.kind", "did you mean 'crank_angle'"),
+    "analysis.section={ angle = 1 }": ("analysis.section.kind", "which form"),
+    "analysis.section={ kind = 'contact', joint = 'A' }": ("analysis.section.joint", "ideal", "accepted: B"),
+    "analysis.section={ kind = 'contact', joint = 'Q' }": ("analysis.section.joint", "no such joint"),
+    "figure=3": ("figure", "table"),
+    "figure.kind=overvew": ("figure.kind", "did you mean 'overview'"),
+    "figure.kind=[1]": ("figure.kind", "overview"),
+    "figure.jiont=B": ("figure.jiont", "did you mean 'joint'"),
+    "figure.joint=A": ("figure.joint", "joint with clearance", "accepted: B"),
+    "figure.joint=[1]": ("figure.joint", "accepted: B"),
+}
+
+
+@pytest.mark.parametrize(("change", "expected"), WRONG.items())
+def test_each_mistake_is_named_with_its_key_and_what_is_accepted(change, expected):
+    key, *words = expected
+    found = problems(TEXT, change)
+    assert list(found) == [key]
+    assert all(word in found[key] for word in words), found[key]
+
+
+WRONG_LINKAGE = {
+    "mechanism.links[0].mass=-1.0": (
+        "mechanism.links[0].mass",
+        "got -1.0; a mass greater than 0 kg is accepted",
+    ),
+    "mechanism.links[0].mass='1'": ("mechanism.links[0].mass", "number"),
+    "mechanism.links[1].inertia=1e-6": ("mechanism.links[1].inertia", "mass × centre²"),
+    "mechanism.links[1].name=crank": ("mechanism.links[1].name", "crank"),
+    "mechanism.joints[1].bush.link=copler": ("mechanism.joints[1].bush.link", "did you mean 'coupler'"),
+    "mechanism.joints[1].journal.at=0.5": ("mechanism.joints[1].journal.at", "0.03"),
+    "mechanism.joints[2].radius=0": ("mechanism.joints[2].radius", "greater than 0"),
+    "mechanism.joints[2].contact.stiffness=inf": ("mechanism.joints[2].contact.stiffness", "greater than 0"),
+    "mechanism.joints[2].contact.law=hertz": ("mechanism.joints[2].contact.law", "kelvin_voigt"),
+    "mechanism.drive.link=crnk": ("mechanism.drive.link", "did you mean 'crank'"),
+    "mechanism.drive.kind=moter": ("mechanism.drive.kind", "did you mean 'motor'"),
+    "mechanism.drive.speed=0": ("mechanism.drive.speed", "other than 0"),
+}
+
+
+@pytest.mark.parametrize(("change", "expected"), WRONG_LINKAGE.items())
+def test_each_mistake_in_a_linkage_is_named(change, expected):
+    key, word = expected
+    found = problems(WRITTEN_OUT, change)
+    assert key in found, found
+    assert word in found[key], found[key]
+
+
+def test_links_that_cannot_close_are_refused_with_their_lengths():
+    found = problems(WRITTEN_OUT, "mechanism.joints[3].bush.point=[2.0, 0]")
+    message = " ".join(found.values())
+    assert "close" in message
+    assert "0.181" in message
+
+
+def test_every_mistake_is_told_at_once():
+    changes = [
+        "nmae=1", "mechanism.clearence=1", "mechanism.gear_ratio=-3", "integrator.rtol=nan",
+        "analysis.turns=0", "analysis.section.kind=x", "figure.jiont=1",
+    ]  # fmt: skip
+    assert set(problems(TEXT, *changes)) == {
+        "nmae", "mechanism.clearence", "mechanism.gear_ratio", "integrator.rtol", "analysis.turns",
+        "analysis.section.kind", "figure.jiont",
+    }  # fmt: skip
+
+
+def test_an_unknown_kind_does_not_hide_other_mistakes():
+    assert set(problems(TEXT, "kind=x", "mechanism.gear_ratio=-3", "integrator.rtl=1")) == {
+        "kind", "mechanism.gear_ratio", "integrator.rtl",
+    }  # fmt: skip
+    assert set(problems("", name="x")) == {"kind", "mechanism"}
+
+
+def test_a_length_of_the_run_is_needed():
+    assert "turns, or duration" in problems(TEXT.replace("turns = 2\n", ""))["analysis.turns"]
+
+
+def test_ways_to_sample_exclude_each_other():
+    assert set(problems(TEXT, "analysis.steps=true", "analysis.samples_per_turn=9")) == {
+        "analysis.samples_per_turn"
+    }
+    assert (
+        validate({"name": "x"} | override(parse(TEXT), ["analysis.steps=true"])).analysis.samples_per_turn
+        is None
+    )
+
+
+def test_a_figure_must_suit_the_kind_of_study():
+    assert "poincare_section" in problems(WRITTEN_OUT, "figure.kind=overview")["figure.kind"]
+    text = TEXT.replace("section =", "# section =")
+    assert "overview" in problems(text, "figure={ kind = 'poincare_section' }")["figure.kind"]

@@ -1,0 +1,90 @@
+"""Text of study files: reading, parsing, and changes from the command line."""
+
+import pytest
+
+from jointplay.errors import InputError
+from jointplay.study import source
+
+
+def keys(error):
+    return [problem.key for problem in error.value.problems]
+
+
+@pytest.mark.parametrize(
+    ("change", "path", "value"),
+    [
+        ("a=1", ["a"], 1),
+        ("t.e=2.9e-5", ["t", "e"], 2.9e-5),
+        ("t.new.deep=true", ["t", "new", "deep"], True),
+        ("t.name=crank", ["t", "name"], "crank"),
+        ("t.name='crank'", ["t", "name"], "crank"),
+        ("t.e={ B = 1e-5, C = 2e-5 }", ["t", "e"], {"B": 1e-5, "C": 2e-5}),
+        ("list[1].m = 3", ["list", 1, "m"], 3),
+        ("t.v=[1, 2]", ["t", "v"], [1, 2]),
+        ("t.v=a=b", ["t", "v"], "a=b"),
+        ("t.v=", ["t", "v"], ""),
+        ("t.v=1\nother = 2", ["t", "v"], "1\nother = 2"),
+    ],
+)
+def test_a_change_is_read_as_toml_or_else_as_text(change, path, value):
+    table = {"a": 0, "t": {"e": 0.0}, "list": [{"m": 1}, {"m": 2}]}
+    changed = source.override(table, [change])
+    for step in path:
+        changed = changed[step]
+    assert changed == value
+    assert table == {"a": 0, "t": {"e": 0.0}, "list": [{"m": 1}, {"m": 2}]}
+
+
+@pytest.mark.parametrize(
+    "change", ["novalue", "=1", "a..b=1", "a.=1", "[0].m=1", "a.b=1", "list[7].m=1", "list.m=1", "t=\udcff"]
+)
+def test_a_change_that_does_not_fit_is_refused(change):
+    with pytest.raises(InputError) as error:
+        source.override({"a": 0, "list": []}, [change])
+    assert keys(error) == ["--set"]
+
+
+def test_every_wrong_change_is_named():
+    with pytest.raises(InputError) as error:
+        source.override({}, ["a", "b=1", "c"])
+    assert [problem.given for problem in error.value.problems] == ["a", "c"]
+
+
+def test_a_syntax_error_names_its_line():
+    with pytest.raises(InputError) as error:
+        source.parse("kind = 'response'\nturns == 3\n")
+    assert "line 2" in str(error.value)
+    assert "turns == 3" in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "text", ["a = " + "[" * 5000, "x = 2024-99-99", "a = 1\na = 2", "\0", "a = " + "9" * 5000]
+)
+def test_hostile_text_is_refused(text):
+    with pytest.raises(InputError):
+        source.parse(text)
+
+
+def test_endless_nesting_and_numbers_out_of_all_size_are_refused_with_their_place():
+    deep = source.parse(".".join("a" * 200) + " = 1")
+    huge = source.parse("[t]\nn = 0x" + "f" * 400)
+    tiny = source.parse("[t]\nn = [0.0, -1e-320, inf, nan]")
+    assert source.implausible(deep)[0].key.startswith("a.a.a")
+    assert [problem.key for problem in source.implausible(huge)] == ["t.n"]
+    assert [problem.key for problem in source.implausible(tiny)] == ["t.n[1]"]
+    assert source.implausible({"t": {"n": [1, 2.0, "x", True, 0, -1e-50]}}) == []
+
+
+def test_what_is_no_readable_text_is_refused(tmp_path):
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes("title = 'Kurbel für'".encode("latin-1"))
+    for path in (latin, tmp_path, tmp_path / "none.toml", "nul\0byte"):
+        with pytest.raises(InputError) as error:
+            source.read_text(path)
+        assert keys(error) == ["study file"]
+
+
+def test_windows_text_is_read(tmp_path):
+    path = tmp_path / "windows.toml"
+    path.write_bytes(b"\xef\xbb\xbfkind = 'response'\r\n")
+    assert source.parse(source.read_text(path)) == {"kind": "response"}
