@@ -5,6 +5,7 @@ Nouns and units come from a field's description and its `units`; limits from its
 
 from __future__ import annotations
 
+import math
 import numbers
 import types
 import typing
@@ -119,7 +120,8 @@ class _Spot:
         limits = " and ".join(f"{_BOUNDS[name]} {value:g}" for name, value in bounds.items())
         unit = "" if units == "1" else f" {units}" if limits else f" in {units}"
         form = "" if _is_number(given) or given is NOTHING or noun == plain else f", as a {plain},"
-        words = f"{noun} {limits}" if limits else f"finite {noun}"
+        endless = _is_number(given) and not math.isfinite(given) and not {"lt", "le"} & bounds.keys()
+        words = " ".join(["finite"] * (endless or not limits) + [noun] + [limits] * bool(limits))
         return f"{_article(words)} {words}{unit}{form} is accepted"
 
 

@@ -7,7 +7,7 @@ import xarray as xr
 
 STATUS = ("ok", "diverged", "step_limit", "chatter", "not_converged", "bad_parameters", "crashed", "not_run")
 MODES = ("free", "released", "slip_positive", "slip_negative", "stick", "contact")
-EVENTS = ("contact", "separation", "release", "slip_reversal", "stick_onset", "slip_onset", "impact")
+EVENTS = ("contact", "separation", "reopening", "slip_reversal", "stick_onset", "slip_onset", "impact")
 PERIOD, CLEARANCE, STIFFNESS, DAMPING, MASS = 0.075, 2.9e-5, 1e8, 3000.0, 1.0
 WORDS = {
     "angle": ("rad", "link angle"),

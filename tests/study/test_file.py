@@ -5,6 +5,7 @@ import json
 import pytest
 from study_samples import TEXT, WRITTEN_OUT
 
+from jointplay.analysis.words import LINKAGE
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import CrankAngle, MotorLine
@@ -44,7 +45,8 @@ def test_a_linkage_written_out_equals_the_catalog():
 
 @pytest.mark.parametrize("text", [TEXT, WRITTEN_OUT, TEXT.replace('joint = "B"', "turns = 1")])
 @pytest.mark.parametrize(
-    "change", ["analysis.initial.crank_angle=1.5", "analysis.record=['mode']", "integrator={}"]
+    "change",
+    ["analysis.initial.crank_angle=1.5", f"analysis.record={list(LINKAGE)}", "integrator={}"],
 )
 def test_the_resolved_study_is_plain_and_gives_the_same_study(text, change):
     record = validate({"name": "x"} | override(parse(text), [change]))

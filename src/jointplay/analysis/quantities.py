@@ -122,7 +122,8 @@ def attributes(name: str) -> dict[str, Any]:
 
 def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
     """CF attributes of an integer code."""
-    return {"flag_values": np.arange(len(meanings), dtype=np.int8), "flag_meanings": " ".join(meanings)}
+    values = np.arange(len(meanings), dtype=np.int8)
+    return {"units": "1", "flag_values": values, "flag_meanings": " ".join(meanings)}
 
 
 def coordinates(scene: Scene) -> dict[str, Any]:

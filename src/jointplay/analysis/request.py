@@ -75,7 +75,7 @@ def quantity(section: Section | None, mechanism: Mechanism | TestSystem) -> str 
     if isinstance(section, CrankAngle):
         return f"angle:{mechanism.crank}" if linkage else _phase(mechanism)
     if isinstance(section, Plane):
-        return _plane(section, mechanism) if linkage else f"state:{section.quantity}"
+        return _plane(section, mechanism) if linkage else section.quantity
     return None
 
 
@@ -133,5 +133,10 @@ def section_fields(section: Section | None, scene: Scene, skip: int) -> dict[str
         return {"level": first, "period": math.tau, "direction": forward, "skip": skip}
     if isinstance(section, Plane):
         return {"level": section.value, "direction": 1 if section.direction == "up" else -1, "skip": skip}
-    joint = -1 if section.joint is None else scene.joints.index(section.joint)
-    return {"event": EVENTS.index(section.kind), "joint": joint, "skip": skip}
+    names, kind = scene.joints, section.kind
+    if scene.resets and kind == "contact":
+        names, kind = scene.resets, "impact"
+    if not names or section.joint not in (None, *names):
+        raise InputError([unknown("section.joint", section.joint, section.joint, names, "contact")], "section")
+    joint = -1 if section.joint is None else names.index(section.joint)
+    return {"event": EVENTS.index(kind), "joint": joint, "skip": skip}

@@ -15,7 +15,7 @@ from jointplay.mechanism.scene import Scene
 CHUNK = 50_000  # attempts between two looks at the progress
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
-NEWTON = 0.02  # tolerance of the iteration, in units of the tolerated error
+NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,8 @@ def _memory(scene: Scene, request: Request):
     """Arrays and options of a run."""
     from jointplay.numerics import memory
 
-    sizes = cache.structure_module(scene.structure).SIZES
+    module = cache.structure_module(scene.structure)
+    sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
     state = np.concatenate([[0.0], scene.state])
     x = memory.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
@@ -142,7 +143,7 @@ def _memory(scene: Scene, request: Request):
         absolute=request.rtol * scene.absolute,
         relative=request.rtol * scene.relative,
         turning=np.resize(scene.turning, max(n_q, 1)) if n_q else np.zeros(1),
-        flags=scene.flags.copy(),
+        flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
         samples=np.zeros((len(request.at), width)),
@@ -170,7 +171,7 @@ def _memory(scene: Scene, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    return memory.work(n_q, n, n_contacts, sizes["rows"]), x, options
+    return memory.work(n_q, n, n_contacts, sizes["powers"], sizes["rows"]), x, options
 
 
 def _row(x) -> np.ndarray:

@@ -5,12 +5,14 @@ jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset
+CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
 
 from sympy import Integer
 
 from ..equations.system import System
+from ..numerics.modes import PULLS, STICKS
 from . import outputs
 from .dynamics import Dynamics, variants
 from .source import Layout, lanes, point, statements, used
@@ -26,7 +28,7 @@ from jointplay.numerics.interface import SIGNATURES, compiled, entry
 def text(system: System) -> str:
     """Source of the module of a system."""
     layout = Layout(system)
-    parts = [HEADER, f"SIZES = {_sizes(layout)!r}\n\n"]
+    parts = [HEADER, f"SIZES = {_sizes(layout)!r}", _names(system)]
     rates, jacobians, contacts = [], [], []
     for variant in variants(system):
         dynamics = Dynamics(system, variant)
@@ -55,6 +57,11 @@ def _sizes(layout: Layout) -> dict[str, int]:
         "first": layout.rows["time"],
         "rows": layout.rows["end"],
     }
+
+
+def _names(system: System) -> str:
+    flags = {c.name: PULLS * c.pulls + STICKS * c.sticks for c in system.contacts}
+    return f"CONTACTS = {flags!r}\nRESETS = {[reset.name for reset in system.resets]!r}\n\n"
 
 
 def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:

@@ -6,10 +6,14 @@ Dubowsky and Freudenstein (1971) with forcing y'' = sin t; bouncing ball after H
 Holmes (1983); gear pair with backlash after Kahraman and Singh (1990).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from inspect import signature
 
 from sympy import Expr, Integer, symbols
 
+from ..errors import InputError, unknown
+from .structure import Oscillator
 from .system import Angle, Contact, Reset, System, number
 
 y, v = symbols("y v", real=True)
@@ -64,11 +68,11 @@ def impact_pair() -> System:
     return _oscillator("gap restitution", phase.sin, phase, resets=walls)
 
 
-def soft_impact_pair(pulls: bool = True) -> System:
+def soft_impact_pair(tension: bool = True) -> System:
     """y'' = sin t with Kelvin-Voigt walls: contact force k(|y| - d/2) + c v outwards."""
     d, K, C = map(number, ("gap", "stiffness", "damping"))
     phase = Angle("phase", None, Integer(1))
-    walls = _wall("upper", 1, d / 2, K, C, pulls), _wall("lower", -1, d / 2, K, C, pulls)
+    walls = _wall("upper", 1, d / 2, K, C, tension), _wall("lower", -1, d / 2, K, C, tension)
     return _oscillator("gap stiffness damping", phase.sin, phase, contacts=walls)
 
 
@@ -100,3 +104,28 @@ SYSTEMS: dict[str, Callable[..., System]] = {
     f.__name__: f
     for f in (lorenz, rossler, duffing, impact_pair, soft_impact_pair, bouncing_ball, gear_backlash)
 }
+
+
+def system(structure: Oscillator) -> System:
+    """Write the equations of a test system, and the quantity that is watched.
+
+    Raises
+    ------
+    InputError
+        If there is no such system, or it has no such quantity.
+    """
+    _known("system", structure.name, SYSTEMS, "system")
+    write = SYSTEMS[structure.name]
+    for name, _ in structure.switches:
+        _known(f"parameters.{name}", name, signature(write).parameters, "switch")
+    plain = write(**dict(structure.switches))
+    if structure.section is None:
+        return plain
+    states = {name.removeprefix("state:"): name for name in plain.outputs}
+    _known("section.quantity", structure.section, states, "quantity")
+    return replace(plain, section=plain.outputs[states[structure.section]])
+
+
+def _known(key: str, name: str, known: Iterable[str], what: str) -> None:
+    if name not in known:
+        raise InputError([unknown(key, name, name, known, what)])

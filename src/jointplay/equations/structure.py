@@ -60,10 +60,14 @@ class Linkage:
 
 @dataclass(frozen=True)
 class Oscillator:
-    """A small test system by name, with the switches that its equations take."""
+    """A small test system by name, with the switches that its equations take.
+
+    `section` names a quantity whose level crossings are wanted: a state, or the phase of the forcing.
+    """
 
     name: str
     switches: tuple[tuple[str, bool], ...] = ()
+    section: str | None = None
 
 
 def parameter_names(structure: Linkage) -> list[str]:

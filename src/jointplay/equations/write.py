@@ -9,4 +9,4 @@ def system(structure: Linkage | Oscillator) -> System:
     """Write the equations of a structure."""
     if isinstance(structure, Linkage):
         return linkage.system(structure)
-    return oscillators.SYSTEMS[structure.name](**dict(structure.switches))
+    return oscillators.system(structure)

@@ -1,14 +1,15 @@
 """Pictures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
 
 from collections.abc import Callable
-from inspect import signature
+from typing import Any
 
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.errors import NOTHING, InputError, Problem
 
-from . import pick
+from . import check, pick
+from .check import lacking
 from .journal_orbit import journal_orbit
 from .overview import overview
 from .phase_portrait import phase_portrait
@@ -23,10 +24,10 @@ KINDS: dict[str, Callable[..., Figure]] = {
     "overview": overview,
 }
 
-__all__ = ["KINDS", "draw", "problems"]
+__all__ = ["KINDS", "draw", "lacking", "problems"]
 
 
-def draw(dataset: Dataset, options: dict | None = None) -> Figure:
+def draw(dataset: Dataset, options: dict | None = None, /, **named: Any) -> Figure:
     """Draw a result.
 
     Parameters
@@ -36,6 +37,8 @@ def draw(dataset: Dataset, options: dict | None = None) -> Figure:
     options : dict, optional
         `kind`, one of `KINDS`, and the keywords of that function: the `[figure]` table of a study file.
         By default the kind that suits the dataset's own `kind`.
+    **named
+        The same options by name, such as ``kind="journal_orbit", joint="B"``.
 
     Returns
     -------
@@ -46,7 +49,7 @@ def draw(dataset: Dataset, options: dict | None = None) -> Figure:
     InputError
         If an option, or a variable, link or joint that it names, does not exist.
     """
-    options = dict(options or {})
+    options = dict(options or {}) | named
     wrong = problems(options)
     if wrong:
         raise InputError(wrong)
@@ -59,18 +62,7 @@ def problems(options: dict) -> list[Problem]:
 
     Without a `kind`, an option is accepted if any kind has it.
     """
-    kind = options.get("kind")
-    if kind is not None and kind not in KINDS:
-        return [unknown("figure.kind", kind, kind, KINDS, "figure")]
-    known = {
-        name for one in ([kind] if kind else KINDS) for name in list(signature(KINDS[one]).parameters)[1:]
-    }
-    accepted = sorted(known | {"kind"})
-    return [
-        unknown(f"figure.{key}", options[key], key, accepted, "option")
-        for key in options
-        if key not in accepted
-    ]
+    return check.problems(options, KINDS)
 
 
 def usual_kind(dataset: Dataset) -> str:
@@ -78,7 +70,8 @@ def usual_kind(dataset: Dataset) -> str:
     if dataset.attrs.get("kind") == "section":
         return "poincare_section"
     if dataset.attrs.get("kind") == "response":
-        return "overview" if pick.labels(dataset, "joint") else "time_history"
+        whole = pick.labels(dataset, "joint") and not lacking({"kind": "overview"}, tuple(dataset.data_vars))
+        return "overview" if whole else "time_history"
     raise pick.refuse(
         "kind", dataset.attrs.get("kind", NOTHING), "the kind of figure: one of " + ", ".join(KINDS)
     )

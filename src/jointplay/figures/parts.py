@@ -64,12 +64,20 @@ def path(ax: Axes, x: np.ndarray, y: np.ndarray, contact: np.ndarray | None) -> 
 
 
 def cloud(ax: Axes, x: np.ndarray, y: np.ndarray) -> Line2D:
-    """Draw points, the smaller the more there are, embedded as an image in vector files."""
-    size = 2.4 if x.size < 300 else 0.9 if x.size < 5000 else 0.5
+    """Draw points, the smaller the more of them stand apart, embedded as an image in vector files."""
+    apart = spots(x, y)
+    size = 2.4 if apart < 300 else 0.9 if apart < 5000 else 0.5
     (points,) = ax.plot(
         x, y, "o", linestyle="none", color=style.BLACK, markersize=size, markeredgewidth=0, rasterized=True
     )
     return points
+
+
+def spots(x: np.ndarray, y: np.ndarray) -> int:
+    """Count the cells, a thousandth of the points' size each, that hold points: a fixed point is one."""
+    points = np.stack([x, y], -1)[np.isfinite(x) & np.isfinite(y)]
+    size = np.max(np.abs(points), axis=0, initial=1e-300)
+    return len(np.unique(np.round(points / size * 1e3), axis=0))
 
 
 def clearance_circle(ax: Axes, reach: float) -> None:

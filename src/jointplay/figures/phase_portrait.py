@@ -10,6 +10,7 @@ from . import parts, pick, style, timebase
 
 DEFAULTS = ("eccentricity", "normal_velocity")
 ON_A_LINK = ("angle", "angular_velocity")
+PAIRS = (DEFAULTS, ON_A_LINK)
 
 
 @style.paper()
@@ -60,7 +61,7 @@ def portrait_panel(
     ax: Axes, dataset: Dataset, x: str | None, y: str | None, link=None, joint=None, titles=()
 ) -> None:
     """Draw the portrait of all of `dataset`; one of a joint tells contact from free flight."""
-    first, second = usual_pair(dataset, "time")
+    first, second = (x, y) if x and y else usual_pair(dataset, "time")
     one = pick.curve(dataset, x or first, "x", link=link, joint=joint)
     two = pick.curve(dataset, y or second, "y", link=link, joint=joint)
     (xs, x_unit), (ys, y_unit) = parts.displayed(one), parts.displayed(two)

@@ -46,9 +46,8 @@ def poincare_section(
     if not isinstance(zoom, bool):
         raise pick.refuse("zoom", zoom, "true or false")
     part = crossings(dataset, turns)
-    orbit = bool(pick.labels(dataset, "joint")) and {"journal_x", "section_journal_x"} & set(
-        dataset.data_vars
-    )
+    there = {"journal_x", "journal_y"} <= set(pick.names(dataset, "turn"))
+    orbit = there and bool(pick.labels(dataset, "joint"))
     figure = style.sheet(180.0 if orbit else 88.0, 88.0)
     axes = figure.subplots(1, 2 if orbit else 1, squeeze=False)[0]
     if orbit:
@@ -95,7 +94,7 @@ def journal_points(
 
 def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, letter="", count="") -> None:
     """Draw one variable over another at the crossings."""
-    first, second = usual_pair(dataset, "turn")
+    first, second = (x, y) if x and y else usual_pair(dataset, "turn")
     one = pick.curve(dataset, x or first, "x", "turn", link=link, joint=joint)
     two = pick.curve(dataset, y or second, "y", "turn", link=link, joint=joint)
     (xs, x_unit), (ys, y_unit) = parts.displayed(one), parts.displayed(two)

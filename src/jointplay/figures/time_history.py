@@ -64,7 +64,7 @@ def time_history(
     axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
     letters = "abcdefghijklmnopqrstuvwxyz" if len(heights) > 1 else ""
     for ax, array in zip(axes, arrays, strict=False):
-        history_panel(ax, array, bases[0], several(dataset, array))
+        history_panel(ax, array, bases[0], several(array))
     legends(axes)
     if rows:
         strip(axes[-1], rows, bases[0])
@@ -86,13 +86,19 @@ def chosen(dataset: Dataset, variables, link: str | None, joint: str | None) -> 
     for dim, label in (("link", link), ("joint", joint)):
         if label is not None:
             pick.choice(dim, label, pick.labels(dataset, dim))
-            arrays = [array.sel({dim: [label]}) if dim in array.dims else array for array in arrays]
+            arrays = [only(array, dim, label) if dim in array.dims else array for array in arrays]
     return arrays
 
 
-def several(dataset: Dataset, array: DataArray) -> bool:
+def only(array: DataArray, dim: str, label: str) -> DataArray:
+    """Return one link's or joint's share of a variable; its name says whose, where there are several."""
+    share = array.sel({dim: [label]})
+    return share.assign_attrs(long_name=f"{pick.title(array)}, {label}") if array.sizes[dim] > 1 else share
+
+
+def several(array: DataArray) -> bool:
     """Tell whether a reader has to be told which link, joint or state is drawn."""
-    return any(dataset.sizes[dim] > 1 for dim in array.dims if dim != "time")
+    return any(array.sizes[dim] > 1 for dim in array.dims if dim != "time")
 
 
 def history_panel(ax: Axes, array: DataArray, base: timebase.Base, named: bool) -> None:

@@ -61,15 +61,20 @@ def turns(dataset: Dataset, name: str = "turns") -> Base | None:
 
 def bases(dataset: Dataset, times: np.ndarray, axis) -> list[Base]:
     """Return the bottom axis and, where there is one, the top axis, as the option `axis` names them."""
-    asked = ("time", "turns") if axis is None else (axis,) if isinstance(axis, str) else tuple(axis)
-    if not 1 <= len(asked) <= 2:
-        raise pick.refuse("axis", axis, "one or two of: " + ", ".join(AXES))
+    named = ["time", "turns"] if axis is None else axis_names(axis)
     units = dataset["time"].attrs.get("units", "s")
-    named = [pick.choice("axis", name, AXES) for name in asked]
     found = [seconds(times, units) if name == "time" else turns(dataset, name) for name in named]
     if None in found and axis is not None:
         raise pick.refuse("axis", axis, "time (this result has neither a crank angle nor a nominal period)")
     return [one for one in found if one is not None][: 2 if times.size > 1 else 1]
+
+
+def axis_names(axis) -> list[str]:
+    """Return one or two names of time axes."""
+    asked = [axis] if isinstance(axis, str) else list(axis) if isinstance(axis, list | tuple) else []
+    if not 1 <= len(asked) <= 2:
+        raise pick.refuse("axis", axis, "one or two of: " + ", ".join(AXES))
+    return [pick.choice("axis", name, AXES) for name in asked]
 
 
 def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
@@ -82,7 +87,7 @@ def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
         raise pick.refuse("time", time_asked, "either turns or time, not both")
     times = dataset["time"].values
     if time_asked is not None:
-        start, stop = pick.numbers("time", time_asked, 2, "two increasing numbers, in s")
+        start, stop = time_limits(time_asked)
         return cut(dataset, "time", time_asked, (times >= start) & (times <= stop))
     if turns_asked is None or not times.size:
         return dataset
@@ -93,6 +98,11 @@ def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
     start, stop = turn_limits(turns_asked, count[-1])
     slack = 1e-9 * (1 + abs(stop))  # a sample at the very start of the last turn belongs to it
     return cut(dataset, "turns", turns_asked, (count >= start - slack) & (count <= stop + slack))
+
+
+def time_limits(asked) -> tuple[float, ...]:
+    """Return the first and last time of a window, in s."""
+    return pick.numbers("time", asked, 2, "two increasing numbers, in s")
 
 
 def turn_limits(asked, last: float) -> tuple[float, float]:

@@ -8,16 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.equations.structure import Clearance, Linkage, Oscillator, Pin, parameter_names
+from jointplay.equations.structure import Clearance, Linkage, Pin, parameter_names
 from jointplay.errors import InputError, Problem, refuse
-from jointplay.mechanism import chains
+from jointplay.mechanism import chains, oscillators
 from jointplay.mechanism.chains import Place, place_of
 from jointplay.mechanism.closure import ideal_state
 from jointplay.mechanism.records import ConstantSpeed, Joint, Mechanism, MotorLine, TestSystem
-from jointplay.mechanism.scene import Scene
-
-PULLS, STICKS = 1, 2
-SPEED_FLOOR = 0.01  # of the nominal speed: below it, errors of a speed count as absolute
+from jointplay.mechanism.scene import SPEED_FLOOR, Scene
 
 
 def assemble(
@@ -32,7 +29,7 @@ def assemble(
         Of a linkage, ``crank_angle`` and ``crank_speed`` of the ideal mechanism, or ``angle`` and
         ``angular_velocity`` by link; of a test system, its state. None: the default start.
     section : str, optional
-        Quantity whose level is to be watched, as ``word:label``.
+        Quantity whose level is to be watched, as ``word:label``; of a test system, a state or ``phase``.
     powers : bool
         Whether the work of drive and joints is to be integrated.
 
@@ -42,7 +39,7 @@ def assemble(
         If the mechanism has a loop of ideal joints, or the start does not fit it.
     """
     if isinstance(mechanism, TestSystem):
-        return _oscillator(mechanism, initial)
+        return oscillators.scene(mechanism, initial, section)
     places = chains.forest(mechanism)
     structure = _structure(mechanism, places, section, powers)
     angles, speeds = _start(mechanism, initial)
@@ -62,7 +59,6 @@ def assemble(
         absolute=np.concatenate([unit, SPEED_FLOOR * nominal * unit]),
         relative=np.concatenate([np.zeros(len(unit)), np.ones(len(unit))]),
         turning=np.array(turns, dtype=float),
-        flags=np.array([_flags(joint) for joint in mechanism.clearance_joints], dtype=np.int64),
         period=2 * math.pi / nominal,
         h_max=0.7 / nominal if structure.drive == "speed" else math.inf,
         links=structure.links,
@@ -162,11 +158,6 @@ def _drive_numbers(mechanism: Mechanism, angles: Mapping[str, float]) -> dict[st
     return {}
 
 
-def _flags(joint: Joint) -> int:
-    sticks = joint.friction is not None and joint.friction.coefficient > 0
-    return PULLS * joint.contact.tension + STICKS * sticks
-
-
 def _start(mechanism: Mechanism, initial: Any) -> tuple[dict[str, float], dict[str, float]]:
     """Angles and speeds of every link at the start."""
     if initial is None:
@@ -229,39 +220,3 @@ def _origin(place: Place, angles, speeds) -> tuple[list[float], list[float]]:
         x = [x[0] + arm * c, x[1] + arm * s]
         v = [v[0] - arm * s * speeds[k], v[1] + arm * c * speeds[k]]
     return x, v
-
-
-_STATES = {
-    "lorenz": ("x", "y", "z"),
-    "rossler": ("x", "y", "z"),
-}
-_RESETS = {"impact_pair": ("upper", "lower"), "bouncing_ball": ("table",)}
-_CONTACTS = {"soft_impact_pair": ("upper", "lower"), "gear_backlash": ("drive", "coast")}
-_SWITCHES = {"soft_impact_pair": {"tension": "pulls"}}
-
-
-def _oscillator(system: TestSystem, initial: Any) -> Scene:
-    name, states = system.system, _STATES.get(system.system, ("y", "v"))
-    switches = _SWITCHES.get(name, {})
-    values = {key: value for key, value in system.parameters.items() if key not in switches}
-    state = np.array(system.initial if initial is None else initial, dtype=float)
-    if state.shape != (len(states),) or not np.all(np.isfinite(state)):
-        raise refuse(initial, f"{len(states)} finite numbers ({', '.join(states)}) are accepted", "initial")
-    rate = values.get("frequency", 1.0) if len(states) == 2 else None
-    pulls = system.parameters.get("tension", True)
-    contacts = _CONTACTS.get(name, ())
-    positions = 1 if len(states) == 2 else 0
-    return Scene(
-        structure=Oscillator(name, tuple((switches[key], bool(system.parameters[key])) for key in switches)),
-        numbers=np.array(list(values.values()), dtype=float),
-        state=state,
-        absolute=np.full(len(states), SPEED_FLOOR),
-        relative=np.ones(len(states)),
-        turning=np.zeros(positions),
-        flags=np.array([PULLS * bool(pulls)] * len(contacts), dtype=np.int64),
-        period=system.period or 1.0,
-        h_max=0.7 / rate if rate else math.inf,
-        joints=contacts,
-        states=states,
-        resets=_RESETS.get(name, ()),
-    )

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.errors import refuse
 from jointplay.mechanism.base import Flag, Fraction, Name, Number, Positive, Record, measured, named
@@ -49,6 +50,14 @@ class MotorLine(Record):
             raise refuse(rated, f"a rated motor speed {limit} is accepted")
         return rated
 
+    @model_validator(mode="after")
+    def _a_line_of_finite_numbers(self) -> Self:
+        line = (self.stall_torque, self.slope)
+        if not all(0 < number < math.inf for number in line) or not 0 < self.no_load_speed < math.inf:
+            given = {name: getattr(self, name) for name in ("gear_ratio", "efficiency", "rated_torque")}
+            raise refuse(given, "numbers that give a finite torque and slope other than 0 are accepted")
+        return self
+
     @property
     def stall_torque(self) -> float:
         """Torque a on the link at rest, N m."""
@@ -60,7 +69,7 @@ class MotorLine(Record):
         """Loss of torque with speed b, N m s."""
         slip = self.synchronous_speed - self.rated_speed
         factor = self.efficiency if self.efficiency_in_slope else 1.0
-        return factor * self.gear_ratio**2 * self.rated_torque / slip
+        return factor * self.gear_ratio * self.gear_ratio * self.rated_torque / slip
 
     @property
     def no_load_speed(self) -> float:

@@ -8,6 +8,8 @@ import numpy as np
 
 from jointplay.equations.structure import Linkage, Oscillator
 
+SPEED_FLOOR = 0.01  # of the nominal speed: below it, errors of a speed count as absolute
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -25,8 +27,6 @@ class Scene:
         Scales of the tolerated error of each state: rtol * (absolute + relative * abs(state)).
     turning : ndarray
         1 where a position is an angle.
-    flags : ndarray of int
-        Of each contact: what ends it, and whether it can stick (`jointplay.numerics.modes`).
     period : float
         Nominal period of the drive or forcing, s; a time scale where there is none.
     h_max : float
@@ -44,7 +44,6 @@ class Scene:
     absolute: np.ndarray
     relative: np.ndarray
     turning: np.ndarray
-    flags: np.ndarray
     period: float
     h_max: float
     links: tuple[str, ...] = ()

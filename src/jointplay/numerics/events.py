@@ -36,8 +36,8 @@ def first_event(w, row, modes, flags, fired, b, stack):
 def locate(rate, extrapolate, move, factor, newton, variant, k, x, o, h, place, row, multiplicity, level):
     """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
 
-    Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and whether the method
-    converged. The shortened step is in k.w.
+    Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and whether it was found
+    (a root that only the step's polynomial has is not). The shortened step is in k.w.
     """
     length, w, b = place * h, k.w, k.b
     for _ in range(REFINEMENTS):
@@ -56,15 +56,15 @@ def locate(rate, extrapolate, move, factor, newton, variant, k, x, o, h, place, 
         if abs(correction) < 1e-6:
             return length, 1.0 + correction, True
         length *= 1.0 + min(max(correction, -0.5), 0.5)
-    return length, 1.0, True
+    return length, 1.0, False
 
 
 @compiled
-def state_at(w, at, s, n_x, place, b, out, to):
-    """Write positions and speeds at `place` of the step whose increments begin at w[at]."""
+def state_at(w, at, s, n_x, place, b, out):
+    """Write positions and speeds at `place` of the step whose increments begin at w[at], to out[1:]."""
     basis(place, b)
     for r in range(n_x):
         total = s[1 + r]
         for i in range(7):
             total += b[8 + i] * w[at + 8 * r + i]
-        out[to + r] = total
+        out[1 + r] = total

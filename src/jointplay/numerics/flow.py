@@ -8,7 +8,7 @@ import numpy as np
 from numba import int64, typeof, void
 
 from .events import first_event, locate, state_at
-from .interface import POINTERS, compiled, entry
+from .interface import POINTERS, compiled, entry, inlined
 from .memory import (
     CLOSE,
     CONTRACTION,
@@ -18,6 +18,7 @@ from .memory import (
     EVENTS,
     FAILED,
     FRESH,
+    H_LIMIT,
     H_PAST,
     H_VARIANT,
     LEVEL,
@@ -39,11 +40,10 @@ from .memory import (
 )
 from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, variant_of
 from .polynomial import bernstein, first_root, keep_right
-from .radau import WEIGHTS
-from .record import log, sample
+from .record import gains, log, sample, work_at
 from .step import ORDER, TURN, attempt, next_length
 
-WORK = typeof(work(1, 1, 1, 1))
+WORK = typeof(work(1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
 OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
 
@@ -51,6 +51,7 @@ OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)
 FULL = -1  # the log is full: empty it and call again
 ROOM = 24  # log rows that one step may need
 CHATTER_COUNT = 12
+HUGE = 1e12
 SECTIONS_A_STEP = 8
 
 
@@ -76,15 +77,23 @@ def _length(s, turning, h, n_q, t_end):
 
 
 @compiled
-def _copy(source, at, target, to, count):
-    for i in range(count):
-        target[to + i] = source[at + i]
+def _keep(w, at, target):
+    """Copy increments out of the lane buffer."""
+    for i in range(len(target)):
+        target[i] = w[at + i]
 
 
 @compiled
-def _next_crossing(w, row, b, stack, level, after, side):
+def _bring_back(source, w, at):
+    """Copy increments back into the lane buffer."""
+    for i in range(len(source)):
+        w[at + i] = source[i]
+
+
+@compiled
+def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
     """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none yet); 2.0 if none."""
-    degree = bernstein(w, 8 * row, 0, b)
+    degree = bernstein(w, 8 * row, multiplicity, b)
     for i in range(degree + 1):
         b[i] -= level
     if after >= 0.0:
@@ -96,39 +105,25 @@ def _next_crossing(w, row, b, stack, level, after, side):
 @compiled
 def _sections(rate, extrapolate, move, factor, newton, variant, k, x, o, h, end):
     """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
-    count, real, at, wide = x.count, x.real, 8 * (o.first + 1), 8 * (o.n_q + o.n)
-    row, place = o.first + 1 + o.n_q + 2 * o.n + len(x.fired), -1.0
+    count, real, at = x.count, x.real, 8 * (o.first + 1)
+    row, place, whole = o.first + 1 + o.n_q + 2 * o.n + len(x.fired), -1.0, 0 * o.n
     if count[SIDE] == 0:
-        count[SIDE] = -o.direction if o.period != 0.0 or k.w[8 * row + 7] != real[LEVEL] else o.direction
-        if o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * count[SIDE] < 0.0:
-            count[SIDE] = o.direction
+        ahead = o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * o.direction >= 0.0
+        count[SIDE] = o.direction if ahead else -o.direction
     for _ in range(SECTIONS_A_STEP):
         after = place if o.period == 0.0 else -1.0
-        place = _next_crossing(k.w, row, k.b, k.stack, real[LEVEL], after, count[SIDE])
+        place = _next_crossing(k.w, row, whole, k.b, k.stack, real[LEVEL], after, count[SIDE])
         if place > end or (o.stop_after and count[SECTIONS] >= o.stop_after):
             return
         if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
-            _copy(k.w, at, k.whole, 0, wide)
+            _keep(k.w, at, k.whole)
+            near, level = max(place, 1e-12), real[LEVEL]
             length, root, _ = locate(
-                rate,
-                extrapolate,
-                move,
-                factor,
-                newton,
-                variant,
-                k,
-                x,
-                o,
-                h,
-                max(place, 1e-12),
-                row,
-                0,
-                real[LEVEL],
+                rate, extrapolate, move, factor, newton, variant, k, x, o, h, near, row, whole, level
             )
             real[T_SECTION] = x.s[0] + length * root
-            _count_section(k, x, o, real[T_SECTION], root, -1, 0)
-            _copy(k.whole, 0, k.w, at, wide)
-            k.w[8 * o.first + 7] = 0.0
+            _count_section(k, x, o, real[T_SECTION], root, -1.0, 0.0)
+            _bring_back(k.whole, k.w, at)
         if o.period == 0.0:
             count[SIDE] = -count[SIDE]
         real[LEVEL] += o.period * o.direction
@@ -145,23 +140,20 @@ def _count_section(k, x, o, time, place, contact, kind):
 @compiled
 def _log(k, x, o, tag, contact, kind, time, place):
     """Add a row to the log."""
-    row, at = x.log[x.count[LOGGED]], 8 * (o.first + 1)
-    log(row, tag, contact, kind, time, place, k.w, at, x.s, o.n_q + o.n, k.b, x.modes, x.work)
-    x.count[LOGGED] += 1
+    at, n_x = 8 * (o.first + 1), o.n_q + o.n
+    log(x.log, x.count, tag, contact, kind, time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)
 
 
 @compiled
-def _commit(w, s, work, b, first, row, n_x, h, place):
-    """Move the base point to `place` of the step in w, whose powers begin at lane row `row`; add up the work done."""
-    for i in range(len(work)):
-        at = 8 * (row + i)
-        for j in range(7):
-            work[i] += h * WEIGHTS[j] * w[at + j]
-        work[i] += h * (place - 1.0) * w[at + 6]
-    state_at(w, 8 * (first + 1), s, n_x, place, b, s, 1)
+def _commit(w, s, gain, work, b, at, n_x, h, place):
+    """Move the base point, and the work, to `place` of the step whose increments begin at w[at]."""
+    state_at(w, at, s, n_x, place, b, s)
+    work_at(gain, b, work, work, n_x - n_x)
     s[0] += h * place
     for i in range(8 * n_x):  # from here on the increments are of the new base point
-        w[8 * (first + 1) + i] = 0.0
+        w[at + i] = 0.0
+    for i in range(len(gain)):
+        gain[i] = 0.0
 
 
 @compiled
@@ -174,7 +166,7 @@ def _event(contacts, reset, trig, k, x, o, guard):
     count[EVENTS] += 1
     at, logged = count[LOGGED], o.log_events and time >= o.log_from
     if logged:
-        _log(k, x, o, EVENT_ROW, 0, IMPACT, time, 0.0)
+        _log(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
     j, kind = guard // 4, IMPACT
     if j < len(x.modes):
         kind = follow(contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, k.contact)
@@ -185,23 +177,27 @@ def _event(contacts, reset, trig, k, x, o, guard):
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
     if o.section == 2 and kind == o.section_event and (o.section_contact < 0 or o.section_contact == j):
-        _count_section(k, x, o, time, 0.0, j, kind)
-    count[SMOOTH], real[CONTRACTION] = 0, 1.0
+        _count_section(k, x, o, time, 0.0, float(j), float(kind))
+    count[SMOOTH], real[CONTRACTION], real[H_LIMIT] = 0, 1.0, np.inf
     if real[H_VARIANT + variant_of(x.modes)] > 0.0:
         real[H] = real[H_VARIANT + variant_of(x.modes)]
 
 
-@compiled
+@inlined
 def _advance(rate, contacts, trig, reset, extrapolate, move, factor, newton, variant, k, x, o, h, error):
     """Take an accurate attempt, whole or up to its first event; give back False if that could not be located."""
     w, count, real, n_x = k.w, x.count, x.real, o.n_q + o.n
-    guards, increments = o.first + 1 + o.n_q + 2 * o.n, 8 * (o.first + 1)
+    guards, at = o.first + 1 + o.n_q + 2 * o.n, 8 * (o.first + 1)
     guard, place = first_event(w, guards, x.modes, x.flags, x.fired, k.b, k.stack)
     length, root = h, 1.0
     if guard >= 0 and place * h <= 1e-15 * max(abs(x.s[0]), o.near):
+        if x.fired[guard] and h > 1e-3 * o.near:
+            return (
+                False  # it has just fired and leaves its root: too long a step shows it coming back at once
+            )
         root = 0.0
     elif guard >= 0:
-        _copy(w, increments, k.whole, 0, 8 * n_x)
+        _keep(w, at, k.whole)
         length, root, solved = locate(
             rate,
             extrapolate,
@@ -224,36 +220,49 @@ def _advance(rate, contacts, trig, reset, extrapolate, move, factor, newton, var
         rate(variant, w, x.s, x.p, x.m)
         count[EVALUATIONS] += 7
     if root > 0.0:
+        gains(w, guards + len(x.fired) + (1 if o.section == 1 else 0), length, k.gain)
         if o.section == 1:
             _sections(rate, extrapolate, move, factor, newton, variant, k, x, o, length, root)
         end = x.s[0] + length * root
         count[SAMPLES] = sample(
-            x.samples, x.at, count[SAMPLES], length, end, w, increments, x.s, n_x, k.b, x.modes, x.work
+            x.samples, x.at, count[SAMPLES], length, end, w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
         )
-        x.fired[:] = 0
+        for g in range(len(x.fired)):
+            x.fired[g] = 0
         if guard < 0:
-            _copy(w, increments, k.past, 0, 8 * n_x)
+            _keep(w, at, k.past)
             error = max(error, 1e-10)
             real[H] = next_length(h, error, real[H_PAST], real[ERROR_PAST], count[SMOOTH])
+            real[H] = min(real[H], real[H_LIMIT])
+            real[H_LIMIT] *= 1.1  # lengths at which the iteration failed are approached again slowly
             real[H_VARIANT + variant], real[H_PAST], real[ERROR_PAST] = real[H], h, max(error, 1e-2)
             count[SMOOTH] = 1
-        powers = guards + len(x.fired) + (1 if o.section == 1 else 0)
-        _commit(w, x.s, x.work, k.b, o.first, powers, n_x, length, root)
+        _commit(w, x.s, k.gain, x.work, k.b, at, n_x, length, root)
         if o.log_steps and x.s[0] >= o.log_from:
-            _log(k, x, o, STEP_ROW, -1, 0, x.s[0], 0.0)
+            _log(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
     count[FRESH] = 0
     if guard >= 0:
         _event(contacts, reset, trig, k, x, o, guard)
         if o.log_steps and x.s[0] >= o.log_from:
-            _log(k, x, o, STEP_ROW, -1, 0, x.s[0], 0.0)
+            _log(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
     return True
+
+
+@compiled
+def _trouble(s, n_x):
+    """Why no step is short enough: the state grew beyond measure, or the iteration does not converge."""
+    for r in range(1 + n_x):
+        if not abs(s[r]) < HUGE:
+            return DIVERGED
+    return NOT_CONVERGED
 
 
 @entry(void(*POINTERS, WORK, TRAJECTORY, OPTIONS))
 def start(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor, newton, estimate, k, x, o):
     """Set the contact modes that belong to the initial state."""
     trig(x.s, x.p)
-    x.modes[:] = FREE
+    for j in range(len(x.modes)):
+        x.modes[j] = FREE
     for j in range(len(x.modes)):
         x.modes[j] = CONTACT
         mask(x.modes, x.m)
@@ -265,6 +274,7 @@ def start(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor
         elif closed:
             x.modes[j] = RELEASED
     x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
+    x.real[H_LIMIT] = np.inf
 
 
 @entry(int64(*POINTERS, WORK, TRAJECTORY, OPTIONS))
@@ -286,7 +296,8 @@ def flow(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor,
         error = attempt(rate, extrapolate, rest, move, factor, newton, estimate, variant, k, x, o, h)
         if error < 0.0:
             count[FAILED] += 1
-            real[H], count[SMOOTH] = 0.4 * h, 0
+            real[H], real[H_LIMIT] = 0.5 * h, 0.75 * h
+            count[SMOOTH] = 1 if count[SMOOTH] and h > 0.2 * real[H_PAST] else 0
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = h * max(0.2, 0.9 * error ** (-1.0 / ORDER)) if error < np.inf else 0.1 * h
@@ -300,4 +311,4 @@ def flow(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor,
             count[FAILED] += 1
             real[H], count[SMOOTH] = 0.5 * h, 0
         if not real[H] > 1e-15 * max(abs(x.s[0]), o.near):
-            return NOT_CONVERGED if np.max(np.abs(x.s)) < 1e12 else DIVERGED
+            return _trouble(x.s, o.n_q + o.n)

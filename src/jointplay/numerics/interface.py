@@ -1,7 +1,11 @@
 """How compiled code is made and what a structure's module must supply.
 
-One policy for every kernel: cached on disk, free of the interpreter's lock, IEEE division. Of the fast-math licences
-only those are taken that keep NaN and infinity meaningful: contraction to fused multiply-add, reciprocals, signed zero.
+One policy for every kernel: cached on disk, free of the interpreter's lock, IEEE division, no reference counting (a
+kernel allocates nothing and keeps nothing; counting cost a third of its time). Of the fast-math licences only those are
+taken that keep NaN and infinity meaningful: contraction to fused multiply-add, reciprocals, signed zero.
+
+Between compiled functions an integer written out in a call makes a version of the callee for that very number: pass a
+variable or a float.
 """
 
 import os
@@ -12,7 +16,13 @@ from numba import float64, int64, types, void
 if "JOINTPLAY_KERNELS" in os.environ:  # a folder named by the digest of every source: set by codegen.cache
     numba.config.CACHE_DIR = os.environ["JOINTPLAY_KERNELS"]
 
-POLICY = {"cache": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract", "arcp", "nsz"}}
+POLICY = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": {"contract", "arcp", "nsz"},
+    "_nrt": False,
+}
 
 vector = float64[::1]
 integers = int64[::1]
@@ -34,6 +44,7 @@ SIGNATURES = {
 POINTERS = tuple(types.FunctionType(signature) for signature in SIGNATURES.values())
 
 compiled = numba.njit(**POLICY)
+inlined = numba.njit(forceinline=True, **POLICY)
 
 
 def entry(signature):

@@ -15,9 +15,9 @@ STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED, CLOSE, 
     12
 )
 # Places in Trajectory.real
-H, H_PAST, ERROR_PAST, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_VARIANT = range(8)
-# Tags of log rows, and where their columns begin
-STEP_ROW, EVENT_ROW, SECTION_ROW = range(3)
+H, H_PAST, ERROR_PAST, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT, H_VARIANT = range(9)
+# Tags of log rows (floats, as their rows), and where their columns begin
+STEP_ROW, EVENT_ROW, SECTION_ROW = 0.0, 1.0, 2.0
 COLUMNS = 3
 
 
@@ -28,6 +28,7 @@ class Work(NamedTuple):
     J: np.ndarray  # Jacobian, rows of positions and speeds
     past: np.ndarray  # increments of the last accepted step
     whole: np.ndarray  # increments of a step that is being shortened
+    gain: np.ndarray  # increments of the work in the step
     weight: np.ndarray  # 1 / tolerated error of each state
     error: np.ndarray  # estimated error of each state
     b: np.ndarray  # eight Bernstein coefficients, then a Lagrange basis
@@ -83,7 +84,7 @@ def method_rows(n: int) -> int:
     return 3 * n + 1 + n * n
 
 
-def work(n_q: int, n: int, n_contacts: int, n_rows: int) -> Work:
+def work(n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int) -> Work:
     """Allocate the scratch of a structure with `n_rows` lane rows in all."""
     wide = 8 * (n_q + n)
     return Work(
@@ -91,6 +92,7 @@ def work(n_q: int, n: int, n_contacts: int, n_rows: int) -> Work:
         J=np.zeros(n * (n_q + n)),
         past=np.zeros(wide),
         whole=np.zeros(wide),
+        gain=np.zeros(8 * n_powers),
         weight=np.zeros(n_q + n),
         error=np.zeros(n_q + n),
         b=np.zeros(16),

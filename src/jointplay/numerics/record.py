@@ -2,33 +2,55 @@
 
 from .events import state_at
 from .interface import compiled
-from .memory import COLUMNS
+from .memory import COLUMNS, LOGGED
+from .radau import COLLOCATION
 
 
 @compiled
-def write(row, to, time, place, w, at, s, n_x, b, modes, work):
+def gains(w, row, h, gain):
+    """Increments of the work at the stages of a step of length h, from the powers in lane rows `row` on: h A P."""
+    for r in range(len(gain) // 8):
+        for i in range(8):
+            total = 0.0
+            for j in range(7):
+                total += COLLOCATION[8 * j + i] * w[8 * (row + r) + j]
+            gain[8 * r + i] = h * total
+
+
+@compiled
+def work_at(gain, b, work, out, to):
+    """Write the work at the place whose Lagrange basis stands in b[8:]."""
+    for r in range(len(work)):
+        total = work[r]
+        for i in range(7):
+            total += b[8 + i] * gain[8 * r + i]
+        out[to + r] = total
+
+
+@compiled
+def write(row, time, place, w, at, s, n_x, b, modes, gain, work):
     """One record: time, state at `place` of the step whose increments begin at w[at], modes, work."""
-    row[to] = time
-    state_at(w, at, s, n_x, place, b, row, to + 1)
-    to += 1 + n_x
+    row[0] = time
+    state_at(w, at, s, n_x, place, b, row)
+    to = 1 + n_x
     for j in range(len(modes)):
         row[to + j] = modes[j]
-    to += len(modes)
-    for i in range(len(work)):
-        row[to + i] = work[i]
+    work_at(gain, b, work, row, to + len(modes))
 
 
 @compiled
-def log(row, tag, contact, kind, time, place, w, at, s, n_x, b, modes, work):
-    """A log row: what it is of, then the record."""
+def log(rows, count, tag, contact, kind, time, place, w, at, s, n_x, b, modes, gain, work):
+    """Add a log row: what it is of, then the record."""
+    row = rows[count[LOGGED]]
     row[0], row[1], row[2] = tag, contact, kind
-    write(row, COLUMNS, time, place, w, at, s, n_x, b, modes, work)
+    write(row[COLUMNS:], time, place, w, at, s, n_x, b, modes, gain, work)
+    count[LOGGED] += 1
 
 
 @compiled
-def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, work):
+def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
     """Asked times from number i on that lie within the step of length h, up to `end`; the next number."""
     while i < len(times) and times[i] <= end:
-        write(samples[i], 0, times[i], (times[i] - s[0]) / h, w, at, s, n_x, b, modes, work)
+        write(samples[i], times[i], (times[i] - s[0]) / h, w, at, s, n_x, b, modes, gain, work)
         i += 1
     return i

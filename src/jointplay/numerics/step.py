@@ -9,7 +9,7 @@ stages and unknowns come written out for the structure's size (codegen.algebra);
 increments live in the lane buffer `w`, those of the last accepted step in `past`, from where the next are extrapolated.
 """
 
-from .interface import compiled
+from .interface import compiled, inlined
 from .memory import CONTRACTION, EVALUATIONS, H_PAST, SMOOTH
 
 ITERATIONS = 10
@@ -17,7 +17,7 @@ ORDER = 8  # of the error estimate in h
 TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
 
 
-@compiled
+@inlined
 def converge(rate, move, newton, variant, w, s, p, m, weight, count, h, tolerance, contraction):
     """Newton's iteration from the predicted increments, with the matrices in `w` factored for h.
 
@@ -44,7 +44,7 @@ def converge(rate, move, newton, variant, w, s, p, m, weight, count, h, toleranc
     return False, 1.0
 
 
-@compiled
+@inlined
 def attempt(rate, extrapolate, rest, move, factor, newton, estimate, variant, k, x, o, h):
     """Attempt a step of length h; give back its error in units of the tolerance, -1 if it did not converge."""
     w, s, p, m, real = k.w, x.s, x.p, x.m, x.real

@@ -22,6 +22,9 @@ from pydantic import (
 )
 
 from jointplay import figures
+from jointplay.analysis.request import RTOL
+from jointplay.analysis.simulate import SAMPLES_PER_TURN
+from jointplay.analysis.words import EVENTS, recorded
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.base import Flag, NonNegative, Number, Positive, Record, measured, named
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem, check_section
@@ -29,7 +32,6 @@ from jointplay.study.entry import MechanismSchema, build_mechanism
 
 Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
 Several = Annotated[int, Field(strict=True, ge=1, le=10**9)]
-SAMPLES_PER_TURN = 720
 NAME = r"^\w[\w .+-]*$"
 
 
@@ -44,7 +46,7 @@ class Integrator(Record):
         Steps after which a run stops with the status ``step_limit``.
     """
 
-    rtol: Annotated[Number, Field(ge=1e-14, le=1e-2)] = 1e-8
+    rtol: Annotated[Number, Field(ge=RTOL[0], le=RTOL[1])] = 1e-8
     max_steps: Several | None = None
 
 
@@ -158,8 +160,6 @@ class SectionAnalysis(Analysis):
 
 
 def _checked_figure(options: dict[str, Any]) -> dict[str, Any]:
-    if not isinstance(options.get("kind", ""), str):
-        raise refuse(options["kind"], f"one of {', '.join(figures.KINDS)} is accepted", "kind")
     problems = figures.problems(options)
     if problems:
         raise InputError(problems, "figure")
@@ -211,7 +211,7 @@ class Study(Record):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Study:
-        problems = [*_misplaced_section(self), *_misplaced_figure(self)]
+        problems = [*_misplaced_section(self), *_unknown_words(self), *_misplaced_figure(self)]
         if problems:
             raise InputError(problems)
         return self
@@ -252,14 +252,22 @@ def _misplaced_section(study: Study) -> list[Problem]:
     return []
 
 
+def _unknown_words(study: Study) -> list[Problem]:
+    try:
+        recorded(study.analysis.record, isinstance(study.mechanism, Mechanism), "analysis.record")
+    except InputError as error:
+        return error.problems
+    return []
+
+
 def _misplaced_figure(study: Study) -> list[Problem]:
     """What a figure asks for and the result cannot have; said before anything is computed."""
-    problems, options = [], study.figure
-    kinds = [name for name in figures.KINDS if (name == "poincare_section") == (study.kind == "section")]
-    kinds += ["poincare_section"] if study.kind == "response" and study.analysis.section else []
+    problems, options, kinds = [], study.figure, _kinds_of_figure(study)
     if options.get("kind", kinds[0]) not in kinds:
         expected = f"for this {study.kind} one of {', '.join(kinds)} is accepted"
         problems.append(Problem("figure.kind", options["kind"], expected))
+    elif isinstance(study.mechanism, Mechanism) and not _unknown_words(study):
+        problems += figures.lacking(options, recorded(study.analysis.record, True))
     if isinstance(study.mechanism, Mechanism):
         parts = {"link": study.mechanism.links, "joint": study.mechanism.clearance_joints}
         for key in parts.keys() & options.keys():
@@ -267,7 +275,19 @@ def _misplaced_figure(study: Study) -> list[Problem]:
             if options[key] not in names:
                 what = f"{key} with clearance" if key == "joint" else key
                 problems.append(unknown(f"figure.{key}", options[key], options[key], names, what))
+    events = options.get("events", False)
+    named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
+    problems += [unknown("figure.events", e, e, EVENTS, "kind of event") for e in named if e not in EVENTS]
     return sorted(problems, key=lambda problem: problem.key)
+
+
+def _kinds_of_figure(study: Study) -> list[str]:
+    """The figures that a result of this study can be drawn as."""
+    kinds = [name for name in figures.KINDS if (name == "poincare_section") == (study.kind == "section")]
+    kinds += ["poincare_section"] if study.kind == "response" and study.analysis.section else []
+    if isinstance(study.mechanism, Mechanism) and study.mechanism.clearance_joints:
+        return kinds
+    return [name for name in kinds if name not in ("journal_orbit", "overview")]
 
 
 class ResponseStudy(Study):

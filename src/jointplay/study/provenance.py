@@ -3,7 +3,6 @@
 The wall time is the variable ``wall_time`` of the result and no part of this record; there is no time stamp.
 """
 
-import importlib
 import json
 import os
 import platform
@@ -13,6 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
+
+from jointplay.codegen import cache
 
 SCHEMA_VERSION = 1
 PACKAGE = Path(__file__).resolve().parents[1]
@@ -37,7 +38,7 @@ def record(resolved: dict[str, Any], text: str) -> dict[str, Any]:
         "schema_version": SCHEMA_VERSION,
         "software": {"name": "jointplay", "version": version("jointplay"), "git": git_describe()},
         "environment": environment(),
-        "kernel_digest": kernel_digest(),
+        "kernel_digest": cache.digest(),
         "study": resolved,
         "study_text": text,
     }
@@ -85,14 +86,6 @@ def git_describe(package: Path = PACKAGE) -> str | None:
             return None
         return _git(package, "describe", "--always", "--tags", "--dirty")
     except (OSError, ValueError, subprocess.SubprocessError):
-        return None
-
-
-def kernel_digest() -> str | None:
-    """Digest of everything that the compiled kernels are made from, None where there is none."""
-    try:
-        return str(importlib.import_module("jointplay.codegen.cache").digest())
-    except (ImportError, AttributeError):
         return None
 
 

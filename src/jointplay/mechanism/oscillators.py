@@ -1,0 +1,84 @@
+"""Test systems as scenes: their equations say what their parts are called; numbers are matched by name."""
+
+from __future__ import annotations
+
+import math
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from jointplay.codegen import cache, outputs
+from jointplay.equations.structure import Oscillator
+from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.mechanism.records import TestSystem
+from jointplay.mechanism.scene import SPEED_FLOOR, Scene
+
+TURN = 0.7  # rad of the forcing's phase that a step may span: within where the generated polynomials hold
+
+
+def scene(system: TestSystem, initial: Any = None, section: str | None = None) -> Scene:
+    """Assemble a test system.
+
+    Parameters
+    ----------
+    system : TestSystem
+    initial : sequence of float, optional
+        State at time 0; the system's own if left out.
+    section : str, optional
+        State whose level is to be watched, or ``phase``.
+
+    Raises
+    ------
+    InputError
+        If parameters, start or section do not belong to the system's equations.
+    """
+    switches = {name: value for name, value in system.parameters.items() if isinstance(value, bool)}
+    structure = Oscillator(system.system, tuple(sorted(switches.items())), section)
+    module = cache.structure_module(structure)
+    numbers = _numbers({k: v for k, v in system.parameters.items() if k not in switches}, module)
+    states = tuple(module.STATE[1:])
+    rate = _phase_rate(module, numbers)
+    return Scene(
+        structure=structure,
+        numbers=np.array(list(numbers.values()), dtype=float),
+        state=_state(system.initial if initial is None else initial, states),
+        absolute=np.full(len(states), SPEED_FLOOR),
+        relative=np.ones(len(states)),
+        turning=np.zeros(module.SIZES["positions"]),
+        period=system.period or 1.0,
+        h_max=TURN / abs(rate) if rate else math.inf,
+        joints=tuple(module.CONTACTS),
+        states=states,
+        crank_speed=rate,
+        resets=tuple(module.RESETS),
+    )
+
+
+def _numbers(given: dict[str, float], module: ModuleType) -> dict[str, float]:
+    """The parameters in the order of the equations."""
+    names = module.PARAMETERS
+    wrong = [unknown(f"parameters.{k}", v, k, names, "parameter") for k, v in given.items() if k not in names]
+    wrong += [Problem(f"parameters.{k}", NOTHING, "a number is needed") for k in names if k not in given]
+    if wrong:
+        raise InputError(wrong)
+    return {name: given[name] for name in names}
+
+
+def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
+    expected = f"{len(names)} finite numbers ({', '.join(names)}) are accepted"
+    try:
+        state = np.array(initial, dtype=float)
+    except (TypeError, ValueError):
+        raise refuse(initial, expected, "initial") from None
+    if state.shape != (len(names),) or not np.all(np.isfinite(state)):
+        raise refuse(initial, expected, "initial")
+    return state
+
+
+def _phase_rate(module: ModuleType, numbers: dict[str, float]) -> float:
+    """Angular frequency of the forcing; 0 where there is none."""
+    if "phase" not in module.OUTPUTS:
+        return 0.0
+    phase = outputs.evaluate(module, ["phase"], numbers | {"t": np.array([0.0, 1.0])})["phase"]
+    return float(phase[1] - phase[0])

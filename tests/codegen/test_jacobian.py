@@ -1,0 +1,87 @@
+"""The generated Jacobian against complex steps of the generated rates, in every variant."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from jointplay.equations.oscillators import SYSTEMS
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+
+from ..equations.both import pair, point
+from ..linkages import scattered
+from ..plain import Point, plain
+from .samples import STATES, modes_of, oscillator
+
+STEP = 1e-30
+LINKAGES = {
+    "B": [("free",), ("slip+",), ("slip-",), ("stick",)],
+    "C": [("slip-",), ("stick",)],
+    "A": [("slip+",), ("stick",)],
+    "BC": [("free", "free"), ("slip+", "free"), ("slip-", "slip+"), ("stick", "free"), ("stick", "slip-")]
+    + [("stick", "stick"), ("released", "stick")],
+    "OABC": [("free",) * 4, ("slip+", "slip-", "free", "slip+"), ("stick", "slip+", "stick", "free")],
+}
+
+
+def by_complex_steps(at, width):
+    """d rate / d state of `at(shift)`, a point whose state is shifted."""
+    columns = []
+    for k in range(width):
+        shift = np.zeros(width, dtype=complex)
+        shift[k] = 1j * STEP
+        columns.append(at(shift).rate()[:, 0].imag / STEP)
+    return np.array(columns).T
+
+
+def agree(at, width, tolerance):
+    """Compare by columns: those of positions hold the contact stiffness and are far larger than the others."""
+    exact, given = by_complex_steps(at, width), at(np.zeros(width)).jacobian().real
+    scale = np.abs(exact).max(axis=0) + 1e-300
+    assert np.all(np.abs(given - exact) <= tolerance * np.maximum(scale, 1e-12))
+
+
+def shifted(base, modes):
+    """Points about the base of a linkage, as complex numbers."""
+    n_x = len(base.s) - 1 - 2 * base.sizes["angles"]
+    state = base.s[1 : 1 + n_x]
+    return (lambda shift: Point(base.f, base.p, state + shift, modes, complex)), n_x
+
+
+@pytest.mark.parametrize("drive", ["motor", "speed"])
+@pytest.mark.parametrize("joints", LINKAGES)
+def test_linkages(joints, drive):
+    system, scene = pair(joints, drive, C_t=2.5 if joints == "C" else 0.0)
+    for seed, modes in enumerate(LINKAGES[joints]):
+        base = point(system, scene, scattered(system, seed), modes)
+        agree(*shifted(base, modes), 1e-11)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_oscillators(name):
+    scene = oscillator(name)
+    functions = plain(scene.structure)
+    for state in STATES[len(scene.state)]:
+        for modes in modes_of(scene):
+
+            def at(shift, state=state, modes=modes):
+                return Point(functions, scene.numbers, np.array(state) + shift, modes, complex, t=0.7)
+
+            agree(at, len(state), 1e-13)
+
+
+def test_compiled_functions_are_the_text():
+    """Numba's arithmetic of the same text: rates, Jacobian, contacts."""
+    from jointplay.codegen import cache
+
+    scene = assemble(catalog.chunmei2002(gear_ratio=3.0))
+    state = scene.state + np.random.default_rng(2).normal(size=6) * np.repeat([1e-3, 5.0], 3)
+    for mode in ("free", "slip+", "slip-", "stick"):
+        both = [
+            Point(functions, scene.numbers, state, [mode])
+            for functions in (plain(scene.structure), cache.structure_module(scene.structure))
+        ]
+        for quantity in (Point.rate, Point.watched, Point.jacobian, Point.contacts):
+            mine, compiled = (quantity(p) for p in both)
+            assert np.abs(mine - compiled).max() <= 1e-11 * np.abs(mine).max()

@@ -1,0 +1,72 @@
+"""The text of a module: the same in every process, and its parameters in the catalog's order."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from jointplay.equations.oscillators import SYSTEMS
+from jointplay.equations.structure import parameter_names
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+
+from ..plain import plain
+from .samples import ARGUMENTS, oscillator
+
+SCRIPT = """
+import hashlib
+from jointplay.codegen.algebra import text as algebra
+from jointplay.codegen.module import text
+from jointplay.equations.write import system
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+two = assemble(catalog.chunmei2002(clearance={"B": 1e-5, "C": 1e-5}), powers=True, section="angle:crank")
+ball = assemble(catalog.soft_impact_pair(1.0, 50.0, 2.0))
+texts = [text(system(scene.structure)) for scene in (two, ball)] + [algebra(3, 3)]
+print(two.structure, hashlib.sha256("".join(texts).encode()).hexdigest())
+"""
+
+
+def test_the_text_does_not_depend_on_the_hash_seed():
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", SCRIPT],
+            env=os.environ | {"PYTHONHASHSEED": seed},
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for seed in ("1", "2")
+    ]
+    found = [process.communicate(timeout=120)[0] for process in processes]
+    assert found[0] == found[1] != ""
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_numbers_of_an_oscillator_are_in_the_order_of_its_equations(name):
+    scene, system = oscillator(name), catalog.NAMES[name](**ARGUMENTS.get(name, {}))
+    parameters = plain(scene.structure).PARAMETERS
+    assert list(scene.numbers) == [float(system.parameters[key]) for key in parameters]
+
+
+def test_a_test_system_written_in_another_order():
+    lorenz = catalog.lorenz(sigma=9.0, rho=27.0, beta=2.0)
+    turned = lorenz.model_copy(update={"parameters": dict(reversed(lorenz.parameters.items()))})
+    assert list(assemble(turned).numbers) == list(assemble(lorenz).numbers)
+
+
+@pytest.mark.parametrize("joints", ["B", "BC"])
+def test_parameters_of_a_linkage_are_in_the_order_of_the_structure(joints):
+    scene = assemble(catalog.chunmei2002(clearance=dict.fromkeys(joints, 1e-5)))
+    assert plain(scene.structure).PARAMETERS == parameter_names(scene.structure)
+    assert len(scene.numbers) == len(parameter_names(scene.structure))
+
+
+def test_a_part_that_a_scene_lacks_leaves_no_trace():
+    bare = catalog.chunmei2002(friction=0, gravity=0.0, drive=None)
+    text = plain(assemble(bare, {"crank_speed": 5.0}).structure)
+    rate = plain(assemble(catalog.chunmei2002()).structure)
+    assert text.rate.__code__.co_consts.count(2) == 0  # no sticking variant
+    assert rate.rate.__code__.co_consts.count(2) == 1

@@ -1,0 +1,84 @@
+"""Generated modules as plain Python: the same text, run without numba, so that it also takes complex numbers."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+
+from jointplay.codegen import module
+from jointplay.equations.write import system
+
+DOORS = "from jointplay.numerics.interface import SIGNATURES, compiled, entry"
+PRETENCE = {"compiled": lambda f: f, "entry": lambda _: lambda f: f, "SIGNATURES": defaultdict(type(None))}
+
+
+@cache
+def text(structure) -> str:
+    """Source of a structure's module."""
+    return module.text(system(structure))
+
+
+@cache
+def plain(structure) -> SimpleNamespace:
+    """The functions of a structure's module, uncompiled."""
+    source = text(structure).replace(DOORS, "").replace("from math import", "from numpy import")
+    scope = dict(PRETENCE)
+    exec(source, scope)
+    return SimpleNamespace(**scope)
+
+
+class Point:
+    """A module's functions at one base point (t, positions, speeds) with given modes, as numbers of any kind."""
+
+    VARIANTS = {"free": 0, "released": 0, "slip+": 1, "slip-": 1, "contact": 1, "stick": 2}
+
+    def __init__(self, functions, numbers, state, modes, kind=float, t=0.0):
+        self.f, self.sizes, self.kind = functions, functions.SIZES, kind
+        self.p = np.array(numbers, dtype=float)
+        self.s = np.concatenate([[t], state, np.zeros(2 * self.sizes["angles"])]).astype(kind)
+        self.variant = max([self.VARIANTS[mode] for mode in modes], default=0)
+        self.m = masks(modes)
+        self.f.trig(self.s, self.p)
+        self.w = np.zeros(8 * self.sizes["rows"], dtype=kind)
+
+    @property
+    def lanes(self) -> np.ndarray:
+        """Rows of eight, from the increment of time on; a view."""
+        return self.w.reshape(-1, 8)[self.sizes["first"] :]
+
+    def rate(self, increments=None) -> np.ndarray:
+        """Rates in eight lanes, shape (speeds, 8), at increments (1 + state, 8) of time and state."""
+        n_x = self.sizes["positions"] + self.sizes["speeds"]
+        self.lanes[: 1 + n_x] = 0.0 if increments is None else increments
+        self.f.rate(self.variant, self.w, self.s, self.p, self.m)
+        return self.lanes[1 + n_x : 1 + n_x + self.sizes["speeds"]].copy()
+
+    def watched(self) -> np.ndarray:
+        """Rows after the rates: guards (four a contact), resets, section, powers."""
+        n_x, n = self.sizes["positions"] + self.sizes["speeds"], self.sizes["speeds"]
+        return self.lanes[1 + n_x + n :].copy()
+
+    def jacobian(self) -> np.ndarray:
+        """d rate / d state, shape (speeds, positions + speeds)."""
+        n_x, n = self.sizes["positions"] + self.sizes["speeds"], self.sizes["speeds"]
+        out = np.zeros(n * n_x, dtype=self.kind)
+        self.f.jacobian(self.variant, self.s, self.p, self.m, out)
+        return out.reshape(n, n_x)
+
+    def contacts(self) -> np.ndarray:
+        """u, v_n, v_t, F_n (the law's), F_t, v_t' of each contact, shape (contacts, 6)."""
+        out = np.zeros(6 * self.sizes["contacts"], dtype=self.kind)
+        self.f.contacts(max(self.variant, 1), self.s, self.p, self.m, out)
+        return out.reshape(-1, 6)
+
+
+def masks(modes) -> np.ndarray:
+    """Touch, slip and stick of each contact."""
+    rows = [
+        (mode not in ("free", "released"), {"slip+": 1, "slip-": -1}.get(mode, 0), mode == "stick")
+        for mode in modes
+    ]
+    return np.array(rows or [(0, 0, 0)], dtype=float).ravel()
