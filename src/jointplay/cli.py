@@ -1,8 +1,12 @@
 """The command line. What is heavy is imported inside the verbs, so that help answers at once."""
 
+import _thread
 import argparse
 import os
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from jointplay.errors import InputError
@@ -24,22 +28,64 @@ def main(argv: list[str] | None = None) -> int:
         0 done, 1 numerical failure or a result that could not be stored, 2 wrong input, 130 interrupted.
     """
     arguments = _parser().parse_args(argv)
+    with _interrupts() as pressed:
+        try:
+            return arguments.verb(arguments)
+        except KeyboardInterrupt:
+            return _interrupted()
+        except BrokenPipeError:  # the reader of a pipe has left, such as `| head`
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return DONE
+        except OSError as error:
+            print(f"could not be stored: {error}", file=sys.stderr)
+            return FAILED
+        except InputError as error:
+            return _refused(error)
+        except Exception:
+            if pressed:  # the compiler turns an interrupt into errors of its own
+                return _interrupted()
+            raise
+
+
+def _refused(error: InputError) -> int:
+    count = len(error.problems)
+    print("wrong input:" if count == 1 else f"wrong input, {count} problems:", file=sys.stderr)
+    print("\n".join(f"  {line}" for line in str(error).splitlines()), file=sys.stderr)
+    return WRONG_INPUT
+
+
+def _interrupted() -> int:
+    exec("")  # Python ends as if killed when the interrupt came inside another exec: this clears its mark
+    print("interrupted: run the same command again to start over", file=sys.stderr)
+    return INTERRUPTED
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[bool]]:
+    """Note that Ctrl-C was pressed, beside raising KeyboardInterrupt as always."""
+    pressed: list[bool] = []
+
+    def note(*_: object) -> None:
+        pressed.append(True)
+        raise KeyboardInterrupt
+
+    def again(lost) -> None:  # an interrupt that a callback of the compiler could not pass on
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            _thread.interrupt_main()
+        else:
+            sys.__unraisablehook__(lost)
+
     try:
-        return arguments.verb(arguments)
-    except KeyboardInterrupt:
-        print("interrupted: run the same command again to start over", file=sys.stderr)
-        return INTERRUPTED
-    except BrokenPipeError:  # the reader of a pipe has left, such as `| head`
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return DONE
-    except OSError as error:
-        print(f"could not be stored: {error}", file=sys.stderr)
-        return FAILED
-    except InputError as error:
-        count = len(error.problems)
-        print("wrong input:" if count == 1 else f"wrong input, {count} problems:", file=sys.stderr)
-        print("\n".join(f"  {line}" for line in str(error).splitlines()), file=sys.stderr)
-        return WRONG_INPUT
+        before, hook = signal.signal(signal.SIGINT, note), sys.unraisablehook
+    except ValueError:  # only a main thread takes signals
+        yield pressed
+        return
+    sys.unraisablehook = again
+    try:
+        yield pressed
+    finally:
+        sys.unraisablehook = hook
+        signal.signal(signal.SIGINT, before)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -35,7 +35,9 @@ class Flight:
             right = left + step
             for side in (1, -1):
                 if side * self.at(right)[0] > half:
-                    root = brentq(lambda t, s=side: s * self.at(t)[0] - half, left, right, xtol=1e-15, rtol=1e-15)
+                    root = brentq(
+                        lambda t, s=side: s * self.at(t)[0] - half, left, right, xtol=1e-15, rtol=1e-15
+                    )
                     return root, side
             left = right
             step = min(1.2 * step, 0.02)
@@ -121,9 +123,7 @@ class Walls:
     def guards(self):
         """What ends the piece where it becomes positive: (kind of event, function of x, side after, mode after)."""
         if self.mode == "free":
-            return [
-                ("contact", lambda x, s=s: s * x[0] - self.half, s, "contact") for s in (1, -1)
-            ]
+            return [("contact", lambda x, s=s: s * x[0] - self.half, s, "contact") for s in (1, -1)]
         gap = (lambda x: self.half - self.side * x[0]), 0, "free"
         if self.mode == "released":
             return [("reopening", *gap), ("contact", self.force, self.side, "contact")]

@@ -137,6 +137,8 @@ def section_fields(section: Section | None, scene: Scene, skip: int) -> dict[str
     if scene.resets and kind == "contact":
         names, kind = scene.resets, "impact"
     if not names or section.joint not in (None, *names):
-        raise InputError([unknown("section.joint", section.joint, section.joint, names, "contact")], "section")
+        raise InputError(
+            [unknown("section.joint", section.joint, section.joint, names, "contact")], "section"
+        )
     joint = -1 if section.joint is None else names.index(section.joint)
     return {"event": EVENTS.index(kind), "joint": joint, "skip": skip}

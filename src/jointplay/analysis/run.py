@@ -6,10 +6,12 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 
 from jointplay.codegen import cache
+from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.scene import Scene
 
 CHUNK = 50_000  # attempts between two looks at the progress
@@ -89,14 +91,14 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     Records
     """
     from jointplay.numerics import flow
+    from jointplay.numerics.interface import direct
 
-    began, functions = time.perf_counter(), pointers(scene)
-    k, x, o = _memory(scene, request)
-    flow.start(*functions, k, x, o)
-    start, parts = _row(x), []
+    began, functions = time.perf_counter(), pointers(scene.structure)
+    k, x, o = memory(scene, request)
+    start, parts, run = _row(x), [], direct(flow.flow)
     while True:
         limit = min(request.max_steps, _attempts(x) + CHUNK)
-        code = flow.flow(*functions, k, x, o._replace(max_steps=limit))
+        code = run(*functions, k, x, o._replace(max_steps=limit))
         parts.append(x.log[: x.count[_LOGGED]].copy())
         x.count[_LOGGED] = 0
         if progress is not None:
@@ -118,26 +120,25 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
 _SECTIONS, _SAMPLES, _LOGGED = 5, 6, 7
 
 
-def pointers(scene: Scene) -> tuple:
-    """The compiled functions of a scene's structure and of the method's algebra, in the order in which the flow takes them."""
-    module = cache.structure_module(scene.structure)
+@lru_cache(maxsize=256)
+def pointers(structure: Linkage | Oscillator) -> tuple:
+    """The compiled functions of a structure and of the method's algebra, in the order in which the flow takes them."""
+    from jointplay.numerics.interface import SIGNATURES, pointer
+
+    module = cache.structure_module(structure)
     algebra = cache.algebra_module(module.SIZES["positions"], module.SIZES["speeds"])
-    names = ("extrapolate", "rest", "move", "factor", "newton", "estimate")
-    return (
-        *(getattr(module, name) for name in ("rate", "jacobian", "contacts", "trig", "reset")),
-        *(getattr(algebra, name) for name in names),
-    )
+    return tuple(pointer(getattr(module, name, None) or getattr(algebra, name), name) for name in SIGNATURES)
 
 
-def _memory(scene: Scene, request: Request):
+def memory(scene: Scene, request: Request):
     """Arrays and options of a run."""
-    from jointplay.numerics import memory
+    from jointplay.numerics import memory as arrays
 
     module = cache.structure_module(scene.structure)
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
     state = np.concatenate([[0.0], scene.state])
-    x = memory.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
+    x = arrays.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
     width = 1 + n_q + n + n_contacts + sizes["powers"]
     x = x._replace(
         absolute=request.rtol * scene.absolute,
@@ -147,11 +148,11 @@ def _memory(scene: Scene, request: Request):
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
         samples=np.zeros((len(request.at), width)),
-        log=np.zeros((LOG_ROWS, memory.COLUMNS + width)),
+        log=np.zeros((LOG_ROWS, arrays.COLUMNS + width)),
     )
-    x.real[memory.H] = 1e-5 * scene.period
-    x.real[memory.LEVEL] = request.level
-    options = memory.Options(
+    x.real[arrays.H] = 1e-5 * scene.period
+    x.real[arrays.LEVEL] = request.level
+    options = arrays.Options(
         n_q=n_q,
         n=n,
         first=sizes["first"],
@@ -171,7 +172,7 @@ def _memory(scene: Scene, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    return memory.work(n_q, n, n_contacts, sizes["powers"], sizes["rows"]), x, options
+    return arrays.work(n_q, n, n_contacts, sizes["powers"], sizes["rows"]), x, options
 
 
 def _row(x) -> np.ndarray:

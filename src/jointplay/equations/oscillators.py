@@ -29,6 +29,7 @@ def _oscillator(parameters: str, force: Expr, phase: Angle, **parts) -> System:
     """One degree of freedom y with speed v and acceleration `force`."""
     p = tuple(number(name) for name in parameters.split())
     outputs = {"state:y": y, "state:v": v, "phase": phase.value}
+    outputs |= {f"gap:{reset.name}": reset.guard for reset in parts.get("resets", ())}
     angles = (phase,)
     return System((y,), (v,), p, (), None, (force,), angles, outputs=outputs, **parts)
 

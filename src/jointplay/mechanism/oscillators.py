@@ -38,11 +38,13 @@ def scene(system: TestSystem, initial: Any = None, section: str | None = None) -
     module = cache.structure_module(structure)
     numbers = _numbers({k: v for k, v in system.parameters.items() if k not in switches}, module)
     states = tuple(module.STATE[1:])
+    state = _state(system.initial if initial is None else initial, states)
+    _check_gaps(module, numbers | {"t": 0.0} | dict(zip(states, state, strict=True)))
     rate = _phase_rate(module, numbers)
     return Scene(
         structure=structure,
         numbers=np.array(list(numbers.values()), dtype=float),
-        state=_state(system.initial if initial is None else initial, states),
+        state=state,
         absolute=np.full(len(states), SPEED_FLOOR),
         relative=np.ones(len(states)),
         turning=np.zeros(module.SIZES["positions"]),
@@ -74,6 +76,22 @@ def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
     if state.shape != (len(names),) or not np.all(np.isfinite(state)):
         raise refuse(initial, expected, "initial")
     return state
+
+
+def _check_gaps(module: ModuleType, given: dict[str, float]) -> None:
+    """Refuse a start beyond a wall: walls with restitution let nothing in."""
+    gaps = outputs.evaluate(module, [f"gap:{name}" for name in module.RESETS], given)
+    wrong = [
+        Problem(
+            "initial",
+            given["y"],
+            f"a position on the inner side of the {name.removeprefix('gap:')} wall is accepted",
+        )
+        for name, gap in gaps.items()
+        if gap < 0
+    ]
+    if wrong:
+        raise InputError(wrong)
 
 
 def _phase_rate(module: ModuleType, numbers: dict[str, float]) -> float:

@@ -5,7 +5,7 @@ state jumps), and the next piece starts from the new side. Numerical trouble is 
 """
 
 import numpy as np
-from numba import int64, typeof, void
+from numba import int64, typeof
 
 from .events import first_event, locate, state_at
 from .interface import POINTERS, compiled, entry, inlined
@@ -29,6 +29,7 @@ from .memory import (
     SECTIONS,
     SIDE,
     SMOOTH,
+    STARTED,
     STEP_ROW,
     STEPS,
     T_EVENT,
@@ -257,30 +258,31 @@ def _trouble(s, n_x):
     return NOT_CONVERGED
 
 
-@entry(void(*POINTERS, WORK, TRAJECTORY, OPTIONS))
-def start(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor, newton, estimate, k, x, o):
+@compiled
+def _start(contacts, trig, x, out):
     """Set the contact modes that belong to the initial state."""
     trig(x.s, x.p)
     for j in range(len(x.modes)):
-        x.modes[j] = FREE
-    for j in range(len(x.modes)):
         x.modes[j] = CONTACT
         mask(x.modes, x.m)
-        contacts(1, x.s, x.p, x.m, k.contact)
-        closed, force = k.contact[6 * j] >= 0.0, k.contact[6 * j + 3]
+        contacts(1, x.s, x.p, x.m, out)
+        closed, force = out[6 * j] >= 0.0, out[6 * j + 3]
         x.modes[j] = FREE
         if closed and (x.flags[j] & PULLS or force > 0.0):
-            touch(contacts, j, x.flags, x.modes, x.m, x.s, x.p, k.contact)
+            touch(contacts, j, x.flags, x.modes, x.m, x.s, x.p, out)
         elif closed:
             x.modes[j] = RELEASED
     x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
     x.real[H_LIMIT] = np.inf
+    x.count[STARTED] = 1
 
 
 @entry(int64(*POINTERS, WORK, TRAJECTORY, OPTIONS))
 def flow(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor, newton, estimate, k, x, o):
     """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on."""
     count, real = x.count, x.real
+    if not count[STARTED]:
+        _start(contacts, trig, x, k.contact)
     while True:
         if count[LOGGED] + ROOM > len(x.log):
             return FULL

@@ -12,6 +12,7 @@ import os
 
 import numba
 from numba import float64, int64, types, void
+from numba.experimental.function_type import _get_wrapper_address
 
 if "JOINTPLAY_KERNELS" in os.environ:  # a folder named by the digest of every source: set by codegen.cache
     numba.config.CACHE_DIR = os.environ["JOINTPLAY_KERNELS"]
@@ -42,6 +43,35 @@ SIGNATURES = {
 }
 
 POINTERS = tuple(types.FunctionType(signature) for signature in SIGNATURES.values())
+
+
+class Pointer(types.WrapperAddressProtocol):
+    """A compiled function as a bare address, which costs a call from Python less than the function itself."""
+
+    def __init__(self, function, name: str):
+        self._signature = SIGNATURES[name]
+        self._function = function  # keeps the code alive
+        self._address = _get_wrapper_address(function, self._signature)
+
+    def __wrapper_address__(self) -> int:
+        return self._address
+
+    def signature(self):
+        return self._signature
+
+
+def pointer(function, name: str):
+    """The function as the flow takes it: an address, or itself where compilation is switched off."""
+    return function if numba.config.DISABLE_JIT else Pointer(function, name)
+
+
+def direct(function):
+    """A compiled function with one signature, without the search for the version that fits its arguments."""
+    if numba.config.DISABLE_JIT:
+        return function
+    (version,) = function.overloads.values()
+    return version.entry_point
+
 
 compiled = numba.njit(**POLICY)
 inlined = numba.njit(forceinline=True, **POLICY)

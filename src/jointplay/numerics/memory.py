@@ -11,9 +11,8 @@ import numpy as np
 from .polynomial import STACK
 
 # Places in Trajectory.count
-STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED, CLOSE, FRESH, SMOOTH, SIDE = range(
-    12
-)
+STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
+CLOSE, FRESH, SMOOTH, SIDE, STARTED, COUNTERS = range(8, 14)
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT, H_VARIANT = range(9)
 # Tags of log rows (floats, as their rows), and where their columns begin
@@ -117,7 +116,7 @@ def trajectory(
         modes=np.zeros(n_contacts, dtype=np.int64),
         flags=np.zeros(n_contacts, dtype=np.int64),
         fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
-        count=np.zeros(12, dtype=np.int64),
+        count=np.zeros(COUNTERS, dtype=np.int64),
         real=np.zeros(12),
         at=np.zeros(0),
         samples=np.zeros((0, 1)),

@@ -1,0 +1,145 @@
+"""Smooth test systems against an independent integration: SciPy's DOP853 at 1e-13."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import jointplay as jp
+from jointplay import catalog
+
+
+def lorenz(t, s):
+    x, y, z = s
+    return 10 * (y - x), x * (28 - z) - y, x * y - 8 / 3 * z
+
+
+def rossler(t, s):
+    x, y, z = s
+    return -y - z, x + 0.2 * y, 0.2 + z * (x - 5.7)
+
+
+def duffing(t, s):
+    x, v = s
+    return v, 0.3 * math.cos(t) - 0.2 * v + x - x**3
+
+
+CASES = {"lorenz": (lorenz, 6.0, 40), "rossler": (rossler, 40.0, 4), "duffing": (duffing, 40.0, 4)}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def case(request):
+    rates, duration, growth = CASES[request.param]
+    system, at = getattr(catalog, request.param)(), np.linspace(0, duration, 101)
+    solved = solve_ivp(rates, (0, duration), system.initial, "DOP853", at, rtol=1e-13, atol=1e-14)
+    return system, at, solved.y.T, growth
+
+
+def trajectory(system, at, rtol):
+    found = jp.simulate(system, duration=at[-1], at=at, rtol=rtol)
+    assert int(found.status) == 0
+    assert np.array_equal(found.time, at)
+    return found.state_value.values
+
+
+def test_trajectory(case):
+    system, at, truth, growth = case
+    error = np.abs(trajectory(system, at, 1e-12) - truth).max()
+    assert error < 1e-10 * growth
+
+
+def test_error_follows_the_tolerance(case):
+    system, at, truth, growth = case
+    for rtol in (1e-5, 1e-7, 1e-9):
+        assert np.abs(trajectory(system, at, rtol) - truth).max() < 100 * growth * rtol
+
+
+@pytest.mark.parametrize(
+    ("quantity", "value", "direction"), [("x", 0.0, "up"), ("x", 0.0, "down"), ("y", 1.5, "up")]
+)
+def test_plane_section(quantity, value, direction):
+    plane = jp.Plane(quantity=quantity, value=value, direction=direction)
+    found = jp.poincare(catalog.rossler(), plane, duration=40.0, rtol=1e-12)
+
+    def passes(t, s):
+        return s["xyz".index(quantity)] - value
+
+    passes.direction = {"up": 1, "down": -1}[direction]
+    truth = solve_ivp(rossler, (0, 40), (1.0, 1.0, 0.0), "DOP853", rtol=1e-13, atol=1e-14, events=passes)
+    assert found.time.values == pytest.approx(truth.t_events[0], abs=1e-9)
+    assert found.state_value.values == pytest.approx(truth.y_events[0], abs=1e-9)
+
+
+def test_section_by_phase():
+    found = jp.poincare(catalog.duffing(frequency=1.3), jp.CrankAngle(angle=1.0), turns=10, transient=3)
+    assert found.time.values == pytest.approx((1.0 + math.tau * np.arange(3, 13)) / 1.3, abs=1e-10)
+    history = jp.simulate(catalog.duffing(frequency=1.3), duration=70.0, at=found.time.values)
+    assert found.state_value.values == pytest.approx(history.state_value.values, abs=1e-7)
+
+
+def test_section_inside_a_response():
+    found = jp.simulate(
+        catalog.duffing(), turns=5, section=jp.Plane(quantity="y", value=1.0, direction="down")
+    )
+    assert found.sizes["turn"] > 2
+    assert found.section_state_value.sel(state="y").values == pytest.approx(1.0, abs=1e-12)
+    assert (found.section_state_value.sel(state="v").values < 0).all()
+
+
+@pytest.mark.parametrize(
+    ("section", "key"),
+    [
+        (jp.Plane(quantity="w", value=0.0), "section.quantity"),
+        (jp.CrankAngle(), "section.kind"),
+        (jp.ContactSection(), "section.joint"),
+    ],
+)
+def test_section_that_does_not_exist(section, key):
+    with pytest.raises(jp.InputError) as caught:
+        jp.poincare(catalog.lorenz(), section, duration=5.0)
+    assert [problem.key for problem in caught.value.problems] == [key]
+
+
+def test_parameters_by_name():
+    system = catalog.duffing(frequency=1.3)
+    swapped = dict(reversed(system.parameters.items()))
+    ends = [
+        jp.simulate(jp.TestSystem(**dict(system) | {"parameters": p}), turns=3).state_value.values
+        for p in (system.parameters, swapped)
+    ]
+    assert np.array_equal(*ends)
+
+
+@pytest.mark.parametrize(
+    ("changes", "keys"),
+    [
+        ({"parameters": {"amplitude": 0.3, "damping": 0.2, "frequenzy": 1.0}}, {"frequenzy", "frequency"}),
+        ({"parameters": {"amplitude": True, "damping": 0.2, "frequency": 1.0}}, {"amplitude"}),
+    ],
+)
+def test_wrong_parameters(changes, keys):
+    with pytest.raises(jp.InputError) as caught:
+        jp.simulate(jp.TestSystem(**dict(catalog.duffing()) | changes), turns=1)
+    assert {problem.key for problem in caught.value.problems} == {f"parameters.{key}" for key in keys}
+
+
+def test_unknown_system():
+    with pytest.raises(jp.InputError, match="did you mean 'duffing'"):
+        jp.simulate(jp.TestSystem(**dict(catalog.duffing()) | {"system": "dufing"}), turns=1)
+
+
+@pytest.mark.parametrize("initial", [(1.0,), (1.0, math.inf), ("a", 0.0), 3.0, {"y": 1.0}])
+def test_wrong_start(initial):
+    with pytest.raises(jp.InputError, match="initial"):
+        jp.simulate(catalog.duffing(), turns=1, initial=initial)
+
+
+@pytest.mark.parametrize(("system", "start"), [("impact_pair", (2.0, 0.0)), ("bouncing_ball", (-0.1, 0.0))])
+def test_start_beyond_a_wall(system, start):
+    made = {
+        "impact_pair": lambda: catalog.impact_pair(3.6, 0.8),
+        "bouncing_ball": lambda: catalog.bouncing_ball(1.2, 0.5),
+    }
+    with pytest.raises(jp.InputError, match="inner side"):
+        jp.simulate(made[system](), turns=1, initial=start)

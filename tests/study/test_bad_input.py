@@ -1,0 +1,67 @@
+"""Wrong input from end to end: exit 2, the key path, the value, what is accepted, and never a traceback."""
+
+import pytest
+from program import jointplay
+from study_samples import TEXT, WRITTEN_OUT
+
+NO_CLEARANCE = TEXT.replace("clearance = 2.9e-4", "clearance = 0")
+STARTED_AT_B = WRITTEN_OUT + 'section = { kind = "contact", joint = "B" }\n'
+
+CASES = {  # text, change, words that must be said
+    "wrong type": (TEXT, "analysis.turns='two'", "analysis.turns: got 'two'; a whole number of at least 1"),
+    "unknown key": (TEXT, "mechanism.clearence=1e-4", "mechanism.clearence: got 0.0001; no such key:"),
+    "did you mean": (TEXT, "mechanism.clearence=1e-4", "did you mean 'clearance'?"),
+    "negative mass": (
+        WRITTEN_OUT,
+        "mechanism.links[0].mass=-1",
+        "mechanism.links[0].mass: got -1; a mass greater than 0 kg is accepted",
+    ),
+    "clearance 0 in a figure": (NO_CLEARANCE, "name=a", "figure.joint: got 'B'; no such joint with clearance"),
+    "clearance 0 in a section": (
+        STARTED_AT_B,
+        "mechanism.joints[2].clearance=0",
+        "analysis.section.joint: got 'B'; joint B is ideal (clearance 0)",
+    ),
+    "no closure": (WRITTEN_OUT, "mechanism.joints[3].bush.point=[2.0, 0]", "cannot close"),
+    "not positive definite": (
+        WRITTEN_OUT,
+        "mechanism.links[1].inertia=1e-6",
+        "mechanism.links[1].inertia: got 1e-06; a moment of inertia about the link's origin greater than",
+    ),
+    "NaN": (TEXT, "mechanism.gear_ratio=nan", "mechanism.gear_ratio: got nan; a finite gear ratio"),
+    "infinite": (TEXT, "integrator.rtol=inf", "integrator.rtol: got inf; a number of at least 1e-14 and"),
+    "no such variable": (TEXT, "analysis.record=['normal_forse']", "did you mean 'normal_force'?"),
+    "not recorded": (TEXT, "analysis.record=['normal_force']", "journal_x, journal_y too: the figure overview"),
+    "a window of no turns": (TEXT, "figure.turns=0", "figure.turns: got 0; a number of turns greater than 0"),
+    "not TOML": ("kind = \n", "name=a", "study file: got 'kind ='; valid TOML;"),
+}
+
+
+@pytest.mark.parametrize(("text", "change", "said"), CASES.values(), ids=CASES.keys())
+def test_wrong_input_is_refused_with_its_place(text, change, said, tmp_path):
+    (tmp_path / "a.toml").write_text(text)
+    done = jointplay("run", tmp_path / "a.toml", "--out", tmp_path / "out", "--set", change)
+    assert done.returncode == 2, done.stderr
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_everything_wrong_is_said_at_once(tmp_path):
+    (tmp_path / "a.toml").write_text(WRITTEN_OUT)
+    changes = ["mechanism.links[0].mass=-1", "mechanism.links[1].lenght=3", "integrator.rtol=nan", "nmae=1"]
+    done = jointplay("check", tmp_path / "a.toml", "--set", *changes)
+    assert done.returncode == 2
+    assert "wrong input, 4 problems:" in done.stderr
+    keys = [change.partition("=")[0] for change in changes]
+    assert all(f"  {key}: got " in done.stderr for key in keys), done.stderr
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_any_work(tmp_path):
+    (tmp_path / "a.toml").write_text(TEXT)
+    (tmp_path / "file").write_text("")
+    done = jointplay("run", tmp_path / "a.toml", "--out", tmp_path / "file" / "out")
+    assert done.returncode == 2
+    assert "--out: got " in done.stderr
+    assert "a folder in which files can be written" in done.stderr
+    assert "Traceback" not in done.stderr
