@@ -1,4 +1,4 @@
-"""Exact motions of the test systems: free flights in closed form, and linear pieces by the matrix exponential.
+"""Exact motions of test systems: free flights in closed form, linear pieces by matrix exponentials.
 
 Nothing here comes from the package: roots are bracketed by sampling and found by SciPy's `brentq`.
 """
@@ -24,7 +24,7 @@ class Flight:
         return y, slope - math.cos(time)
 
     def leaves(self, half):
-        """Time, wall (+1, -1) of the first passage of |y| = half after the start (which may lie on a wall)."""
+        """Time and wall (+1, -1) of the first passage of |y| = half after the start."""
         step, left = 0.02, self.t
         for side in (1, -1):  # a short hop from the wall on which the flight begins
             if self.y == side * half and side * self.v < 0:
@@ -68,8 +68,8 @@ def strobed(gap, restitution, start, periods):
 class Symmetric:
     """The rattling mass's symmetric motion with one impact a wall a period: TRUTH.md's closed form.
 
-    The lower wall is met at t0 + 2 pi n with the incoming speed 2 cos t0 / (1 - r), the upper one half a period
-    later.
+    The lower wall is met at t0 + 2 pi n with the incoming speed 2 cos t0 / (1 - r), the upper one half a
+    period later.
     """
 
     def __init__(self, gap, restitution):
@@ -81,7 +81,8 @@ class Symmetric:
     @property
     def at_zero(self):
         """State at time 0."""
-        return Flight(self.t0, -self.gap / 2, self.r * self.speed).at(0.0)
+        half_a_period, side = (0.0, -1) if self.t0 <= 0 else (math.pi, 1)
+        return Flight(self.t0 - half_a_period, side * self.gap / 2, -side * self.r * self.speed).at(0.0)
 
     @property
     def half_map(self):
@@ -98,8 +99,9 @@ def symmetry_lost(restitution):
 class Walls:
     """y'' + 2 z y' = mean + amplitude trig(W t) - contact force, walls at +-half: linear between events.
 
-    `x` is (y, v, cos W t, sin W t, 1). A wall pushes with K u + C u' while in contact. `pulls`: contact ends where
-    u = 0; else where the force is 0, from when on the wall is `released` until u = 0 or the force is positive again.
+    `x` is (y, v, cos W t, sin W t, 1). A wall pushes with K u + C u' while in contact. `pulls`: contact ends
+    where u = 0; else where the force is 0, from when on the wall is `released` until u = 0 or the force is
+    positive again.
     """
 
     def __init__(self, half, K, C, pulls=True, W=1.0, cos=0.0, sin=0.0, mean=0.0, drag=0.0):
@@ -121,7 +123,7 @@ class Walls:
         return self.K * (self.side * x[0] - self.half) + self.C * self.side * x[1]
 
     def guards(self):
-        """What ends the piece where it becomes positive: (kind of event, function of x, side after, mode after)."""
+        """What ends the piece where it becomes positive: (kind, function of x, side after, mode after)."""
         if self.mode == "free":
             return [("contact", lambda x, s=s: s * x[0] - self.half, s, "contact") for s in (1, -1)]
         gap = (lambda x: self.half - self.side * x[0]), 0, "free"
@@ -149,10 +151,10 @@ class Walls:
             self.side, self.mode = side, mode
 
     def _next(self, t, x, end, step):
-        h, A = min(step, step if self.mode == "free" else 0.02 / math.sqrt(self.K)), self.A
+        """Time and guard of the next event after (t, x); infinity and None if there is none before `end`."""
+        h, A = step if self.mode == "free" else min(step, 0.02 / math.sqrt(self.K)), self.A
         move, tau = expm(A * h), 0.0
-        before, guards = x, self.guards()
-        first = True
+        before, guards, first = x, self.guards(), True
         while t + tau < end:
             after = move @ before
             for guard in guards:
@@ -161,7 +163,18 @@ class Walls:
                     low = 1e-9 * h if first else 0.0
                     if first and value(expm(A * low) @ before) > 0:
                         continue  # it has just fired: it comes from the other side
-                    place = brentq(lambda s, f=value: f(expm(A * s) @ before), low, h, xtol=1e-15, rtol=1e-14)
+                    place = brentq(
+                        lambda s, f=value, x=before: f(expm(A * s) @ x), low, h, xtol=1e-15, rtol=1e-14
+                    )
                     return t + tau + place, guard
             before, tau, first = after, tau + h, False
         return math.inf, None
+
+
+def distinct(section, tolerance=1e-6):
+    """Number of distinct points of a section."""
+    found = []
+    for point in section.state_value.values:
+        if not any(np.abs(point - other).max() < tolerance for other in found):
+            found.append(point)
+    return len(found)

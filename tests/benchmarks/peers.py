@@ -38,7 +38,7 @@ def jointplay_run(case, rtol):
 
     What is timed is the integration, as for the peers: the mechanism is assembled and the memory allocated before.
     """
-    from jointplay.analysis.run import Request, memory, pointers
+    from jointplay.analysis.run import Request, functions, memory
     from jointplay.mechanism import catalog
     from jointplay.mechanism.assemble import assemble
     from jointplay.numerics import flow
@@ -46,10 +46,9 @@ def jointplay_run(case, rtol):
 
     scene = assemble(catalog.chunmei2002(clearance=case.e, gear_ratio=case.i))
     k, x, o = memory(scene, Request(case.t_end, rtol, events=True, log_from=0.0))
-    functions = pointers(scene.structure)
-    run = direct(flow.flow)
+    f, run = functions(scene.structure), direct(flow.flow)
     began = time.process_time()
-    run(*functions, k, x, o)
+    run(f, k, x, o)
     seconds = time.process_time() - began
     log = x.log[: x.count[LOGGED]]
     jointplay_run.events = [KINDS[int(kind)] for kind in log[:, 2]]

@@ -60,7 +60,7 @@ def test_a_test_system_written_in_another_order():
 @pytest.mark.parametrize("joints", ["B", "BC"])
 def test_parameters_of_a_linkage_are_in_the_order_of_the_structure(joints):
     scene = assemble(catalog.chunmei2002(clearance=dict.fromkeys(joints, 1e-5)))
-    assert plain(scene.structure).PARAMETERS == parameter_names(scene.structure)
+    assert parameter_names(scene.structure) == plain(scene.structure).PARAMETERS
     assert len(scene.numbers) == len(parameter_names(scene.structure))
 
 

@@ -87,7 +87,18 @@ def _check_energy(system, found, y):
 
 
 @pytest.mark.parametrize("mode", MODES)
-@pytest.mark.parametrize(("joints", "drive"), [("B", "motor"), ("B", "speed"), ("C", "speed"), ("BC", "speed"), ("A", "motor"), ("O", "motor"), ("AC", "speed")])
+@pytest.mark.parametrize(
+    ("joints", "drive"),
+    [
+        ("B", "motor"),
+        ("B", "speed"),
+        ("C", "speed"),
+        ("BC", "speed"),
+        ("A", "motor"),
+        ("O", "motor"),
+        ("AC", "speed"),
+    ],
+)
 def test_reactions_and_torque_are_the_multipliers(joints, drive, mode):
     for seed in range(3):
         system, found, y = watched(joints, drive, mode, seed)
@@ -104,7 +115,9 @@ def test_reactions_and_torque_are_the_multipliers(joints, drive, mode):
 def test_a_pin_reaction_without_gravity():
     system, found, _ = watched("B", "motor", "slip+", gravity=0.0)
     for name, force in system.held()[1].items():
-        assert (found[f"reaction_x:{name}"], found[f"reaction_y:{name}"]) == pytest.approx(tuple(force), rel=1e-9)
+        assert (found[f"reaction_x:{name}"], found[f"reaction_y:{name}"]) == pytest.approx(
+            tuple(force), rel=1e-9
+        )
 
 
 @pytest.mark.parametrize(("joints", "drive"), [("B", "motor"), ("BC", "speed"), ("OABC", "motor")])

@@ -56,6 +56,7 @@ def test_the_resolved_study_is_plain_and_gives_the_same_study(text, change):
 
 def test_a_test_system_may_be_studied():
     changes = ["mechanism={ catalog = 'lorenz', rho = 20 }", "figure={ kind = 'phase_portrait' }"]
+    changes += ["analysis.section={ kind = 'plane', quantity = 'x', value = 1 }"]
     record = validate({"name": "x"} | override(parse(TEXT), [*changes, "analysis.initial=[1, 2, 3]"]))
     assert record.mechanism == catalog.lorenz(rho=20.0)
     assert record.keywords()["initial"] == (1.0, 2.0, 3.0)
@@ -115,6 +116,18 @@ WRONG = {  # change: key of the problem, words in its message
     "figure.kind=overvew": ("figure.kind", "did you mean 'overview'"),
     "figure.kind=[1]": ("figure.kind", "overview"),
     "figure.jiont=B": ("figure.jiont", "did you mean 'joint'"),
+    "figure.turns=[3, 1]": ("figure.turns", "a number of turns, or [first, last]"),
+    "figure={ kind = 'time_history', variables = ['energy'] }": ("figure.variables", "recorded variable"),
+    "figure={ kind = 'time_history', events = ['touch'] }": ("figure.events", "kind of event", "reopening"),
+    "figure={ kind = 'time_history', column = 'tripel' }": ("figure.column", "single, double"),
+    "figure={ kind = 'time_history', axis = 3 }": ("figure.axis", "one or two of: time"),
+    "analysis.record=['angel']": ("analysis.record[0]", "did you mean 'angle'"),
+    "analysis.record=['normal_force']": ("analysis.record", "journal_x, journal_y, eccentricity"),
+    "analysis.section={ kind = 'plane', quantity = 'mode', value = 1 }": (
+        "analysis.section.quantity",
+        "no such quantity",
+    ),
+    "integrator.rtol=1e-3": ("integrator.rtol", "at least 1e-14 and at most 0.0001"),
     "figure.joint=A": ("figure.joint", "joint with clearance", "accepted: B"),
     "figure.joint=[1]": ("figure.joint", "accepted: B"),
 }
@@ -178,6 +191,25 @@ def test_an_unknown_kind_does_not_hide_other_mistakes():
         "kind", "mechanism.gear_ratio", "integrator.rtl",
     }  # fmt: skip
     assert set(problems("", name="x")) == {"kind", "mechanism"}
+
+
+def test_a_linkage_that_cannot_be_computed_is_refused_before_it_is():
+    text = TEXT.replace("clearance = 2.9e-4", "clearance = 0").replace('kind = "overview"\njoint = "B"\n', "")
+    assert "at least one clearance joint" in problems(text)["mechanism.joints"]
+    lengths = {"crank": 0.1, "coupler": 0.05, "rocker": 0.1}  # with 0.2 m of ground: no full turn
+    changes = [f"mechanism.links[{i}].length={length}" for i, length in enumerate(lengths.values())]
+    changes += ["mechanism.joints[1].journal.at=0.1", "mechanism.joints[2].journal.at=0.05"]
+    changes += ["mechanism.joints[2].bush.at=0.1", "mechanism.links[2].inertia=1e-2"]
+    changes += ["mechanism.links[0].inertia=1e-2", "analysis.initial.crank_angle=3.1"]
+    assert "span from" in problems(WRITTEN_OUT, *changes)["analysis.initial.crank_angle"]
+
+
+def test_a_figure_may_draw_any_two_recorded_variables():
+    record = "analysis.record=['contact_angle', 'tangential_velocity']"
+    pair = "x = 'contact_angle', y = 'tangential_velocity'"
+    validate({"name": "x"} | override(parse(WRITTEN_OUT), [record, f"figure={{ {pair} }}"]))
+    alone = "figure={ kind = 'poincare_section', x = 'contact_angle' }"
+    assert "are not recorded" in problems(WRITTEN_OUT, record, alone)["figure.x"]
 
 
 def test_a_length_of_the_run_is_needed():

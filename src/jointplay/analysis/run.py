@@ -93,12 +93,12 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     from jointplay.numerics import flow
     from jointplay.numerics.interface import direct
 
-    began, functions = time.perf_counter(), pointers(scene.structure)
+    began, f = time.perf_counter(), functions(scene.structure)
     k, x, o = memory(scene, request)
     start, parts, run = _row(x), [], direct(flow.flow)
     while True:
         limit = min(request.max_steps, _attempts(x) + CHUNK)
-        code = run(*functions, k, x, o._replace(max_steps=limit))
+        code = run(f, k, x, o._replace(max_steps=limit))
         parts.append(x.log[: x.count[_LOGGED]].copy())
         x.count[_LOGGED] = 0
         if progress is not None:
@@ -121,13 +121,12 @@ _SECTIONS, _SAMPLES, _LOGGED = 5, 6, 7
 
 
 @lru_cache(maxsize=256)
-def pointers(structure: Linkage | Oscillator) -> tuple:
-    """The compiled functions of a structure and of the method's algebra, in the order in which the flow takes them."""
-    from jointplay.numerics.interface import SIGNATURES, pointer
+def functions(structure: Linkage | Oscillator) -> tuple:
+    """The compiled functions of a structure and of the method's algebra for its size."""
+    from jointplay.numerics.interface import pointers
 
     module = cache.structure_module(structure)
-    algebra = cache.algebra_module(module.SIZES["positions"], module.SIZES["speeds"])
-    return tuple(pointer(getattr(module, name, None) or getattr(algebra, name), name) for name in SIGNATURES)
+    return pointers(module, cache.algebra_module(module.SIZES["positions"], module.SIZES["speeds"]))
 
 
 def memory(scene: Scene, request: Request):

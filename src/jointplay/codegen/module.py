@@ -87,9 +87,9 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
 
 def _guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, object]:
-    """Guards of a contact by place: 0 u, 1 the law's F_n, 2 v_t, 3 the sticking cone (f F_n)^2 - F_t^2."""
+    """Guards of a contact by place: 0 gap or u, 1 the law's F_n, 2 v_t, 3 the cone (f F_n)^2 - F_t^2."""
     contact = dynamics.system.contacts[j]
-    guards = {0: contact.u}
+    guards = {0: contact.u if contact.gap is None else contact.gap}
     if not contact.pulls:
         guards[1] = contact.F_n
     if contact.sticks and variant != "free":

@@ -7,7 +7,8 @@ r = journal centre - bush centre, rho = |r|, r^ = r/rho and t^ across it,
     N_k = D_k n_k.r^,  T_k = D_k n_k.t^ + (R on the journal's link) - (R + rho on the bush's link),
     Q_k = -N_k F_n - T_k F_t          (force F on the bush, -F on the journal).
 
-At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there.
+At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there. Contact begins and ends
+where rho^2 - e^2 = 0: rho has a kink where the journal flies past the bush's centre, and no polynomial follows it there.
 """
 
 from dataclasses import dataclass
@@ -43,6 +44,7 @@ class Geometry:
     rho: Symbol
     direction: tuple[Symbol, Symbol]
     u: Symbol
+    gap: Expr
     v_n: Symbol
     v_t: Symbol
     normal: tuple[Expr, ...]
@@ -91,9 +93,9 @@ def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
     columns = [_column(joint, c, unit, {}), _column(joint, c, across, spin)]
     v_n, rows_n = _speed(let, c, columns[0], "N", "vn")
     v_t, rows_t = _speed(let, c, columns[1], "T", "vt")
-    u = let("u", rho - number(f"e_{name}"))
+    u, gap = let("u", rho - number(f"e_{name}")), r[0] ** 2 + r[1] ** 2 - number(f"e_{name}") ** 2
     prescribed = tuple(column.get(c.speed[driven], Integer(0)) for column in columns)
-    return Geometry(tuple(defs), r, rho, unit, u, v_n, v_t, rows_n, rows_t, prescribed)
+    return Geometry(tuple(defs), r, rho, unit, u, gap, v_n, v_t, rows_n, rows_t, prescribed)
 
 
 def _speed(let, c: Coordinates, column: dict[Expr, Expr], letter: str, word: str):

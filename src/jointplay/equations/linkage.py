@@ -56,6 +56,7 @@ def _contact(joint: Clearance, g: Geometry) -> Contact:
         number(f"f_{joint.name}") if joint.friction == "coulomb" else None,
         number(f"Ct_{joint.name}") if joint.viscous else Integer(0),
         stored,
+        g.gap,
     )
 
 

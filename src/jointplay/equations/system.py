@@ -41,7 +41,8 @@ class Angle:
 class Contact:
     """One unilateral contact: penetration u, speeds v_n and v_t, force law F_n(u, v_n), friction.
 
-    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed.
+    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `gap` is what is watched for roots
+    in the place of u, of the same sign, where u itself is not smooth along a motion.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Contact:
     coulomb: Expr | None = None
     viscous: Expr = Integer(0)
     stored: Expr = Integer(0)
+    gap: Expr | None = None
 
     @property
     def sticks(self) -> bool:

@@ -11,9 +11,9 @@ from .phase_portrait import PAIRS
 
 NEEDS = {
     "journal_orbit": ("journal_x", "journal_y"),
-    "overview": ("normal_force", "journal_x", "journal_y"),
+    "overview": ("normal_force", "journal_x", "journal_y", "eccentricity", "normal_velocity"),
 }
-OF_A_PAIR = ("overview", "phase_portrait", "poincare_section")
+OF_A_PAIR = ("phase_portrait", "poincare_section")
 NAMES = ("variables", "x", "y")
 
 

@@ -33,22 +33,20 @@ def first_event(w, row, modes, flags, fired, b, stack):
 
 
 @compiled
-def locate(rate, extrapolate, move, factor, newton, variant, k, x, o, h, place, row, multiplicity, level):
+def locate(f, variant, k, x, o, h, place, row, multiplicity, level):
     """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
 
-    Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and whether it was found
-    (a root that only the step's polynomial has is not). The shortened step is in k.w.
+    Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and whether it was
+    found (a root that only the step's polynomial has is not). The shortened step is in k.w.
     """
     length, w, b = place * h, k.w, k.b
     for _ in range(REFINEMENTS):
-        factor(w, k.J, length)
-        extrapolate(w, k.whole, 0.0, length / h)
-        solved, _ = converge(
-            rate, move, newton, variant, w, x.s, x.p, x.m, k.weight, x.count, length, 0.1 * o.newton, 1.0
-        )
+        f.factor(w, k.J, length)
+        f.extrapolate(w, k.whole, 0.0, length / h)
+        solved, _ = converge(f, variant, w, x, k.weight, length, 0.1 * o.newton, 1.0)
         if not solved:
             return length, 1.0, False
-        rate(variant, w, x.s, x.p, x.m)
+        f.rate(variant, w, x.s, x.p, x.m)
         x.count[EVALUATIONS] += 7
         degree = bernstein(w, 8 * row, multiplicity, b)
         slope = degree * (b[degree] - b[degree - 1])

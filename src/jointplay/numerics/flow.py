@@ -8,7 +8,7 @@ import numpy as np
 from numba import int64, typeof
 
 from .events import first_event, locate, state_at
-from .interface import POINTERS, compiled, entry, inlined
+from .interface import FUNCTIONS, compiled, entry, inlined
 from .memory import (
     CLOSE,
     CONTRACTION,
@@ -41,6 +41,7 @@ from .memory import (
 )
 from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, variant_of
 from .polynomial import bernstein, first_root, keep_right
+from .radau import NODES
 from .record import gains, log, sample, work_at
 from .step import ORDER, TURN, attempt, next_length
 
@@ -57,11 +58,11 @@ SECTIONS_A_STEP = 8
 
 
 @compiled
-def _new_base(jacobian, trig, variant, J, weight, x, n_x):
+def _new_base(f, variant, J, weight, x, n_x):
     """Jacobian and weights at a new base point."""
-    trig(x.s, x.p)
+    f.trig(x.s, x.p)
     mask(x.modes, x.m)
-    jacobian(variant, x.s, x.p, x.m, J)
+    f.jacobian(variant, x.s, x.p, x.m, J)
     for r in range(n_x):
         weight[r] = 1.0 / (x.absolute[r] + x.relative[r] * abs(x.s[1 + r]))
 
@@ -85,10 +86,12 @@ def _keep(w, at, target):
 
 
 @compiled
-def _bring_back(source, w, at):
-    """Copy increments back into the lane buffer."""
+def _bring_back(source, w, at, h):
+    """Copy the increments of a step of length h back into the lane buffer, where its time increments begin at w[at]."""
+    for i in range(8):
+        w[at + i] = h * NODES[i]
     for i in range(len(source)):
-        w[at + i] = source[i]
+        w[at + 8 + i] = source[i]
 
 
 @compiled
@@ -104,7 +107,7 @@ def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
 
 
 @compiled
-def _sections(rate, extrapolate, move, factor, newton, variant, k, x, o, h, end):
+def _sections(f, variant, k, x, o, h, end):
     """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
     count, real, at = x.count, x.real, 8 * (o.first + 1)
     row, place, whole = o.first + 1 + o.n_q + 2 * o.n + len(x.fired), -1.0, 0 * o.n
@@ -119,12 +122,11 @@ def _sections(rate, extrapolate, move, factor, newton, variant, k, x, o, h, end)
         if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
             _keep(k.w, at, k.whole)
             near, level = max(place, 1e-12), real[LEVEL]
-            length, root, _ = locate(
-                rate, extrapolate, move, factor, newton, variant, k, x, o, h, near, row, whole, level
-            )
+            length, root, _ = locate(f, variant, k, x, o, h, near, row, whole, level)
             real[T_SECTION] = x.s[0] + length * root
             _count_section(k, x, o, real[T_SECTION], root, -1.0, 0.0)
-            _bring_back(k.whole, k.w, at)
+            _bring_back(k.whole, k.w, at - 8, h)
+            f.rate(variant, k.w, x.s, x.p, x.m)
         if o.period == 0.0:
             count[SIDE] = -count[SIDE]
         real[LEVEL] += o.period * o.direction
@@ -158,10 +160,10 @@ def _commit(w, s, gain, work, b, at, n_x, h, place):
 
 
 @compiled
-def _event(contacts, reset, trig, k, x, o, guard):
+def _event(f, k, x, o, guard):
     """Change mode, or jump, at the base point; count events that crowd."""
     count, real, time = x.count, x.real, x.s[0]
-    trig(x.s, x.p)
+    f.trig(x.s, x.p)
     count[CLOSE] = count[CLOSE] + 1 if time - real[T_EVENT] < o.near else 0
     real[T_EVENT] = time
     count[EVENTS] += 1
@@ -170,11 +172,11 @@ def _event(contacts, reset, trig, k, x, o, guard):
         _log(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
     j, kind = guard // 4, IMPACT
     if j < len(x.modes):
-        kind = follow(contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, k.contact)
+        kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, k.contact)
     else:
         j = guard - 4 * len(x.modes)
         x.fired[guard] = 1
-        reset(j, x.s, x.p)
+        f.reset(j, x.s, x.p)
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
     if o.section == 2 and kind == o.section_event and (o.section_contact < 0 or o.section_contact == j):
@@ -185,7 +187,7 @@ def _event(contacts, reset, trig, k, x, o, guard):
 
 
 @inlined
-def _advance(rate, contacts, trig, reset, extrapolate, move, factor, newton, variant, k, x, o, h, error):
+def _advance(f, variant, k, x, o, h, error):
     """Take an accurate attempt, whole or up to its first event; give back False if that could not be located."""
     w, count, real, n_x = k.w, x.count, x.real, o.n_q + o.n
     guards, at = o.first + 1 + o.n_q + 2 * o.n, 8 * (o.first + 1)
@@ -193,18 +195,12 @@ def _advance(rate, contacts, trig, reset, extrapolate, move, factor, newton, var
     length, root = h, 1.0
     if guard >= 0 and place * h <= 1e-15 * max(abs(x.s[0]), o.near):
         if x.fired[guard] and h > 1e-3 * o.near:
-            return (
-                False  # it has just fired and leaves its root: too long a step shows it coming back at once
-            )
+            return False  # it has just fired: a step that is too long shows it coming back at once
         root = 0.0
     elif guard >= 0:
         _keep(w, at, k.whole)
         length, root, solved = locate(
-            rate,
-            extrapolate,
-            move,
-            factor,
-            newton,
+            f,
             variant,
             k,
             x,
@@ -218,12 +214,12 @@ def _advance(rate, contacts, trig, reset, extrapolate, move, factor, newton, var
         if not solved:
             return False
     elif len(x.work) > 0:
-        rate(variant, w, x.s, x.p, x.m)
+        f.rate(variant, w, x.s, x.p, x.m)
         count[EVALUATIONS] += 7
     if root > 0.0:
         gains(w, guards + len(x.fired) + (1 if o.section == 1 else 0), length, k.gain)
         if o.section == 1:
-            _sections(rate, extrapolate, move, factor, newton, variant, k, x, o, length, root)
+            _sections(f, variant, k, x, o, length, root)
         end = x.s[0] + length * root
         count[SAMPLES] = sample(
             x.samples, x.at, count[SAMPLES], length, end, w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
@@ -243,7 +239,7 @@ def _advance(rate, contacts, trig, reset, extrapolate, move, factor, newton, var
             _log(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
     count[FRESH] = 0
     if guard >= 0:
-        _event(contacts, reset, trig, k, x, o, guard)
+        _event(f, k, x, o, guard)
         if o.log_steps and x.s[0] >= o.log_from:
             _log(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
     return True
@@ -259,17 +255,17 @@ def _trouble(s, n_x):
 
 
 @compiled
-def _start(contacts, trig, x, out):
+def _start(f, x, out):
     """Set the contact modes that belong to the initial state."""
-    trig(x.s, x.p)
+    f.trig(x.s, x.p)
     for j in range(len(x.modes)):
         x.modes[j] = CONTACT
         mask(x.modes, x.m)
-        contacts(1, x.s, x.p, x.m, out)
+        f.contacts(1, x.s, x.p, x.m, out)
         closed, force = out[6 * j] >= 0.0, out[6 * j + 3]
         x.modes[j] = FREE
         if closed and (x.flags[j] & PULLS or force > 0.0):
-            touch(contacts, j, x.flags, x.modes, x.m, x.s, x.p, out)
+            touch(f.contacts, j, x.flags, x.modes, x.m, x.s, x.p, out)
         elif closed:
             x.modes[j] = RELEASED
     x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
@@ -277,12 +273,12 @@ def _start(contacts, trig, x, out):
     x.count[STARTED] = 1
 
 
-@entry(int64(*POINTERS, WORK, TRAJECTORY, OPTIONS))
-def flow(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor, newton, estimate, k, x, o):
+@entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS))
+def flow(f, k, x, o):
     """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on."""
     count, real = x.count, x.real
     if not count[STARTED]:
-        _start(contacts, trig, x, k.contact)
+        _start(f, x, k.contact)
     while True:
         if count[LOGGED] + ROOM > len(x.log):
             return FULL
@@ -292,10 +288,10 @@ def flow(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor,
             return STEP_LIMIT
         variant = variant_of(x.modes)
         if not count[FRESH]:
-            _new_base(jacobian, trig, variant, k.J, k.weight, x, o.n_q + o.n)
+            _new_base(f, variant, k.J, k.weight, x, o.n_q + o.n)
             count[FRESH] = 1
         h = _length(x.s, x.turning, min(real[H], o.h_max), o.n_q, o.t_end)
-        error = attempt(rate, extrapolate, rest, move, factor, newton, estimate, variant, k, x, o, h)
+        error = attempt(f, variant, k, x, o, h)
         if error < 0.0:
             count[FAILED] += 1
             real[H], real[H_LIMIT] = 0.5 * h, 0.75 * h
@@ -303,9 +299,7 @@ def flow(rate, jacobian, contacts, trig, reset, extrapolate, rest, move, factor,
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = h * max(0.2, 0.9 * error ** (-1.0 / ORDER)) if error < np.inf else 0.1 * h
-        elif _advance(
-            rate, contacts, trig, reset, extrapolate, move, factor, newton, variant, k, x, o, h, error
-        ):
+        elif _advance(f, variant, k, x, o, h, error):
             count[STEPS] += 1
             if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER

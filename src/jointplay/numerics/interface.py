@@ -9,6 +9,8 @@ variable or a float.
 """
 
 import os
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numba
 from numba import float64, int64, types, void
@@ -42,14 +44,31 @@ SIGNATURES = {
     "estimate": float64(vector, vector, vector, vector, float64),
 }
 
-POINTERS = tuple(types.FunctionType(signature) for signature in SIGNATURES.values())
+
+class Functions(NamedTuple):
+    """What the flow calls: the structure's functions (codegen.module), then the algebra of its size (codegen.algebra)."""
+
+    rate: Callable
+    jacobian: Callable
+    contacts: Callable
+    trig: Callable
+    reset: Callable
+    extrapolate: Callable
+    rest: Callable
+    move: Callable
+    factor: Callable
+    newton: Callable
+    estimate: Callable
+
+
+FUNCTIONS = types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in Functions._fields], Functions)
 
 
 class Pointer(types.WrapperAddressProtocol):
     """A compiled function as a bare address, which costs a call from Python less than the function itself."""
 
-    def __init__(self, function, name: str):
-        self._signature = SIGNATURES[name]
+    def __init__(self, function, signature):
+        self._signature = signature
         self._function = function  # keeps the code alive
         self._address = _get_wrapper_address(function, self._signature)
 
@@ -60,9 +79,14 @@ class Pointer(types.WrapperAddressProtocol):
         return self._signature
 
 
-def pointer(function, name: str):
-    """The function as the flow takes it: an address, or itself where compilation is switched off."""
-    return function if numba.config.DISABLE_JIT else Pointer(function, name)
+def pointers(*modules) -> Functions:
+    """The functions of modules as the flow takes them: addresses, or themselves where compilation is switched off."""
+    found = {
+        name: getattr(module, name) for module in modules for name in SIGNATURES if hasattr(module, name)
+    }
+    if not numba.config.DISABLE_JIT:
+        found = {name: Pointer(function, SIGNATURES[name]) for name, function in found.items()}
+    return Functions(**found)
 
 
 def direct(function):
@@ -74,7 +98,7 @@ def direct(function):
 
 
 compiled = numba.njit(**POLICY)
-inlined = numba.njit(forceinline=True, **POLICY)
+inlined = numba.njit(inline="always", **POLICY)
 
 
 def entry(signature):

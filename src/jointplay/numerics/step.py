@@ -13,22 +13,23 @@ from .interface import compiled, inlined
 from .memory import CONTRACTION, EVALUATIONS, H_PAST, SMOOTH
 
 ITERATIONS = 10
+STALE = 1.0  # largest last update, in tolerated errors: guards are those of the iterate before it
 ORDER = 8  # of the error estimate in h
 TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
 
 
 @inlined
-def converge(rate, move, newton, variant, w, s, p, m, weight, count, h, tolerance, contraction):
+def converge(f, variant, w, x, weight, h, tolerance, contraction):
     """Newton's iteration from the predicted increments, with the matrices in `w` factored for h.
 
     Gives back whether it converged, and the contraction that was observed (the next step's first guess at it).
     """
-    move(w, s, h)
+    f.move(w, x.s, h)
     factor, before = max(contraction, 1e-16) ** 0.8, 1.0
     for iteration in range(1, ITERATIONS + 1):
-        rate(variant, w, s, p, m)
-        size = newton(w, s, weight, h)
-        count[EVALUATIONS] += 7
+        f.rate(variant, w, x.s, x.p, x.m)
+        size = f.newton(w, x.s, weight, h)
+        x.count[EVALUATIONS] += 7
         if not size < 1e100:
             break
         if iteration > 1:
@@ -38,35 +39,31 @@ def converge(rate, move, newton, variant, w, s, p, m, weight, count, h, toleranc
             factor = theta / (1.0 - theta)
             if factor * size * theta ** (ITERATIONS - 1 - iteration) > tolerance:
                 break
-        if factor * size <= tolerance:
+        if factor * size <= tolerance and size <= STALE:
             return True, factor
         before = max(size, 1e-300)
     return False, 1.0
 
 
 @inlined
-def attempt(rate, extrapolate, rest, move, factor, newton, estimate, variant, k, x, o, h):
+def attempt(f, variant, k, x, o, h):
     """Attempt a step of length h; give back its error in units of the tolerance, -1 if it did not converge."""
-    w, s, p, m, real = k.w, x.s, x.p, x.m, x.real
-    n_q, n, first = o.n_q, o.n, 8 * o.first
-    factor(w, k.J, h)
+    w, s, real, first = k.w, x.s, x.real, 8 * o.first
+    f.factor(w, k.J, h)
     if x.count[SMOOTH]:
-        extrapolate(w, k.past, 1.0, h / real[H_PAST])
+        f.extrapolate(w, k.past, 1.0, h / real[H_PAST])
     else:
-        rest(w)
-    solved, real[CONTRACTION] = converge(
-        rate, move, newton, variant, w, s, p, m, k.weight, x.count, h, o.newton, real[CONTRACTION]
-    )
-    if not solved or _turned(w, x.turning, first + 8, n_q):
+        f.rest(w)
+    solved, real[CONTRACTION] = converge(f, variant, w, x, k.weight, h, o.newton, real[CONTRACTION])
+    if not solved or _turned(w, x.turning, first + 8, o.n_q):
         return -1.0
-    for r in range(n_q):
-        k.error[r] = s[1 + n_q + r]
-    for r in range(n):
-        k.error[n_q + r] = w[first + 8 * (1 + n_q + n + r) + 7]
-    size = estimate(w, k.J, k.weight, k.error, h)
+    for r in range(o.n_q):
+        k.error[r] = s[1 + o.n_q + r]
+    for r in range(o.n):
+        k.error[o.n_q + r] = w[first + 8 * (1 + o.n_q + o.n + r) + 7]
+    size = f.estimate(w, k.J, k.weight, k.error, h)
     if size >= 1.0 and not x.count[SMOOTH]:
-        size = _estimate_again(rate, estimate, variant, w, s, p, m, k.J, k.weight, k.error, n_q, n, first, h)
-        x.count[EVALUATIONS] += 1
+        size = _estimate_again(f, variant, k, x, o, h)
     return size
 
 
@@ -81,19 +78,20 @@ def _turned(w, turning, at, n_q):
 
 
 @compiled
-def _estimate_again(rate, estimate, variant, w, s, p, m, J, weight, error, n_q, n, first, h):
+def _estimate_again(f, variant, k, x, o, h):
     """The estimate with f(x + error) in the place of f(x): sharper for stiff parts of a first step."""
-    state = first + 8
-    for r in range(n_q + n):
+    w, s, error, n_x, state = k.w, x.s, k.error, o.n_q + o.n, 8 * (o.first + 1)
+    for r in range(n_x):
         w[state + 8 * r + 7] = error[r]
-    rate(variant, w, s, p, m)
-    for r in range(n_q):
-        error[r] = s[1 + n_q + r] + w[state + 8 * (n_q + r) + 7]
-    for r in range(n):
-        error[n_q + r] = w[state + 8 * (n_q + n + r) + 7]
-    for r in range(n_q + n):
+    f.rate(variant, w, s, x.p, x.m)
+    x.count[EVALUATIONS] += 1
+    for r in range(o.n_q):
+        error[r] = s[1 + o.n_q + r] + w[state + 8 * (o.n_q + r) + 7]
+    for r in range(o.n):
+        error[o.n_q + r] = w[state + 8 * (n_x + r) + 7]
+    for r in range(n_x):
         w[state + 8 * r + 7] = 0.0
-    return estimate(w, J, weight, error, h)
+    return f.estimate(w, k.J, k.weight, error, h)
 
 
 @compiled

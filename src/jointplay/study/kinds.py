@@ -24,10 +24,10 @@ from pydantic import (
 from jointplay import figures
 from jointplay.analysis.request import RTOL
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
-from jointplay.analysis.words import EVENTS, recorded
-from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.errors import NOTHING, InputError, refuse
 from jointplay.mechanism.base import Flag, NonNegative, Number, Positive, Record, measured, named
-from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem, check_section
+from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.study import fits
 from jointplay.study.entry import MechanismSchema, build_mechanism
 
 Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
@@ -211,7 +211,7 @@ class Study(Record):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Study:
-        problems = [*_misplaced_section(self), *_unknown_words(self), *_misplaced_figure(self)]
+        problems = fits.problems(self)
         if problems:
             raise InputError(problems)
         return self
@@ -239,55 +239,6 @@ class Study(Record):
             self.mechanism.summary(),
         ]
         return "\n".join(lines)
-
-
-def _misplaced_section(study: Study) -> list[Problem]:
-    section = study.analysis.section
-    if section is None or not isinstance(study.mechanism, Mechanism):
-        return []
-    try:
-        check_section(section, study.mechanism)
-    except InputError as error:
-        return error.under("analysis.section").problems
-    return []
-
-
-def _unknown_words(study: Study) -> list[Problem]:
-    try:
-        recorded(study.analysis.record, isinstance(study.mechanism, Mechanism), "analysis.record")
-    except InputError as error:
-        return error.problems
-    return []
-
-
-def _misplaced_figure(study: Study) -> list[Problem]:
-    """What a figure asks for and the result cannot have; said before anything is computed."""
-    problems, options, kinds = [], study.figure, _kinds_of_figure(study)
-    if options.get("kind", kinds[0]) not in kinds:
-        expected = f"for this {study.kind} one of {', '.join(kinds)} is accepted"
-        problems.append(Problem("figure.kind", options["kind"], expected))
-    elif isinstance(study.mechanism, Mechanism) and not _unknown_words(study):
-        problems += figures.lacking(options, recorded(study.analysis.record, True))
-    if isinstance(study.mechanism, Mechanism):
-        parts = {"link": study.mechanism.links, "joint": study.mechanism.clearance_joints}
-        for key in parts.keys() & options.keys():
-            names = [part.name for part in parts[key]]
-            if options[key] not in names:
-                what = f"{key} with clearance" if key == "joint" else key
-                problems.append(unknown(f"figure.{key}", options[key], options[key], names, what))
-    events = options.get("events", False)
-    named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
-    problems += [unknown("figure.events", e, e, EVENTS, "kind of event") for e in named if e not in EVENTS]
-    return sorted(problems, key=lambda problem: problem.key)
-
-
-def _kinds_of_figure(study: Study) -> list[str]:
-    """The figures that a result of this study can be drawn as."""
-    kinds = [name for name in figures.KINDS if (name == "poincare_section") == (study.kind == "section")]
-    kinds += ["poincare_section"] if study.kind == "response" and study.analysis.section else []
-    if isinstance(study.mechanism, Mechanism) and study.mechanism.clearance_joints:
-        return kinds
-    return [name for name in kinds if name not in ("journal_orbit", "overview")]
 
 
 class ResponseStudy(Study):

@@ -1,0 +1,80 @@
+"""Whether the parts of a study fit together: all that can be told before anything is computed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from jointplay import figures
+from jointplay.analysis.request import quantity
+from jointplay.analysis.words import EVENTS, recorded
+from jointplay.errors import InputError, Problem, join, unknown
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import Mechanism
+
+if TYPE_CHECKING:
+    from jointplay.study.kinds import Study
+
+
+def problems(study: Study) -> list[Problem]:
+    """List what does not fit: section, start and recorded quantities to the mechanism, the figure to all."""
+    checks = (_misplaced_section, _impossible_start, _unknown_words, _misplaced_figure)
+    return [problem for check in checks for problem in check(study)]
+
+
+def _misplaced_section(study: Study) -> list[Problem]:
+    try:
+        quantity(study.analysis.section, study.mechanism)
+    except InputError as error:
+        return error.under("analysis.section").problems
+    return []
+
+
+def _impossible_start(study: Study) -> list[Problem]:
+    try:
+        assemble(study.mechanism, study.keywords().get("initial"))
+    except InputError as error:
+        tails = [(problem, problem.key.removeprefix("initial")) for problem in error.problems]
+        return [
+            problem if tail.startswith("mechanism") else replace(problem, key=join("analysis.initial", tail))
+            for problem, tail in tails
+        ]
+    return []
+
+
+def _unknown_words(study: Study) -> list[Problem]:
+    try:
+        recorded(study.analysis.record, isinstance(study.mechanism, Mechanism), "analysis.record")
+    except InputError as error:
+        return error.problems
+    return []
+
+
+def _misplaced_figure(study: Study) -> list[Problem]:
+    """What a figure asks for and the result cannot have; said before anything is computed."""
+    problems, options, kinds = [], study.figure, _kinds_of_figure(study)
+    if options.get("kind", kinds[0]) not in kinds:
+        expected = f"for this {study.kind} one of {', '.join(kinds)} is accepted"
+        problems.append(Problem("figure.kind", options["kind"], expected))
+    elif isinstance(study.mechanism, Mechanism) and not _unknown_words(study):
+        problems += figures.lacking(options, recorded(study.analysis.record, True))
+    if isinstance(study.mechanism, Mechanism):
+        parts = {"link": study.mechanism.links, "joint": study.mechanism.clearance_joints}
+        for key in parts.keys() & options.keys():
+            names = [part.name for part in parts[key]]
+            if options[key] not in names:
+                what = f"{key} with clearance" if key == "joint" else key
+                problems.append(unknown(f"figure.{key}", options[key], options[key], names, what))
+    events = options.get("events", False)
+    named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
+    problems += [unknown("figure.events", e, e, EVENTS, "kind of event") for e in named if e not in EVENTS]
+    return sorted(problems, key=lambda problem: problem.key)
+
+
+def _kinds_of_figure(study: Study) -> list[str]:
+    """The figures that a result of this study can be drawn as."""
+    kinds = [name for name in figures.KINDS if (name == "poincare_section") == (study.kind == "section")]
+    kinds += ["poincare_section"] if study.kind == "response" and study.analysis.section else []
+    if isinstance(study.mechanism, Mechanism) and study.mechanism.clearance_joints:
+        return kinds
+    return [name for name in kinds if name not in ("journal_orbit", "overview")]
