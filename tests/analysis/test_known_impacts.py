@@ -177,7 +177,7 @@ def test_start_on_a_wall(start, first, after):
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8, 1e-12])
 @pytest.mark.parametrize("beyond", [-1e-3, -1e-9, -1e-14, 0.0, 1e-14, 1e-9, 1e-6, 1e-4, 1e-2])
 def test_grazing(beyond, rtol):
-    """A flight that comes to rest at t = 4.5 as far as `beyond` behind the wall touches it once or not at all."""
+    """A flight that comes to rest at t = 4.5, `beyond` the wall: one touch or none, and no chatter."""
     touch = 4.5
     start = 1.5 - touch * math.cos(touch) + math.sin(touch) + beyond, math.cos(touch) - 1
     found = pair(3.0, 0.8, start, duration=9.0, at=np.linspace(0, 9, 181), rtol=rtol)

@@ -1,4 +1,4 @@
-"""Runs that do not reach their end: by the numerics (exit 1, all kept) or by Ctrl-C (exit 130, nothing half)."""
+"""Runs that do not reach their end: by the numerics (exit 1, all kept) or by Ctrl-C (exit 130)."""
 
 import os
 import signal

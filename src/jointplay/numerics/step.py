@@ -13,7 +13,7 @@ from .interface import compiled, inlined
 from .memory import CONTRACTION, EVALUATIONS, H_PAST, SMOOTH
 
 ITERATIONS = 10
-STALE = 1.0  # largest last update, in tolerated errors: guards are those of the iterate before it
+STALE = 0.1  # largest last update, in tolerated errors: guards are those of the iterate before it
 ORDER = 8  # of the error estimate in h
 TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
 

@@ -1,0 +1,69 @@
+"""What the README and the pages of docs/ promise: examples run, studies validate, commands are tested."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from jointplay.cli import _parser
+from jointplay.figures import KINDS
+from jointplay.study.file import validate
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(text, language):
+    """The code blocks of a page in one language."""
+    return re.findall(rf"```{language}\n(.*?)```", text, re.DOTALL)
+
+
+def test_the_readme_is_short_and_shows_a_small_picture():
+    assert len(README.splitlines()) <= 120
+    (picture,) = re.findall(r"!\[.+\]\((.+)\)", README)
+    assert 10_000 < (ROOT / picture).stat().st_size < 200_000
+
+
+def test_the_two_commands_are_those_that_ci_runs():
+    run, test = (block.strip() for block in blocks(README, "sh"))
+    assert run == "pip install . && jointplay run studies/quickstart.toml"
+    ci = (ROOT / ".ci" / "run").read_text()
+    install, check = test.split(" && ")
+    assert test in ci
+    assert check in ci.splitlines()
+    assert install.removeprefix("pip install ") in ci.replace(test, "")
+
+
+def test_the_python_example_runs(tmp_path, monkeypatch, capsys):
+    (example,) = blocks(README, "python")
+    assert len(example.splitlines()) <= 8
+    short = re.sub(r"\b(turns|transient)=\d+", r"\1=2", example)
+    assert short != example
+    monkeypatch.chdir(tmp_path)
+    exec(compile(short, "README.md", "exec"), {})
+    assert re.fullmatch(r"largest force at B: \d+ N\n", capsys.readouterr().out)
+    assert {path.name for path in tmp_path.iterdir()} == {"orbit.pdf", "section.pdf"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_study_files_on_the_pages_validate(page):
+    for text in blocks(page.read_text(encoding="utf-8"), "toml"):
+        validate({"name": "page"} | tomllib.loads(text))
+
+
+def test_every_verb_is_in_the_readme_and_every_figure_in_the_docs():
+    verbs = next(action for action in _parser()._actions if action.choices).choices
+    assert set(re.findall(r"^\| `jointplay (\w+)", README, re.MULTILINE)) == set(verbs)
+    page = (ROOT / "docs" / "study-files.md").read_text(encoding="utf-8")
+    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| (.*) \|$", page, re.MULTILINE))
+    for name, draw in KINDS.items():
+        options = re.findall(r"`(\w+)`", rows[name])
+        assert options == list(draw.__wrapped__.__kwdefaults__), name
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_to_files(page):
+    targets = re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
+    assert all((page.parent / target).exists() for target in targets)
