@@ -1,8 +1,9 @@
 """The method's algebra for given sizes, written out: straight-line bodies in one loop over lanes.
 
-The step (numerics.step) says what is done; here its sums over stages, its small complex systems and its norms are
-unrolled for n_q positions and n speeds, because loops whose bounds are not constants do not vectorise. The text depends on
-the two sizes alone, so all structures of a size share one module. Lanes and constants are those of numerics.radau.
+The step (numerics.step) says what is done; here its sums over stages, its small complex systems and its
+norms are unrolled for n_q positions and n speeds, because loops whose bounds are not constants do not
+vectorise. The text depends on the two sizes alone, so all structures of a size share one module. Lanes and
+constants are those of numerics.radau.
 
     extrapolate(w, source, start, ratio)   stage increments from the polynomial in `source`
     rest(w)                                no change of the speeds
@@ -11,9 +12,9 @@ the two sizes alone, so all structures of a size share one module. Lanes and con
     newton(w, s, weight, h)                one Newton update; its size
     estimate(w, J, weight, error, h)       error estimate; its size
 
-Everything that a lane loop writes lies in the one buffer `w` (a loop of eight turns is not vectorised if it takes a check
-that two arrays do not overlap): first the method's rows, then the structure's. A complex number is eight doubles: four
-real parts (lane 0 is the real eigenvalue's), four imaginary parts.
+Everything that a lane loop writes lies in the one buffer `w` (a loop of eight turns is not vectorised if it
+takes a check that two arrays do not overlap): first the method's rows, then the structure's. A complex
+number is eight doubles: four real parts (lane 0 is the real eigenvalue's), four imaginary parts.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,10 @@
 """Where compiled kernels and generated modules lie, and how a structure finds its own.
 
-Numba notices an edit in a function's own file only, and would answer with stale numbers after an edit elsewhere. So every
-source that shapes a kernel, with the versions and flags that do, is digested, and everything compiled lies in
-a folder named by that digest: an edit is another folder. Generated modules are named by the hash of their text, written
-whole, and found by the structure that they belong to without deriving its equations again.
+Numba notices an edit in a function's own file only, and would answer with stale numbers after an edit
+elsewhere. So every source that shapes a kernel, with the versions and flags that do, is digested, and
+everything compiled lies in a folder named by that digest: an edit is another folder. Generated modules are
+named by the hash of their text, written whole, and found by the structure that they belong to without
+deriving its equations again.
 """
 
 from __future__ import annotations

@@ -1,16 +1,17 @@
 """Solved dynamics of a system as straight-line programs: accelerations, contact forces and their Jacobian.
 
-A system is solved in one of three variants, so that a scene does not pay for what is absent: `free` (nothing
-touches), `slip` (contacts push, friction is a law) and `stick` (some tangential forces are unknowns that keep v_t
-at rest). Within the last two, contacts are told apart by masks: touch kappa_j, slip direction sigma_j, stick eta_j.
+A system is solved in one of three variants, so that a scene does not pay for what is absent: `free`
+(nothing touches), `slip` (contacts push, friction is a law) and `stick` (some tangential forces are
+unknowns that keep v_t at rest). Within the last two, contacts are told apart by masks: touch kappa_j, slip
+direction sigma_j, stick eta_j.
 
 The unknowns are the accelerations a and the tangential forces F_t of
 
     M a + sum_j T_j F_t,j = Q - sum_j N_j F_n,j,
     eta_j (T_j.a + T_j'.w) + (1 - eta_j) (kappa_j (sigma_j f F_n,j + C_t v_t) - F_t,j) = 0,
 
-solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves the same matrix for the derivatives of
-the residual.
+solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves the same matrix for the
+derivatives of the residual.
 """
 
 from dataclasses import dataclass
@@ -182,7 +183,7 @@ class Dynamics:
 
 
 class InverseMass:
-    """M = L D L^T written out, zeros skipped; calling it substitutes. The identity where the system has no mass."""
+    """M = L D L^T written out, zeros skipped; calling it substitutes. The identity without a mass."""
 
     def __init__(self, tape: Tape, system: System):
         self.tape, self.n = tape, len(system.speeds)

@@ -1,7 +1,8 @@
 """Recorded quantities as a program over arrays: written once a structure, run on what is asked for.
 
-Quantities are not computed while a motion is followed, but afterwards, from the recorded states and modes, by NumPy. The
-program is data: assignments with what each reads, so that only what the asked quantities need is executed.
+Quantities are not computed while a motion is followed, but afterwards, from the recorded states and modes,
+by NumPy. The program is data: assignments with what each reads, so that only what the asked quantities need
+is executed.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import numpy as np
 
 
 def text(system) -> str:
-    """The program as source of two constants: OUTPUTS (name to symbol) and PROGRAM (symbol, expression, reads)."""
+    """The program as source of constants: OUTPUTS (name: symbol), PROGRAM (symbol, expression, reads)."""
     from ..equations.system import TIME
     from .dynamics import Dynamics
     from .source import expression
@@ -49,8 +50,8 @@ def evaluate(
     names : iterable of str
         Keys of its OUTPUTS.
     given : mapping
-        Value of every symbol of its STATE and PARAMETERS, and of the masks touch_j, slip_j, stick_j; arrays of one shape
-        or numbers.
+        Value of every symbol of its STATE and PARAMETERS, and of the masks touch_j, slip_j, stick_j; arrays
+        of one shape or numbers.
 
     Returns
     -------

@@ -1,8 +1,9 @@
 """Programs as numba source: eight lanes around one straight-line body, or one point at a time.
 
-Lanes are increments from a base point: row r of the flat buffer `w` is w[8 r : 8 r + 8], and one buffer holds what is
-read and what is written, so that the compiler sees that they do not overlap. Sines and cosines are rotated from the base
-point's by a polynomial of the increment, exact to rounding for |increment| <= MAX_TURN.
+Lanes are increments from a base point: row r of the flat buffer `w` is w[8 r : 8 r + 8], and one buffer
+holds what is read and what is written, so that the compiler sees that they do not overlap. Sines and
+cosines are rotated from the base point's by a polynomial of the increment, exact to rounding for
+|increment| <= MAX_TURN.
 """
 
 from collections.abc import Iterable
@@ -75,7 +76,7 @@ class Layout:
 
     @property
     def rows(self) -> dict[str, int]:
-        """First row of each block of w, after the method's: increments, rates, guards, resets, section, powers."""
+        """First row of each block of w, after the method's own."""
         system, row = self.system, {}
         n = len(system.speeds)
         start = method_rows(n)

@@ -1,8 +1,8 @@
-"""A straight-line program as symbols: assignments, derivatives through them, what is live, common subexpressions.
+"""A straight-line program as symbols: assignments, derivatives, what is live, common subexpressions.
 
-Differentiation is forward mode on the program: the derivative of an assigned symbol is itself assigned once and
-shared, so that a Jacobian reuses what the force has computed. Sines and cosines differentiate by the chain rule of
-their angle.
+Differentiation is forward mode on the program: the derivative of an assigned symbol is itself assigned once
+and shared, so that a Jacobian reuses what the force has computed. Sines and cosines differentiate by the
+chain rule of their angle.
 """
 
 from collections.abc import Iterable

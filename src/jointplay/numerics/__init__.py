@@ -1,1 +1,1 @@
-"""The method: an implicit high-order step, events, and the event-driven flow, over functions that a structure supplies."""
+"""The method: an implicit high-order step, events, the event-driven flow; over a structure's functions."""

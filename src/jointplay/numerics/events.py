@@ -1,8 +1,8 @@
 """Events: the first guard that leaves its side within a step, and its place on the method itself.
 
-Detection looks at the polynomial of the step (no root of it is stepped over). Location steps anew from the step's
-beginning to the root with the method itself, so that the state at the event has the step's own accuracy and no
-interpolant's: Newton on the length, one or two short solves from an excellent prediction.
+Detection looks at the polynomial of the step (no root of it is stepped over). Location steps anew from the
+step's beginning to the root with the method itself, so that the state at the event has the step's own
+accuracy and no interpolant's: Newton on the length, one or two short solves from an excellent prediction.
 """
 
 from .interface import compiled
@@ -16,7 +16,7 @@ REFINEMENTS = 8
 
 @compiled
 def first_event(w, row, modes, flags, fired, b, stack):
-    """The guard that leaves its side first within the step in w, and where in [0, 1]; -1 and 2.0 if none does.
+    """The guard that first leaves its side within the step in w, and where in [0, 1]; -1 and 2.0 if none.
 
     `row` is the lane row of the first guard.
     """
@@ -36,8 +36,8 @@ def first_event(w, row, modes, flags, fired, b, stack):
 def locate(f, variant, k, x, o, h, place, row, multiplicity, level):
     """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
 
-    Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and whether it was
-    found (a root that only the step's polynomial has is not). The shortened step is in k.w.
+    Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and
+    whether it was found (a root that only the step's polynomial has is not). The shortened step is in k.w.
     """
     length, w, b = place * h, k.w, k.b
     for _ in range(REFINEMENTS):

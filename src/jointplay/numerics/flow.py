@@ -1,7 +1,8 @@
 """The event-driven flow: smooth pieces by the collocation method, joined at located events.
 
-One loop for every structure. A piece runs until a guard leaves its side; the state is taken there, the mode changes (or the
-state jumps), and the next piece starts from the new side. Numerical trouble is a status, never an exception.
+One loop for every structure. A piece runs until a guard leaves its side; the state is taken there, the mode
+changes (or the state jumps), and the next piece starts from the new side. Numerical trouble is a status,
+never an exception.
 """
 
 import numpy as np
@@ -87,7 +88,7 @@ def _keep(w, at, target):
 
 @compiled
 def _bring_back(source, w, at, h):
-    """Copy the increments of a step of length h back into the lane buffer, where its time increments begin at w[at]."""
+    """Copy the increments of a step of length h back to the lane buffer, the time's at w[at]."""
     for i in range(8):
         w[at + i] = h * NODES[i]
     for i in range(len(source)):
@@ -96,7 +97,7 @@ def _bring_back(source, w, at, h):
 
 @compiled
 def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
-    """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none yet); 2.0 if none."""
+    """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none); 2.0 if none."""
     degree = bernstein(w, 8 * row, multiplicity, b)
     for i in range(degree + 1):
         b[i] -= level
@@ -188,7 +189,7 @@ def _event(f, k, x, o, guard):
 
 @inlined
 def _advance(f, variant, k, x, o, h, error):
-    """Take an accurate attempt, whole or up to its first event; give back False if that could not be located."""
+    """Take an accurate attempt, whole or up to its first event; False if that could not be located."""
     w, count, real, n_x = k.w, x.count, x.real, o.n_q + o.n
     guards, at = o.first + 1 + o.n_q + 2 * o.n, 8 * (o.first + 1)
     guard, place = first_event(w, guards, x.modes, x.flags, x.fired, k.b, k.stack)

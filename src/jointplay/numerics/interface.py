@@ -1,11 +1,12 @@
 """How compiled code is made and what a structure's module must supply.
 
-One policy for every kernel: cached on disk, free of the interpreter's lock, IEEE division, no reference counting (a
-kernel allocates nothing and keeps nothing; counting cost a third of its time). Of the fast-math licences only those are
-taken that keep NaN and infinity meaningful: contraction to fused multiply-add, reciprocals, signed zero.
+One policy for every kernel: cached on disk, free of the interpreter's lock, IEEE division, no reference
+counting (a kernel allocates nothing and keeps nothing; counting cost a third of its time). Of the fast-math
+licences only those are taken that keep NaN and infinity meaningful: contraction to fused multiply-add,
+reciprocals, signed zero.
 
-Between compiled functions an integer written out in a call makes a version of the callee for that very number: pass a
-variable or a float.
+Between compiled functions an integer written out in a call makes a version of the callee for that very
+number: pass a variable or a float.
 """
 
 import os
@@ -46,7 +47,7 @@ SIGNATURES = {
 
 
 class Functions(NamedTuple):
-    """What the flow calls: the structure's functions (codegen.module), then the algebra of its size (codegen.algebra)."""
+    """What the flow calls: functions of the structure (codegen.module), algebra of its size (codegen.algebra)."""
 
     rate: Callable
     jacobian: Callable
@@ -80,7 +81,7 @@ class Pointer(types.WrapperAddressProtocol):
 
 
 def pointers(*modules) -> Functions:
-    """The functions of modules as the flow takes them: addresses, or themselves where compilation is switched off."""
+    """The functions of modules as the flow takes them: addresses; themselves where nothing is compiled."""
     found = {
         name: getattr(module, name) for module in modules for name in SIGNATURES if hasattr(module, name)
     }

@@ -1,7 +1,7 @@
 """What a trajectory holds while it is computed: plain arrays, allocated once, and the options of a run.
 
-All that a run needs to go on lies here, so that it can be left between two steps and taken up again, with the same
-result to the last bit.
+All that a run needs to go on lies here, so that it can be left between two steps and taken up again, with
+the same result to the last bit.
 """
 
 from typing import NamedTuple
@@ -103,7 +103,7 @@ def work(n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int) -> Work:
 def trajectory(
     state: np.ndarray, numbers: np.ndarray, n_q: int, n_angles: int, n_contacts: int, n_resets: int
 ) -> Trajectory:
-    """Allocate a run that starts at `state` (time, positions, speeds) with the structure's parameter array."""
+    """Allocate a run that starts at `state` (time, positions, speeds) with the structure's numbers."""
     n_x = len(state) - 1
     return Trajectory(
         s=np.concatenate([state, np.zeros(2 * n_angles)]),

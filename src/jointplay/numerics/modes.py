@@ -1,11 +1,13 @@
 """Contact modes: what each watches, what follows when a guard fires, and what sticks.
 
-Per contact: free; released (gap still closed, force gone: laws that do not pull); slipping + or -; sticking; or just
-in contact (no Coulomb friction). At v_t = 0 the two one-sided accelerations of v_t decide (Filippov): with a_+ that
-of slipping + and a_- that of slipping -, both pushing towards v_t = 0 (a_+ < 0 < a_-) means sticking. Where the
-force pulls (F_n < 0) friction drives, the sector repels, and the motion keeps its direction.
+Per contact: free; released (gap still closed, force gone: laws that do not pull); slipping + or -;
+sticking; or just in contact (no Coulomb friction). At v_t = 0 the two one-sided accelerations of v_t decide
+(Filippov): with a_+ that of slipping + and a_- that of slipping -, both pushing towards v_t = 0 (a_+ < 0 <
+a_-) means sticking. Where the force pulls (F_n < 0) friction drives, the sector repels, and the motion
+keeps its direction.
 
-Reference: Filippov, Differential Equations with Discontinuous Righthand Sides (1988); Leine and Nijmeijer (2004).
+Reference: Filippov, Differential Equations with Discontinuous Righthand Sides (1988); Leine and Nijmeijer
+(2004).
 """
 
 from .interface import compiled

@@ -1,11 +1,12 @@
 """Polynomials of a step: evaluation at any place, and roots isolated without stepping over any.
 
-A quantity known at the nodes (0, c_1 … c_7) of a step of the collocation method is a polynomial of degree 7 on it. Its
-Bernstein coefficients bound it: no change of sign among them, no root (Descartes); one change, one root; more,
-halve the interval (de Casteljau). Reference: Farouki, Comput. Aided Geom. Design 29 (2012) 379-419.
+A quantity known at the nodes (0, c_1 … c_7) of a step of the collocation method is a polynomial of degree 7
+on it. Its Bernstein coefficients bound it: no change of sign among them, no root (Descartes); one change,
+one root; more, halve the interval (de Casteljau). Reference: Farouki, Comput. Aided Geom. Design 29 (2012)
+379-419.
 
-A guard that has just fired starts at zero. It is divided by tau^m, m its multiplicity there, which leaves a polynomial of
-degree 6 through the seven stages and its other roots.
+A guard that has just fired starts at zero. It is divided by tau^m, m its multiplicity there, which leaves a
+polynomial of degree 6 through the seven stages and its other roots.
 """
 
 import numpy as np
@@ -71,7 +72,7 @@ def bernstein(g, at, multiplicity, b):
 
 @compiled
 def _changes(b, at, n, inside):
-    """Changes of sign along b[at : at + n + 1], read from the side `inside` (-1 or +1) on which it should begin."""
+    """Changes of sign along b[at : at + n + 1], beginning on the side `inside` (-1 or +1)."""
     count, last = 0, float(inside)
     for i in range(at, at + n + 1):
         if b[i] * last < 0.0:
@@ -134,7 +135,7 @@ def _bracketed(b, at, n, inside, c):
 
 @compiled
 def first_root(b, n, inside, stack):
-    """First place in [0, 1] where the polynomial with coefficients b[: n + 1] leaves the side `inside`; 2.0 if none.
+    """First place in [0, 1] where the polynomial with coefficients b[: n + 1] leaves `inside`; 2.0 if none.
 
     `stack` takes intervals of ten doubles (place, width, coefficients), the leftmost on top. Where HALVINGS
     halvings leave two changes of sign, the polynomial touches zero and does not cross it: passed over.

@@ -1,13 +1,13 @@
-"""Radau IIA collocation with seven stages: order 13, L-stable, stiffly accurate; its constants in lanes of eight.
+"""Radau IIA collocation with seven stages (order 13, L-stable, stiffly accurate): constants in lanes of eight.
 
-Reference: Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8; and J. Comput. Appl. Math.
-111 (1999) 93-111. Stage i is lane i, the base point is lane 7 (node 0). With A^-1 = V Lambda V^-1 (one real
-eigenvalue, three complex pairs), the transformed increments W = V^-1 Z lie as
+Reference: Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8; and J.
+Comput. Appl. Math. 111 (1999) 93-111. Stage i is lane i, the base point is lane 7 (node 0). With A^-1 = V
+Lambda V^-1 (one real eigenvalue, three complex pairs), the transformed increments W = V^-1 Z lie as
 
     lane 0: the real one;  lanes 1-3: real parts;  lane 4: empty;  lanes 5-7: imaginary parts.
 
-Everything is computed here, once, in extended precision, from the nodes; rows of a matrix M that maps lanes to lanes are
-stored by column (M[8 j + i] takes lane j to lane i).
+Everything is computed here, once, in extended precision, from the nodes; rows of a matrix M that maps lanes
+to lanes are stored by column (M[8 j + i] takes lane j to lane i).
 """
 
 import numpy as np

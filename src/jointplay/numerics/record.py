@@ -8,7 +8,7 @@ from .radau import COLLOCATION
 
 @compiled
 def gains(w, row, h, gain):
-    """Increments of the work at the stages of a step of length h, from the powers in lane rows `row` on: h A P."""
+    """Increments of the work at the stages of a step of length h, h A P, from powers in lane rows from `row` on."""
     for r in range(len(gain) // 8):
         for i in range(8):
             total = 0.0

@@ -4,9 +4,10 @@ Unknown are only the stage increments Z of the speeds; those of the positions fo
 
     Z = h A F(q_0 + Z_q, z_0 + Z),     Z_q = h c z_0 + h A Z,
 
-so that the systems to solve have the size of z. Reference: Hairer and Wanner (see radau), section IV.8. The sums over
-stages and unknowns come written out for the structure's size (codegen.algebra); here is what is done with them. The
-increments live in the lane buffer `w`, those of the last accepted step in `past`, from where the next are extrapolated.
+so that the systems to solve have the size of z. Reference: Hairer and Wanner (see radau), section IV.8. The
+sums over stages and unknowns come written out for the structure's size (codegen.algebra); here is what is
+done with them. The increments live in the lane buffer `w`, those of the last accepted step in `past`, from
+where the next are extrapolated.
 """
 
 from .interface import compiled, inlined
@@ -22,7 +23,8 @@ TURN = 0.75  # largest increment of an angle in a step: where the structure's po
 def converge(f, variant, w, x, weight, h, tolerance, contraction):
     """Newton's iteration from the predicted increments, with the matrices in `w` factored for h.
 
-    Gives back whether it converged, and the contraction that was observed (the next step's first guess at it).
+    Gives back whether it converged, and the contraction that was observed (the next step's first guess at
+    it).
     """
     f.move(w, x.s, h)
     factor, before = max(contraction, 1e-16) ** 0.8, 1.0
@@ -47,7 +49,7 @@ def converge(f, variant, w, x, weight, h, tolerance, contraction):
 
 @inlined
 def attempt(f, variant, k, x, o, h):
-    """Attempt a step of length h; give back its error in units of the tolerance, -1 if it did not converge."""
+    """Attempt a step of length h; its error in units of the tolerance, -1 if it did not converge."""
     w, s, real, first = k.w, x.s, x.real, 8 * o.first
     f.factor(w, k.J, h)
     if x.count[SMOOTH]:
