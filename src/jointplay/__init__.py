@@ -2,9 +2,9 @@
 
     import jointplay as jp
 
-`jp.catalog`, and the records `jp.Mechanism`, `jp.Link`, `jp.Joint`, … say what is simulated; `jp.simulate` gives
-time histories and `jp.poincare` section points, each as an `xarray.Dataset`; `jp.open` reads a stored result,
-`jp.figure` draws one; wrong input raises `jp.InputError`. SI units throughout; angles in rad.
+`jp.catalog`, and the records `jp.Mechanism`, `jp.Link`, `jp.Joint`, … say what is simulated; `jp.simulate`
+gives time histories and `jp.poincare` section points, each as an `xarray.Dataset`; `jp.open` reads a stored
+result, `jp.figure` draws one; wrong input raises `jp.InputError`. SI units throughout; angles in rad.
 
 Public names load on first use, so that the command line starts fast.
 """

@@ -55,52 +55,6 @@ def test_error_follows_the_tolerance(case):
         assert np.abs(trajectory(system, at, rtol) - truth).max() < 100 * growth * rtol
 
 
-@pytest.mark.parametrize(
-    ("quantity", "value", "direction"), [("x", 0.0, "up"), ("x", 0.0, "down"), ("y", 1.5, "up")]
-)
-def test_plane_section(quantity, value, direction):
-    plane = jp.Plane(quantity=quantity, value=value, direction=direction)
-    found = jp.poincare(catalog.rossler(), plane, duration=40.0, rtol=1e-12)
-
-    def passes(t, s):
-        return s["xyz".index(quantity)] - value
-
-    passes.direction = {"up": 1, "down": -1}[direction]
-    truth = solve_ivp(rossler, (0, 40), (1.0, 1.0, 0.0), "DOP853", rtol=1e-13, atol=1e-14, events=passes)
-    assert found.time.values == pytest.approx(truth.t_events[0], abs=1e-9)
-    assert found.state_value.values == pytest.approx(truth.y_events[0], abs=1e-9)
-
-
-def test_section_by_phase():
-    found = jp.poincare(catalog.duffing(frequency=1.3), jp.CrankAngle(angle=1.0), turns=10, transient=3)
-    assert found.time.values == pytest.approx((1.0 + math.tau * np.arange(3, 13)) / 1.3, abs=1e-10)
-    history = jp.simulate(catalog.duffing(frequency=1.3), duration=70.0, at=found.time.values)
-    assert found.state_value.values == pytest.approx(history.state_value.values, abs=1e-7)
-
-
-def test_section_inside_a_response():
-    found = jp.simulate(
-        catalog.duffing(), turns=5, section=jp.Plane(quantity="y", value=1.0, direction="down")
-    )
-    assert found.sizes["turn"] > 2
-    assert found.section_state_value.sel(state="y").values == pytest.approx(1.0, abs=1e-12)
-    assert (found.section_state_value.sel(state="v").values < 0).all()
-
-
-@pytest.mark.parametrize(
-    ("section", "key"),
-    [
-        (jp.Plane(quantity="w", value=0.0), "section.quantity"),
-        (jp.CrankAngle(), "section.kind"),
-        (jp.ContactSection(), "section.joint"),
-    ],
-)
-def test_section_that_does_not_exist(section, key):
-    with pytest.raises(jp.InputError) as caught:
-        jp.poincare(catalog.lorenz(), section, duration=5.0)
-    assert [problem.key for problem in caught.value.problems] == [key]
-
-
 def test_parameters_by_name():
     system = catalog.duffing(frequency=1.3)
     swapped = dict(reversed(system.parameters.items()))

@@ -202,7 +202,8 @@ def test_help_is_quick(record_property):
 
 
 def test_two_turns_of_the_quickstart_run_from_end_to_end(tmp_path):
-    done = python("run", QUICKSTART, "--out", tmp_path, "--set", "analysis.turns=2", "analysis.transient=0")
+    changes = ["analysis.turns=2", "analysis.transient=0", "figure.turns=2"]
+    done = python("run", QUICKSTART, "--out", tmp_path, "--set", *changes)
     assert done.returncode == 0, done.stderr
     dataset = store.open_result(tmp_path / "quickstart.nc")
     assert int(dataset["status"]) == 0

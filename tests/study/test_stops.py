@@ -19,7 +19,7 @@ STUDIES = Path(__file__).parents[2] / "studies"
 
 def test_a_run_out_of_steps_keeps_and_draws_what_it_has(tmp_path):
     words = ["run", STUDIES / "quickstart.toml", "--out", tmp_path, "--set", "analysis.transient=0"]
-    done = jointplay(*words, "integrator.max_steps=1500", "analysis.turns=30")
+    done = jointplay(*words, "integrator.max_steps=1500", "analysis.turns=30", "figure.turns=1")
     assert done.returncode == 1, done.stderr
     assert "step_limit" in done.stderr
     assert "raise integrator.max_steps" in done.stderr

@@ -38,8 +38,10 @@ def poincare(
     Parameters
     ----------
     mechanism : Mechanism or TestSystem
+        What moves.
     section : Section
-        Crank angle (of a forced test system, phase of the forcing), contact, separation, or a plane of a recorded quantity.
+        Crank angle (of a forced test system, phase of the forcing), contact, separation, or a plane of a
+        recorded quantity.
     turns, duration : float
         Length after the transient: turns of the crank (or forcing periods), or s. One of them.
     transient : float

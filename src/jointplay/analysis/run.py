@@ -37,7 +37,8 @@ class Request:
     steps, events : bool
         Whether the integrator's own points and the events are kept.
     level, period, direction : float, float, int
-        Of the section quantity (a crossing of `level`, which then moves on by `period`); direction 0: no such section.
+        Of the section quantity (a crossing of `level`, which then moves on by `period`); direction 0: no such
+        section.
     event, joint : int
         Kind of event and joint that make the section (joint -1: any); event -1: no such section.
     skip, stop_after : int
@@ -64,7 +65,7 @@ class Request:
 
 @dataclass(frozen=True)
 class Records:
-    """Rows of a run: time, positions, speeds, modes, work; those of steps, events and sections after (contact, kind)."""
+    """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples."""
 
     samples: np.ndarray
     steps: np.ndarray
@@ -82,7 +83,9 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     Parameters
     ----------
     scene : Scene
+        What moves.
     request : Request
+        For how long, and what to record.
     progress : callable, optional
         Called with the fraction done, 0 to 1.
 

@@ -41,6 +41,7 @@ def simulate(
     Parameters
     ----------
     mechanism : Mechanism or TestSystem
+        What moves.
     turns, duration : float
         Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them.
     transient : float
@@ -56,8 +57,8 @@ def simulate(
     steps : bool
         True: record at the integrator's own points instead, both sides of every event.
     initial : mapping or sequence, optional
-        Start: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal mechanism, or ``angle`` and
-        ``angular_velocity`` by link; of a test system, its state.
+        Start: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal mechanism, or
+        ``angle`` and ``angular_velocity`` by link; of a test system, its state.
     section : Section, optional
         Where the motion is cut; the points are recorded beside the histories as ``section_…``.
     max_steps : int, optional

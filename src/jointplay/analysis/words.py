@@ -7,7 +7,7 @@ from jointplay.errors import InputError, unknown
 
 @dataclass(frozen=True)
 class Word:
-    """A recorded quantity: over `of` (link, joint, pin, state, or nothing), with UDUNITS units and a long name."""
+    """A recorded quantity: over `of` (link, joint, pin, state or nothing), UDUNITS units and long name."""
 
     of: str | None
     units: str

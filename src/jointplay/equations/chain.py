@@ -2,8 +2,9 @@
 
 Reference: virtual work on P_j = base + sum_k L_jk e_k (the model, section 1), with constant tables
 
-    H_kl = sum_j m_j L_jk L_jl + m_l s_l L_lk + m_k s_k L_kl + delta_kl J_k,     mu_k = sum_j m_j L_jk + m_k s_k
-    M_kl = H_kl cos(theta_k - theta_l),          Q_k = -sum_l H_kl sin(theta_k - theta_l) w_l^2 - g mu_k cos theta_k
+    H_kl = sum_j m_j L_jk L_jl + m_l s_l L_lk + m_k s_k L_kl + delta_kl J_k
+    mu_k = sum_j m_j L_jk + m_k s_k
+    M_kl = H_kl cos(theta_k - theta_l),  Q_k = -sum_l H_kl sin(theta_k - theta_l) w_l^2 - g mu_k cos theta_k
     floating base:  M_bb = sum m,  M_bk = mu_k n_k,  Q_b = sum_k mu_k e_k w_k^2 - g sum m on y.
 
 Assumptions: plane motion, rigid links, mass centres on the link's line. Units: SI.
@@ -21,7 +22,7 @@ GRAVITY = number("g")
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Symbols of a linkage's motion: angle, speed and acceleration of each link, base points of floating chains."""
+    """Symbols of a linkage's motion: angle, speed, acceleration of each link; bases of floating chains."""
 
     angle: dict[str, Angle]
     speed: dict[str, Expr]

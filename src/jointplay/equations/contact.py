@@ -7,8 +7,9 @@ r = journal centre - bush centre, rho = |r|, r^ = r/rho and t^ across it,
     N_k = D_k n_k.r^,  T_k = D_k n_k.t^ + (R on the journal's link) - (R + rho on the bush's link),
     Q_k = -N_k F_n - T_k F_t          (force F on the bush, -F on the journal).
 
-At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there. Contact begins and ends
-where rho^2 - e^2 = 0: rho has a kink where the journal flies past the bush's centre, and no polynomial follows it there.
+At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there. Contact
+begins and ends where rho^2 - e^2 = 0: rho has a kink where the journal flies past the bush's centre, and no
+polynomial follows it there.
 """
 
 from dataclasses import dataclass

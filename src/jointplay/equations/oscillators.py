@@ -1,9 +1,9 @@
 """Small systems with known answers, on the same form as the linkages.
 
-Each function gives the equations of one system; parameters keep the names of the catalog. References: Lorenz (1963);
-Roessler (1976); two-well Duffing after Holmes (1979); impact pair and soft impact pair (rattling frame) after
-Dubowsky and Freudenstein (1971) with forcing y'' = sin t; bouncing ball after Holmes (1982) and Guckenheimer and
-Holmes (1983); gear pair with backlash after Kahraman and Singh (1990).
+Each function gives the equations of one system; parameters keep the names of the catalog. References: Lorenz
+(1963); Roessler (1976); two-well Duffing after Holmes (1979); impact pair and soft impact pair (rattling
+frame) after Dubowsky and Freudenstein (1971) with forcing y'' = sin t; bouncing ball after Holmes (1982) and
+Guckenheimer and Holmes (1983); gear pair with backlash after Kahraman and Singh (1990).
 """
 
 from collections.abc import Callable, Iterable
@@ -78,10 +78,10 @@ def soft_impact_pair(tension: bool = True) -> System:
 
 
 def bouncing_ball() -> System:
-    """A ball at height y over a table at A sin t, in table periods: y'' = -1/Gamma, table (unit amplitude) sin t.
+    """A ball at height y over a table at A sin t, in table periods: y'' = -1/Gamma, table sin t.
 
-    Lengths in table amplitudes and time in 1/omega, so that Gamma = A omega^2/g is the only number besides the
-    restitution a: relative speed w -> -a w, that is v -> -a v + (1 + a) cos t.
+    Lengths in table amplitudes and time in 1/omega, so that Gamma = A omega^2/g is the only number besides
+    the restitution a: relative speed w -> -a w, that is v -> -a v + (1 + a) cos t.
     """
     gamma, a = number("acceleration"), number("restitution")
     phase = Angle("phase", None, Integer(1))

@@ -1,8 +1,8 @@
 """Which parts a linkage has: the plan from which its equations are written.
 
-A structure holds no numbers; every number it needs is a parameter named here in one place, so that a sweep over
-numbers changes no equation. Cut at every clearance joint, a linkage is a forest of open chains. No SymPy here: a
-structure whose equations have been written before needs none.
+A structure holds no numbers; every number it needs is a parameter named here in one place, so that a sweep
+over numbers changes no equation. Cut at every clearance joint, a linkage is a forest of open chains. No SymPy
+here: a structure whose equations have been written before needs none.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Clearance:
-    """A joint with play: who carries journal and bush ("ground" if nobody moves), and what its vector r is made of.
+    """A joint with play: who carries journal and bush ("ground" if nobody moves), what its vector r holds.
 
     `arms` are the links whose e_k enters r = const + sum_k D_k e_k; `bases` the floating chains whose base
     point enters, as (chain, sign).
@@ -29,7 +29,7 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Pin:
-    """An ideal joint inside a chain: `arms` and `links` move beyond it; `sign` +1 where the outer link carries the bush."""
+    """An ideal joint in a chain: `arms`, `links` move beyond it; `sign` +1: the outer link has the bush."""
 
     name: str
     sign: int
@@ -42,8 +42,9 @@ class Pin:
 class Linkage:
     """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and what is recorded.
 
-    `driven` is the crank; `drive` says how: "motor", "speed" (prescribed) or "none". `section` names a quantity
-    whose level crossings are wanted, as word:label; `powers` asks for the work integrals of the energy balance.
+    `driven` is the crank; `drive` says how: "motor", "speed" (prescribed) or "none". `section` names a
+    quantity whose level crossings are wanted, as word:label; `powers` asks for the work integrals of the
+    energy balance.
     """
 
     links: tuple[str, ...]

@@ -4,8 +4,9 @@ A system has positions q and speeds z with
 
     q_i' = z_i  (i < number of positions),      M(q) z' = Q(t, q, z) - sum_j (N_j F_n,j + T_j F_t,j),
 
-so that second-order mechanics and first-order test systems (no positions, M = I) are one form. Sines and cosines of
-angles are symbols of their own; an angle is a position, or a prescribed phase (rate times time), or a sum of both.
+so that second-order mechanics and first-order test systems (no positions, M = I) are one form. Sines and
+cosines of angles are symbols of their own; an angle is a position, or a prescribed phase (rate times time),
+or a sum of both.
 """
 
 from dataclasses import dataclass, field
@@ -41,8 +42,8 @@ class Angle:
 class Contact:
     """One unilateral contact: penetration u, speeds v_n and v_t, force law F_n(u, v_n), friction.
 
-    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `gap` is what is watched for roots
-    in the place of u, of the same sign, where u itself is not smooth along a motion.
+    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `gap` is what is watched
+    for roots in the place of u, of the same sign, where u itself is not smooth along a motion.
     """
 
     name: str

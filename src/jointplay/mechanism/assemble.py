@@ -25,6 +25,7 @@ def assemble(
     Parameters
     ----------
     mechanism : Mechanism or TestSystem
+        What moves.
     initial : mapping, sequence of float, or None
         Of a linkage, ``crank_angle`` and ``crank_speed`` of the ideal mechanism, or ``angle`` and
         ``angular_velocity`` by link; of a test system, its state. None: the default start.
@@ -201,7 +202,7 @@ def _places_of_state(structure: Linkage) -> list[tuple[str, int]]:
 
 
 def _coordinates(mechanism, structure: Linkage, places, angles, speeds) -> tuple[list[float], list[float]]:
-    """Positions and speeds in the order of the equations; floating bases where the ideal mechanism has them."""
+    """Positions and speeds in the order of the equations; floating bases as in the ideal mechanism."""
     ideal = chains.forest(mechanism, cut=False)
     free = [k for k, _ in _places_of_state(structure) if k in structure.links]
     position, velocity = [angles[k] for k in free], [speeds[k] for k in free]

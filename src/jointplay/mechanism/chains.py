@@ -1,7 +1,7 @@
 """A linkage cut at its clearance joints: a forest of open chains, and the constant tables of its equations.
 
-The model, section 1: every link's origin is P_j = base + sum_k L_jk e_k with constant L, in a chain that is grounded
-(base a fixed point) or floats (base a coordinate).
+The model, section 1: every link's origin is P_j = base + sum_k L_jk e_k with constant L, in a chain that is
+grounded (base a fixed point) or floats (base a coordinate).
 """
 
 from __future__ import annotations
@@ -43,9 +43,10 @@ def forest(mechanism: Mechanism, cut: bool = True) -> dict[str, Place]:
     Parameters
     ----------
     mechanism : Mechanism
+        Its links and joints.
     cut : bool
-        True: clearance joints are cut. False: every joint counts as ideal, and of the joints that would close a
-        loop none is used; so is the position of the ideal mechanism found from its angles.
+        True: clearance joints are cut. False: every joint counts as ideal, and of the joints that would close
+        a loop none is used; so is the position of the ideal mechanism found from its angles.
 
     Raises
     ------

@@ -23,6 +23,7 @@ def scene(system: TestSystem, initial: Any = None, section: str | None = None) -
     Parameters
     ----------
     system : TestSystem
+        What moves.
     initial : sequence of float, optional
         State at time 0; the system's own if left out.
     section : str, optional

@@ -32,8 +32,8 @@ class Scene:
     h_max : float
         Longest step, s.
     links, joints, clearances, pins, states, resets : tuple
-        Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the states
-        and of the resets of a test system.
+        Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the
+        states and of the resets of a test system.
     crank, crank_angle, crank_speed
         Name of the driven link, its angle and speed at time 0.
     """

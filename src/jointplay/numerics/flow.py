@@ -22,13 +22,10 @@ from .memory import (
     H_LIMIT,
     H_PAST,
     H_VARIANT,
-    LEVEL,
     LOGGED,
     REJECTED,
     SAMPLES,
-    SECTION_ROW,
     SECTIONS,
-    SIDE,
     SMOOTH,
     STARTED,
     STEP_ROW,
@@ -41,9 +38,8 @@ from .memory import (
     work,
 )
 from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, variant_of
-from .polynomial import bernstein, first_root, keep_right
-from .radau import NODES
-from .record import gains, log, sample, work_at
+from .record import gains, note, sample, work_at
+from .sections import count_section, keep, sections
 from .step import ORDER, TURN, attempt, next_length
 
 WORK = typeof(work(1, 1, 1, 1, 1))
@@ -55,7 +51,6 @@ FULL = -1  # the log is full: empty it and call again
 ROOM = 24  # log rows that one step may need
 CHATTER_COUNT = 12
 HUGE = 1e12
-SECTIONS_A_STEP = 8
 
 
 @compiled
@@ -80,75 +75,6 @@ def _length(s, turning, h, n_q, t_end):
 
 
 @compiled
-def _keep(w, at, target):
-    """Copy increments out of the lane buffer."""
-    for i in range(len(target)):
-        target[i] = w[at + i]
-
-
-@compiled
-def _bring_back(source, w, at, h):
-    """Copy the increments of a step of length h back to the lane buffer, the time's at w[at]."""
-    for i in range(8):
-        w[at + i] = h * NODES[i]
-    for i in range(len(source)):
-        w[at + 8 + i] = source[i]
-
-
-@compiled
-def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
-    """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none); 2.0 if none."""
-    degree = bernstein(w, 8 * row, multiplicity, b)
-    for i in range(degree + 1):
-        b[i] -= level
-    if after >= 0.0:
-        keep_right(b, degree, after)
-    place = first_root(b, degree, side, stack)
-    return place if after < 0.0 or place > 1.0 else after + place * (1.0 - after)
-
-
-@compiled
-def _sections(f, variant, k, x, o, h, end):
-    """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
-    count, real, at = x.count, x.real, 8 * (o.first + 1)
-    row, place, whole = o.first + 1 + o.n_q + 2 * o.n + len(x.fired), -1.0, 0 * o.n
-    if count[SIDE] == 0:
-        ahead = o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * o.direction >= 0.0
-        count[SIDE] = o.direction if ahead else -o.direction
-    for _ in range(SECTIONS_A_STEP):
-        after = place if o.period == 0.0 else -1.0
-        place = _next_crossing(k.w, row, whole, k.b, k.stack, real[LEVEL], after, count[SIDE])
-        if place > end or (o.stop_after and count[SECTIONS] >= o.stop_after):
-            return
-        if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
-            _keep(k.w, at, k.whole)
-            near, level = max(place, 1e-12), real[LEVEL]
-            length, root, _ = locate(f, variant, k, x, o, h, near, row, whole, level)
-            real[T_SECTION] = x.s[0] + length * root
-            _count_section(k, x, o, real[T_SECTION], root, -1.0, 0.0)
-            _bring_back(k.whole, k.w, at - 8, h)
-            f.rate(variant, k.w, x.s, x.p, x.m)
-        if o.period == 0.0:
-            count[SIDE] = -count[SIDE]
-        real[LEVEL] += o.period * o.direction
-
-
-@compiled
-def _count_section(k, x, o, time, place, contact, kind):
-    """A section point: logged after the first `skip`."""
-    x.count[SECTIONS] += 1
-    if x.count[SECTIONS] > o.skip:
-        _log(k, x, o, SECTION_ROW, contact, kind, time, place)
-
-
-@compiled
-def _log(k, x, o, tag, contact, kind, time, place):
-    """Add a row to the log."""
-    at, n_x = 8 * (o.first + 1), o.n_q + o.n
-    log(x.log, x.count, tag, contact, kind, time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)
-
-
-@compiled
 def _commit(w, s, gain, work, b, at, n_x, h, place):
     """Move the base point, and the work, to `place` of the step whose increments begin at w[at]."""
     state_at(w, at, s, n_x, place, b, s)
@@ -170,7 +96,7 @@ def _event(f, k, x, o, guard):
     count[EVENTS] += 1
     at, logged = count[LOGGED], o.log_events and time >= o.log_from
     if logged:
-        _log(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
+        note(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
     j, kind = guard // 4, IMPACT
     if j < len(x.modes):
         kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, k.contact)
@@ -181,69 +107,66 @@ def _event(f, k, x, o, guard):
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
     if o.section == 2 and kind == o.section_event and (o.section_contact < 0 or o.section_contact == j):
-        _count_section(k, x, o, time, 0.0, float(j), float(kind))
+        count_section(k, x, o, time, 0.0, float(j), float(kind))
     count[SMOOTH], real[CONTRACTION], real[H_LIMIT] = 0, 1.0, np.inf
     if real[H_VARIANT + variant_of(x.modes)] > 0.0:
         real[H] = real[H_VARIANT + variant_of(x.modes)]
+    if o.log_steps and x.s[0] >= o.log_from:
+        note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
 
 
 @inlined
-def _advance(f, variant, k, x, o, h, error):
-    """Take an accurate attempt, whole or up to its first event; False if that could not be located."""
-    w, count, real, n_x = k.w, x.count, x.real, o.n_q + o.n
-    guards, at = o.first + 1 + o.n_q + 2 * o.n, 8 * (o.first + 1)
-    guard, place = first_event(w, guards, x.modes, x.flags, x.fired, k.b, k.stack)
-    length, root = h, 1.0
-    if guard >= 0 and place * h <= 1e-15 * max(abs(x.s[0]), o.near):
-        if x.fired[guard] and h > 1e-3 * o.near:
-            return False  # it has just fired: a step that is too long shows it coming back at once
-        root = 0.0
-    elif guard >= 0:
-        _keep(w, at, k.whole)
-        length, root, solved = locate(
-            f,
-            variant,
-            k,
-            x,
-            o,
-            h,
-            place,
-            guards + guard,
-            x.fired[guard],
-            0.0,
-        )
-        if not solved:
-            return False
-    elif len(x.work) > 0:
-        f.rate(variant, w, x.s, x.p, x.m)
-        count[EVALUATIONS] += 7
-    if root > 0.0:
-        gains(w, guards + len(x.fired) + (1 if o.section == 1 else 0), length, k.gain)
-        if o.section == 1:
-            _sections(f, variant, k, x, o, length, root)
-        end = x.s[0] + length * root
-        count[SAMPLES] = sample(
-            x.samples, x.at, count[SAMPLES], length, end, w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
-        )
-        for g in range(len(x.fired)):
-            x.fired[g] = 0
-        if guard < 0:
-            _keep(w, at, k.past)
-            error = max(error, 1e-10)
-            real[H] = next_length(h, error, real[H_PAST], real[ERROR_PAST], count[SMOOTH])
-            real[H] = min(real[H], real[H_LIMIT])
-            real[H_LIMIT] *= 1.1  # lengths at which the iteration failed are approached again slowly
-            real[H_VARIANT + variant], real[H_PAST], real[ERROR_PAST] = real[H], h, max(error, 1e-2)
-            count[SMOOTH] = 1
-        _commit(w, x.s, k.gain, x.work, k.b, at, n_x, length, root)
-        if o.log_steps and x.s[0] >= o.log_from:
-            _log(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
-    count[FRESH] = 0
-    if guard >= 0:
-        _event(f, k, x, o, guard)
-        if o.log_steps and x.s[0] >= o.log_from:
-            _log(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
-    return True
+def _reach(f, variant, k, x, o, h):
+    """How far an accurate attempt may be taken.
+
+    Its first event's guard (-1: none), the length of the step that ends there, the place of the event in it (0: at
+    its start, 1: at its end to rounding), and whether that is sure.
+    """
+    row = o.first + 1 + o.n_q + 2 * o.n
+    guard, place = first_event(k.w, row, x.modes, x.flags, x.fired, k.b, k.stack)
+    if guard < 0:
+        if len(x.work) > 0:
+            f.rate(variant, k.w, x.s, x.p, x.m)
+            x.count[EVALUATIONS] += 7
+        return guard, h, 1.0, True
+    if place * h <= 1e-15 * max(abs(x.s[0]), o.near):
+        # a guard that has just fired leaves its root: a step that is too long shows it coming back at once
+        return guard, h, 0.0, not (x.fired[guard] and h > 1e-3 * o.near)
+    keep(k.w, 8 * (o.first + 1), k.whole)
+    length, root, solved = locate(f, variant, k, x, o, h, place, row + guard, x.fired[guard], 0.0)
+    return guard, length, root, solved
+
+
+@inlined
+def _advance(f, variant, k, x, o, guard, length, root):
+    """Take the step in k.w up to its place `root`: sections, samples, then the new base point."""
+    count, n_x, at = x.count, o.n_q + o.n, 8 * (o.first + 1)
+    powers = o.first + 1 + o.n_q + 2 * o.n + len(x.fired) + (1 if o.section == 1 else 0)
+    gains(k.w, powers, length, k.gain)
+    if o.section == 1:
+        sections(f, variant, k, x, o, length, root)
+    end, done = x.s[0] + length * root, count[SAMPLES]
+    count[SAMPLES] = sample(
+        x.samples, x.at, done, length, end, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
+    )
+    for g in range(len(x.fired)):
+        x.fired[g] = 0
+    if guard < 0:
+        keep(k.w, at, k.past)
+    _commit(k.w, x.s, k.gain, x.work, k.b, at, n_x, length, root)
+    if o.log_steps and x.s[0] >= o.log_from:
+        note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
+
+
+@compiled
+def _control(real, count, variant, h, error):
+    """Length of the step after a whole one; lengths at which the iteration failed are approached slowly."""
+    error = max(error, 1e-10)
+    proposed = next_length(h, error, real[H_PAST], real[ERROR_PAST], count[SMOOTH])
+    real[H] = real[H_VARIANT + variant] = min(proposed, real[H_LIMIT])
+    real[H_LIMIT] *= 1.1
+    real[H_PAST], real[ERROR_PAST] = h, max(error, 1e-2)
+    count[SMOOTH] = 1
 
 
 @compiled
@@ -300,12 +223,21 @@ def flow(f, k, x, o):
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = h * max(0.2, 0.9 * error ** (-1.0 / ORDER)) if error < np.inf else 0.1 * h
-        elif _advance(f, variant, k, x, o, h, error):
-            count[STEPS] += 1
-            if count[CLOSE] >= CHATTER_COUNT:
-                return CHATTER
         else:
-            count[FAILED] += 1
-            real[H], count[SMOOTH] = 0.5 * h, 0
+            guard, length, root, sure = _reach(f, variant, k, x, o, h)
+            if not sure:
+                count[FAILED] += 1
+                real[H], count[SMOOTH] = 0.5 * h, 0
+            else:
+                count[STEPS] += 1
+                if root > 0.0:
+                    _advance(f, variant, k, x, o, guard, length, root)
+                if guard < 0:
+                    _control(real, count, variant, h, error)
+                else:
+                    _event(f, k, x, o, guard)
+                count[FRESH] = 0
+                if count[CLOSE] >= CHATTER_COUNT:
+                    return CHATTER
         if not real[H] > 1e-15 * max(abs(x.s[0]), o.near):
             return _trouble(x.s, o.n_q + o.n)

@@ -47,7 +47,7 @@ SIGNATURES = {
 
 
 class Functions(NamedTuple):
-    """What the flow calls: functions of the structure (codegen.module), algebra of its size (codegen.algebra)."""
+    """What the flow calls: functions of a structure (codegen.module) and of its size (codegen.algebra)."""
 
     rate: Callable
     jacobian: Callable

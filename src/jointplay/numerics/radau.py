@@ -1,4 +1,4 @@
-"""Radau IIA collocation with seven stages (order 13, L-stable, stiffly accurate): constants in lanes of eight.
+"""Radau IIA collocation with seven stages (order 13, L-stable, stiffly accurate): its constants in lanes.
 
 Reference: Hairer and Wanner, Solving Ordinary Differential Equations II, sections IV.5 and IV.8; and J.
 Comput. Appl. Math. 111 (1999) 93-111. Stage i is lane i, the base point is lane 7 (node 0). With A^-1 = V

@@ -8,7 +8,7 @@ from .radau import COLLOCATION
 
 @compiled
 def gains(w, row, h, gain):
-    """Increments of the work at the stages of a step of length h, h A P, from powers in lane rows from `row` on."""
+    """Increments h A P of the work at the stages of a step, its powers P in lane rows from `row` on."""
     for r in range(len(gain) // 8):
         for i in range(8):
             total = 0.0
@@ -54,3 +54,10 @@ def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
         write(samples[i], times[i], (times[i] - s[0]) / h, w, at, s, n_x, b, modes, gain, work)
         i += 1
     return i
+
+
+@compiled
+def note(k, x, o, tag, contact, kind, time, place):
+    """Add a row to the log."""
+    at, n_x = 8 * (o.first + 1), o.n_q + o.n
+    log(x.log, x.count, tag, contact, kind, time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)

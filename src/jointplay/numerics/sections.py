@@ -1,0 +1,78 @@
+"""Sections: the states in which a motion passes a level of some quantity, beside the steps that it takes.
+
+A crossing within a step is located as an event is, by a shorter step of the method itself; afterwards the
+whole step is brought back, so that looking does not change the motion. A level that moves on by a period at
+each crossing (the crank's angle, a turn on) is watched from one side only; any other from the side on which
+the quantity is.
+"""
+
+from .events import locate
+from .interface import compiled
+from .memory import LEVEL, SECTION_ROW, SECTIONS, SIDE, T_SECTION
+from .polynomial import bernstein, first_root, keep_right
+from .radau import NODES
+from .record import note
+
+SECTIONS_A_STEP = 8
+
+
+@compiled
+def keep(w, at, target):
+    """Copy increments out of the lane buffer."""
+    for i in range(len(target)):
+        target[i] = w[at + i]
+
+
+@compiled
+def _bring_back(source, w, at, h):
+    """Copy the increments of a step of length h back to the lane buffer, the time's at w[at]."""
+    for i in range(8):
+        w[at + i] = h * NODES[i]
+    for i in range(len(source)):
+        w[at + 8 + i] = source[i]
+
+
+@compiled
+def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
+    """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none); 2.0 if none."""
+    degree = bernstein(w, 8 * row, multiplicity, b)
+    for i in range(degree + 1):
+        b[i] -= level
+    if after >= 0.0:
+        keep_right(b, degree, after)
+    place = first_root(b, degree, side, stack)
+    return place if after < 0.0 or place > 1.0 else after + place * (1.0 - after)
+
+
+@compiled
+def sections(f, variant, k, x, o, h, end):
+    """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
+    count, real, at = x.count, x.real, 8 * (o.first + 1)
+    row, place, whole = o.first + 1 + o.n_q + 2 * o.n + len(x.fired), -1.0, 0 * o.n
+    if count[SIDE] == 0:
+        ahead = o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * o.direction >= 0.0
+        count[SIDE] = o.direction if ahead else -o.direction
+    for _ in range(SECTIONS_A_STEP):
+        after = place if o.period == 0.0 else -1.0
+        place = _next_crossing(k.w, row, whole, k.b, k.stack, real[LEVEL], after, count[SIDE])
+        if place > end or (o.stop_after and count[SECTIONS] >= o.stop_after):
+            return
+        if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
+            keep(k.w, at, k.whole)
+            near, level = max(place, 1e-12), real[LEVEL]
+            length, root, _ = locate(f, variant, k, x, o, h, near, row, whole, level)
+            real[T_SECTION] = x.s[0] + length * root
+            count_section(k, x, o, real[T_SECTION], root, -1.0, 0.0)
+            _bring_back(k.whole, k.w, at - 8, h)
+            f.rate(variant, k.w, x.s, x.p, x.m)
+        if o.period == 0.0:
+            count[SIDE] = -count[SIDE]
+        real[LEVEL] += o.period * o.direction
+
+
+@compiled
+def count_section(k, x, o, time, place, contact, kind):
+    """A section point: logged after the first `skip`."""
+    x.count[SECTIONS] += 1
+    if x.count[SECTIONS] > o.skip:
+        note(k, x, o, SECTION_ROW, contact, kind, time, place)

@@ -1,0 +1,26 @@
+"""The flow with steps of one length: every tolerance is loose but that of Newton's iteration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointplay.analysis import run
+from jointplay.mechanism.assemble import assemble
+from jointplay.numerics import flow, memory
+
+LOOSE = 1e3
+NEWTON = 1e-14
+
+
+def follow(system, duration, h, initial=None):
+    """State at the end of a run in steps of length h (shorter ones before events), and its counts.
+
+    The estimate of the error is divided by LOOSE, so that it never shortens a step; Newton's tolerance counts in
+    the same units and is divided by it too.
+    """
+    scene = assemble(system, initial)
+    k, x, o = run.memory(scene, run.Request(duration, rtol=LOOSE))
+    x.real[memory.H] = h
+    code = flow.flow(run.functions(scene.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE))
+    assert code == flow.OK
+    return x.s[1 : 1 + len(x.absolute)].copy(), x.count[:5].tolist()
