@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -59,7 +60,7 @@ def off(clearance, stiffness):
 def test_no_play_and_no_give_is_the_ideal_mechanism():
     """Half the play and four times the stiffness: at most half as far off, as far as the play alone allows."""
     far = [off(2.9e-5 / 4**k, 7.15e6 * 16**k) for k in range(4)]
-    assert all(later < earlier / 3 for earlier, later in zip(far, far[1:], strict=False))
+    assert all(later < earlier / 3 for earlier, later in itertools.pairwise(far))
     assert far[-1] < 2e-5
 
 

@@ -72,14 +72,27 @@ def test_event_sections_are_the_events(section, kind):
     assert np.abs(found.section_penetration).max() < 1e-14
 
 
+LONG = pytest.mark.long
 PLANES = [
     ("angular_velocity", {"link": "rocker"}, 0.0, "down"),
     ("angular_velocity", {"link": "rocker"}, 0.0, "up"),
-    ("penetration", {"joint": "B"}, -1e-5, "up"),
-    ("journal_x", {}, 1e-5, "down"),
-    ("normal_force", {}, 20.0, "up"),
-    ("kinetic_energy", {}, 1.0, "up"),
+    ("penetration", {"joint": "B"}, -1e-5, "up"),  # passed twice in one long step of free flight
+    pytest.param("penetration", {"joint": "B"}, -1e-5, "down", marks=LONG),
+    pytest.param("journal_x", {}, 1e-5, "down", marks=LONG),
+    pytest.param("normal_force", {}, 20.0, "up", marks=LONG),
+    pytest.param("kinetic_energy", {}, 1.0, "up", marks=LONG),
 ]
+
+
+def sole(found, quantity):
+    """The rocker's, the lone joint's, or the mechanism's value of a quantity over time or turns."""
+    data = found[quantity].sel(link="rocker") if "link" in found[quantity].dims else found[quantity]
+    return data.values.reshape(len(data), -1)[:, 0]
+
+
+def at_contact(cut, dense):
+    """Points of a section that lie on an event, where a quantity may jump over the plane."""
+    return np.isin(cut.time.values, dense.event_time.values)
 
 
 @pytest.mark.parametrize(("quantity", "label", "value", "direction"), PLANES)
@@ -88,14 +101,10 @@ def test_planes(quantity, label, value, direction):
     section = jp.Plane(quantity=quantity, value=value, direction=direction, **label)
     cut = jp.poincare(LOOSE, section, turns=3, rtol=1e-10, record=[quantity])
     dense = jp.simulate(LOOSE, turns=3, rtol=1e-10, record=[quantity], samples_per_turn=20_000)
-
-    def values(found):
-        data = found[quantity].sel(link="rocker") if "link" in found[quantity].dims else found[quantity]
-        return data.values.reshape(len(data), -1)[:, 0]
-
-    scale = np.abs(values(dense)).max()
-    assert np.abs(values(cut) - value).max() < 1e-12 * scale
-    side = np.sign(values(dense) - value) * (1 if direction == "up" else -1)
+    values = sole(dense, quantity)
+    on_plane = np.abs(sole(cut, quantity) - value) < 1e-11 * np.abs(values).max()
+    assert np.all(on_plane | ((quantity == "normal_force") & at_contact(cut, dense)))
+    side = np.sign(values - value) * (1 if direction == "up" else -1)
     crossed = dense.time.values[1:][(side[:-1] <= 0) & (side[1:] > 0)]
     assert len(crossed) == len(cut.turn) >= 2
     assert np.abs(crossed - cut.time.values).max() <= 1.01 * 0.075 / 20_000

@@ -19,8 +19,7 @@ LINKAGES = {
     "B": [("free",), ("slip+",), ("slip-",), ("stick",)],
     "C": [("slip-",), ("stick",)],
     "A": [("slip+",), ("stick",)],
-    "BC": [("free", "free"), ("slip+", "free"), ("slip-", "slip+"), ("stick", "free"), ("stick", "slip-")]
-    + [("stick", "stick"), ("released", "stick")],
+    "BC": [("free", "free"), ("slip+", "free"), ("slip-", "slip+"), ("stick", "free"), ("stick", "slip-"), ("stick", "stick"), ("released", "stick")],
     "OABC": [("free",) * 4, ("slip+", "slip-", "free", "slip+"), ("stick", "slip+", "stick", "free")],
 }
 

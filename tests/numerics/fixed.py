@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from jointplay.analysis import run
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import flow, memory

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
@@ -29,7 +31,7 @@ def expected(polynomial, side):
     found = polynomial.roots()
     inner = np.sort(found[(np.abs(found.imag) < 1e-9) & (found.real > 0) & (found.real < 1)].real)
     marks = [0.0, *inner, 1.0]
-    for left, right in zip(marks, marks[1:], strict=False):
+    for left, right in itertools.pairwise(marks):
         if polynomial((left + right) / 2) * side < 0:
             return left
     return NONE

@@ -119,8 +119,8 @@ def _event(f, k, x, o, guard):
 def _reach(f, variant, k, x, o, h):
     """How far an accurate attempt may be taken.
 
-    Its first event's guard (-1: none), the length of the step that ends there, the place of the event in it (0: at
-    its start, 1: at its end to rounding), and whether that is sure.
+    Its first event's guard (-1: none), the length of the step that ends there, the place of the event in it
+    (0: at its start, 1: at its end to rounding), and whether that is sure.
     """
     row = o.first + 1 + o.n_q + 2 * o.n
     guard, place = first_event(k.w, row, x.modes, x.flags, x.fired, k.b, k.stack)

@@ -39,7 +39,7 @@ def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
     for i in range(degree + 1):
         b[i] -= level
     if after >= 0.0:
-        keep_right(b, degree, after)
+        degree = keep_right(b, degree, after)
     place = first_root(b, degree, side, stack)
     return place if after < 0.0 or place > 1.0 else after + place * (1.0 - after)
 

@@ -1,0 +1,105 @@
+"""A status for every way to fail, in bounded time, with what was computed kept."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+
+OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)
+PATIENCE = 20.0  # s, compilation included
+
+
+@pytest.fixture(autouse=True)
+def _soon():
+    began = time.monotonic()
+    yield
+    assert time.monotonic() - began < 3 * PATIENCE
+
+
+def run(mechanism, **keywords):
+    """A run after its compilation, with its wall time."""
+    keywords = {"rtol": 1e-8, "max_steps": 200_000} | keywords
+    found = jp.simulate(mechanism, **keywords)
+    assert float(found.wall_time) < PATIENCE
+    return found
+
+
+def stiff(stiffness, damping=228.0):
+    """The paper's mechanism with another contact."""
+    plain = jp.catalog.chunmei2002(gear_ratio=3.0)
+    contact = jp.Contact(stiffness=stiffness, damping=damping)
+    fields = {name: getattr(plain, name) for name in type(plain).model_fields}
+    fields["joints"] = tuple(joint.model_copy(update={"contact": contact}) for joint in plain.joints)
+    return jp.Mechanism(**fields)
+
+
+def test_step_limit_keeps_what_was_computed():
+    found = run(jp.catalog.lorenz(), duration=10.0, max_steps=50)
+    assert found.status == STEP_LIMIT
+    assert found.n_steps + found.n_rejected + found.n_failed == 50
+    assert 1 < len(found.time) < 7200
+    assert np.all(np.isfinite(found.state_value))
+
+
+@pytest.mark.parametrize(("acceleration", "restitution"), [(0.8, 0.5), (0.5, 0.3), (1.03, 0.2)])
+def test_a_ball_that_comes_to_rest_chatters(acceleration, restitution):
+    ball = jp.catalog.bouncing_ball(acceleration=acceleration, restitution=restitution)
+    found = run(ball, turns=60, initial=(1.0, 0.0))
+    assert found.status == CHATTER
+    assert 5 < found.n_events < 500
+
+
+def test_a_wall_that_swallows_all_speed_chatters():
+    found = run(jp.catalog.impact_pair(gap=0.5, restitution=0.0), turns=20, initial=(0.0, 0.5))
+    assert found.status == CHATTER
+
+
+@pytest.mark.parametrize(("a", "state"), [(5.0, (1.0, 1.0, 0.0)), (0.2, (1e200, -1e200, 1e200))])
+def test_a_motion_without_bound_diverges(a, state):
+    found = run(jp.catalog.rossler(a=a, b=0.2, c=5.7), duration=1e5, initial=state)
+    assert found.status == DIVERGED
+
+
+@pytest.mark.parametrize("stiffness", [1e10, 1e14, 1e20, 1e300])
+def test_absurd_stiffness_ends(stiffness):
+    found = run(stiff(stiffness), turns=1, max_steps=20_000)
+    assert found.status in (OK, STEP_LIMIT, CHATTER, NOT_CONVERGED)
+    assert np.all(np.isfinite(found.angle))
+
+
+@pytest.mark.parametrize("speed", [1e3, 1e6, 1e12, 1e200])
+def test_absurd_speeds_end(speed):
+    loose = jp.catalog.chunmei2002(gear_ratio=3.0)
+    found = run(loose, duration=0.01, initial={"crank_angle": 0.3, "crank_speed": speed}, max_steps=20_000)
+    assert found.status in range(5)
+    assert (found.status == OK) <= bool(np.all(np.isfinite(found.angle)))
+
+
+@pytest.mark.parametrize("rtol", [1e-14, 1e-8])
+def test_a_motion_faster_than_the_clock_does_not_converge(rtol):
+    """Its period, 1e-10 of the forcing's, is shorter than the shortest first step that is tried."""
+    found = run(jp.catalog.duffing(), turns=1, rtol=rtol, initial=(1e10, 0.0))
+    assert found.status == NOT_CONVERGED
+    assert len(found.time) == 0
+
+
+@pytest.mark.parametrize("gap", [1e-12, 1e-6, 1e-3])
+def test_a_narrow_gap_ends(gap):
+    pair = jp.catalog.impact_pair(gap=gap, restitution=0.8)
+    found = run(pair, turns=2, initial=(0.0, 1.0), max_steps=50_000)
+    assert found.status in (OK, CHATTER, STEP_LIMIT)
+
+
+@pytest.mark.parametrize("start", [(1.8, 0.0), (1.8, 1.0), (-1.8, -1.0), (1.8, -1.0)])
+def test_a_start_on_a_wall(start):
+    for pair in (
+        jp.catalog.impact_pair(3.6, 0.8),
+        jp.catalog.soft_impact_pair(3.6, 400.0, 2.0, tension=False),
+    ):
+        found = run(pair, turns=3, initial=start)
+        assert found.status in (OK, CHATTER)
+        assert float(np.abs(found.state_value.sel(state="y")).max()) < 1.8 + 0.2

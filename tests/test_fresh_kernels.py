@@ -1,0 +1,113 @@
+"""Compiled kernels are never stale: an edit anywhere shows in the next process, and no edit compiles nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import jointplay
+
+PACKAGE = Path(jointplay.__file__).parent
+SCRIPT = """
+import json
+from jointplay import catalog, simulate
+end = simulate(catalog.{system}, duration={duration}, rtol=1e-9, at=[{duration}], record={record}).isel(time=-1)
+print(json.dumps([float(x) for name in {record} for x in end[name].values]))
+"""
+BALL = {"system": "duffing()", "duration": 3.0, "record": ["state_value"]}
+LINKAGE = {
+    "system": "chunmei2002(gear_ratio=3.0, friction=0)",
+    "duration": 0.002,
+    "record": ["angle", "angular_velocity"],
+}
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A copy of the package that may be edited, beside an empty cache."""
+    shutil.copytree(PACKAGE, tmp_path / "jointplay", ignore=shutil.ignore_patterns("__pycache__"))
+    return tmp_path
+
+
+def run(folder, what, **variables):
+    """End state of a small run in a process of its own."""
+    own = {"PYTHONPATH": str(folder), "JOINTPLAY_CACHE": str(folder / "cache")} | variables
+    plain = {k: v for k, v in os.environ.items() if k not in ("JOINTPLAY_KERNELS", "NUMBA_CACHE_DIR")}
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT.format(**what)],
+        env=plain | own,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=240,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def edit(folder, file, old, new):
+    """Replace text that occurs once in a file of the copy."""
+    path = folder / "jointplay" / file
+    text = path.read_text()
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new))
+
+
+def compiled(folder):
+    """Every file of the cache with its time of change."""
+    return {path: path.stat().st_mtime_ns for path in (folder / "cache").rglob("*") if path.is_file()}
+
+
+def test_no_edit_compiles_nothing_and_an_edit_of_the_method_shows(copy):
+    first, files = run(copy, BALL), compiled(copy)
+    assert any(path.suffix == ".nbc" for path in files)
+    assert run(copy, BALL) == first
+    assert compiled(copy) == files
+    edit(copy, "numerics/radau.py", "ERROR = np.append(", "ERROR = 3.0 * np.append(")
+    assert run(copy, BALL) != first
+    folders = {path.relative_to(copy / "cache").parts[0] for path in compiled(copy)}
+    assert len(folders) == 2
+
+
+@pytest.mark.long
+def test_an_edit_of_a_callee_shows(copy):
+    """Of a function that the flow calls from another file: numba's own cache would miss it."""
+    first = run(copy, BALL)
+    edit(copy, "numerics/step.py", "factor = 0.9 * error **", "factor = 0.5 * error **")
+    assert run(copy, BALL) != first
+
+
+@pytest.mark.long
+def test_an_edit_of_an_equation_shows(copy):
+    first = run(copy, LINKAGE)
+    edit(
+        copy,
+        "equations/chain.py",
+        'return Q - GRAVITY * number(f"mu_{k}")',
+        'return Q + GRAVITY * number(f"mu_{k}")',
+    )
+    assert max(abs(a - b) for a, b in zip(run(copy, LINKAGE), first, strict=True)) > 1e-6
+
+
+@pytest.mark.long
+def test_a_cache_that_cannot_be_written_costs_only_time(copy):
+    (copy / "cache").write_text("not a folder")
+    assert run(copy, BALL, HOME=str(copy))
+
+
+@pytest.mark.parametrize("what", [BALL, LINKAGE])
+def test_uncompiled_python_gives_the_same_motion(tmp_path, what):
+    """The method as ordinary Python: the slow twin of the kernels."""
+    slow = run(PACKAGE.parent, what, NUMBA_DISABLE_JIT="1", JOINTPLAY_CACHE=str(tmp_path / "slow"))
+    fast = run(
+        PACKAGE.parent, what, JOINTPLAY_CACHE=os.environ.get("JOINTPLAY_CACHE", str(tmp_path / "fast"))
+    )
+    scale = max(map(abs, fast))
+    assert slow == pytest.approx(fast, abs=1e-9 * scale)
