@@ -13,6 +13,7 @@ import hashlib
 import importlib
 import os
 import platform
+import re
 import shutil
 import sys
 import tempfile
@@ -118,20 +119,26 @@ def _write(path: Path, text: str) -> None:
     os.replace(file.name, path)
 
 
+def _digests() -> list[Path]:
+    """Folders that are named as digests are; nothing else below the root is ours."""
+    return sorted(
+        place for place in root().glob("*") if place.is_dir() and re.fullmatch("[0-9a-f]{16}", place.name)
+    )
+
+
 def entries() -> list[str]:
     """List the digests in the cache with their size; the one in use is marked."""
     result = []
-    for place in sorted(root().glob("*")):
-        if place.is_dir():
-            size = sum(path.stat().st_size for path in place.rglob("*") if path.is_file())
-            mark = "in use" if place.name == digest() else "old"
-            result.append(f"{place.name}  {size / 1e6:6.1f} MB  {mark}")
+    for place in _digests():
+        size = sum(path.stat().st_size for path in place.rglob("*") if path.is_file())
+        mark = "in use" if place.name == digest() else "old"
+        result.append(f"{place.name}  {size / 1e6:6.1f} MB  {mark}")
     return result
 
 
 def prune() -> list[str]:
     """Delete the folders of all digests but the one in use; give back their names."""
-    old = [place for place in root().glob("*") if place.is_dir() and place.name != digest()]
+    old = [place for place in _digests() if place.name != digest()]
     for place in old:
         shutil.rmtree(place, ignore_errors=True)
     return [place.name for place in old]

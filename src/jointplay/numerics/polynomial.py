@@ -94,7 +94,7 @@ def _value(b, at, n, x, c):
 
 @compiled
 def keep_right(b, n, x):
-    """Restrict b to [x, 1], where x is a root, and divide that root out; give back the degree that is left."""
+    """Restrict b to [x, 1], where x is a root, and divide that root out; the degree that is left."""
     for k in range(n):
         for i in range(n - k):
             b[i] += x * (b[i + 1] - b[i])
