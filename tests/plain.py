@@ -1,4 +1,4 @@
-"""Generated modules as plain Python: the same text, run without numba, so that it also takes complex numbers."""
+"""Generated modules as plain Python: the same text without numba, so that it also takes complex numbers."""
 
 from __future__ import annotations
 
@@ -30,16 +30,17 @@ def plain(structure) -> SimpleNamespace:
     return SimpleNamespace(**scope)
 
 
-class Point:
-    """A module's functions at one base point (t, positions, speeds) with given modes, as numbers of any kind."""
+VARIANTS = {"free": 0, "released": 0, "slip+": 1, "slip-": 1, "contact": 1, "stick": 2}
 
-    VARIANTS = {"free": 0, "released": 0, "slip+": 1, "slip-": 1, "contact": 1, "stick": 2}
+
+class Point:
+    """A module's functions at one base point (t, positions, speeds), with given modes and kind of number."""
 
     def __init__(self, functions, numbers, state, modes, kind=float, t=0.0):
         self.f, self.sizes, self.kind = functions, functions.SIZES, kind
         self.p = np.array(numbers, dtype=float)
         self.s = np.concatenate([[t], state, np.zeros(2 * self.sizes["angles"])]).astype(kind)
-        self.variant = max([self.VARIANTS[mode] for mode in modes], default=0)
+        self.variant = max([VARIANTS[mode] for mode in modes], default=0)
         self.m = masks(modes)
         self.f.trig(self.s, self.p)
         self.w = np.zeros(8 * self.sizes["rows"], dtype=kind)

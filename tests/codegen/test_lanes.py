@@ -1,4 +1,4 @@
-"""Eight lanes are eight points: rates and all that is watched, at increments as far as the polynomials reach."""
+"""Eight lanes are eight points: rates and guards, at increments as far as the polynomials reach."""
 
 from __future__ import annotations
 

@@ -13,8 +13,8 @@ NEWTON = 1e-14
 def follow(system, duration, h, initial=None):
     """State at the end of a run in steps of length h (shorter ones before events), and its counts.
 
-    The estimate of the error is divided by LOOSE, so that it never shortens a step; Newton's tolerance counts in
-    the same units and is divided by it too.
+    The estimate of the error is divided by LOOSE, so that it never shortens a step; Newton's tolerance counts
+    in the same units and is divided by it too.
     """
     scene = assemble(system, initial)
     k, x, o = run.memory(scene, run.Request(duration, rtol=LOOSE))

@@ -1,4 +1,4 @@
-"""The written-out algebra against dense linear algebra: for a linear system one Newton update is the solution."""
+"""The written-out algebra against dense solves: of a linear system one Newton update is the solution."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ C, A = radau.NODES[:7], radau.COLLOCATION.reshape(8, 8).T[:7, :7]
 
 
 class Linear:
-    """A random linear system z' = f0 + J_q (q - q0) + J_z (z - z0), one step of the method, and its buffers."""
+    """One step of a random linear system z' = f0 + J_q (q - q0) + J_z (z - z0), with its buffers."""
 
     def __init__(self, n_q, n, h=0.3):
         random = np.random.default_rng(10 * n_q + n)

@@ -52,7 +52,7 @@ def test_adjoint_condition_of_order_six(k):
 
 
 def test_stiffly_accurate_and_l_stable():
-    """The stability function 1 + z b (I - z A)^-1 1 vanishes at infinity and stays below 1 on the imaginary axis."""
+    """1 + z b (I - z A)^-1 1 vanishes at infinity and stays below 1 on the imaginary axis."""
 
     def growth(z):
         return 1 + z * A[-1] @ np.linalg.solve(np.eye(STAGES) - z * A, np.ones(STAGES))
