@@ -30,13 +30,13 @@ TOLERANCES = {
     "DOP853": (1e-5, 1e-7, 1e-9, 1e-11),
 }
 ERRORS = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
-KINDS = ("contact", "separation", "release", "slip_reversal", "stick_onset", "slip_onset", "impact")
+KINDS = ("contact", "separation", "reopening", "slip_reversal", "stick_onset", "slip_onset", "impact")
 
 
 def jointplay_run(case, rtol):
     """End state (6,), CPU seconds and evaluations of this package; the events are kept as an attribute.
 
-    What is timed is the integration, as for the peers: the mechanism is assembled and the memory allocated before.
+    What is timed is the integration, as for the peers: assembling and allocating come before.
     """
     from jointplay.analysis.run import Request, functions, memory
     from jointplay.mechanism import catalog

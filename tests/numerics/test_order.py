@@ -1,9 +1,9 @@
 """Order of convergence by regression, on a smooth stretch and across events.
 
-The gear pair's forces are piecewise linear: Newton's iteration costs no accuracy at any step, so that steps can
-be long enough for the error to rise above rounding. The fit takes errors between FLOOR, thirty times the
-rounding of some tens of steps, and CEILING: above it, where h omega reaches 3, terms beyond the leading one
-bend the line.
+The gear pair's forces are piecewise linear: Newton's iteration costs no accuracy at any step, so that steps
+can be long enough for the error to rise above rounding. The fit takes errors between FLOOR, thirty times
+the rounding of some tens of steps, and CEILING: above it, where h omega reaches 3, terms beyond the leading
+one bend the line.
 """
 
 from __future__ import annotations
