@@ -79,6 +79,8 @@ def test_a_guard_that_starts_at_zero(multiplicity, seed):
     others = Polynomial.fromroots(random.uniform(0.05, 1.5, 7 - multiplicity))
     polynomial = Polynomial.fromroots([0.0] * multiplicity) * others
     side = 1 if others(0.0) > 0 else -1
+    b, degree = coefficients(polynomial, multiplicity)
+    assert (degree, b[0]) == (6, pytest.approx(others(0.0), abs=1e-10))
     assert first(polynomial, side, multiplicity) == pytest.approx(expected(others, side), abs=1e-8)
 
 

@@ -3,7 +3,7 @@
 A crossing within a step is located as an event is, by a shorter step of the method itself; afterwards the
 whole step is brought back, so that looking does not change the motion. A level that moves on by a period at
 each crossing (the crank's angle, a turn on) is watched from one side only; any other from the side on which
-the quantity is.
+the quantity is. A jump across the level, as of a force at contact, is a crossing at the event.
 """
 
 from .events import locate
@@ -60,7 +60,10 @@ def sections(f, variant, k, x, o, h, end):
         if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
             keep(k.w, at, k.whole)
             near, level = max(place, 1e-12), real[LEVEL]
-            length, root, _ = locate(f, variant, k, x, o, h, near, row, whole, level)
+            length, root, sure = locate(f, variant, k, x, o, h, near, row, whole, level)
+            if not sure:  # the step's own polynomial is the best that there is
+                _bring_back(k.whole, k.w, at - 8, h)
+                length, root = h, place
             real[T_SECTION] = x.s[0] + length * root
             count_section(k, x, o, real[T_SECTION], root, -1.0, 0.0)
             _bring_back(k.whole, k.w, at - 8, h)
