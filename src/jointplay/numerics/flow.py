@@ -78,7 +78,7 @@ def _length(s, turning, h, n_q, t_end):
 def _commit(w, s, gain, work, b, at, n_x, h, place):
     """Move the base point, and the work, to `place` of the step whose increments begin at w[at]."""
     state_at(w, at, s, n_x, place, b, s)
-    work_at(gain, b, work, work, n_x - n_x)
+    work_at(gain, b, work, work)
     s[0] += h * place
     for i in range(8 * n_x):  # from here on the increments are of the new base point
         w[at + i] = 0.0

@@ -18,13 +18,13 @@ def gains(w, row, h, gain):
 
 
 @compiled
-def work_at(gain, b, work, out, to):
+def work_at(gain, b, work, out):
     """Write the work at the place whose Lagrange basis stands in b[8:]."""
     for r in range(len(work)):
         total = work[r]
         for i in range(7):
             total += b[8 + i] * gain[8 * r + i]
-        out[to + r] = total
+        out[r] = total
 
 
 @compiled
@@ -35,7 +35,7 @@ def write(row, time, place, w, at, s, n_x, b, modes, gain, work):
     to = 1 + n_x
     for j in range(len(modes)):
         row[to + j] = modes[j]
-    work_at(gain, b, work, row, to + len(modes))
+    work_at(gain, b, work, row[to + len(modes) :])
 
 
 @compiled
