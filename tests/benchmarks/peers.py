@@ -20,7 +20,6 @@ from . import systems
 from .heyoka_peer import Heyoka
 from .solver_peers import Cvode, Scipy
 
-LOGGED, EVALUATIONS = 7, 3  # places in the counters of a run
 TOLERANCES = {
     "jointplay": (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12),
     "heyoka": (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12),
@@ -43,6 +42,7 @@ def jointplay_run(case, rtol):
     from jointplay.mechanism.assemble import assemble
     from jointplay.numerics import flow
     from jointplay.numerics.interface import direct
+    from jointplay.numerics.memory import EVALUATIONS, LOGGED
 
     scene = assemble(catalog.chunmei2002(clearance=case.e, gear_ratio=case.i))
     k, x, o = memory(scene, Request(case.t_end, rtol, events=True, log_from=0.0))

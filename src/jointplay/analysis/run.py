@@ -94,33 +94,31 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     Records
     """
     from jointplay.numerics import flow
+    from jointplay.numerics import memory as arrays
     from jointplay.numerics.interface import direct
 
     began, f = time.perf_counter(), functions(scene.structure)
     k, x, o = memory(scene, request)
     start, parts, run = _row(x), [], direct(flow.flow)
     while True:
-        limit = min(request.max_steps, _attempts(x) + CHUNK)
+        attempts = int(x.count[[arrays.STEPS, arrays.REJECTED, arrays.FAILED]].sum())
+        limit = min(request.max_steps, attempts + CHUNK)
         code = run(f, k, x, o._replace(max_steps=limit))
-        parts.append(x.log[: x.count[_LOGGED]].copy())
-        x.count[_LOGGED] = 0
+        parts.append(x.log[: x.count[arrays.LOGGED]].copy())
+        x.count[arrays.LOGGED] = 0
         if progress is not None:
-            progress(_fraction(x, request))
+            progress(_fraction(x.s[0], x.count[arrays.SECTIONS], request))
         if code not in (flow.FULL, flow.STEP_LIMIT) or (
             code == flow.STEP_LIMIT and limit == request.max_steps
         ):
             break
     log = np.concatenate(parts)
     kinds = [log[log[:, 0] == tag, 1:] for tag in range(3)]
-    counts = {
-        name: int(x.count[i])
-        for i, name in enumerate(("n_steps", "n_rejected", "n_failed", "n_evaluations", "n_events"))
-    }
-    samples = x.samples[: x.count[_SAMPLES]]
+    places = {"n_steps": arrays.STEPS, "n_rejected": arrays.REJECTED, "n_failed": arrays.FAILED}
+    places |= {"n_evaluations": arrays.EVALUATIONS, "n_events": arrays.EVENTS}
+    counts = {name: int(x.count[place]) for name, place in places.items()}
+    samples = x.samples[: x.count[arrays.SAMPLES]]
     return Records(samples, *kinds, start, int(code), time.perf_counter() - began, counts)
-
-
-_SECTIONS, _SAMPLES, _LOGGED = 5, 6, 7
 
 
 @lru_cache(maxsize=256)
@@ -145,7 +143,7 @@ def memory(scene: Scene, request: Request):
     x = x._replace(
         absolute=request.rtol * scene.absolute,
         relative=request.rtol * scene.relative,
-        turning=np.resize(scene.turning, max(n_q, 1)) if n_q else np.zeros(1),
+        turning=scene.turning.copy(),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
@@ -183,11 +181,7 @@ def _row(x) -> np.ndarray:
     return np.concatenate([x.s[: 1 + n_x], x.modes, x.work])
 
 
-def _attempts(x) -> int:
-    return int(x.count[0] + x.count[1] + x.count[2])
-
-
-def _fraction(x, request: Request) -> float:
-    by_sections = x.count[_SECTIONS] / request.stop_after if request.stop_after else 0.0
-    by_time = x.s[0] / request.duration if math.isfinite(request.duration) else 0.0
+def _fraction(time: float, sections: int, request: Request) -> float:
+    by_sections = sections / request.stop_after if request.stop_after else 0.0
+    by_time = time / request.duration if math.isfinite(request.duration) else 0.0
     return min(1.0, max(by_sections, by_time))
