@@ -156,6 +156,7 @@ def memory(scene: Scene, request: Request):
         n_q=n_q,
         n=n,
         first=sizes["first"],
+        guards=sizes["guards"],
         t_end=float(request.duration),
         h_max=float(scene.h_max),
         newton=NEWTON,

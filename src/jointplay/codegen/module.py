@@ -55,6 +55,7 @@ def _sizes(layout: Layout) -> dict[str, int]:
         "sections": int(system.section is not None),
         "powers": len(system.powers),
         "first": layout.rows["time"],
+        "guards": layout.rows["guard"],
         "rows": layout.rows["end"],
     }
 

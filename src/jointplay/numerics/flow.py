@@ -122,8 +122,7 @@ def _reach(f, variant, k, x, o, h):
     Its first event's guard (-1: none), the length of the step that ends there, the place of the event in it
     (0: at its start, 1: at its end to rounding), and whether that is sure.
     """
-    row = o.first + 1 + o.n_q + 2 * o.n
-    guard, place = first_event(k.w, row, x.modes, x.flags, x.fired, k.b, k.stack)
+    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, k.b, k.stack)
     if guard < 0:
         if len(x.work) > 0:
             f.rate(variant, k.w, x.s, x.p, x.m)
@@ -133,7 +132,7 @@ def _reach(f, variant, k, x, o, h):
         # a guard that has just fired leaves its root: a step that is too long shows it coming back at once
         return guard, h, 0.0, not (x.fired[guard] and h > 1e-3 * o.near)
     keep(k.w, 8 * (o.first + 1), k.whole)
-    length, root, solved = locate(f, variant, k, x, o, h, place, row + guard, x.fired[guard], 0.0)
+    length, root, solved = locate(f, variant, k, x, o, h, place, o.guards + guard, x.fired[guard], 0.0)
     return guard, length, root, solved
 
 
@@ -141,7 +140,7 @@ def _reach(f, variant, k, x, o, h):
 def _advance(f, variant, k, x, o, guard, length, root):
     """Take the step in k.w up to its place `root`: sections, samples, then the new base point."""
     count, n_x, at = x.count, o.n_q + o.n, 8 * (o.first + 1)
-    powers = o.first + 1 + o.n_q + 2 * o.n + len(x.fired) + (1 if o.section == 1 else 0)
+    powers = o.guards + len(x.fired) + (1 if o.section == 1 else 0)
     gains(k.w, powers, length, k.gain)
     if o.section == 1:
         sections(f, variant, k, x, o, length, root)

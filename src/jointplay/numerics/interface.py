@@ -29,7 +29,6 @@ POLICY = {
 }
 
 vector = float64[::1]
-integers = int64[::1]
 
 SIGNATURES = {
     "rate": void(int64, vector, vector, vector, vector),

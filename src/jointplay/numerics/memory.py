@@ -60,7 +60,8 @@ class Options(NamedTuple):
 
     n_q: int  # positions
     n: int  # speeds
-    first: int  # lane row of the time increment; the state's rows follow, then rates, guards, …
+    first: int  # lane row of the time increment; the state's rows follow, then the rates'
+    guards: int  # lane row of the first guard; those of resets, section and powers follow
     t_end: float
     h_max: float
     newton: float  # tolerance of the iteration in units of the tolerated error

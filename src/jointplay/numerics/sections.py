@@ -48,7 +48,7 @@ def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
 def sections(f, variant, k, x, o, h, end):
     """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
     count, real, at = x.count, x.real, 8 * (o.first + 1)
-    row, place = o.first + 1 + o.n_q + 2 * o.n + len(x.fired), -1.0
+    row, place = o.guards + len(x.fired), -1.0
     whole = 0 * o.n  # no root is divided out; a variable, for the reason that interface gives
     if count[SIDE] == 0:
         ahead = o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * o.direction >= 0.0
