@@ -18,6 +18,9 @@ __version__ = "0.1.0"
 _HOME = {
     "simulate": "analysis.simulate",
     "poincare": "analysis.poincare",
+    "growth": "analysis.growth",
+    "readings": "analysis.readings",
+    "claims": "analysis.claims",
     "open": "study.store:open_result",
     "figure": "figures:draw",
     "InputError": "errors",
@@ -27,6 +30,7 @@ _HOME = {
             *(
                 "Mechanism",
                 "Link",
+                "Beam",
                 "Joint",
                 "Pin",
                 "Contact",

@@ -82,7 +82,7 @@ def test_every_wrong_change_at_once():
         ({"speed": 0}, "speed", "other than 0"),
         ({"drive": {"kind": "speed", "link": "crank"}}, "drive.speed", "speed in rad/s"),
         ({"drive": {"kind": "speed", "link": "rod", "speed": 1}}, "mechanism.drive.link", "accepted: crank"),
-        ({"elastic": ("coupler",)}, "elastic", "no such key"),
+        ({"elastick": ("coupler",)}, "elastick", "did you mean 'elastic'?"),
     ],
 )
 def test_one_wrong_change(changes, key, words):

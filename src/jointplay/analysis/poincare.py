@@ -60,7 +60,7 @@ def poincare(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     asked.check(mechanism, turns, duration, transient, rtol, max_steps)
-    names = recorded(record, isinstance(mechanism, Mechanism))
+    names = recorded(record, mechanism)
     scene = assemble(mechanism, initial, asked.quantity(section, mechanism))
     counted = isinstance(section, CrankAngle) and turns is not None
     begin = transient * scene.period

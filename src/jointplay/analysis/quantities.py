@@ -46,7 +46,7 @@ class Quantities:
         values |= {name: self._special(name) for name in wanted if name not in plain}
         return {
             prefix + name: (
-                (dim,) if word.of is None else (dim, word.of),
+                (dim,) if word.of is None else (dim, "link" if word.of == "bending" else word.of),
                 self._shaped(word, values[name]),
                 attributes(name),
             )
@@ -56,9 +56,8 @@ class Quantities:
 
     def _labels(self, of: str | None) -> tuple[str, ...]:
         scene = self.scene
-        return {"link": scene.links, "joint": scene.joints, "pin": scene.pins, "state": scene.states}.get(
-            of, ("",)
-        )
+        labels = {"link": scene.links, "bending": scene.bending, "joint": scene.joints, "pin": scene.pins}
+        return (labels | {"state": scene.states}).get(of, ("",))
 
     @staticmethod
     def _key(name: str, label: str) -> str:
@@ -87,17 +86,21 @@ class Quantities:
     def _special(self, name: str) -> np.ndarray:
         if name == "mode":
             return self.modes
-        if name in ("drive_work", "joint_work"):
-            return self._work[:, BALANCE.index(name) - 1]
+        if name in BALANCE[1:]:
+            return self._work[:, BALANCE.index(name) - 1] if name != BALANCE[3] else self._structural_work
         energy = self._mechanical(self.rows)
         if name == "energy":
             return energy + self._stored()
         gained = energy - self._mechanical(self.start[None, :])[0]
-        return gained - self._work[:, 0] + self._work[:, 1]
+        return gained - self._work[:, 0] + self._work[:, 1] + self._structural_work
 
     @property
     def _work(self) -> np.ndarray:
         return self.rows[:, self._n_state + len(self.scene.joints) :]
+
+    @property
+    def _structural_work(self) -> np.ndarray:
+        return self._work[:, 2] if self.scene.bending else np.zeros(len(self.rows))
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""
@@ -108,7 +111,8 @@ class Quantities:
         """Elastic energy of the contacts."""
         keys = [f"stored_energy:{name}" for name in self.scene.joints]
         found = outputs.evaluate(self.module, keys, self._given(self.rows))
-        return sum(found[key] * (self.modes[:, j] > RELEASED) for j, key in enumerate(keys))
+        held = (found[key] * (self.modes[:, j] > RELEASED) for j, key in enumerate(keys))
+        return sum(held, np.zeros(len(self.rows)))
 
 
 def attributes(name: str) -> dict[str, Any]:

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from jointplay.analysis.run import MAX_STEPS
-from jointplay.analysis.words import EVENTS, WORDS
+from jointplay.analysis.words import BALANCE, EVENTS, WORDS
 from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.mechanism.closure import closed_four_bar
 from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem, check_section
 from jointplay.mechanism.scene import Scene
 
@@ -87,6 +88,9 @@ def _phase(system: TestSystem) -> str:
 
 
 def _plane(section: Plane, mechanism: Mechanism) -> str:
+    if section.quantity == "angle" and closed_four_bar(mechanism) and section.link not in (None, mechanism.crank):
+        expected = f"the crank, {mechanism.crank}, is accepted: without clearance the other angles follow it"
+        raise InputError([Problem("section.link", section.link, expected)], "section")
     words = [name for name, word in WORDS.items() if name not in _NOT_SECTIONS]
     if section.quantity not in words:
         problem = unknown("section.quantity", section.quantity, section.quantity, words, "quantity")
@@ -94,11 +98,16 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
     of = WORDS[section.quantity].of
     names = {
         "link": [each.name for each in mechanism.links],
+        "bending": [each.name for each in mechanism.links if each.elastic],
         "joint": [j.name for j in mechanism.clearance_joints],
     }
-    given = {"link": section.link, "joint": section.joint}.get(of)
+    given = {"link": section.link, "bending": section.link, "joint": section.joint}.get(of)
     if of is None:
         return section.quantity
+    if not names[of] or given not in (None, *names[of]):
+        whose = "an elastic link" if of == "bending" else f"a {of}"
+        accepted = f"a quantity of {whose} is accepted: {', '.join(names[of]) or 'none here'}"
+        raise InputError([Problem("section.quantity", section.quantity, accepted)], "section")
     if given is None and len(names[of]) > 1:
         problem = Problem(
             f"section.{of}", NOTHING, f"one of {', '.join(names[of])} is needed for {section.quantity}"
@@ -112,11 +121,10 @@ _NOT_SECTIONS = (
         "mode",
         "reaction_x",
         "reaction_y",
+        "reaction",
         "energy",
-        "energy_residual",
-        "drive_work",
-        "joint_work",
         "state_value",
+        *BALANCE,
     ),
     *("contact_angle", "eccentricity_ratio"),
 )

@@ -127,7 +127,10 @@ def functions(structure: Linkage | Oscillator) -> tuple:
     from jointplay.numerics.interface import pointers
 
     module = cache.structure_module(structure)
-    return pointers(module, cache.algebra_module(module.SIZES["positions"], module.SIZES["speeds"]))
+    sizes = module.SIZES
+    if sizes["planned"]:
+        return pointers(module)
+    return pointers(module, cache.algebra_module(sizes["positions"], sizes["speeds"]))
 
 
 def memory(scene: Scene, request: Request):
@@ -173,7 +176,8 @@ def memory(scene: Scene, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    return arrays.work(n_q, n, n_contacts, sizes["powers"], sizes["rows"]), x, options
+    work = arrays.work(n_q, n, n_contacts, sizes["powers"], sizes["rows"], sizes["jacobian"])
+    return work, x, options
 
 
 def _row(x) -> np.ndarray:

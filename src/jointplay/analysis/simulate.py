@@ -11,6 +11,7 @@ import xarray as xr
 from jointplay.analysis import request as asked
 from jointplay.analysis.quantities import Quantities, attributes, dataset, flags, scalars
 from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.windows import Windows, check_windows, marked, sample_times
 from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.assemble import assemble
@@ -29,6 +30,7 @@ def simulate(
     rtol: float = 1e-8,
     record: Sequence[str] | None = None,
     samples_per_turn: int | None = None,
+    windows: Windows | None = None,
     at: Sequence[float] | None = None,
     steps: bool = False,
     initial: Any = None,
@@ -52,6 +54,9 @@ def simulate(
         Names of the quantities to record; the usual ones if left out.
     samples_per_turn : int, optional
         Evenly spaced samples in a nominal turn; 720 unless `at` or `steps` is given.
+    windows : sequence of pairs of float, optional
+        Keep samples and events only between the first and last nominal turn of each, counted from the start;
+        the motion ends with the last, or after `turns`. Not beside `transient`, `section`, `at`, `steps`.
     at : sequence of float, optional
         Times to sample instead, s, from the start of the motion.
     steps : bool
@@ -76,15 +81,20 @@ def simulate(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
+    if windows is not None:
+        beside = {"duration": duration, "transient": transient, "at": at, "steps": steps, "section": section}
+        check_windows(windows, turns, beside)
+        turns = windows[-1][1] if turns is None else turns
     asked.check(mechanism, turns, duration, transient, rtol, max_steps)
-    linkage = isinstance(mechanism, Mechanism)
-    names = recorded(record, linkage)
+    names = recorded(record, mechanism)
     scene = assemble(
         mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
     )
-    begin = transient * scene.period
-    end = begin + (duration if turns is None else turns * scene.period)
+    begin = (windows[0][0] if windows else transient) * scene.period
+    end = transient * scene.period + (duration if turns is None else turns * scene.period)
     times = _times(at, steps, samples_per_turn, begin, end, scene.period)
+    if windows is not None:
+        times, number = sample_times(windows, scene.period, samples_per_turn or SAMPLES_PER_TURN)
     request = Request(
         duration=end,
         rtol=rtol,
@@ -96,7 +106,8 @@ def simulate(
         **asked.section_fields(section, scene, 0),
     )
     records = follow(scene, request, progress)
-    return _dataset(scene, records, names, steps, begin if section else None)
+    found = _dataset(scene, records, names, steps, begin if section else None)
+    return found if windows is None else marked(found, number, windows, scene.period)
 
 
 def _times(

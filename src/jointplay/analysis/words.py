@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass
 
-from jointplay.errors import InputError, unknown
+from jointplay.errors import InputError, Problem, unknown
+from jointplay.mechanism.records import Mechanism, TestSystem
 
 
 @dataclass(frozen=True)
 class Word:
-    """A recorded quantity: over `of` (link, joint, pin, state or nothing), UDUNITS units and long name."""
+    """A recorded quantity, with UDUNITS units and long name.
+
+    `of` says over what: link, joint, pin, state, bending (links where one bends, nothing else) or None.
+    """
 
     of: str | None
     units: str
@@ -31,44 +35,62 @@ WORDS = {
     "mode": Word("joint", "1", "contact mode"),
     "reaction_x": Word("pin", "N", "force on the bush of an ideal joint, x"),
     "reaction_y": Word("pin", "N", "force on the bush of an ideal joint, y"),
+    "reaction": Word("pin", "N", "force at an ideal joint"),
+    "deflection": Word("bending", "m", "deflection of a link"),
     "drive_torque": Word(None, "N m", "drive torque"),
     "kinetic_energy": Word(None, "J", "kinetic energy"),
-    "potential_energy": Word(None, "J", "potential energy"),
+    "potential_energy": Word(None, "J", "potential energy of gravity and of bent links"),
+    "strain_energy": Word(None, "J", "elastic energy of bent links"),
     "energy": Word(None, "J", "mechanical energy with the contacts' elastic energy"),
     "energy_residual": Word(None, "J", "energy unaccounted for since the start"),
     "drive_work": Word(None, "J", "work of the drive since the start"),
     "joint_work": Word(None, "J", "work taken in by the contacts since the start"),
+    "structural_work": Word(None, "J", "work taken in by elastic links' damping since the start"),
     "state_value": Word("state", "1", "state"),
 }
 MODES = ("free", "released", "slip_positive", "slip_negative", "stick", "contact")
 EVENTS = ("contact", "separation", "reopening", "slip_reversal", "stick_onset", "slip_onset", "impact")
 STATUS = ("ok", "diverged", "step_limit", "chatter", "not_converged", "bad_parameters", "crashed", "not_run")
-BALANCE = ("energy_residual", "drive_work", "joint_work")  # need integrals of power
-LINKAGE = tuple(
-    name
-    for name in WORDS
-    if name not in (*BALANCE, "kinetic_energy", "potential_energy", "energy", "state_value")
-)
+BALANCE = ("energy_residual", "drive_work", "joint_work", "structural_work")  # need integrals of power
+ENERGIES = ("kinetic_energy", "potential_energy", "strain_energy", "energy")
+LINKAGE = tuple(name for name in WORDS if name not in (*BALANCE, *ENERGIES, "state_value"))
 
 
 def recorded(
-    record: tuple[str, ...] | list[str] | None, linkage: bool, key: str = "record"
+    record: tuple[str, ...] | list[str] | None, mechanism: Mechanism | TestSystem, key: str = "record"
 ) -> tuple[str, ...]:
-    """Names to record: those asked for, checked, or the usual ones.
+    """Names to record: those asked for, checked, or the usual ones that the mechanism has.
 
     Raises
     ------
     InputError
-        Naming every unknown quantity.
+        Naming every unknown quantity, and every one that the mechanism cannot have.
     """
+    linkage = isinstance(mechanism, Mechanism)
     known = tuple(name for name in WORDS if (name == "state_value") != linkage)
+    absent = _absent(mechanism) if linkage else {}
     if record is None:
-        return LINKAGE if linkage else known
-    wrong = [
-        unknown(f"{key}[{i}]", name, name, known, "quantity")
-        for i, name in enumerate(record)
-        if name not in known
-    ]
+        return tuple(name for name in LINKAGE if WORDS[name].of not in absent) if linkage else known
+    wrong = []
+    for i, name in enumerate(record):
+        if name not in known:
+            wrong.append(unknown(f"{key}[{i}]", name, name, known, "quantity"))
+        elif WORDS[name].of in absent:
+            wrong.append(Problem(f"{key}[{i}]", name, f"accepted only where {absent[WORDS[name].of]}"))
     if wrong:
         raise InputError(wrong, "")
     return tuple(dict.fromkeys(record))
+
+
+def _absent(mechanism: Mechanism) -> dict[str, str]:
+    """Parts that no quantity can be of here, with what is missing."""
+    joints, links = mechanism.joints, mechanism.links
+    return {
+        of: missing
+        for of, missing, present in (
+            ("joint", "a joint has clearance", any(joint.clearance > 0 for joint in joints)),
+            ("pin", "a joint is ideal (clearance 0)", any(joint.clearance == 0 for joint in joints)),
+            ("bending", "a link is elastic", any(link.elastic for link in links)),
+        )
+        if not present
+    }

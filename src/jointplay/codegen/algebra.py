@@ -8,9 +8,9 @@ constants are those of numerics.radau.
     extrapolate(w, source, start, ratio)   stage increments from the polynomial in `source`
     rest(w)                                no change of the speeds
     move(w, s, h)                          increments of time and positions from those of the speeds
-    factor(w, J, h)                        L U of (lambda/h) I - J_z - (h/lambda) J_q in four lanes
-    newton(w, s, weight, h)                one Newton update; its size
-    estimate(w, J, weight, error, h)       error estimate; its size
+    factor(variant, w, J, h)               L U of (lambda/h) I - J_z - (h/lambda) J_q in four lanes
+    newton(variant, w, s, J, weight, h)    one Newton update; its size
+    estimate(variant, w, J, weight, error, h)  error estimate; its size
 
 Everything that a lane loop writes lies in the one buffer `w` (a loop of eight turns is not vectorised if it
 takes a check that two arrays do not overlap): first the method's rows, then the structure's. A complex
@@ -175,7 +175,7 @@ def _factor(rows: Rows) -> str:
     body += _eliminated(n)
     for k, j in ((k, j) for k in range(n) for j in range(n)):
         body += [f"{_at(rows.E(k, j))} = x{k}_{j}", f"{_at(rows.E(k, j), 4)} = y{k}_{j}"]
-    return _function("factor", "w, J, h", head, _lanes(4, body))
+    return _function("factor", "variant, w, J, h", head, _lanes(4, body))
 
 
 def _eliminated(n: int) -> list[str]:
@@ -232,7 +232,7 @@ def _newton(rows: Rows) -> str:
     total = " + ".join(f"w[{8 * rows.squares + j}]" for j in range(7))
     return _function(
         "newton",
-        "w, s, weight, h",
+        "variant, w, s, J, weight, h",
         _load("F", "w", rows.rate, range(7)),
         _lanes(8, eigen),
         _lanes(4, _substitution(rows)),
@@ -261,4 +261,6 @@ def _estimate(rows: Rows) -> str:
     body += [f"error[{r}] = e{r} + span * x{r}" for r in range(n_q)]
     body += [f"error[{n_q + r}] = x{r}" for r in range(n)]
     total = " + ".join(f"(error[{r}] * weight[{r}]) ** 2" for r in range(width))
-    return _function("estimate", "w, J, weight, error, h", body, [f"return sqrt(({total}) / {width}.0)"])
+    return _function(
+        "estimate", "variant, w, J, weight, error, h", body, [f"return sqrt(({total}) / {width}.0)"]
+    )

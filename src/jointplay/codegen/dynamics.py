@@ -8,7 +8,7 @@ direction sigma_j, stick eta_j.
 The unknowns are the accelerations a and the tangential forces F_t of
 
     M a + sum_j T_j F_t,j = Q - sum_j N_j F_n,j,
-    eta_j (T_j.a + T_j'.w) + (1 - eta_j) (kappa_j (sigma_j f F_n,j + C_t v_t) - F_t,j) = 0,
+    eta_j (T_j.a + T_j'.w) + (1 - eta_j) (kappa_j (sigma_j f F_n,j + drag_j) - F_t,j) = 0,
 
 solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves the same matrix for the
 derivatives of the residual.
@@ -80,10 +80,10 @@ class Dynamics:
         self.a = [self.tape.define(symbol, value) for symbol, value in zip(symbols, a, strict=True)]
 
     def _friction(self, j: int) -> Expr:
-        """F_t while contact j slips: kappa (sigma f F_n + C_t v_t)."""
+        """F_t while contact j slips: kappa (sigma f F_n + drag)."""
         contact, mask = self.system.contacts[j], self.masks[j]
         slip = mask.slip * contact.coulomb * self.F_n[j] if contact.sticks else Integer(0)
-        drag = mask.touch * contact.viscous * contact.v_t if contact.viscous != 0 else Integer(0)
+        drag = mask.touch * contact.drag
         return self.tape.let(f"Fs_{contact.name}", slip + drag)
 
     def _released(self, j: int, force: Expr) -> Expr:
@@ -161,9 +161,44 @@ class Dynamics:
             if any(value != 0 for part in slope for value in part):
                 column, _ = self._solve(*slope, f"J{i}")
                 entries |= {(k, i): value for k, value in enumerate(column)}
+        self._close(hats, grip)
+        return entries
+
+    def residual_jacobian(self) -> tuple[dict[tuple[int, int], Expr], dict[tuple[int, int], Expr]]:
+        """d (Q - M a)_k / d x_i at fixed a, by positions and by speeds; held forces follow.
+
+        Of M^-1 times these, `jacobian` is the sum. Closes the tape to further derivatives.
+        """
+        hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
+        grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
+        push, hold = self._residual(hats, grip)
+        found: tuple[dict, dict] = ({}, {})
+        n_q = len(self.system.positions)
+        for i, x in enumerate(self.system.positions + self.system.speeds):
+            column = [self.tape.derivative(value, x) for value in push]
+            column = self._held_back(column, [self.tape.derivative(value, x) for value in hold], f"B{i}")
+            part, place = (found[0], i) if i < n_q else (found[1], i - n_q)
+            part |= {(k, place): value for k, value in enumerate(column) if value != 0}
+        self._close(hats, grip)
+        return found
+
+    def _held_back(self, push: list[Expr], hold: list[Expr], name: str) -> list[Expr]:
+        """`push` less the held forces that keep sticking contacts at rest against it."""
+        if not any(value != 0 for value in push + hold):
+            return push
+        right = [
+            self.masks[j].stick * _dot(y, push) + value
+            for j, y, value in zip(self.held, map(tuple, self._columns), hold, strict=True)
+        ]
+        forces = _eliminate(self.tape, self._complement, right, f"{name}_F")
+        for j, F in zip(self.held, forces, strict=True):
+            push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
+        return push
+
+    def _close(self, hats: list[Symbol], grip: dict[int, Symbol]) -> None:
+        """Let the symbols that stood for solved values take them."""
         for hat, solved in zip([*hats, *grip.values()], [*self.a, *(self.F_t[j] for j in grip)], strict=True):
             self.tape.define(hat, solved)
-        return entries
 
     def _residual(self, a: list[Symbol], grip: dict[int, Symbol]) -> tuple[list[Expr], list[Expr]]:
         """Both rows as functions of the state, at given accelerations and held forces."""

@@ -1,7 +1,8 @@
 """The text of a structure's module: everything that the flow asks of a system, as numba source.
 
 rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eight increments, into w
-jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row
+jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
+                                  of a plan, whose algebra then stands here too (codegen.plan)
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset
@@ -9,16 +10,16 @@ CONTACTS, RESETS                  their names; of a contact with the flags PULLS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
 
-from sympy import Integer
+from sympy import Expr, Integer
 
 from ..equations.system import System
 from ..numerics.modes import PULLS, STICKS
-from . import outputs
+from . import outputs, plan
 from .dynamics import Dynamics, variants
 from .source import Layout, lanes, point, statements, used
 
 HEADER = '''"""Generated from the equations; do not edit."""
-from math import cos, sin, sqrt
+from math import cos, sin, sqrt, tanh
 
 from jointplay.numerics.interface import SIGNATURES, compiled, entry
 
@@ -27,24 +28,29 @@ from jointplay.numerics.interface import SIGNATURES, compiled, entry
 
 def text(system: System) -> str:
     """Source of the module of a system."""
-    layout = Layout(system)
-    parts = [HEADER, f"SIZES = {_sizes(layout)!r}", _names(system)]
+    solved = {variant: Dynamics(system, variant) for variant in variants(system)}
+    large = len(system.speeds) > plan.LARGEST_DENSE
+    plans = [plan.Plan.of(dynamics) for dynamics in solved.values()] if large else []
+    layout = Layout(system, max((each.rows for each in plans), default=0))
+    parts = [HEADER, f"SIZES = {_sizes(layout, plans)!r}", _names(system)]
     rates, jacobians, contacts = [], [], []
-    for variant in variants(system):
-        dynamics = Dynamics(system, variant)
+    for v, (variant, dynamics) in enumerate(solved.items()):
         rates.append(_rate(layout, dynamics, variant))
         if variant != "free":
             contacts.append(_contacts(layout, dynamics, variant))
-        jacobians.append(_jacobian(layout, dynamics, variant))
+        entries = dict(enumerate(plans[v].values)) if large else _dense(layout, dynamics)
+        jacobians.append(_jacobian(layout, dynamics, variant, entries))
     for part in rates + jacobians + contacts:
         parts.append("@compiled\n" + part + "\n")
     parts += [_choice("rate", "w, s, p, m", len(rates)), _choice("jacobian", "s, p, m, J", len(jacobians))]
     parts += [_choice("contacts", "s, p, m, out", len(contacts), first=1), _trig(layout), _reset(layout)]
+    if large:
+        parts.append(plan.text(plans, len(system.positions), layout.rows["time"]))
     parts.append(outputs.text(system))
     return "\n".join(parts)
 
 
-def _sizes(layout: Layout) -> dict[str, int]:
+def _sizes(layout: Layout, plans: list[plan.Plan]) -> dict[str, int]:
     system = layout.system
     return {
         "positions": len(system.positions),
@@ -57,6 +63,8 @@ def _sizes(layout: Layout) -> dict[str, int]:
         "first": layout.rows["time"],
         "guards": layout.rows["guard"],
         "rows": layout.rows["end"],
+        "planned": int(bool(plans)),
+        "jacobian": max((len(each.values) for each in plans), default=len(system.speeds) * len(layout.state)),
     }
 
 
@@ -100,12 +108,16 @@ def _guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, object]:
     return guards
 
 
-def _jacobian(layout: Layout, dynamics: Dynamics, variant: str) -> str:
-    width = len(layout.state)
-    entries = dynamics.jacobian()
-    names = {f"J_{k}_{i}": (k, i) for k in range(len(dynamics.a)) for i in range(width)}
-    results = {name: entries.get(place, Integer(0)) for name, place in names.items()}
-    stores = {name: k * width + i for name, (k, i) in names.items()}
+def _dense(layout: Layout, dynamics: Dynamics) -> dict[int, Expr]:
+    """Every entry of d rate / d state, by place."""
+    width, entries = len(layout.state), dynamics.jacobian()
+    places = ((k, i) for k in range(len(dynamics.a)) for i in range(width))
+    return {k * width + i: entries.get((k, i), Integer(0)) for k, i in places}
+
+
+def _jacobian(layout: Layout, dynamics: Dynamics, variant: str, entries: dict[int, Expr]) -> str:
+    results = {f"J_{place}": value for place, value in entries.items()}
+    stores = {f"J_{place}": place for place in entries}
     return point(f"jacobian_{variant}", layout, dynamics.tape.program(results), stores, "s, p, m, J", "J")
 
 

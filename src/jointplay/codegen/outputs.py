@@ -63,6 +63,6 @@ def evaluate(
         if symbol in wanted:
             wanted.update(reads)
             steps.append(f"{symbol} = {source}")
-    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, **given}
+    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh, **given}
     exec("\n".join(reversed(steps)), scope)
     return {name: np.asarray(scope[module.OUTPUTS[name]], dtype=float) for name in names}

@@ -51,9 +51,14 @@ expression = Printer({"order": "none"}).doprint
 
 @dataclass(frozen=True)
 class Layout:
-    """Where things lie: the base point `s`, the rows of `w`, the masks `m`."""
+    """Where things lie: the base point `s`, the rows of `w`, the masks `m`.
+
+    `method` is the number of rows at the beginning of `w` that are the method's own; 0: as the written-out
+    algebra has them.
+    """
 
     system: System
+    method: int = 0
 
     @property
     def state(self) -> tuple[Symbol, ...]:
@@ -79,7 +84,7 @@ class Layout:
         """First row of each block of w, after the method's own."""
         system, row = self.system, {}
         n = len(system.speeds)
-        start = method_rows(n)
+        start = self.method or method_rows(n)
         blocks = {
             "time": 1,
             "state": len(self.state),

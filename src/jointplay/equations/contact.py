@@ -7,6 +7,9 @@ r = journal centre - bush centre, rho = |r|, r^ = r/rho and t^ across it,
     N_k = D_k n_k.r^,  T_k = D_k n_k.t^ + (R on the journal's link) - (R + rho on the bush's link),
     Q_k = -N_k F_n - T_k F_t          (force F on the bush, -F on the journal).
 
+Where the journal's or the bush's link bends, its end turns with theta_k plus the end slope: the spin terms of
+v_t, and so the friction moment, act on the slope's modes as on w_k.
+
 At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there. Contact
 begins and ends where rho^2 - e^2 = 0: rho has a kink where the journal flies past the bush's centre, and no
 polynomial follows it there.
@@ -16,7 +19,7 @@ from dataclasses import dataclass
 
 from sympy import Expr, Float, Integer, Symbol, sqrt
 
-from .chain import Coordinates
+from .coordinates import Coordinates, Freedom
 from .structure import Clearance
 from .system import number
 
@@ -38,7 +41,10 @@ LAWS = {"kelvin_voigt": kelvin_voigt}
 
 @dataclass(frozen=True)
 class Geometry:
-    """Symbols of a joint's geometry and the assignments that define them, in order."""
+    """Symbols of a joint's geometry and the assignments that define them, in order.
+
+    `on_drive` are dv_n/dz and dv_t/dz of the driven link, `spun` dv_t/dz of every freedom.
+    """
 
     definitions: tuple[tuple[Symbol, Expr], ...]
     r: tuple[Symbol, Symbol]
@@ -51,22 +57,34 @@ class Geometry:
     normal: tuple[Expr, ...]
     tangential: tuple[Expr, ...]
     on_drive: tuple[Expr, Expr]
+    spun: dict[Freedom, Expr]
 
 
 def _column(
-    joint: Clearance, c: Coordinates, along: tuple[Expr, Expr], spin: dict[str, Expr]
-) -> dict[Expr, Expr]:
-    """Derivatives of `along`.r' plus spins with respect to every speed."""
-    column: dict[Expr, Expr] = {}
+    joint: Clearance, c: Coordinates, along: tuple[Expr, Expr], spin: dict[Freedom, Expr]
+) -> dict[Freedom, Expr]:
+    """Derivatives of `along`.r' plus spins with respect to the speed of every freedom."""
+    column: dict[Freedom, Expr] = {}
     for k in joint.arms:
         n = c.n(k)
-        column[c.speed[k]] = number(f"D_{joint.name}_{k}") * (n[0] * along[0] + n[1] * along[1])
+        column[k] = number(f"D_{joint.name}_{k}") * (n[0] * along[0] + n[1] * along[1])
     for f, sign in joint.bases:
         for axis in (0, 1):
-            column[c.base_speed[f][axis]] = sign * along[axis]
+            column[f, axis] = sign * along[axis]
     for k, arm in spin.items():
-        column[c.speed[k]] = column.get(c.speed[k], Integer(0)) + arm
+        column[k] = column.get(k, Integer(0)) + arm
     return column
+
+
+def _spins(joint: Clearance, c: Coordinates, R: Expr, rho: Expr) -> dict[Freedom, Expr]:
+    """Parts of v_t from the turning of journal and bush: of their links, and of those links' end slopes."""
+    found: dict[Freedom, Expr] = {}
+    for link, end, arm in zip((joint.journal, joint.bush), joint.ends, (R, -R - rho), strict=True):
+        if link != "ground":
+            found[link] = arm
+        slopes = [(mode, f"{end}_{link}_{mode[1]}") for mode in c.speed if mode[:1] == (link,)]
+        found |= {mode: arm * number(name) for mode, name in slopes}
+    return found
 
 
 def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
@@ -82,29 +100,28 @@ def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
             f"r{'xy'[axis]}",
             number(f"r{'xy'[axis]}0_{name}")
             + sum(number(f"D_{name}_{k}") * c.e(k)[axis] for k in joint.arms)
-            + sum(sign * c.base[f][axis] for f, sign in joint.bases),
+            + sum(sign * c.position[f, axis] for f, sign in joint.bases),
         )
         for axis in (0, 1)
     )
     rho = let("rho", sqrt(r[0] ** 2 + r[1] ** 2 + TINY))
     unit = let("cos", r[0] / rho), let("sin", r[1] / rho)
     across = (-unit[1], unit[0])
-    R = number(f"R_{name}")
-    spin = {k: arm for k, arm in ((joint.journal, R), (joint.bush, -R - rho)) if k != "ground"}
+    spin = _spins(joint, c, number(f"R_{name}"), rho)
     columns = [_column(joint, c, unit, {}), _column(joint, c, across, spin)]
     v_n, rows_n = _speed(let, c, columns[0], "N", "vn")
     v_t, rows_t = _speed(let, c, columns[1], "T", "vt")
     u, gap = let("u", rho - number(f"e_{name}")), r[0] ** 2 + r[1] ** 2 - number(f"e_{name}") ** 2
-    prescribed = tuple(column.get(c.speed[driven], Integer(0)) for column in columns)
-    return Geometry(tuple(defs), r, rho, unit, u, gap, v_n, v_t, rows_n, rows_t, prescribed)
+    prescribed = tuple(column.get(driven, Integer(0)) for column in columns)
+    return Geometry(tuple(defs), r, rho, unit, u, gap, v_n, v_t, rows_n, rows_t, prescribed, columns[1])
 
 
-def _speed(let, c: Coordinates, column: dict[Expr, Expr], letter: str, word: str):
-    """Name the entries of a column and the relative speed that they make."""
-    rows, total = [Integer(0)] * len(c.speeds), Integer(0)
-    for place, (speed, entry) in enumerate(column.items()):
+def _speed(let, c: Coordinates, column: dict[Freedom, Expr], letter: str, word: str):
+    """Name the entries of a column and the relative speed that they make; and the row over the unknowns."""
+    row, total = [Integer(0)] * len(c.speeds), Integer(0)
+    for place, (freedom, entry) in enumerate(column.items()):
         named = let(f"{letter}{place}", entry)
-        total += named * speed
-        if c.index(speed) is not None:
-            rows[c.index(speed)] = named
-    return let(word, total), tuple(rows)
+        total += named * c.speed[freedom]
+        for i, part in c.parts[freedom]:
+            row[i] += part * named
+    return let(word, total), tuple(row)

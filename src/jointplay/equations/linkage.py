@@ -1,49 +1,228 @@
-"""A linkage with play in some joints: chains, contacts, friction and drive put together as one system."""
+"""A linkage: chains, elastic links, contacts, friction, closed loop and drive put together as one system."""
 
+from collections import defaultdict
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
 
-from sympy import Expr, Integer, atan2
+from sympy import Expr, Integer, atan2, sqrt, tanh
 
-from .chain import (
-    Coordinates,
-    base_force,
-    beyond,
-    coordinates,
-    force,
-    inertia_torque,
-    kinetic_energy,
-    mass_matrix,
-    potential_energy,
-)
+from . import beam as elastic
+from . import chain, loop
 from .contact import LAWS, Geometry, geometry
+from .coordinates import Coordinates, Freedom, coordinates
 from .drive import torque
-from .structure import Clearance, Linkage, parameter_names
-from .system import Contact, System, number, traction
+from .structure import Clearance, Linkage, Pin, parameter_names
+from .system import Angle, Contact, System, number, traction
+
+Vector = tuple[Expr, Expr]
 
 
 def system(structure: Linkage) -> System:
     """Write the equations of motion of a linkage."""
-    c = coordinates(structure)
-    joints = {joint.name: geometry(joint, c, structure.driven) for joint in structure.joints}
-    contacts = tuple(_contact(joint, joints[joint.name]) for joint in structure.joints)
-    outputs = dict(_outputs(structure, c, joints, contacts))
-    return System(
-        positions=c.positions,
-        speeds=c.speeds,
-        parameters=tuple(map(number, parameter_names(structure))),
-        definitions=tuple(d for joint in joints.values() for d in joint.definitions),
-        mass=mass_matrix(structure, c),
-        force=_forces(structure, c),
-        angles=tuple(c.angle.values()),
-        contacts=contacts,
-        powers=_powers(structure, c, outputs) if structure.powers else {},
-        outputs=outputs,
-        section=outputs[structure.section] if structure.section else None,
-    )
+    return Parts(structure).system
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What the equations of a linkage are put together from."""
+
+    structure: Linkage
+
+    @property
+    def system(self) -> System:
+        """The equations."""
+        structure, c, outputs = self.structure, self.c, dict(self._outputs())
+        held = structure.loop is not None and structure.drive == "speed"
+        mass, force = c.mass(self.inertia), list(c.force(self.force, self.inertia))
+        if held:  # a crank at constant speed in a closed loop: an unknown whose acceleration is none
+            (crank,) = (i for i, _ in c.parts[structure.driven])
+            mass = {place: entry for place, entry in mass.items() if crank not in place}
+            mass[crank, crank], force[crank] = Integer(1), Integer(0)
+        return System(
+            positions=tuple(c.positions),
+            speeds=tuple(c.speeds),
+            parameters=tuple(map(number, parameter_names(structure))),
+            definitions=(*c.definitions, *(d for g in self.joints.values() for d in g.definitions)),
+            mass=mass,
+            force=tuple(force),
+            angles=tuple(angle for angle in c.angle.values() if isinstance(angle, Angle)),
+            contacts=self.contacts,
+            powers=self._powers(outputs) if structure.powers else {},
+            outputs=outputs,
+            section=outputs[structure.section] if structure.section else None,
+        )
+
+    @cached_property
+    def c(self) -> Coordinates:
+        """The freedoms."""
+        found = coordinates(self.structure)
+        if self.structure.loop:
+            loop.close(self.structure, found)
+        return found
+
+    @cached_property
+    def joints(self) -> dict[str, Geometry]:
+        """Geometry of the joints with play."""
+        structure = self.structure
+        return {joint.name: geometry(joint, self.c, structure.driven) for joint in structure.joints}
+
+    @cached_property
+    def contacts(self) -> tuple[Contact, ...]:
+        """Laws of the joints with play."""
+        return tuple(_contact(joint, self.joints[joint.name]) for joint in self.structure.joints)
+
+    @cached_property
+    def inertia(self) -> dict[tuple[Freedom, Freedom], Expr]:
+        """Mass matrix over all freedoms, each pair once."""
+        found: dict[tuple[Freedom, Freedom], Expr] = defaultdict(lambda: Integer(0))
+        for k, m, entry in chain.inertia(self.structure, self.c):
+            found[k, m] += entry
+        for beam in self.structure.beams:
+            for k, m, entry in elastic.inertia(self.structure, beam, self.c):
+                found[k, m] += entry
+        return dict(found)
+
+    @cached_property
+    def force(self) -> dict[Freedom, Expr]:
+        """Forces on all freedoms, contacts and the outcome of a prescribed speed left out."""
+        structure, driven = self.structure, self.structure.driven
+        found: dict[Freedom, Expr] = defaultdict(lambda: Integer(0))
+        for freedom, value in chain.force(structure, self.c):
+            found[freedom] += value
+        for beam in structure.beams if not structure.relaxed else ():
+            for freedom, value in elastic.force(structure, beam, self.c):
+                found[freedom] += value
+        found[driven] += torque(structure.drive, self.c.speed[driven])
+        return dict(found)
+
+    def residual(self, freedom: Freedom) -> Expr:
+        """Inertia less applied forces on a freedom, contacts left out: what joints or a drive must supply."""
+        total = -self.force.get(freedom, Integer(0))
+        for (k, m), entry in self.inertia.items():
+            if freedom in (k, m):
+                total += entry * self.c.acceleration[m if freedom == k else k]
+        return total
+
+    @cached_property
+    def _bushes(self) -> list[tuple[Clearance, Vector]]:
+        """Joints where the chains are cut, with the force on the bush."""
+        found = []
+        for contact, joint in zip(self.contacts, self.structure.joints, strict=True):
+            (F_n, F_t), (x, y) = traction(contact), self.joints[joint.name].direction
+            found.append((joint, (F_n * x - F_t * y, F_n * y + F_t * x)))
+        if self.structure.loop:
+            lacking = {k: self.residual(k) for k in self.structure.loop.links[1:]}
+            found.append((self.structure.loop, loop.closing_force(self.structure, self.c, lacking)))
+        return found
+
+    def _powers(self, outputs: dict[str, Expr]) -> dict[str, Expr]:
+        """Powers whose integrals close the energy balance: drive; what joints and elastic links take in."""
+        joints = Integer(0)
+        for joint in self.structure.joints:
+            joints += outputs[f"normal_force:{joint.name}"] * outputs[f"normal_velocity:{joint.name}"]
+            joints += outputs[f"tangential_force:{joint.name}"] * outputs[f"tangential_velocity:{joint.name}"]
+        powers = {"drive": outputs["drive_torque"] * self.c.speed[self.structure.driven], "joints": joints}
+        if self.structure.beams:
+            damped = [beam for beam in self.structure.beams if beam.damped]
+            lost = (elastic.dissipated_power(beam, self.c) for beam in damped)
+            powers["links"] = sum(lost, Integer(0))
+        return powers
+
+    def _outputs(self) -> Iterator[tuple[str, Expr]]:
+        """Every quantity that can be recorded, as word:label."""
+        structure, c = self.structure, self.c
+        for k in structure.links:
+            yield f"angle:{k}", c.angle[k].value
+            yield f"angular_velocity:{k}", c.speed[k]
+            yield f"angular_acceleration:{k}", c.acceleration[k]
+        for contact in self.contacts:
+            yield from _contact_outputs(contact, self.joints[contact.name])
+        for name, force in self._reactions():
+            yield f"reaction_x:{name}", force[0]
+            yield f"reaction_y:{name}", force[1]
+            yield f"reaction:{name}", sqrt(force[0] ** 2 + force[1] ** 2)
+        yield "drive_torque", self._drive_torque()
+        if structure.relaxed:
+            yield from self._modal_loads()
+            return
+        yield from self._energies()
+        if structure.beams:
+            yield from self._deflections()
+
+    def _energies(self) -> Iterator[tuple[str, Expr]]:
+        structure, c = self.structure, self.c
+        kinetic, potential = Integer(0), Integer(0)
+        for k, m, entry in chain.inertia(structure, c):
+            kinetic += entry * c.speed[k] * c.speed[m] / (2 if k == m else 1)
+        if structure.gravity:
+            potential += chain.potential_energy(structure, c)
+        for beam in structure.beams:
+            kinetic += elastic.kinetic_energy(structure, beam, c)
+            potential += elastic.weight_energy(beam, c) if structure.gravity else Integer(0)
+        strain = sum((elastic.strain_energy(beam, c) for beam in structure.beams), Integer(0))
+        yield "kinetic_energy", kinetic
+        yield "potential_energy", potential + strain
+        yield "strain_energy", strain
+
+    def _deflections(self) -> Iterator[tuple[str, Expr]]:
+        beams = {beam.link: beam for beam in self.structure.beams}
+        for k in self.structure.links:
+            bent = elastic.combined(beams[k], "gauge", self.c.position) if k in beams else Integer(0)
+            yield f"deflection:{k}", bent
+
+    def _modal_loads(self) -> Iterator[tuple[str, Expr]]:
+        """What excites each mode of links whose modes are given: inertia, gravity, friction's end moments."""
+        for beam in self.structure.beams:
+            excited = dict(elastic.excitation(self.structure, beam, self.c))
+            for mode in elastic.modes(beam):
+                load = excited[mode]
+                for (k, m), entry in self.inertia.items():
+                    if k == mode and m != mode:
+                        load -= entry * self.c.acceleration[m]
+                for contact in self.contacts:
+                    load -= self.joints[contact.name].spun.get(mode, Integer(0)) * traction(contact)[1]
+                yield f"modal_load:{beam.link}_{mode[1]}", load
+
+    def _drive_torque(self) -> Expr:
+        """The motor's law, or what a prescribed speed costs."""
+        structure, c = self.structure, self.c
+        if structure.drive != "speed":
+            return torque(structure.drive, c.speed[structure.driven])
+        if structure.loop:
+            crank = c.speed[structure.driven]
+            return sum((c.speed[k] / crank * self.residual(k) for k in structure.links), Integer(0))
+        total = self.residual(structure.driven)
+        for contact in self.contacts:
+            F_n, F_t = traction(contact)
+            N, T = self.joints[contact.name].on_drive
+            total += N * F_n + T * F_t
+        return total
+
+    def _reactions(self) -> Iterator[tuple[str, Vector]]:
+        """Force on the bush of every ideal joint."""
+        for pin in self.structure.pins:
+            yield pin.name, (self._reaction(pin, 0), self._reaction(pin, 1))
+        if self.structure.loop:
+            yield self.structure.loop.name, self._bushes[-1][1]
+
+    def _reaction(self, pin: Pin, axis: int) -> Expr:
+        """Momentum rate beyond a pin, less the forces at the cut joints that act there."""
+        structure = self.structure
+        total = chain.beyond(pin, self.c, axis, structure.gravity)
+        for beam in structure.beams:
+            if beam.link in pin.links:
+                total += elastic.momentum_rate(structure, beam, self.c, axis)
+        for joint, force in self._bushes:
+            total += force[axis] * ((joint.journal in pin.links) - (joint.bush in pin.links))
+        return pin.sign * total
 
 
 def _contact(joint: Clearance, g: Geometry) -> Contact:
     F_n, stored = LAWS[joint.law](joint.name, g.u, g.v_n)
+    drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
+    if joint.friction == "tanh":
+        drag += number(f"f_{joint.name}") * F_n * tanh(g.v_t / number(f"v_{joint.name}"))
     return Contact(
         joint.name,
         g.u,
@@ -54,44 +233,10 @@ def _contact(joint: Clearance, g: Geometry) -> Contact:
         g.v_t,
         g.tangential,
         number(f"f_{joint.name}") if joint.friction == "coulomb" else None,
-        number(f"Ct_{joint.name}") if joint.viscous else Integer(0),
+        drag,
         stored,
         g.gap,
     )
-
-
-def _forces(structure: Linkage, c: Coordinates) -> tuple[Expr, ...]:
-    Q = {c.speed[k]: force(structure, c, k) for k in structure.links}
-    Q[c.speed[structure.driven]] += torque(structure.drive, c.speed[structure.driven])
-    for f in range(len(structure.floats)):
-        for axis in (0, 1):
-            Q[c.base_speed[f][axis]] = base_force(structure, c, f, axis)
-    return tuple(Q[speed] for speed in c.speeds)
-
-
-def _powers(structure: Linkage, c: Coordinates, outputs: dict[str, Expr]) -> dict[str, Expr]:
-    """Powers whose integrals close the energy balance: drive, and what the joints take in."""
-    joints = Integer(0)
-    for joint in structure.joints:
-        joints += outputs[f"normal_force:{joint.name}"] * outputs[f"normal_velocity:{joint.name}"]
-        joints += outputs[f"tangential_force:{joint.name}"] * outputs[f"tangential_velocity:{joint.name}"]
-    return {"drive": outputs["drive_torque"] * c.speed[structure.driven], "joints": joints}
-
-
-def _outputs(structure, c: Coordinates, joints: dict[str, Geometry], contacts) -> Iterator[tuple[str, Expr]]:
-    """Every quantity that can be recorded, as word:label."""
-    for k in structure.links:
-        yield f"angle:{k}", c.angle[k].value
-        yield f"angular_velocity:{k}", c.speed[k]
-        yield f"angular_acceleration:{k}", c.acceleration[k]
-    for contact in contacts:
-        yield from _contact_outputs(contact, joints[contact.name])
-    for pin in structure.pins:
-        for axis in (0, 1):
-            yield f"reaction_{'xy'[axis]}:{pin.name}", _reaction(structure, c, joints, pin, axis)
-    yield "drive_torque", _drive_torque(structure, c, joints)
-    yield "kinetic_energy", kinetic_energy(structure, c)
-    yield "potential_energy", potential_energy(structure, c)
 
 
 def _contact_outputs(contact: Contact, g: Geometry) -> Iterator[tuple[str, Expr]]:
@@ -107,27 +252,3 @@ def _contact_outputs(contact: Contact, g: Geometry) -> Iterator[tuple[str, Expr]
     yield f"normal_force:{contact.name}", F_n
     yield f"tangential_force:{contact.name}", F_t
     yield f"stored_energy:{contact.name}", contact.stored
-
-
-def _drive_torque(structure: Linkage, c: Coordinates, joints: dict[str, Geometry]) -> Expr:
-    """The motor's law, or what a prescribed speed costs."""
-    if structure.drive != "speed":
-        return torque(structure.drive, c.speed[structure.driven])
-    total = inertia_torque(structure, c, structure.driven)
-    for joint in structure.joints:
-        F_n, F_t = traction(_contact(joint, joints[joint.name]))
-        N, T = joints[joint.name].on_drive
-        total += N * F_n + T * F_t
-    return total
-
-
-def _reaction(structure: Linkage, c: Coordinates, joints: dict[str, Geometry], pin, axis: int) -> Expr:
-    """Force on the bush of an ideal pin: momentum rate beyond it, less the contact forces that act there."""
-    total = beyond(pin, c, axis, structure.gravity)
-    for joint in structure.joints:
-        g = joints[joint.name]
-        F_n, F_t = traction(_contact(joint, g))
-        across = (-g.direction[1], g.direction[0])
-        F = F_n * g.direction[axis] + F_t * across[axis]
-        total += F * ((joint.journal in pin.links) - (joint.bush in pin.links))
-    return pin.sign * total

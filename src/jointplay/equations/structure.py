@@ -13,7 +13,7 @@ class Clearance:
     """A joint with play: who carries journal and bush ("ground" if nobody moves), what its vector r holds.
 
     `arms` are the links whose e_k enters r = const + sum_k D_k e_k; `bases` the floating chains whose base
-    point enters, as (chain, sign).
+    point enters, as (chain, sign). `ends` are the ends ("start", "end") at which journal and bush sit.
     """
 
     name: str
@@ -25,6 +25,28 @@ class Clearance:
     tension: bool = True
     friction: str = "none"
     viscous: bool = False
+    ends: tuple[str, str] = ("", "")
+
+
+@dataclass(frozen=True)
+class Beam:
+    """An elastic link: how many modes, and which links (`arms`) or floating chain move its origin."""
+
+    link: str
+    modes: int
+    arms: tuple[str, ...]
+    chain: int | None
+    damped: bool
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The joint at which a closed four-bar is cut, who carries its journal and bush; the three links."""
+
+    name: str
+    journal: str
+    bush: str
+    links: tuple[str, str, str]
 
 
 @dataclass(frozen=True)
@@ -44,7 +66,8 @@ class Linkage:
 
     `driven` is the crank; `drive` says how: "motor", "speed" (prescribed) or "none". `section` names a
     quantity whose level crossings are wanted, as word:label; `powers` asks for the work integrals of the
-    energy balance.
+    energy balance. `order` says which inertia terms of the `beams` are kept: "consistent" or "paper"
+    (equations.beam); `relaxed` makes the modes' motion numbers, given from outside.
     """
 
     links: tuple[str, ...]
@@ -57,6 +80,10 @@ class Linkage:
     gravity: bool
     section: str | None = None
     powers: bool = False
+    beams: tuple[Beam, ...] = ()
+    loop: Loop | None = None
+    order: str = "consistent"
+    relaxed: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,8 +103,23 @@ def parameter_names(structure: Linkage) -> list[str]:
     names = [f"H_{k}_{m}" for k, m in structure.couplings] + [f"mu_{k}" for k in structure.links]
     names += [f"m_{f}" for f in range(len(structure.floats))] + ["g"]
     for joint in structure.joints:
-        names += [f"{word}_{joint.name}" for word in ("e", "R", "rx0", "ry0", "K", "C", "f", "Ct")]
+        names += [f"{word}_{joint.name}" for word in ("e", "R", "rx0", "ry0", "K", "C", "f", "v", "Ct")]
         names += [f"D_{joint.name}_{k}" for k in joint.arms]
     for pin in structure.pins:
         names += [f"m_{pin.name}"] + [f"mu_{pin.name}_{k}" for k in pin.arms]
+    for beam in structure.beams:
+        names += _beam_names(beam, structure.relaxed)
+    if structure.loop:
+        names += _loop_names(structure.loop)
     return names + {"motor": ["a", "b"], "speed": ["Omega", "theta_0"], "none": []}[structure.drive]
+
+
+def _beam_names(beam: Beam, relaxed: bool) -> list[str]:
+    words = ("S", "I", "k", "c", "start", "end", "gauge", *(("rate", "acc") if relaxed else ()))
+    names = [f"{word}_{beam.link}_{i}" for word in words for i in range(beam.modes)]
+    return names + [f"L_{beam.link}_{k}" for k in beam.arms]
+
+
+def _loop_names(loop: Loop) -> list[str]:
+    names = [f"{word}_{k}" for k in loop.links for word in ("d", f"D_{loop.name}")]
+    return [*names, "cx", "cy", "span_2", "span_3", "side"]

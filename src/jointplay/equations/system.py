@@ -42,8 +42,9 @@ class Angle:
 class Contact:
     """One unilateral contact: penetration u, speeds v_n and v_t, force law F_n(u, v_n), friction.
 
-    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `gap` is what is watched
-    for roots in the place of u, of the same sign, where u itself is not smooth along a motion.
+    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `coulomb` is the friction
+    coefficient of a law with true sticking, `drag` the part of F_t that is a smooth law. `gap` is what is
+    watched for roots in the place of u, of the same sign, where u itself is not smooth along a motion.
     """
 
     name: str
@@ -55,7 +56,7 @@ class Contact:
     v_t: Symbol | None = None
     tangential: tuple[Expr, ...] = ()
     coulomb: Expr | None = None
-    viscous: Expr = Integer(0)
+    drag: Expr = Integer(0)
     stored: Expr = Integer(0)
     gap: Expr | None = None
 

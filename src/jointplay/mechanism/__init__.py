@@ -7,8 +7,8 @@ from typing import Any
 
 _HOMES = {
     "records": (
-        "ConstantSpeed Contact ContactSection CrankAngle Friction Joint Link Mechanism MotorLine Pin Plane "
-        "SeparationSection TestSystem check_section"
+        "Beam ConstantSpeed Contact ContactSection CrankAngle Friction Joint Link Mechanism MotorLine Pin "
+        "Plane SeparationSection TestSystem check_section"
     ),
     "closure": "FourBar four_bar ideal_state",
 }

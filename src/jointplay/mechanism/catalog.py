@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, get_type_hints
 from pydantic import Field, create_model
 
 from jointplay.mechanism.base import GROUND, Flag, NonNegative, Number, Positive, Record, measured
-from jointplay.mechanism.parts import Contact, Friction, Joint, Link, Pin
+from jointplay.mechanism.parts import Beam, Contact, Friction, Joint, Link, Pin
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
 
 _RPM = 2 * math.pi / 60
@@ -26,12 +26,14 @@ _Restitution = Annotated[NonNegative, Field(le=1)]
 
 
 def chunmei2002(clearance: Any = 2.9e-5, gear_ratio: float = _GEAR_RATIO, **changes: Any) -> Mechanism:
-    """Give the motor-driven crank-rocker of Chunmei et al. (2002), rigid, with clearance at joint B.
+    """Give the motor-driven crank-rocker of Chunmei et al. (2002), with clearance at joint B.
 
     The gear ratio is not in the paper's Table 1; its Figure 12 uses 15 and 3. The mass centres are not
     given either: halfway along each link, which the rocker's inertia confirms. The rated torque of 2.2 kg·m
     is 2.2 × 9.8 N m. Every joint carries B's radius, contact and friction data, so that any of them can be
-    given clearance.
+    given clearance. Every link is rigid and carries a beam, so that any can be made elastic: two elements,
+    the table's modulus 2.1 × 10¹¹ Pa and damping ratio 0.01; density and section are not in the paper, and
+    here are those of a round steel bar of the link's mass.
 
     Parameters
     ----------
@@ -55,10 +57,11 @@ def chunmei2002(clearance: Any = 2.9e-5, gear_ratio: float = _GEAR_RATIO, **chan
 
 def _table_1() -> Mechanism:
     coupler, rocker, crank, ground = 0.181, 0.1175, 0.03, 0.2
+    beam = Beam(damping_ratio=0.01)
     links = (
-        Link(name="crank", length=crank, mass=0.4489, inertia=1.5e-4),
-        Link(name="coupler", length=coupler, mass=0.1743, inertia=2.7e-3),
-        Link(name="rocker", length=rocker, mass=0.2916, inertia=1.34e-3),
+        Link(name="crank", length=crank, mass=0.4489, inertia=1.5e-4, beam=beam),
+        Link(name="coupler", length=coupler, mass=0.1743, inertia=2.7e-3, beam=beam),
+        Link(name="rocker", length=rocker, mass=0.2916, inertia=1.34e-3, beam=beam),
     )
     joints = (
         _bearing("O", Pin(link="crank"), Pin(link=GROUND, point=(0.0, 0.0))),

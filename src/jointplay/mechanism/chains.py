@@ -37,7 +37,7 @@ class Place:
         return Place(dict(arms), self.fixed, self.chain)
 
 
-def forest(mechanism: Mechanism, cut: bool = True) -> dict[str, Place]:
+def forest(mechanism: Mechanism, cut: bool = True, without: str | None = None) -> dict[str, Place]:
     """Place every link: from the ground outwards along joints, then the chains that float.
 
     Parameters
@@ -47,13 +47,15 @@ def forest(mechanism: Mechanism, cut: bool = True) -> dict[str, Place]:
     cut : bool
         True: clearance joints are cut. False: every joint counts as ideal, and of the joints that would close
         a loop none is used; so is the position of the ideal mechanism found from its angles.
+    without : str, optional
+        An ideal joint that is cut as well: the one that closes a four-bar.
 
     Raises
     ------
     InputError
         If ideal joints close a loop (only where `cut`).
     """
-    joints = [joint for joint in mechanism.joints if not (cut and joint.clearance > 0)]
+    joints = [j for j in mechanism.joints if not (cut and j.clearance > 0) and j.name != without]
     places, floats = {}, 0
     _grow(places, joints)
     for link in mechanism.links:
@@ -68,8 +70,8 @@ def forest(mechanism: Mechanism, cut: bool = True) -> dict[str, Place]:
 
 
 _LOOP = (
-    "these ideal joints close a loop; a mechanism with at least one clearance joint in each loop is accepted "
-    "(clearance greater than 0 m)"
+    "these ideal joints close a loop; a four-bar without any clearance is accepted, or a mechanism with at "
+    "least one clearance joint in each loop (clearance greater than 0 m)"
 )
 
 

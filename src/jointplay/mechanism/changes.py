@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -9,8 +10,9 @@ from pydantic import Discriminator, Field, Tag
 
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
+from jointplay.mechanism.beam import DampingRatio, Elements, damping_field, elements_field
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
-from jointplay.mechanism.parts import Friction, Joint
+from jointplay.mechanism.parts import Friction, Joint, Link
 
 if TYPE_CHECKING:
     from jointplay.mechanism.records import Mechanism
@@ -44,6 +46,14 @@ class Changes(Record):
         Whether contact may pull just before separation, in every joint that has contact data.
     efficiency_in_slope : bool
         Whether the gear's efficiency multiplies the slope of the motor line too.
+    elastic : tuple of str
+        Names of the links that bend; all others become rigid.
+    elements : int
+        Number of elements, 1 to 20, of every elastic link with Hermite shapes.
+    damping_ratio : float
+        Structural damping, 0 to 1, of every elastic link.
+    order : {'consistent', 'paper'}
+        Inertia terms of elastic links.
     branch : {'upper', 'lower'}
         Assembly branch.
     gravity : float
@@ -60,6 +70,12 @@ class Changes(Record):
     friction: NonNegative = measured("friction coefficient", "1", 0.0)
     tension: Flag = True
     efficiency_in_slope: Flag = False
+    elastic: tuple[Name, ...] = Field(
+        (), json_schema_extra={"accepts": "a list of link names, as ['coupler'],"}
+    )
+    elements: Elements = elements_field(2)
+    damping_ratio: DampingRatio = damping_field()
+    order: Literal["consistent", "paper"] = "consistent"
     branch: Literal["upper", "lower"] = "upper"
     gravity: Number = measured("gravity", "m/s²", 9.8)
     drive: Annotated[Drive | None, Field()] = None
@@ -88,10 +104,13 @@ def changed(mechanism: Mechanism, changes: Mapping[str, Any]) -> dict[str, Any]:
     """
     told, problems = _told(changes)
     problems += _misfits(mechanism, told)
+    if "elastic" in told or "elastic" not in changes:
+        problems += _elastic_misfits(mechanism, told)
     if problems:
         raise InputError(problems)
     fields = {name: getattr(mechanism, name) for name in type(mechanism).model_fields}
-    fields |= {name: told[name] for name in ("branch", "gravity") if name in told}
+    fields |= {name: told[name] for name in ("branch", "gravity", "order") if name in told}
+    fields["links"] = tuple(_link(link, told) for link in mechanism.links)
     fields["joints"] = tuple(_joint(joint, told) for joint in mechanism.joints)
     fields["drive"] = _drive(mechanism, told)
     return fields
@@ -102,7 +121,7 @@ def _told(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     try:
         record, problems = Changes(**changes), []
     except InputError as error:
-        wrong = {problem.key.split(".")[0] for problem in error.problems}
+        wrong = {re.split(r"[.\[]", problem.key)[0] for problem in error.problems}
         record, problems = (
             Changes(**{k: v for k, v in changes.items() if k not in wrong}),
             list(error.problems),
@@ -145,6 +164,21 @@ def _contact_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Prob
     ]
 
 
+def _elastic_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
+    names = [link.name for link in mechanism.links]
+    given = enumerate(told.get("elastic", ()))
+    strange = [unknown(f"elastic[{i}]", name, name, names, "link") for i, name in given if name not in names]
+    if strange:
+        return strange  # what else fits depends on which links they should name
+    bending = [link.beam for link in mechanism.links if _bends(link, told)]
+    idle, why = (), "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
+    if not bending:
+        idle = ("elements", "damping_ratio", "order")
+    elif all(beam.shapes == "sine" for beam in bending):
+        idle, why = ("elements",), "accepted only where an elastic link has shapes = 'hermite', not 'sine'"
+    return [Problem(name, told[name], why) for name in idle if name in told]
+
+
 def _drive_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
     found = []
     if "speed" in told and "drive" in told:
@@ -156,6 +190,21 @@ def _drive_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Proble
         if name in told and not motor:
             found.append(Problem(name, told[name], "accepted only for a motor drive, and this drive is none"))
     return found
+
+
+def _bends(link: Link, told: Mapping[str, Any]) -> bool:
+    return link.name in told["elastic"] if "elastic" in told else link.elastic
+
+
+def _link(link: Link, told: Mapping[str, Any]) -> Link | dict[str, Any]:
+    """Give a link, or the table of a changed one: the mechanism checks it again and knows its place."""
+    new: dict[str, Any] = {"elastic": _bends(link, told)}
+    names = ("elements", "damping_ratio") if link.beam.shapes == "hermite" else ("damping_ratio",)
+    beam = {name: told[name] for name in names if new["elastic"] and name in told}
+    if new["elastic"] == link.elastic and not beam:
+        return link
+    table = link.model_dump()
+    return table | new | {"beam": table["beam"] | beam}
 
 
 def _joint(joint: Joint, told: Mapping[str, Any]) -> Joint:

@@ -58,6 +58,11 @@ class FourBar:
         """Distance between the two pins on the ground, m."""
         return math.dist(self.origin, self.pivot)
 
+    def side(self, branch: Branch) -> float:
+        """Give the side of the line A–C on which B lies: 1 on the left, −1 on the right."""
+        left = (self.pivot[0] >= self.origin[0]) == (branch == "upper")
+        return 1.0 if left else -1.0
+
     @property
     def lengths(self) -> dict[str, float]:
         """Distances between the pins, m, by link name and ``ground``."""
@@ -68,6 +73,11 @@ class FourBar:
         """Whether it closes at some crank angle without lying flat: no side as long as the rest together."""
         sides = list(self.lengths.values())
         return min(sides[:3]) > 0 and 2 * max(sides) < sum(sides)
+
+
+def closed_four_bar(mechanism: Mechanism) -> FourBar | None:
+    """Find the four-bar loop of a mechanism without clearance; None of any other mechanism."""
+    return None if mechanism.clearance_joints else find_four_bar(mechanism.joints, mechanism.crank)
 
 
 def four_bar(mechanism: Mechanism) -> FourBar:
@@ -185,9 +195,8 @@ def _angles(loop: FourBar, crank_angle: float, branch: Branch) -> tuple[float, f
     ay = loop.origin[1] + crank * math.sin(crank_angle)
     dx, dy = loop.pivot[0] - ax, loop.pivot[1] - ay
     gap = math.hypot(dx, dy)
-    side = 1.0 if loop.pivot[0] >= loop.origin[0] else -1.0
     along, across = _triangle(loop, gap, crank_angle)
-    across *= side if branch == "upper" else -side
+    across *= loop.side(branch)
     ux, uy = dx / gap, dy / gap
     bx, by = along * ux - across * uy, along * uy + across * ux  # B − A
     on_coupler = math.atan2(math.copysign(1.0, coupler) * by, math.copysign(1.0, coupler) * bx)

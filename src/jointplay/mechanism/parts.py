@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.errors import NOTHING, refuse
+from jointplay.errors import NOTHING, InputError, refuse
 from jointplay.mechanism.base import (
     GROUND,
     Flag,
@@ -18,6 +18,7 @@ from jointplay.mechanism.base import (
     measured,
     named,
 )
+from jointplay.mechanism.beam import Beam, misfits
 
 _POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 
@@ -62,7 +63,7 @@ class Pin(Record):
 
 
 class Link(Record):
-    """A rigid link: a line with an origin, its pin at distance 0.
+    """A link: a line with an origin, its pin at distance 0; rigid, or bending between its two ends.
 
     Parameters
     ----------
@@ -77,6 +78,10 @@ class Link(Record):
     inertia : float
         Moment of inertia about the origin, kg m²; greater than mass × centre², so that
         the moment about the mass centre is positive.
+    elastic : bool
+        Whether the link bends. Its pins then sit at its ends, 0 and length.
+    beam : Beam
+        How it bends; unused while the link is rigid.
     """
 
     name: Name = named("link name")
@@ -84,6 +89,8 @@ class Link(Record):
     mass: Positive = measured("mass", "kg")
     centre: Number = measured("distance of the mass centre", "m", None, validate_default=True)
     inertia: Positive = measured("moment of inertia about the link's origin", "kg m²")
+    elastic: Flag = False
+    beam: Beam = Beam()
 
     @field_validator("name")
     @classmethod
@@ -102,11 +109,17 @@ class Link(Record):
     def _positive_definite(cls, inertia: float, info: ValidationInfo) -> float:
         if not {"length", "mass", "centre"} <= info.data.keys():
             return inertia  # one of them is wrong, and says so itself
-        least = info.data["mass"] * info.data["centre"] ** 2
+        least = info.data["mass"] * info.data["centre"] * info.data["centre"]
         if inertia <= least:
             limit = f"greater than mass × centre² = {least:.6g} kg m²"
             raise refuse(inertia, f"a moment of inertia about the link's origin {limit} is accepted")
         return inertia
+
+    @model_validator(mode="after")
+    def _bends_as_a_beam_can(self) -> Self:
+        if self.elastic and (found := misfits(self)):
+            raise InputError(found)
+        return self
 
 
 class Contact(Record):
@@ -132,21 +145,37 @@ class Contact(Record):
 
 
 class Friction(Record):
-    """The law of the tangential force in a joint with clearance: Coulomb's, with true stick.
+    """The law of the tangential force in a joint with clearance: Coulomb's, with true stick, or smoothed.
+
+    ``tanh`` replaces sign(v_t) by tanh(v_t/v_0), as many multibody codes do: it never sticks, and creeps
+    under load at a speed below v_0.
 
     Parameters
     ----------
-    law : {'coulomb'}
+    law : {'coulomb', 'tanh'}
         Name of the law.
     coefficient : float
         f, dimensionless.
     viscous : float
         C_t, N s/m.
+    velocity : float, optional
+        v_0, m/s; needed by ``tanh``, and only there.
     """
 
-    law: Literal["coulomb"] = "coulomb"
+    law: Literal["coulomb", "tanh"] = "coulomb"
     coefficient: NonNegative = measured("friction coefficient", "1")
     viscous: NonNegative = measured("viscous friction", "N s/m", 0.0)
+    velocity: Positive | None = measured("smoothing velocity", "m/s", None, validate_default=True)
+
+    @field_validator("velocity")
+    @classmethod
+    def _of_a_smoothed_law(cls, velocity: float | None, info: ValidationInfo) -> float | None:
+        smoothed = info.data.get("law") == "tanh"
+        if smoothed and velocity is None:
+            raise refuse(NOTHING, "friction law tanh needs a smoothing velocity greater than 0 m/s")
+        if velocity is not None and info.data.get("law") == "coulomb":
+            raise refuse(velocity, "a smoothing velocity is accepted with law = 'tanh' only")
+        return velocity
 
 
 class Joint(Record):

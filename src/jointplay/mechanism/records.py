@@ -14,7 +14,7 @@ from jointplay.errors import InputError, from_pydantic, refuse, unknown
 from jointplay.mechanism.base import GROUND, Flag, Name, Number, Positive, Record, Several, measured, named
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
-from jointplay.mechanism.parts import Contact, Friction, Joint, Link, Pin
+from jointplay.mechanism.parts import Beam, Contact, Friction, Joint, Link, Pin
 from jointplay.mechanism.section import (
     ContactSection,
     CrankAngle,
@@ -28,6 +28,7 @@ from jointplay.mechanism.structure import Draft, first_on_ground, problems
 __all__ = [
     "GROUND",
     "MAIN_JOINT",
+    "Beam",
     "Changes",
     "ConstantSpeed",
     "Contact",
@@ -66,6 +67,9 @@ class Mechanism(Record):
     branch : {'upper', 'lower'}
         Which way a four-bar is assembled: with the joint between coupler and rocker above or below
         (`jointplay.mechanism.closure.ideal_state` says exactly).
+    order : {'consistent', 'paper'}
+        Inertia terms of elastic links: all to second order in the deflection, or those of Chunmei et al.
+        (2002), equations (3) to (12); unused while every link is rigid.
     """
 
     name: Name = "linkage"
@@ -74,6 +78,7 @@ class Mechanism(Record):
     drive: Annotated[Drive | None, Field()] = None
     gravity: Number = measured("gravity", "m/s²", 9.8)
     branch: Literal["upper", "lower"] = "upper"
+    order: Literal["consistent", "paper"] = "consistent"
 
     @model_validator(mode="wrap")
     @classmethod
@@ -93,6 +98,11 @@ class Mechanism(Record):
     def clearance_joints(self) -> tuple[Joint, ...]:
         """The joints with clearance, in order."""
         return tuple(joint for joint in self.joints if joint.clearance > 0)
+
+    @property
+    def elastic_links(self) -> tuple[Link, ...]:
+        """The links that bend, in order."""
+        return tuple(link for link in self.links if link.elastic)
 
     @property
     def crank(self) -> str | None:
@@ -124,8 +134,8 @@ class Mechanism(Record):
         Parameters
         ----------
         **changes
-            `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `branch`, `gravity`,
-            `drive`, `speed`: see `Changes`.
+            `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `elastic`, `elements`,
+            `damping_ratio`, `order`, `branch`, `gravity`, `drive`, `speed`: see `Changes`.
 
         Raises
         ------
@@ -137,19 +147,31 @@ class Mechanism(Record):
     def summary(self) -> str:
         """Describe the mechanism in a few lines of text."""
         links = [
-            f"  link {link.name}: {link.length:g} m, {link.mass:g} kg, {link.inertia:g} kg m²"
+            f"  link {link.name}: {link.length:g} m, {link.mass:g} kg, {link.inertia:g} kg m²{_bending(link)}"
             for link in self.links
         ]
         joints = [f"  joint {j.name}: {j.journal.link} in {j.bush.link}, {_play(j)}" for j in self.joints]
-        tail = [f"  drive: {_drive(self.drive)}", f"  gravity {self.gravity:g} m/s², {self.branch} branch"]
+        order = f", {self.order} order" if self.elastic_links else ""
+        last = f"  gravity {self.gravity:g} m/s², {self.branch} branch{order}"
+        tail = [f"  drive: {_drive(self.drive)}", last]
         return "\n".join([self.name, *links, *joints, *tail])
 
     def __repr__(self) -> str:
         play = ", ".join(f"{j.name} {j.clearance:g} m" for j in self.clearance_joints) or "none"
         links = ", ".join(link.name for link in self.links)
-        return f"<Mechanism {self.name}: {links}; clearance: {play}; drive: {_drive(self.drive)}>"
+        elastic = ", ".join(link.name for link in self.elastic_links)
+        bends = f"; elastic: {elastic}" if elastic else ""
+        return f"<Mechanism {self.name}: {links}{bends}; clearance: {play}; drive: {_drive(self.drive)}>"
 
     __str__ = __repr__
+
+
+def _bending(link: Link) -> str:
+    if not link.elastic:
+        return ""
+    beam = link.beam
+    shapes = f"{beam.elements} elements, " if beam.elements else "sine shapes, "
+    return f", elastic: {shapes}{beam.size} modes, damping {beam.damping_ratio:g}"
 
 
 def _play(joint: Joint) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.equations.structure import Linkage, Oscillator
 
 SPEED_FLOOR = 0.01  # of the nominal speed: below it, errors of a speed count as absolute
+DEFLECTION = 1e-4  # of the longest link: the deflection relative to which errors of deflections count
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,8 @@ class Scene:
     links, joints, clearances, pins, states, resets : tuple
         Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the
         states and of the resets of a test system.
+    bending : tuple of str
+        The links, where at least one bends.
     crank, crank_angle, crank_speed
         Name of the driven link, its angle and speed at time 0.
     """
@@ -55,3 +58,4 @@ class Scene:
     crank_angle: float = 0.0
     crank_speed: float = 0.0
     resets: tuple[str, ...] = ()
+    bending: tuple[str, ...] = ()

@@ -6,6 +6,7 @@ elsewhere.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -94,15 +95,23 @@ def _duplicates(kind: str, parts: Sequence[tuple[Any, Any]]) -> Iterator[Problem
 
 
 def _pins(draft: Draft) -> Iterator[Problem]:
-    lengths = {name: link.length for name, link in draft.links if link is not None}
+    known = {name: link for name, link in draft.links if link is not None}
     for i, (_, joint) in enumerate(draft.joints):
         for side, pin in (("journal", joint.journal), ("bush", joint.bush)) if joint else ():
             key = f"joints[{i}].{side}"
             if pin.link not in (*draft.names, GROUND):
                 yield unknown(f"{key}.link", pin.link, pin.link, [*draft.names, GROUND], "link")
-            elif pin.at > lengths.get(pin.link, pin.at):
-                limit = f"from 0 to {pin.link}'s length of {lengths[pin.link]:g} m"
-                yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+            elif link := known.get(pin.link):
+                limit = _misplaced(pin.at, link)
+                if limit:
+                    yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+
+
+def _misplaced(at: float, link: Link) -> str:
+    """Say where on the link a pin may sit, if not there."""
+    if link.elastic and at != 0 and not math.isclose(at, link.length, rel_tol=1e-9):
+        return f"of 0 or {link.length:g} m, the ends of the elastic {link.name},"
+    return f"from 0 to {link.name}'s length of {link.length:g} m" if at > link.length else ""
 
 
 def _driven(draft: Draft) -> Iterator[Problem]:

@@ -41,9 +41,9 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level):
     """
     length, w, b = place * h, k.w, k.b
     for _ in range(REFINEMENTS):
-        f.factor(w, k.J, length)
+        f.factor(variant, w, k.J, length)
         f.extrapolate(w, k.whole, 0.0, length / h)
-        solved, _ = converge(f, variant, w, x, k.weight, length, 0.1 * o.newton, 1.0)
+        solved, _ = converge(f, variant, k, x, length, 0.1 * o.newton, 1.0)
         if not solved:
             return length, 1.0, False
         f.rate(variant, w, x.s, x.p, x.m)

@@ -42,7 +42,7 @@ from .record import gains, note, sample, work_at
 from .sections import count_section, keep, sections
 from .step import ORDER, TURN, attempt, next_length
 
-WORK = typeof(work(1, 1, 1, 1, 1))
+WORK = typeof(work(1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
 OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
 

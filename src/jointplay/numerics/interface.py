@@ -39,14 +39,17 @@ SIGNATURES = {
     "extrapolate": void(vector, vector, float64, float64),
     "rest": void(vector),
     "move": void(vector, vector, float64),
-    "factor": void(vector, vector, float64),
-    "newton": float64(vector, vector, vector, float64),
-    "estimate": float64(vector, vector, vector, vector, float64),
+    "factor": void(int64, vector, vector, float64),
+    "newton": float64(int64, vector, vector, vector, vector, float64),
+    "estimate": float64(int64, vector, vector, vector, vector, float64),
 }
 
 
 class Functions(NamedTuple):
-    """What the flow calls: functions of a structure (codegen.module) and of its size (codegen.algebra)."""
+    """What the flow calls: functions of a structure (codegen.module), and the method's algebra for it.
+
+    The algebra is written out by size (codegen.algebra), or goes by the structure's plan (codegen.plan).
+    """
 
     rate: Callable
     jacobian: Callable

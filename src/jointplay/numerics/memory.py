@@ -24,7 +24,7 @@ class Work(NamedTuple):
     """Scratch of the method; a lane row is eight doubles."""
 
     w: np.ndarray  # lane buffer: the method's rows, then the structure's
-    J: np.ndarray  # Jacobian, rows of positions and speeds
+    J: np.ndarray  # Jacobian, rows of positions and speeds; of many unknowns, the values of a plan
     past: np.ndarray  # increments of the last accepted step
     whole: np.ndarray  # increments of a step that is being shortened
     gain: np.ndarray  # increments of the work in the step
@@ -80,16 +80,16 @@ class Options(NamedTuple):
 
 
 def method_rows(n: int) -> int:
-    """Lane rows of the method's own, before those of the structure: W, R, X, a row of squares, E."""
+    """Lane rows of the written-out algebra, before those of the structure: W, R, X, a row of squares, E."""
     return 3 * n + 1 + n * n
 
 
-def work(n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int) -> Work:
-    """Allocate the scratch of a structure with `n_rows` lane rows in all."""
+def work(n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int, n_jacobian: int) -> Work:
+    """Allocate the scratch of a structure with `n_rows` lane rows and `n_jacobian` numbers in J."""
     wide = 8 * (n_q + n)
     return Work(
         w=np.zeros(8 * n_rows),
-        J=np.zeros(n * (n_q + n)),
+        J=np.zeros(n_jacobian),
         past=np.zeros(wide),
         whole=np.zeros(wide),
         gain=np.zeros(8 * n_powers),

@@ -20,17 +20,18 @@ TURN = 0.75  # largest increment of an angle in a step: where the structure's po
 
 
 @inlined
-def converge(f, variant, w, x, weight, h, tolerance, contraction):
-    """Newton's iteration from the predicted increments, with the matrices in `w` factored for h.
+def converge(f, variant, k, x, h, tolerance, contraction):
+    """Newton's iteration from the predicted increments, with the matrices factored for h.
 
     Gives back whether it converged, and the contraction that was observed (the next step's first guess at
     it).
     """
+    w = k.w
     f.move(w, x.s, h)
     factor, before = max(contraction, 1e-16) ** 0.8, 1.0
     for iteration in range(1, ITERATIONS + 1):
         f.rate(variant, w, x.s, x.p, x.m)
-        size = f.newton(w, x.s, weight, h)
+        size = f.newton(variant, w, x.s, k.J, k.weight, h)
         x.count[EVALUATIONS] += 7
         if not size < 1e100:
             break
@@ -51,19 +52,19 @@ def converge(f, variant, w, x, weight, h, tolerance, contraction):
 def attempt(f, variant, k, x, o, h):
     """Attempt a step of length h; its error in units of the tolerance, -1 if it did not converge."""
     w, s, real, first = k.w, x.s, x.real, 8 * o.first
-    f.factor(w, k.J, h)
+    f.factor(variant, w, k.J, h)
     if x.count[SMOOTH]:
         f.extrapolate(w, k.past, 1.0, h / real[H_PAST])
     else:
         f.rest(w)
-    solved, real[CONTRACTION] = converge(f, variant, w, x, k.weight, h, o.newton, real[CONTRACTION])
+    solved, real[CONTRACTION] = converge(f, variant, k, x, h, o.newton, real[CONTRACTION])
     if not solved or _turned(w, x.turning, first + 8, o.n_q):
         return -1.0
     for r in range(o.n_q):
         k.error[r] = s[1 + o.n_q + r]
     for r in range(o.n):
         k.error[o.n_q + r] = w[first + 8 * (1 + o.n_q + o.n + r) + 7]
-    size = f.estimate(w, k.J, k.weight, k.error, h)
+    size = f.estimate(variant, w, k.J, k.weight, k.error, h)
     if size >= 1.0 and not x.count[SMOOTH]:
         size = _estimate_again(f, variant, k, x, o, h)
     return size
@@ -93,7 +94,7 @@ def _estimate_again(f, variant, k, x, o, h):
         error[o.n_q + r] = w[state + 8 * (n_x + r) + 7]
     for r in range(n_x):
         w[state + 8 * r + 7] = 0.0
-    return f.estimate(w, k.J, k.weight, error, h)
+    return f.estimate(variant, w, k.J, k.weight, error, h)
 
 
 @compiled

@@ -44,7 +44,7 @@ def _impossible_start(study: Study) -> list[Problem]:
 
 def _unknown_words(study: Study) -> list[Problem]:
     try:
-        recorded(study.analysis.record, isinstance(study.mechanism, Mechanism), "analysis.record")
+        recorded(study.analysis.record, study.mechanism, "analysis.record")
     except InputError as error:
         return error.problems
     return []
@@ -57,13 +57,15 @@ def _misplaced_figure(study: Study) -> list[Problem]:
         expected = f"for this {study.kind} one of {', '.join(kinds)} is accepted"
         problems.append(Problem("figure.kind", options["kind"], expected))
     elif isinstance(study.mechanism, Mechanism) and not _unknown_words(study):
-        problems += figures.lacking(options, recorded(study.analysis.record, True))
+        problems += figures.lacking(options, recorded(study.analysis.record, study.mechanism))
     if isinstance(study.mechanism, Mechanism):
+        joints, whats = study.mechanism.joints, {"joint": "joint with clearance", "pin": "ideal joint"}
         parts = {"link": study.mechanism.links, "joint": study.mechanism.clearance_joints}
+        parts["pin"] = tuple(joint for joint in joints if not joint.clearance)
         for key in parts.keys() & options.keys():
             names = [part.name for part in parts[key]]
             if options[key] not in names:
-                what = f"{key} with clearance" if key == "joint" else key
+                what = whats.get(key, key)
                 problems.append(unknown(f"figure.{key}", options[key], options[key], names, what))
     events = options.get("events", False)
     named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
@@ -73,8 +75,8 @@ def _misplaced_figure(study: Study) -> list[Problem]:
 
 def _kinds_of_figure(study: Study) -> list[str]:
     """The figures that a result of this study can be drawn as."""
-    kinds = [name for name in figures.KINDS if (name == "poincare_section") == (study.kind == "section")]
+    kinds = list(figures.SUITED[study.kind])
     kinds += ["poincare_section"] if study.kind == "response" and study.analysis.section else []
     if isinstance(study.mechanism, Mechanism) and study.mechanism.clearance_joints:
         return kinds
-    return [name for name in kinds if name not in ("journal_orbit", "overview")]
+    return [name for name in kinds if name not in ("contact_angle", "journal_orbit", "overview")]

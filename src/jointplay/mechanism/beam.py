@@ -1,0 +1,190 @@
+"""How an elastic link bends: its beam, and the modes that the equations of motion take from it.
+
+Source: the deflection y(x, t) = Σ φ_i(x) η_i(t) of a uniform Euler–Bernoulli beam pinned at both ends, in
+mass-normalised modes: ∫ρA φ_i φ_j dx = δ_ij and ∫EI φ_i″ φ_j″ dx = ω_i² δ_ij. They are those of
+a beam of unit length, mass and stiffness (`jointplay.mechanism.shapes`), scaled: ω_i by √(EI/ρAl⁴), φ_i by
+1/√(ρAl).
+Assumptions: small deflections, slender links, uniform section. Units: SI.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+
+from jointplay.errors import Problem, refuse
+from jointplay.mechanism.base import NonNegative, Positive, Record, measured
+from jointplay.mechanism.shapes import Modes, hermites, sines
+
+if TYPE_CHECKING:
+    from jointplay.mechanism.parts import Link
+
+_MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
+MOST_ELEMENTS = 20
+_SINES = 4  # as many modes as the paper's two elements have
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if getattr(value, "ndim", None) == 0 else value
+
+
+def _dimensionless(noun: str, accepts: str, default: Any, **more: Any) -> Any:
+    return Field(default, description=noun, json_schema_extra={"units": "1", "accepts": accepts}, **more)
+
+
+_SOME_MODES = f"a whole number of modes from 1 to {2 * MOST_ELEMENTS}"
+_BETWEEN_ENDS = "a fraction of the length greater than 0 and less than 1 (the pinned ends do not deflect)"
+_Modes = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=2 * MOST_ELEMENTS)]
+Elements = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=MOST_ELEMENTS)]
+DampingRatio = Annotated[NonNegative, Field(le=1)]
+
+
+def elements_field(default: int | None, **more: Any) -> Any:
+    """Describe a field that holds the number of elements of a beam."""
+    accepts = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
+    return _dimensionless("number of elements", accepts, default, **more)
+
+
+def damping_field() -> Any:
+    """Describe a field that holds the structural damping of a beam."""
+    accepts = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
+    return _dimensionless("damping ratio", accepts, 0.0)
+
+
+class Beam(Record):
+    """How an elastic link bends: as a uniform Euler–Bernoulli beam, both of its ends on the link's line.
+
+    Valid for deflections that are small against the length, of links that are long against their thickness:
+    shear, rotary inertia of the section and stretching are left out.
+
+    Parameters
+    ----------
+    shapes : {'hermite', 'sine'}
+        Cubic finite elements, or the exact modes of a pinned beam.
+    elements : int, optional
+        Number of elements of equal length, 1 to 20; 2 if left out, and none with sine shapes.
+    modes : int, optional
+        How many of the lowest modes to keep; all 2 × elements, or 4 sine modes, if left out.
+    modulus : float
+        Young's modulus E, Pa.
+    density : float
+        ρ, kg/m³.
+    section : {'round', 'square'}
+        Solid section, for a second moment that is left out.
+    area : float, optional
+        Area of the section A, m²; mass/(ρ × length) of the link if left out. A link whose mass is not all
+        in its beam, but in bosses or pins too, has a smaller one.
+    second_moment : float, optional
+        Second moment of area, m⁴; A²/4π of a round and A²/12 of a square section if left out.
+    damping_ratio : float
+        Structural damping ξ of every mode, 0 to 1, dimensionless.
+    gauge : float
+        Where the deflection is recorded, as a fraction of the length between 0 and 1.
+    """
+
+    shapes: Literal["hermite", "sine"] = "hermite"
+    elements: Elements | None = elements_field(None, validate_default=True)
+    modes: _Modes | None = _dimensionless("number of modes", _SOME_MODES, None)
+    modulus: Positive = measured("Young's modulus", "Pa", 2.1e11)
+    density: Positive = measured("density", "kg/m³", 7800.0)
+    section: Literal["round", "square"] = "round"
+    area: Positive | None = measured("area of the section", "m²", None)
+    second_moment: Positive | None = measured("second moment of area", "m⁴", None)
+    damping_ratio: DampingRatio = damping_field()
+    gauge: Annotated[Positive, Field(lt=1)] = _dimensionless("gauge", _BETWEEN_ENDS, 0.5)
+
+    @field_validator("elements")
+    @classmethod
+    def _of_hermite_shapes(cls, elements: int | None, info: ValidationInfo) -> int | None:
+        sine = info.data.get("shapes") == "sine"
+        if sine and elements is not None:
+            raise refuse(elements, "elements are accepted with shapes = 'hermite'; sine shapes take modes")
+        return 2 if elements is None and not sine else elements
+
+    @field_validator("modes")
+    @classmethod
+    def _that_the_elements_hold(cls, modes: int | None, info: ValidationInfo) -> int | None:
+        elements = info.data.get("elements")
+        if None not in (modes, elements) and modes > 2 * elements:
+            raise refuse(modes, f"at most {2 * elements} modes, two an element, are accepted")
+        return modes
+
+    @property
+    def size(self) -> int:
+        """Number of modes kept."""
+        return self.modes or (2 * self.elements if self.elements else _SINES)
+
+
+def modal(link: Link) -> Modes:
+    """Give the modes of a link, bending or not, as its beam describes them.
+
+    Parameters
+    ----------
+    link : Link
+        With its beam.
+
+    Returns
+    -------
+    Modes
+    """
+    beam, length, mass = link.beam, link.length, np.float64(line_density(link) * link.length)
+    modes = (beam.size, beam.gauge)
+    unit = hermites(beam.elements, *modes) if beam.elements else sines(*modes)
+    weight = np.sqrt(mass)
+    return Modes(
+        frequency=unit.frequency * np.sqrt(stiffness(link) / (mass * length * length * length)),
+        force=unit.force * weight,
+        moment=unit.moment * (weight * length),
+        slope_start=unit.slope_start / (weight * length),
+        slope_end=unit.slope_end / (weight * length),
+        gauge=unit.gauge / weight,
+    )
+
+
+def area(link: Link) -> float:
+    """Give the area A of a link's section, m²: all of its mass in a uniform bar, unless its beam says."""
+    return link.beam.area or np.float64(link.mass) / (link.beam.density * link.length)
+
+
+def line_density(link: Link) -> float:
+    """Give the mass of a link's beam per length ρA, kg/m."""
+    return link.beam.density * area(link)
+
+
+def stiffness(link: Link) -> float:
+    """Give the bending stiffness E I of a link's beam, N m²."""
+    share = 4 * math.pi if link.beam.section == "round" else 12.0
+    return link.beam.modulus * (link.beam.second_moment or area(link) * area(link) / share)
+
+
+def misfits(link: Link) -> list[Problem]:
+    """List why a link cannot bend as its beam says; keys are relative to the link.
+
+    The total mass matrix is positive definite where [[m − S·S, m s − S·I], [m s − S·I, J − I·I]] is.
+    """
+    with np.errstate(all="ignore"):
+        modes = modal(link)
+    if not all(0 < frequency < math.inf for frequency in modes.frequency):
+        given = {name: getattr(link.beam, name) for name in ("modulus", "density", "area", "second_moment")}
+        return [Problem("beam", given, "numbers that give finite frequencies other than 0 are accepted")]
+    carried = float(modes.force @ modes.force)
+    if not link.mass - carried > _MARGIN * link.mass:
+        return [_too_heavy(link, carried)]
+    cross = link.mass * link.centre - float(modes.force @ modes.moment)
+    least = float(modes.moment @ modes.moment) + cross * cross / (link.mass - carried)
+    if not link.inertia - least > _MARGIN * link.inertia:
+        limit = f"greater than {least:.6g} kg m² is accepted with this beam, mass and mass centre"
+        reason = "else the mass matrix is not positive definite"
+        text = f"a moment of inertia about the link's origin {limit}, {reason}"
+        return [Problem("inertia", link.inertia, text)]
+    return []
+
+
+def _too_heavy(link: Link, carried: float) -> Problem:
+    most = area(link) * link.mass / carried
+    weight = line_density(link) * link.length
+    reason = f"this beam weighs {weight:.6g} kg, the whole link {link.mass:g} kg"
+    return Problem("beam.area", area(link), f"an area less than {most:.6g} m² is accepted: {reason}")

@@ -1,0 +1,84 @@
+"""Where a linkage starts: angles and speeds of its links."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from jointplay.errors import InputError, Problem, refuse
+from jointplay.mechanism.closure import closed_four_bar, ideal_state
+from jointplay.mechanism.records import ConstantSpeed, Mechanism
+
+IDEAL, WRITTEN_OUT = ("crank_angle", "crank_speed", "branch"), ("angle", "angular_velocity")
+
+
+def start(mechanism: Mechanism, initial: Any) -> tuple[dict[str, float], dict[str, float]]:
+    """Give angles (rad) and speeds (rad/s) of every link at the start.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The linkage.
+    initial : mapping or None
+        ``crank_angle``, ``crank_speed`` and ``branch`` of the ideal mechanism, or ``angle`` and
+        ``angular_velocity`` by link; None: the ideal mechanism at crank angle 0 and no-load speed.
+
+    Raises
+    ------
+    InputError
+        Naming every key that does not fit.
+    """
+    if initial is None:
+        return ideal_state(mechanism)
+    if not isinstance(initial, Mapping):
+        raise refuse(
+            initial,
+            "a table of crank_angle and crank_speed, or of angle and angular_velocity by link, is accepted",
+            "initial",
+        )
+    closed = closed_four_bar(mechanism) is not None
+    known = IDEAL if closed else (*IDEAL, *WRITTEN_OUT)
+    why = ": with every joint ideal the crank determines the other links" if closed else ""
+    unknown = [
+        Problem(f"initial.{key}", initial[key], f"keys {', '.join(known)} are accepted{why}")
+        for key in initial.keys() - set(known)
+    ]
+    if unknown:
+        raise InputError(unknown, "initial")
+    if "angle" in initial:
+        return _written_out(mechanism, initial)
+    _fits(mechanism, initial, closed)
+    return ideal_state(mechanism, **initial)
+
+
+def _fits(mechanism: Mechanism, initial: Mapping[str, Any], closed: bool) -> None:
+    """Refuse what a closed loop would contradict later: its own branch, and the speed that drives it."""
+    if not closed:
+        return
+    fixed = {"branch": mechanism.branch}
+    if isinstance(mechanism.drive, ConstantSpeed):
+        fixed["crank_speed"] = mechanism.drive.speed
+    wrong = [
+        Problem(f"initial.{key}", initial[key], f"{value!r}, the mechanism's own, is accepted here")
+        for key, value in fixed.items()
+        if initial.get(key) not in (None, value)
+    ]
+    if wrong:
+        raise InputError(wrong, "initial")
+
+
+def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]):
+    names = [link.name for link in mechanism.links]
+    given = [dict(initial.get(key, {})) for key in WRITTEN_OUT]
+    wrong = [
+        Problem(
+            f"initial.{key}", sorted(values), f"one finite number for each of {', '.join(names)} is accepted"
+        )
+        for key, values in zip(WRITTEN_OUT, given, strict=True)
+        if set(values) != set(names)
+        or not all(isinstance(v, int | float) and math.isfinite(v) for v in values.values())
+    ]
+    if wrong:
+        raise InputError(wrong, "initial")
+    return given[0], given[1]
