@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.mechanism import catalog
-from jointplay.mechanism.parts import Contact, Friction
+from jointplay.mechanism.parts import Beam, Contact, Friction, Link
 from jointplay.mechanism.records import ConstantSpeed, Mechanism
 
 from .reference.bodies import Bodies, Parameters
@@ -13,19 +13,36 @@ from .reference.bodies import Bodies, Parameters
 ARRANGEMENTS = ("B", "C", "A", "O", "BC", "AC", "OABC")
 SMALL = 2.9e-5
 MODES = ("free", "released", "slip+", "slip-", "stick", "contact")
+SOFT = {  # so soft that stiffness, inertia of second order and gravity are of one size
+    "crank": Beam(modulus=1e4, damping_ratio=0.03),
+    "coupler": Beam(modulus=1e7, damping_ratio=0.01, elements=None, shapes="sine", modes=3),
+    "rocker": Beam(modulus=2e7, damping_ratio=0.0),
+}
 
 
-def mechanism(p: Parameters, clearance: dict[str, float]) -> Mechanism:
-    """The package's record of a mechanism of the reference."""
+def mechanism(p: Parameters, clearance: dict[str, float], smooth: float | None = None) -> Mechanism:
+    """The package's record of a mechanism of the reference; `smooth` is the velocity of friction by tanh."""
     plain = catalog.chunmei2002(clearance=clearance, gear_ratio=p.i, gravity=p.gravity)
     contact = Contact(stiffness=p.K, damping=p.C_n, tension=p.tension)
-    friction = Friction(coefficient=p.f, viscous=p.C_t) if p.f or p.C_t else None
+    law = "tanh" if smooth else "coulomb"
+    sliding = Friction(law=law, coefficient=p.f, viscous=p.C_t, velocity=smooth)
+    friction = sliding if p.f or p.C_t else None
     fields = {name: getattr(plain, name) for name in type(plain).model_fields}
     fields["joints"] = tuple(
         joint.model_copy(update={"contact": contact, "friction": friction}) for joint in plain.joints
     )
     drives = {"motor": plain.drive, "speed": ConstantSpeed(link="crank", speed=p.w0), "none": None}
     return Mechanism(**fields | {"drive": drives[p.drive]})
+
+
+def bending(rigid: Mechanism, beams: dict[str, Beam], order: str = "consistent") -> Mechanism:
+    """The mechanism with elastic links, their beams by name."""
+    fields = {name: getattr(rigid, name) for name in Mechanism.model_fields}
+    links = (
+        Link(**dict(link) | {"elastic": True, "beam": beams[link.name]}) if link.name in beams else link
+        for link in rigid.links
+    )
+    return Mechanism(**fields | {"links": tuple(links), "order": order})
 
 
 def start(p: Parameters) -> dict[str, float]:

@@ -2,17 +2,41 @@
 
 from __future__ import annotations
 
+import inspect
+import re
 from collections import defaultdict
 from functools import cache
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
 
 from jointplay.codegen import module
+from jointplay.codegen.dynamics import Dynamics, variants
+from jointplay.codegen.plan import Plan
 from jointplay.equations.write import system
 
-DOORS = "from jointplay.numerics.interface import SIGNATURES, compiled, entry"
+DOORS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.MULTILINE)
 PRETENCE = {"compiled": lambda f: f, "entry": lambda _: lambda f: f, "SIGNATURES": defaultdict(type(None))}
+
+
+def run(source) -> SimpleNamespace:
+    """What a generated text defines, uncompiled."""
+    source = DOORS.sub("", source).replace("from math import", "from numpy import")
+    scope = PRETENCE | {"sparse": uncompiled("sparse")}
+    exec(source.replace("from jointplay.numerics import sparse", ""), scope)
+    return SimpleNamespace(**scope)
+
+
+@cache
+def uncompiled(name) -> SimpleNamespace:
+    """A module of the method, uncompiled: operations on lanes are those that its text shows."""
+    source = DOORS.sub("", inspect.getsource(import_module(f"jointplay.numerics.{name}")))
+    scope = PRETENCE | {"__package__": "jointplay.numerics"}
+    exec(source.replace("numba.config.DISABLE_JIT", "True"), scope)
+    if name != "lanes":
+        scope |= {key: value for key, value in vars(uncompiled("lanes")).items() if key in scope}
+    return SimpleNamespace(**scope)
 
 
 @cache
@@ -23,11 +47,12 @@ def text(structure) -> str:
 
 @cache
 def plain(structure) -> SimpleNamespace:
-    """The functions of a structure's module, uncompiled."""
-    source = text(structure).replace(DOORS, "").replace("from math import", "from numpy import")
-    scope = dict(PRETENCE)
-    exec(source, scope)
-    return SimpleNamespace(**scope)
+    """The functions of a structure's module, uncompiled; of many unknowns, also its `plans` by variant."""
+    found = run(text(structure))
+    if found.SIZES["planned"]:
+        equations = system(structure)
+        found.plans = [Plan.of(Dynamics(equations, variant)) for variant in variants(equations)]
+    return found
 
 
 VARIANTS = {"free": 0, "released": 0, "slip+": 1, "slip-": 1, "contact": 1, "stick": 2}
@@ -62,12 +87,27 @@ class Point:
         n_x, n = self.sizes["positions"] + self.sizes["speeds"], self.sizes["speeds"]
         return self.lanes[1 + n_x + n :].copy()
 
+    def values(self) -> np.ndarray:
+        """What `jacobian` writes: d rate / d state row by row, or the values of a plan."""
+        out = np.zeros(self.sizes["jacobian"], dtype=self.kind)
+        self.f.jacobian(self.variant, self.s, self.p, self.m, out)
+        return out
+
     def jacobian(self) -> np.ndarray:
         """d rate / d state, shape (speeds, positions + speeds)."""
-        n_x, n = self.sizes["positions"] + self.sizes["speeds"], self.sizes["speeds"]
-        out = np.zeros(n * n_x, dtype=self.kind)
-        self.f.jacobian(self.variant, self.s, self.p, self.m, out)
-        return out.reshape(n, n_x)
+        if self.sizes["planned"]:
+            M, B = self.matrices()
+            return np.linalg.solve(M, B)
+        return self.values().reshape(self.sizes["speeds"], -1)
+
+    def matrices(self) -> tuple[np.ndarray, np.ndarray]:
+        """M, and the derivatives of Q - M a by positions and speeds, from the values of a plan."""
+        n, n_q, plan = self.sizes["speeds"], self.sizes["positions"], self.f.plans[self.variant]
+        M, B, values = np.zeros((n, n), self.kind), np.zeros((n, n_q + n), self.kind), self.values()
+        for matrix, places, shift in ((M, plan.mass, 0), (B, plan.pull, 0), (B, plan.rate, n_q)):
+            for (i, j), at in places.items():
+                matrix[i, shift + j] = values[at]
+        return M, B
 
     def contacts(self) -> np.ndarray:
         """u, v_n, v_t, F_n (the law's), F_t, v_t' of each contact, shape (contacts, 6)."""

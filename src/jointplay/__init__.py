@@ -21,6 +21,8 @@ _HOME = {
     "growth": "analysis.growth",
     "readings": "analysis.readings",
     "claims": "analysis.claims",
+    "waveform": "analysis.waveform",
+    "scheme_comparison": "analysis.scheme_comparison",
     "open": "study.store:open_result",
     "figure": "figures:draw",
     "InputError": "errors",

@@ -116,6 +116,21 @@ def run(arguments: argparse.Namespace) -> int:
     return FAILED if failure else DONE
 
 
+def reproduce(arguments: argparse.Namespace) -> int:
+    """Compute and draw every figure of the paper, or those named, and grade its conclusions."""
+    from functools import partial
+
+    from jointplay.study.reproduce import reproduce as reproduce_studies
+
+    say = partial(print, flush=True)
+    outcomes = reproduce_studies(arguments.names, arguments.jobs, arguments.out, say=say)
+    failed = [outcome for outcome in outcomes if outcome.failure]
+    print(f"{len(outcomes) - len(failed)} of {len(outcomes)} studies done; results in {arguments.out}")
+    for outcome in failed:
+        print(f"failed: {outcome.name}: {outcome.failure}", file=sys.stderr)
+    return FAILED if failed else DONE
+
+
 def check(arguments: argparse.Namespace) -> int:
     """Validate a study file and say what it asks for; compute nothing."""
     from jointplay.study.file import load
@@ -192,6 +207,15 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--out", default="results", metavar="DIR", help="where results go (default: results)")
     one.add_argument("--no-figure", action="store_true", help="store the result only")
     _add_set(one)
+
+    one = _verb(verbs, "reproduce", reproduce)
+    one.add_argument(
+        "names", nargs="*", metavar="NAME", help="studies of studies/paper, such as fig05b; all if none"
+    )
+    one.add_argument("--jobs", type=int, default=2, metavar="N", help="worker processes (default: 2)")
+    one.add_argument(
+        "--out", default="results/paper", metavar="DIR", help="where results go (default: results/paper)"
+    )
 
     one = _verb(verbs, "check", check)
     one.add_argument("study", metavar="STUDY.toml")

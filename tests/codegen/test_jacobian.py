@@ -9,7 +9,7 @@ from jointplay.equations.oscillators import SYSTEMS
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 
-from ..equations.both import pair, point
+from ..equations.both import bent_pair, bent_state, pair, point
 from ..linkages import scattered
 from ..plain import Point, plain
 from .samples import STATES, modes_of, oscillator
@@ -60,6 +60,34 @@ def test_linkages(joints, drive):
         agree(*shifted(base, modes), 1e-11)
 
 
+BENDING = {  # joints with play, links that bend, drive, order: modes
+    ("B", "coupler", "motor", "consistent"): LINKAGES["B"],
+    ("B", "coupler rocker", "motor", "paper"): LINKAGES["B"],
+    ("AC", "coupler", "motor", "consistent"): [("free", "slip+"), ("stick", "slip-"), ("stick", "stick")],
+    ("", "coupler", "motor", "consistent"): [()],
+    ("", "coupler rocker", "speed", "consistent"): [()],
+    ("", "coupler rocker", "motor", "paper"): [()],
+}
+
+
+@pytest.mark.parametrize(
+    "scene", BENDING, ids=["_".join(scene).replace(" ", "_").strip("_") for scene in BENDING]
+)
+def test_links_that_bend(scene):
+    system, ours = bent_pair(*scene)
+    for seed, modes in enumerate(BENDING[scene]):
+        base = point(system, ours, bent_state(system, seed), modes)
+        agree(*shifted(base, modes), 1e-10)
+
+
+@pytest.mark.parametrize("links", ["", "coupler"])
+def test_friction_by_tanh(links):
+    system, ours = bent_pair("B", links, smooth=3.0)
+    for seed, modes in enumerate([("free",), ("contact",), ("contact",)]):
+        base = point(system, ours, bent_state(system, seed), modes)
+        agree(*shifted(base, modes), 1e-10)
+
+
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_oscillators(name):
     scene = oscillator(name)
@@ -84,6 +112,6 @@ def test_compiled_functions_are_the_text():
             Point(functions, scene.numbers, state, [mode])
             for functions in (plain(scene.structure), cache.structure_module(scene.structure))
         ]
-        for quantity in (Point.rate, Point.watched, Point.jacobian, Point.contacts):
+        for quantity in (Point.rate, Point.watched, Point.values, Point.contacts):
             mine, compiled = (quantity(p) for p in both)
             assert np.abs(mine - compiled).max() <= 1e-11 * np.abs(mine).max()

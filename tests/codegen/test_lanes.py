@@ -9,7 +9,7 @@ from jointplay.codegen.source import MAX_TURN
 from jointplay.equations.oscillators import SYSTEMS
 from jointplay.numerics.step import TURN
 
-from ..equations.both import pair, point
+from ..equations.both import bent_pair, bent_state, pair, point
 from ..linkages import scattered
 from ..plain import Point, plain
 from .samples import STATES, modes_of, oscillator
@@ -40,6 +40,16 @@ def test_linkages(joints, modes, drive):
     signs = np.random.default_rng(1).uniform(-1, 1, (1 + n_q + n, 8))
     signs[:, 0], signs[:, 1] = 1.0, -1.0  # the farthest corners
     agree(base, modes, sizes[:, None] * signs)
+
+
+@pytest.mark.parametrize(("joints", "modes"), [("B", ("free",)), ("B", ("stick",)), ("", ())])
+def test_links_that_bend(joints, modes):
+    """As far as a step of a closed loop may go, in which the coupler's and rocker's angles follow."""
+    system, scene = bent_pair(joints, "coupler", C_t=1.5)
+    base = point(system, scene, bent_state(system, 3), modes)
+    n, bent = base.sizes["speeds"], len(system.bent)
+    sizes = np.repeat([0.7 / system.p.w0, 1e-3, 0.7, 5.0, 20.0], [1, bent, n - bent, bent, n - bent])
+    agree(base, modes, sizes[:, None] * np.random.default_rng(1).uniform(-1, 1, (1 + 2 * n, 8)))
 
 
 @pytest.mark.parametrize("name", SYSTEMS)

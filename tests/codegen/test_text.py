@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 
@@ -12,8 +13,9 @@ from jointplay.equations.oscillators import SYSTEMS
 from jointplay.equations.structure import parameter_names
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.parts import Beam
 
-from ..plain import plain
+from ..plain import plain, text
 from .samples import ARGUMENTS, oscillator
 
 SCRIPT = """
@@ -24,8 +26,10 @@ from jointplay.equations.write import system
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 two = assemble(catalog.chunmei2002(clearance={"B": 1e-5, "C": 1e-5}), powers=True, section="angle:crank")
+bent = assemble(catalog.chunmei2002(elastic=("coupler",)))
+loop = assemble(catalog.chunmei2002(clearance=0, elastic=("coupler",)))
 ball = assemble(catalog.soft_impact_pair(1.0, 50.0, 2.0))
-texts = [text(system(scene.structure)) for scene in (two, ball)] + [algebra(3, 3)]
+texts = [text(system(scene.structure)) for scene in (two, bent, loop, ball)] + [algebra(3, 3)]
 print(two.structure, hashlib.sha256("".join(texts).encode()).hexdigest())
 """
 
@@ -57,16 +61,40 @@ def test_a_test_system_written_in_another_order():
     assert list(assemble(turned).numbers) == list(assemble(lorenz).numbers)
 
 
-@pytest.mark.parametrize("joints", ["B", "BC"])
-def test_parameters_of_a_linkage_are_in_the_order_of_the_structure(joints):
-    scene = assemble(catalog.chunmei2002(clearance=dict.fromkeys(joints, 1e-5)))
+@pytest.mark.parametrize(
+    ("joints", "elastic"), [("B", ()), ("BC", ()), ("B", ("coupler",)), ("", ()), ("", ("coupler", "rocker"))]
+)
+def test_parameters_of_a_linkage_are_in_the_order_of_the_structure(joints, elastic):
+    scene = assemble(catalog.chunmei2002(clearance=dict.fromkeys(joints, 1e-5), elastic=elastic))
     assert parameter_names(scene.structure) == plain(scene.structure).PARAMETERS
     assert len(scene.numbers) == len(parameter_names(scene.structure))
 
 
 def test_a_part_that_a_scene_lacks_leaves_no_trace():
     bare = catalog.chunmei2002(friction=0, gravity=0.0, drive=None)
-    text = plain(assemble(bare, {"crank_speed": 5.0}).structure)
+    bare = plain(assemble(bare, {"crank_speed": 5.0}).structure)
     rate = plain(assemble(catalog.chunmei2002()).structure)
-    assert text.rate.__code__.co_consts.count(2) == 0  # no sticking variant
+    assert bare.rate.__code__.co_consts.count(2) == 0  # no sticking variant
     assert rate.rate.__code__.co_consts.count(2) == 1
+
+
+def test_a_rigid_link_costs_nothing():
+    """Its beam is no part of structure or numbers; beside a link that bends, it has no symbol of bending."""
+    rigid = catalog.chunmei2002()
+    stiff = tuple(link.model_copy(update={"beam": Beam(modulus=1e9, elements=5)}) for link in rigid.links)
+    here, there = assemble(rigid), assemble(rigid.model_copy(update={"links": stiff}))
+    assert here.structure == there.structure
+    assert list(here.numbers) == list(there.numbers)
+    assert here.structure == assemble(rigid.replace(elastic=("coupler",)).replace(elastic=())).structure
+    assert not re.search(r"\bd?eta_", text(here.structure))
+    bent = assemble(rigid.replace(elastic=("coupler",)))
+    names = set(re.findall(r"[A-Za-z]\w*", text(bent.structure)))
+    words = ("eta", "deta", "S", "I", "k", "c", "start", "end", "gauge")
+    assert {name for name in names if name.startswith(tuple(f"{word}_coupler_" for word in words))}
+    assert not {name for name in names if re.fullmatch(rf"({'|'.join(words)})_(crank|rocker)_\d", name)}
+
+
+def test_undamped_links_have_no_damping():
+    bent = assemble(catalog.chunmei2002(elastic=("coupler",), damping_ratio=0.0))
+    assert "    c_coupler_0 =" not in text(bent.structure)
+    assert "    c_coupler_0 =" in text(assemble(catalog.chunmei2002(elastic=("coupler",))).structure)

@@ -1,12 +1,16 @@
-"""One mechanism twice: the reference's free bodies, and the package's generated functions."""
+"""One mechanism twice: the references' free links, and the package's generated functions."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from jointplay.mechanism.assemble import assemble
 
-from ..linkages import SMALL, mechanism, own_state, start
+from ..linkages import SMALL, SOFT, bending, mechanism, own_state, start
 from ..plain import Point, plain
 from ..reference.bodies import Bodies, Parameters
+from ..reference.flexible_twin import loop
+from .lagrange import Lagrange
 
 
 def pair(joints, drive="motor", **changes):
@@ -23,7 +27,38 @@ def numbers(system, scene, y):
     return found | {"theta_0": y[0]} if system.p.drive == "speed" else found
 
 
+def state(system, y):
+    """The package's positions and speeds at the reference's state y."""
+    return system.state(y) if isinstance(system, Lagrange) else own_state(system, y)
+
+
 def point(system, scene, y, modes):
     """The package's functions at the reference's state y."""
     values = list(numbers(system, scene, y).values())
-    return Point(plain(scene.structure), values, own_state(system, y), modes)
+    return Point(plain(scene.structure), values, state(system, y), modes)
+
+
+def bent_pair(joints, links, drive="motor", order="consistent", smooth=None, **changes):
+    """Lagrange's equations and the package's scene of a mechanism with soft links, words in `links`.
+
+    `smooth` is the velocity of friction by tanh.
+    """
+    p = Parameters(i=3.0, drive=drive, **{"f": 0.2, "C_t": 1.5} | changes)
+    clearance = dict.fromkeys(joints, SMALL)
+    bent = bending(mechanism(p, clearance, smooth), {name: SOFT[name] for name in links.split()}, order)
+    return Lagrange(p, clearance, bent, smooth), assemble(bent, start(p) if drive == "none" else None)
+
+
+def bent_state(system, seed):
+    """A state of bent links in motion, joints displaced by more than their clearance; or the loop closed."""
+    random = np.random.default_rng(seed)
+    size = np.concatenate([np.full(system.rigid, 1e-3), np.full(system.n - system.rigid, 3e-3)])
+    y = np.concatenate([size, 2e3 * size]) * random.standard_normal(2 * system.n)
+    rigid = np.r_[: system.rigid, system.n : system.n + system.rigid]
+    y[rigid] += system.start()
+    if system.p.drive == "speed":
+        y[system.n] = system.p.w0
+    if not system.clearance:
+        y[0] = random.uniform(0, 2 * np.pi)
+        y[: system.rigid], y[system.n : system.n + system.rigid] = loop(system.p, y[0], y[system.n])
+    return y

@@ -7,10 +7,10 @@ import pytest
 
 from jointplay.codegen import outputs
 
-from ..linkages import ARRANGEMENTS, own_state, scattered
+from ..linkages import ARRANGEMENTS, scattered
 from ..plain import masks, plain
 from ..reference.bodies import LINKS, Bodies
-from .both import numbers, pair
+from .both import numbers, pair, state
 
 MODES = ("free", "slip+", "slip-", "stick")
 PUSHED = {"O": "crank", "A": "crank", "B": "coupler", "C": "rocker"}  # journal carriers
@@ -35,10 +35,10 @@ class Watched(Bodies):
 def evaluated(system, scene, y, modes):
     """Every output of the package at a state of the reference."""
     functions = plain(scene.structure)
-    state = np.concatenate([[0.0], own_state(system, y)])
-    given = dict(zip(functions.STATE, state, strict=True)) | numbers(system, scene, y)
+    values = np.concatenate([[0.0], state(system, y)])
+    given = dict(zip(functions.STATE, values, strict=True)) | numbers(system, scene, y)
     words = [f"{word}_{name}" for name in scene.joints for word in ("touch", "slip", "stick")]
-    given |= dict(zip(words, masks(modes), strict=True))
+    given |= dict(zip(words, masks(modes), strict=False))
     return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
 
 

@@ -39,18 +39,21 @@ name = "crank"
 length = 0.03
 mass = 0.4489
 inertia = 1.5e-4
+beam = { damping_ratio = 0.01 }
 
 [[mechanism.links]]
 name = "coupler"
 length = 0.181
 mass = 0.1743
 inertia = 2.7e-3
+beam = { damping_ratio = 0.01 }
 
 [[mechanism.links]]
 name = "rocker"
 length = 0.1175
 mass = 0.2916
 inertia = 1.34e-3
+beam = { damping_ratio = 0.01 }
 
 [[mechanism.joints]]
 name = "O"
@@ -84,6 +87,21 @@ speed = 80.0
 [analysis]
 turns = 3
 """
+
+BENT = TEXT.replace(
+    "gear_ratio = 3.0\n",
+    """\
+gear_ratio = 3.0
+elastic = ["coupler"]
+elements = 3
+damping_ratio = 0.02
+order = "paper"
+""",
+)
+
+BENT_WRITTEN_OUT = WRITTEN_OUT.replace(
+    "inertia = 2.7e-3\nbeam = { ", "inertia = 2.7e-3\nelastic = true\nbeam = { modes = 3, area = 1.2e-4, "
+)
 
 
 def result(status=0):

@@ -2,7 +2,7 @@
 
 import pytest
 from program import jointplay
-from study_samples import TEXT, WRITTEN_OUT
+from study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
 
 NO_CLEARANCE = TEXT.replace("clearance = 2.9e-4", "clearance = 0")
 STARTED_AT_B = WRITTEN_OUT + 'section = { kind = "contact", joint = "B" }\n'
@@ -38,6 +38,33 @@ CASES = {  # text, change, words that must be said
         WRITTEN_OUT,
         "mechanism.links[1].inertia=1e-6",
         "mechanism.links[1].inertia: got 1e-06; a moment of inertia about the link's origin greater than",
+    ),
+    "no such link": (
+        TEXT,
+        "mechanism.elastic=['copler']",
+        "mechanism.elastic[0]: got 'copler'; no such link: did you mean 'coupler'? accepted: ",
+    ),
+    "elements of zero length": (BENT, "mechanism.elements=0", "mechanism.elements: got 0; a whole number of"),
+    "more than critical damping": (
+        BENT,
+        "mechanism.damping_ratio=1.5",
+        "a damping ratio from 0 to 1 (critical",
+    ),
+    "order without a beam": (TEXT, "mechanism.order='paper'", "accepted only where a link is elastic"),
+    "a beam too heavy": (
+        BENT_WRITTEN_OUT,
+        "mechanism.links[1].beam.area=2e-4",
+        "mechanism.links[1].beam.area: got 0.0002; an area less than 0.000133748 m²",
+    ),
+    "modes beyond the elements": (
+        BENT_WRITTEN_OUT,
+        "mechanism.links[1].beam.modes=5",
+        "mechanism.links[1].beam.modes: got 5; at most 4 modes, two an element, are accepted",
+    ),
+    "a pin within a beam": (
+        BENT_WRITTEN_OUT,
+        "mechanism.joints[2].journal.at=0.1",
+        "mechanism.joints[2].journal.at: got 0.1; a distance along the link of 0 or 0.181 m",
     ),
     "NaN": (TEXT, "mechanism.gear_ratio=nan", "mechanism.gear_ratio: got nan; a finite gear ratio"),
     "infinite": (TEXT, "integrator.rtol=inf", "integrator.rtol: got inf; a number of at least 1e-14 and"),

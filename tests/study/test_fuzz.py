@@ -6,11 +6,11 @@ from io import StringIO
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from study_samples import TEXT, WRITTEN_OUT
+from study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
 
 from jointplay import cli
 
-TEXTS = st.sampled_from([TEXT, WRITTEN_OUT])
+TEXTS = st.sampled_from([TEXT, WRITTEN_OUT, BENT, BENT_WRITTEN_OUT])
 ODD = """
 nan;-inf;1e400;-1;0;1e-320;99999999999999999999;0xffffffffffffffffffffffffffffffffff;true;2020-01-01
 '';'\\u0000';'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx'

@@ -60,7 +60,7 @@ def test_every_verb_is_in_the_readme_and_every_figure_in_the_docs():
     rows = dict(re.findall(r"^\| `(\w+)` \|.*\| (.*) \|$", page, re.MULTILINE))
     for name, draw in KINDS.items():
         options = re.findall(r"`(\w+)`", rows[name])
-        assert options == list(draw.__wrapped__.__kwdefaults__), name
+        assert options == list(draw.__wrapped__.__kwdefaults__ or ()), name
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

@@ -88,7 +88,8 @@ def _phase(system: TestSystem) -> str:
 
 
 def _plane(section: Plane, mechanism: Mechanism) -> str:
-    if section.quantity == "angle" and closed_four_bar(mechanism) and section.link not in (None, mechanism.crank):
+    follower = section.link not in (None, mechanism.crank)
+    if section.quantity == "angle" and follower and closed_four_bar(mechanism):
         expected = f"the crank, {mechanism.crank}, is accepted: without clearance the other angles follow it"
         raise InputError([Problem("section.link", section.link, expected)], "section")
     words = [name for name, word in WORDS.items() if name not in _NOT_SECTIONS]

@@ -10,21 +10,38 @@ from jointplay.errors import NOTHING, InputError, Problem
 
 from . import check, pick
 from .check import lacking
+from .claims import claims
+from .contact_angle import contact_angle
 from .journal_orbit import journal_orbit
 from .overview import overview
 from .phase_portrait import phase_portrait
 from .poincare_section import poincare_section
+from .readings import readings
+from .scheme_comparison import scheme_comparison
 from .time_history import time_history
 
 KINDS: dict[str, Callable[..., Figure]] = {
     "time_history": time_history,
+    "contact_angle": contact_angle,
     "journal_orbit": journal_orbit,
     "phase_portrait": phase_portrait,
     "poincare_section": poincare_section,
     "overview": overview,
+    "claims": claims,
+    "readings": readings,
+    "scheme_comparison": scheme_comparison,
 }
 
-__all__ = ["KINDS", "draw", "lacking", "problems"]
+# the figures that suit a result, by the result's own kind
+SUITED = {
+    "response": ("time_history", "contact_angle", "journal_orbit", "phase_portrait", "overview"),
+    "section": ("poincare_section",),
+    "claims": ("claims",),
+    "readings": ("readings",),
+    "scheme_comparison": ("scheme_comparison",),
+}
+
+__all__ = ["KINDS", "SUITED", "draw", "lacking", "problems"]
 
 
 def draw(dataset: Dataset, options: dict | None = None, /, **named: Any) -> Figure:
@@ -67,11 +84,12 @@ def problems(options: dict) -> list[Problem]:
 
 def usual_kind(dataset: Dataset) -> str:
     """Return the picture that a dataset gets where none is asked for."""
-    if dataset.attrs.get("kind") == "section":
-        return "poincare_section"
-    if dataset.attrs.get("kind") == "response":
+    kind = dataset.attrs.get("kind")
+    if kind == "response":
         whole = pick.labels(dataset, "joint") and not lacking({"kind": "overview"}, tuple(dataset.data_vars))
         return "overview" if whole else "time_history"
+    if kind in SUITED:
+        return SUITED[kind][0]
     raise pick.refuse(
         "kind", dataset.attrs.get("kind", NOTHING), "the kind of figure: one of " + ", ".join(KINDS)
     )

@@ -8,8 +8,10 @@ from jointplay.errors import NOTHING, InputError, Problem, unknown
 
 from . import pick, style, timebase
 from .phase_portrait import PAIRS
+from .scheme_comparison import MEASURES
 
 NEEDS = {
+    "contact_angle": ("contact_angle",),
     "journal_orbit": ("journal_x", "journal_y"),
     "overview": ("normal_force", "journal_x", "journal_y", "eccentricity", "normal_velocity"),
 }
@@ -78,6 +80,7 @@ def _switch(value: Any) -> None:
 
 _CHECKS: dict[str, Callable[[Any], Any]] = {
     "axis": timebase.axis_names,
+    "measure": lambda value: pick.choice("measure", value, MEASURES),
     "column": lambda value: pick.choice("column", value, style.COLUMNS),
     "time": timebase.time_limits,
     "turns": lambda value: timebase.turn_limits(value, 0.0),

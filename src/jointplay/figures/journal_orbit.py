@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
-from . import parts, pick, style, timebase
+from . import parts, pick, style, timebase, windows
 
 
 @style.paper()
@@ -28,7 +28,8 @@ def journal_orbit(
     joint : str, optional
         The joint; by default the first with clearance.
     turns : float or pair, optional
-        The last so many turns, or [first, last]; by default everything.
+        The last so many turns, or [first, last]; by default everything. Of several recorded windows, the last
+        that holds some of it is drawn.
     time : pair, optional
         A window in s, instead of `turns`.
     column : {"single", "double"}
@@ -39,7 +40,7 @@ def journal_orbit(
     Figure
     """
     width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
-    part = timebase.window(dataset, turns, time)
+    part = windows.last(timebase.window(dataset, turns, time))
     figure = style.sheet(width, min(width, 120.0) + 8)
     ax = figure.subplots()
     orbit_panel(ax, part, joint)

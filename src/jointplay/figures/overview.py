@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from . import parts, pick, style, timebase
+from . import parts, pick, style, timebase, windows
 from .journal_orbit import orbit_panel
 from .phase_portrait import portrait_panel
 from .poincare_section import counted, journal_points
@@ -35,7 +35,7 @@ def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Seque
             "kind", "overview", "a response of a mechanism with clearance; else one of the other kinds"
         )
     joint = pick.label(dataset, "joint", joint)
-    part = timebase.window(dataset, turns)
+    part = windows.last(timebase.window(dataset, turns))
     figure = style.sheet(180.0, 122.0)
     axes = figure.subplot_mosaic("aaa;bcd", height_ratios=(1, 1.15))
     force(axes["a"], dataset, part, joint)

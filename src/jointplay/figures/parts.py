@@ -15,7 +15,7 @@ from .ticks import Degrees
 from .units import Shown, shown
 
 LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
-BESIDE_TOP_AXIS = 17.0  # pt: how high a heading stands where a second axis has its numbers
+BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers
 DENSE = 3000  # samples of a path, from which it is drawn thinner
 EMPTY = "No samples in this run"
 NOTE = 7.0  # mm of height for the status of the run
@@ -119,9 +119,9 @@ def name_y(ax: Axes, y: DataArray, unit: Shown, longest: int = LONGEST) -> None:
         ax.yaxis.set_major_locator(Degrees())
 
 
-def displayed(array: DataArray) -> tuple[np.ndarray, Shown]:
-    """Return the values of `array` in its display unit, and that unit."""
-    unit = shown(array.values, str(array.attrs.get("units", "")))
+def displayed(array: DataArray, unit: Shown | None = None) -> tuple[np.ndarray, Shown]:
+    """Return the values of `array` in its display unit, or in `unit`, and that unit."""
+    unit = unit or shown(array.values, str(array.attrs.get("units", "")))
     return array.values * unit.factor, unit
 
 

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
-from . import parts, pick, style, timebase
+from . import parts, pick, style, timebase, windows
 
 DEFAULTS = ("eccentricity", "normal_velocity")
 ON_A_LINK = ("angle", "angular_velocity")
@@ -37,7 +37,8 @@ def phase_portrait(
     link, joint : str, optional
         Of which link or joint; by default the first.
     turns : float or pair, optional
-        The last so many turns, or [first, last]; by default everything.
+        The last so many turns, or [first, last]; by default everything. Of several recorded windows, the last
+        that holds some of it is drawn.
     time : pair, optional
         A window in s, instead of `turns`.
     column : {"single", "double"}
@@ -48,7 +49,7 @@ def phase_portrait(
     Figure
     """
     width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
-    part = timebase.window(dataset, turns, time)
+    part = windows.last(timebase.window(dataset, turns, time))
     figure = style.sheet(width, 0.45 * width + 36)
     ax = figure.subplots()
     portrait_panel(ax, part, x, y, link, joint)

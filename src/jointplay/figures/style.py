@@ -29,7 +29,7 @@ RC = {
     "axes.labelsize": 8,
     "axes.linewidth": 0.6,
     "axes.prop_cycle": cycler(
-        color=[BLACK, BLUE, AMBER, GREY], linestyle=["-", (0, (5, 1.5)), "-", (0, (1.5, 1))]
+        color=[BLACK, BLUE, AMBER, GREY], linestyle=["-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1))]
     ),
     "axes.titlesize": 8,
     "figure.constrained_layout.h_pad": 0.06,
@@ -58,7 +58,7 @@ RC = {
 }
 UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # the same figure is the same file
 PREVIEW_DPI = 300  # of a PNG; vector formats embed their point clouds at savefig.dpi
-VERTEX_LIMIT = 20_000  # longer paths are embedded as images: vector files of them are slow to open
+VERTEX_LIMIT = 40_000  # longer paths are embedded as images: vector files of them are slow to open
 
 
 def paper() -> AbstractContextManager:

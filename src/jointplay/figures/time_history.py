@@ -7,11 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
-from . import parts, pick, style, timebase
+from . import angles, parts, pick, style, timebase, windows
+from .units import Shown
 
 DEFAULTS = ("normal_force", "angular_acceleration", "state_value")
-LONGEST = 25  # characters of a y label that fit the height of a panel
+LONGEST = 27  # characters of a y label that fit the height of a panel
 WRAPPED = ("contact_angle",)  # jump by a turn where they pass half a turn
+SOMEONE = {"link": ("of a link", "of the {}"), "pin": ("an ideal joint", "ideal joint {}")}
 PANEL, STRIP, GAP, MARGINS = 37.0, 5.0, 7.0, 15.0  # mm of height: panel, row of events, between, at the ends
 
 
@@ -22,13 +24,14 @@ def time_history(
     variables: str | Sequence[str] | None = None,
     link: str | None = None,
     joint: str | None = None,
+    pin: str | None = None,
     turns: float | Sequence[float] | None = None,
     time: Sequence[float] | None = None,
     axis: str | Sequence[str] | None = None,
     events: bool | Sequence[str] = False,
     column: str = "double",
 ) -> Figure:
-    """Draw variables over time.
+    """Draw variables over time; of a run recorded in windows, a column each.
 
     Parameters
     ----------
@@ -37,14 +40,15 @@ def time_history(
     variables : str or sequence of str, optional
         What to draw, a panel each; a test system's states by their labels. By default the normal forces, or
         what else there is: angular accelerations, states.
-    link, joint : str, optional
-        Draw this link or joint only; by default all.
+    link, joint, pin : str, optional
+        Draw this link, joint with clearance or ideal joint only; by default all.
     turns : float or pair, optional
         The last so many turns, or [first, last]; by default everything.
     time : pair, optional
         A window in s, instead of `turns`.
     axis : str or pair, optional
-        "time", "turns" or "angle" (of the crank) at the bottom, and another on top; by default time, turns.
+        "time", "turns" or "angle" (of the crank) at the bottom, and another on top; by default time and
+        turns, of windows the crank's angle (or, if longer than two turns, its turns) and time.
     events : bool or sequence of str, optional
         Show the events (or only these kinds) in a strip below.
     column : {"double", "single"}
@@ -56,26 +60,41 @@ def time_history(
     """
     width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
     part = timebase.window(dataset, turns, time)
-    arrays = chosen(part, variables, link, joint)
+    arrays = chosen(part, variables, link=link, joint=joint, pin=pin)
     rows = event_rows(dataset, part, events, joint)
-    bases = timebase.bases(dataset, part["time"].values, axis)
+    panes = windows.panes(part)
     heights = [PANEL] * len(arrays) + [2 + STRIP * len(rows)] * bool(rows)
     figure = style.sheet(width, sum(heights) + GAP * len(heights) + MARGINS)
-    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
-    letters = "abcdefghijklmnopqrstuvwxyz" if len(heights) > 1 else ""
-    for ax, array in zip(axes, arrays, strict=False):
-        history_panel(ax, array, bases[0], several(array))
-    legends(axes)
-    if rows:
-        strip(axes[-1], rows, bases[0])
-    for ax, letter in zip(axes, letters, strict=False):
-        parts.heading(ax, f"({letter})", beside_top_axis=ax is axes[0] and len(bases) > 1)
-    timebase.dress(axes[-1], axes[0], bases)
+    layout = {"sharex": "col", "squeeze": False, "height_ratios": heights}
+    axes = figure.subplots(len(heights), len(panes), **layout)
+    windows.apart(figure, panes)
+    for number, pane in enumerate(panes):
+        bases = pane.bases(dataset, axis)
+        history_column(axes[:, number], pane, arrays, bases[0], rows)
+        timebase.dress(axes[-1, number], axes[0, number], bases, "right" if pane.title else "center")
+    for number, row in enumerate(axes):
+        if number < len(arrays):
+            windows.level(row)
+        windows.name_once(row, ticks=number >= len(arrays))
+    legends(axes[:, -1])
+    windows.head(axes, panes, two_axes=len(bases) > 1)
     return parts.finish(figure, dataset)
 
 
-def chosen(dataset: Dataset, variables, link: str | None, joint: str | None) -> list[DataArray]:
-    """Return what is to be drawn, cut down to one link or joint where that was asked."""
+def history_column(
+    axes: Sequence[Axes], pane: windows.Pane, arrays: Sequence[DataArray], base: timebase.Base, rows: dict
+) -> None:
+    """Draw variables, and events below, in one stretch of time."""
+    times = pane.samples["time"].values
+    for ax, array in zip(axes, arrays, strict=False):
+        history_panel(ax, array.isel(time=pane.index), base, several(array), parts.displayed(array)[1])
+    if rows:
+        first, last = times[[0, -1]] if times.size else (np.inf, -np.inf)
+        strip(axes[-1], {kind: t[(t >= first) & (t <= last)] for kind, t in rows.items()}, base)
+
+
+def chosen(dataset: Dataset, variables, **labelled: str | None) -> list[DataArray]:
+    """Return what is to be drawn, cut down to one link, joint or pin where that was asked."""
     if variables is None:
         known = [name for name in DEFAULTS if name in dataset and dataset[name].size]
         variables = known[:1] or pick.names(dataset, "time")[:1]
@@ -83,7 +102,7 @@ def chosen(dataset: Dataset, variables, link: str | None, joint: str | None) -> 
     if not asked:
         raise pick.refuse("variables", variables, "the name of a variable over time, or several")
     arrays = [pick.variable(dataset, name) for name in asked]
-    for dim, label in (("link", link), ("joint", joint)):
+    for dim, label in labelled.items():
         if label is not None:
             pick.choice(dim, label, pick.labels(dataset, dim))
             arrays = [only(array, dim, label) if dim in array.dims else array for array in arrays]
@@ -91,9 +110,19 @@ def chosen(dataset: Dataset, variables, link: str | None, joint: str | None) -> 
 
 
 def only(array: DataArray, dim: str, label: str) -> DataArray:
-    """Return one link's or joint's share of a variable; its name says whose, where there are several."""
+    """Return the share of one link, joint or pin; its name says whose, where there are several."""
     share = array.sel({dim: [label]})
-    return share.assign_attrs(long_name=f"{pick.title(array)}, {label}") if array.sizes[dim] > 1 else share
+    named = array.sizes[dim] > 1 or dim in SOMEONE
+    return share.assign_attrs(long_name=whose(array, dim, label)) if named else share
+
+
+def whose(array: DataArray, dim: str, label: str) -> str:
+    """Return a name such as "coupler angular velocity", where the variable is the "link angular velocity"."""
+    words = pick.title(array)
+    general, particular = SOMEONE.get(dim, ("", ""))
+    if general and general in words:
+        return words.replace(general, particular.format(label))
+    return label + words[len(dim) :] if words.lower().startswith(f"{dim} ") else f"{words}, {label}"
 
 
 def several(array: DataArray) -> bool:
@@ -101,17 +130,19 @@ def several(array: DataArray) -> bool:
     return any(array.sizes[dim] > 1 for dim in array.dims if dim != "time")
 
 
-def history_panel(ax: Axes, array: DataArray, base: timebase.Base, named: bool) -> None:
+def history_panel(
+    ax: Axes, array: DataArray, base: timebase.Base, named: bool, unit: Shown | None = None
+) -> None:
     """Draw one variable over the time axis `base`: a curve for each of its labels, `named` so or not."""
     x = base.forward(array["time"].values)
-    values, unit = parts.displayed(array.transpose("time", ...))
+    values, unit = parts.displayed(array.transpose("time", ...), unit)
     others = [dim for dim in array.dims if dim != "time"]
     names = [str(label) for label in array[others[0]].values] if others else [None]
     columns = values if values.ndim == 2 else values[:, None]
     if not columns.size:
         parts.say(ax, parts.EMPTY)
     for column, name in zip(columns.T, names, strict=True):
-        xs, ys = broken(x, column) if array.name in WRAPPED else (x, column)
+        xs, ys = angles.broken(column, 360.0, x, column) if array.name in WRAPPED else (x, column)
         parts.curve(ax, xs, ys, label=name if named else "_")
     missing = ~np.isfinite(columns)
     lacking = ", ".join(
@@ -120,7 +151,7 @@ def history_panel(ax: Axes, array: DataArray, base: timebase.Base, named: bool) 
     parts.shade_missing(ax, x, missing.any(axis=1), f"no value ({lacking})" if lacking else "no value")
     parts.name_y(ax, array, unit, LONGEST)
     if x.size > 1:
-        ax.set_xlim(x[0], x[-1])
+        ax.set_xlim(timebase.limits(base, x))
 
 
 def legends(axes: Sequence[Axes]) -> None:
@@ -131,12 +162,6 @@ def legends(axes: Sequence[Axes]) -> None:
         if names and names != told:
             ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05))
         told = names
-
-
-def broken(x: np.ndarray, degrees: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lift the pen where a wrapped angle jumps from one end of its range to the other."""
-    jumps = np.flatnonzero(np.abs(np.diff(degrees)) > 180) + 1
-    return np.insert(x, jumps, x[jumps]), np.insert(degrees, jumps, np.nan)
 
 
 def event_rows(dataset: Dataset, part: Dataset, events, joint: str | None) -> dict[str, np.ndarray]:

@@ -12,6 +12,8 @@ from .units import shown
 
 AXES = ("time", "turns", "angle")
 CRANK = "crank"
+LATE = 10.0  # s: until then, a short stretch of time is told in ms
+SNAP = 2e-3  # turns by which an axis may be longer, to end with a whole turn
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,16 @@ class Base:
         return stretch(value, self.values, self.times)
 
 
+def limits(base: Base, x: np.ndarray) -> tuple[float, float]:
+    """Return the ends of the axis `base` for values `x` in it: at whole turns, if they are that near."""
+    ends = np.array([x[0], x[-1]])
+    turn = 360.0 if "(deg)" in base.label else 1.0 if "turns" in base.label else None
+    if turn is not None:
+        whole = turn * np.round(ends / turn)
+        ends = np.where(np.abs(whole - ends) < SNAP * turn, whole, ends)
+    return float(min(ends[0], x[0])), float(max(ends[1], x[-1]))
+
+
 def stretch(x, xp: np.ndarray, fp: np.ndarray):
     """Interpolate linearly, and beyond the ends go on with the mean slope."""
     x = np.asarray(x, dtype=float)
@@ -40,7 +52,8 @@ def stretch(x, xp: np.ndarray, fp: np.ndarray):
 
 def seconds(times: np.ndarray, units: str) -> Base:
     """Return the axis of plain time, in the display unit that suits `times`."""
-    unit = shown(times, units)
+    late = np.max(np.abs(times), initial=0.0) >= LATE
+    unit = shown(times if late or not times.size else np.ptp(times), units)
     return Base(f"Time ({unit.symbol})", np.array([0.0, 1.0]), np.array([0.0, unit.factor]))
 
 
@@ -59,9 +72,9 @@ def turns(dataset: Dataset, name: str = "turns") -> Base | None:
     return Base(f"{whose} {words}", np.array([0.0, period]), np.array([0.0, per_turn]))
 
 
-def bases(dataset: Dataset, times: np.ndarray, axis) -> list[Base]:
+def bases(dataset: Dataset, times: np.ndarray, axis, usual=("time", "turns")) -> list[Base]:
     """Return the bottom axis and, where there is one, the top axis, as the option `axis` names them."""
-    named = ["time", "turns"] if axis is None else axis_names(axis)
+    named = usual if axis is None else axis_names(axis)
     units = dataset["time"].attrs.get("units", "s")
     found = [seconds(times, units) if name == "time" else turns(dataset, name) for name in named]
     if None in found and axis is not None:
@@ -125,7 +138,7 @@ def cut(dataset: Dataset, option: str, asked, inside: np.ndarray) -> Dataset:
     return dataset.isel(time=np.flatnonzero(inside))
 
 
-def dress(bottom: Axes, top: Axes, shown_bases: list[Base]) -> None:
+def dress(bottom: Axes, top: Axes, shown_bases: list[Base], loc: str = "center") -> None:
     """Label the time axis under the panel `bottom`, and the second one above the panel `top`."""
     bottom.set_xlabel(shown_bases[0].label)
     degrees(bottom.xaxis, shown_bases[0])
@@ -136,7 +149,7 @@ def dress(bottom: Axes, top: Axes, shown_bases: list[Base]) -> None:
         "top",
         functions=(lambda x: over.forward(under.inverse(x)), lambda x: under.forward(over.inverse(x))),
     )
-    second.set_xlabel(over.label)
+    second.set_xlabel(over.label, loc=loc)
     degrees(second.xaxis, over)
 
 

@@ -12,7 +12,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from jointplay.errors import NOTHING, InputError, Problem, from_pydantic, unknown
 from jointplay.study import provenance, source
-from jointplay.study.kinds import KINDS, Study, StudyFile
+from jointplay.study.kinds import Study
+from jointplay.study.registry import KINDS, StudyFile
 
 STUDY_FILE: TypeAdapter[Study] = TypeAdapter(StudyFile)
 

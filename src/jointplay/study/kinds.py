@@ -1,7 +1,7 @@
 """What a study says, as validated records.
 
-A new kind of study is one more record with a `kind` and an `analysis` of its own, added to `KINDS` and
-`StudyFile`. What all kinds share is in `Study`.
+A new kind of study is one more record with a `kind` and an `analysis` of its own, added to
+`jointplay.study.registry`. What all kinds share is in `Study`.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from pydantic import (
 from jointplay import figures
 from jointplay.analysis.request import RTOL
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
+from jointplay.analysis.windows import EXCLUDED, excluded, problem, too_short
 from jointplay.errors import NOTHING, InputError, refuse
 from jointplay.mechanism.base import Flag, NonNegative, Number, Positive, Record, measured, named
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
@@ -116,12 +117,35 @@ class Analysis(Record):
             raise refuse(turns, "either turns or duration is accepted, not both")
         return turns
 
+    @property
+    def length(self) -> str:
+        """Say how long the run is."""
+        length = f"{self.turns} turns" if self.turns else f"{self.duration:g} s"
+        return f"{length} after {self.transient} dropped turns"
 
-class ResponseAnalysis(Analysis):
+
+def _ascending(windows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    wrong = problem(windows)
+    if wrong:
+        raise refuse(windows, wrong)
+    return windows
+
+
+class _Windowed(Record):
+    """Named before an analysis's own fields, so that they are checked against it."""
+
+    windows: Annotated[tuple[tuple[Number, Number], ...], AfterValidator(_ascending)] | None = _list(
+        "a list of [first, last] in turns"
+    )
+
+
+class ResponseAnalysis(Analysis, _Windowed):
     """Keywords of `simulate`.
 
     Parameters
     ----------
+    windows : tuple of pairs of float, optional
+        First and last nominal turn, from the start, of each stretch to keep; `turns` may then be left out.
     at : tuple of float, optional
         Times to sample, s.
     steps : bool
@@ -136,6 +160,23 @@ class ResponseAnalysis(Analysis):
     steps: Flag = False
     samples_per_turn: Annotated[Several | None, Field(validate_default=True)] = None
 
+    @field_validator("turns")
+    @classmethod
+    def _one_length(cls, turns: int | None, info: ValidationInfo) -> int | None:
+        windows = info.data.get("windows")
+        if "windows" in info.data and windows is None:
+            return super()._one_length(turns, info)
+        if windows and turns is not None and turns < windows[-1][1]:
+            raise refuse(turns, too_short(windows))
+        return turns
+
+    @field_validator(*EXCLUDED)
+    @classmethod
+    def _beside_windows(cls, value: Any, info: ValidationInfo) -> Any:
+        if value and info.data.get("windows"):
+            raise refuse(value, excluded(str(info.field_name)))
+        return value
+
     @field_validator("samples_per_turn")
     @classmethod
     def _one_way_to_sample(cls, samples: int | None, info: ValidationInfo) -> int | None:
@@ -145,6 +186,12 @@ class ResponseAnalysis(Analysis):
         if len(asked) > 1:
             raise refuse(samples or NOTHING, f"only one of {', '.join(asked)} is accepted")
         return samples if asked else SAMPLES_PER_TURN
+
+    @property
+    def length(self) -> str:
+        """Say how long the run is."""
+        kept = " and ".join(f"{first:g} to {last:g}" for first, last in self.windows or ())
+        return f"turns {kept}" if kept else super().length
 
 
 class SectionAnalysis(Analysis):
@@ -230,10 +277,9 @@ class Study(Record):
 
     def summary(self) -> str:
         """Say in a few lines what the study asks for."""
-        length = f"{self.analysis.turns} turns" if self.analysis.turns else f"{self.analysis.duration:g} s"
         lines = [
             f"{self.name}: {self.heading}",
-            f"kind       {self.kind}, {length} after {self.analysis.transient} dropped turns",
+            f"kind       {self.kind}, {self.analysis.length}",
             f"tolerance  {self.integrator.rtol:g}",
             f"figure     {self.figure.get('kind', 'as suits the result')}",
             self.mechanism.summary(),
@@ -253,7 +299,3 @@ class SectionStudy(Study):
 
     kind: Literal["section"]
     analysis: SectionAnalysis
-
-
-KINDS: dict[str, type[Study]] = {"response": ResponseStudy, "section": SectionStudy}
-StudyFile = Annotated[ResponseStudy | SectionStudy, Field(discriminator="kind")]

@@ -1,0 +1,65 @@
+"""Many small computations side by side: in worker processes, with kernels compiled before the pool starts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+from joblib import Parallel, delayed
+
+from jointplay.analysis.run import Request, follow
+from jointplay.analysis.words import STATUS
+from jointplay.errors import InputError
+from jointplay.mechanism.scene import Scene
+
+JOBS = 2
+
+
+def run_cells(
+    function: Callable[..., dict[str, Any]],
+    cells: Sequence[dict[str, Any]],
+    n_jobs: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[dict[str, Any]]:
+    """Call a function once a cell, each time with the cell's keywords.
+
+    Parameters
+    ----------
+    function : callable
+        Gives back a dict with the key ``status``; importable by name, since workers are processes.
+    cells : sequence of dict
+        Keywords of the calls.
+    n_jobs : int, optional
+        Worker processes, `JOBS` if left out; 1: this process alone.
+    progress : callable, optional
+        Called with the fraction of cells done.
+
+    Returns
+    -------
+    list of dict
+        In the order of the cells. A cell that raised has only a ``status`` (``bad_parameters`` where its
+        input was refused, ``crashed`` else) and ``trouble``, the error's text.
+    """
+    n_jobs = JOBS if n_jobs is None else n_jobs
+    pool = Parallel(n_jobs=n_jobs, backend="loky" if n_jobs != 1 else "sequential", return_as="generator")
+    found = []
+    for answer in pool(delayed(_guarded)(function, cell) for cell in cells):
+        found.append(answer)
+        if progress is not None:
+            progress(len(found) / len(cells))
+    return found
+
+
+def _guarded(function: Callable[..., dict[str, Any]], cell: dict[str, Any]) -> dict[str, Any]:
+    try:
+        return function(**cell)
+    except InputError as error:
+        return {"status": STATUS.index("bad_parameters"), "trouble": str(error)}
+    except Exception as error:
+        return {"status": STATUS.index("crashed"), "trouble": f"{type(error).__name__}: {error}"}
+
+
+def warm(scenes: Iterable[Scene]) -> None:
+    """Compile what these scenes need, once a structure, so that workers find it on the disk."""
+    for scene in {scene.structure: scene for scene in scenes}.values():
+        follow(scene, Request(duration=1e-9 * scene.period))

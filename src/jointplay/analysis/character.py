@@ -1,0 +1,126 @@
+"""What kind of motion a mechanism settles to: contact and impacts a turn, period, growth of a difference.
+
+The one rule by which this project calls a motion periodic or chaotic:
+
+periodic   a period is found and a small difference shrinks, by more than 3 standard errors of its growth;
+chaotic    no period is found and a small difference grows, by more than 3 standard errors;
+undecided  all else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis.growth import Turn, measure, standard_error
+from jointplay.analysis.period import period
+from jointplay.analysis.quantities import RELEASED, Quantities
+from jointplay.analysis.request import quantity
+from jointplay.analysis.run import Records
+from jointplay.analysis.words import EVENTS
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import CrankAngle, Mechanism
+from jointplay.mechanism.scene import Scene
+
+MOTIONS = ("undecided", "periodic", "chaotic")
+ERRORS = 3  # standard errors by which a growth must differ from 0
+TOLERANCE = 1e-4  # of the clearance: spread of section points that count as one
+RTOL = 1e-10
+CONTACT, SEPARATION = EVENTS.index("contact"), EVENTS.index("separation")
+FIRST_MODE, EVENT_TIME = -1, 2  # without work integrals, a row ends with the modes
+
+
+def character(
+    mechanism: Mechanism,
+    *,
+    turns: int = 300,
+    transient: int = 400,
+    growth_turns: int = 200,
+    tolerance: float = TOLERANCE,
+    rtol: float = RTOL,
+    max_steps: int | None = None,
+    initial: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Follow one motion of a linkage with one clearance joint, and say what it is.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With clearance at one joint.
+    turns, transient, growth_turns : int
+        Turns looked at; turns dropped before; turns over which the growth is then averaged (0: none).
+    tolerance : float
+        Spread of the section points of one place, as a fraction of the clearance.
+    rtol : float
+        Relative tolerance of a step; the growth is followed at its own.
+    max_steps : int, optional
+        Attempted steps after which the run stops.
+    initial : mapping, optional
+        As in `simulate`.
+
+    Returns
+    -------
+    dict
+        ``status``; ``points``, shape (turns, 2), the journal's centre over the clearance at the section;
+        ``separations`` and ``impacts`` a turn; ``contact_fraction``; ``period``; ``growth``,
+        ``growth_standard_error`` a turn; ``motion``, an index into `MOTIONS`.
+    """
+    scene = assemble(mechanism, initial, quantity(CrankAngle(), mechanism))
+    turn, state, status = Turn(scene, rtol, max_steps), scene.state, 0
+    if transient:
+        state, _, status = turn(state, transient)
+    if status:
+        return {"status": status}
+    records = turn.records(state, turns, events=True)
+    if records.status:
+        return {"status": records.status}
+    points = _points(scene, records)
+    logs, status = np.zeros(0), 0
+    if growth_turns:
+        logs, _, status = measure(Turn(scene, max_steps=max_steps), turn.state_at(records), growth_turns)
+    found = _contacts(records) | {
+        "points": points,
+        "period": period(points, tolerance),
+        "growth": float(logs.mean()) if len(logs) else math.nan,
+        "growth_standard_error": standard_error(logs),
+    }
+    return found | {
+        "motion": motion(found["period"], found["growth"], found["growth_standard_error"]),
+        "status": status,
+    }
+
+
+def motion(period: int, growth: float, error: float) -> int:
+    """Index into `MOTIONS`, by the rule at the head of this file; NaN leaves it undecided."""
+    if period and growth < -ERRORS * error:
+        return MOTIONS.index("periodic")
+    if not period and growth > ERRORS * error:
+        return MOTIONS.index("chaotic")
+    return MOTIONS.index("undecided")
+
+
+def _points(scene: Scene, records: Records) -> np.ndarray:
+    """The journal's centre over the clearance at the section, shape (turns, 2)."""
+    cut = Quantities(scene, records.sections[:, 2:], records.start)
+    found = cut.variables(("journal_x", "journal_y"), "turn")
+    return np.stack([found[name][1][:, 0] for name in ("journal_x", "journal_y")], -1) / scene.clearances[0]
+
+
+def _contacts(records: Records) -> dict[str, float]:
+    """Separations and contacts begun a turn, and the fraction of time in contact, from the events."""
+    end, turns = records.sections[-1, EVENT_TIME], len(records.sections)
+    rows = records.events[np.isin(records.events[:, 1], (CONTACT, SEPARATION))]
+    rows = rows[rows[:, EVENT_TIME] <= end]
+    begins, times = rows[:, 1] == CONTACT, rows[:, EVENT_TIME]
+    # a motion that begins in contact separates first; one without events is as it is at its sections
+    closed = not begins[0] if len(rows) else records.sections[-1, FIRST_MODE] > RELEASED
+    switches = np.concatenate([[0.0] * int(closed), times, [end]])
+    inside = np.diff(switches[: len(switches) // 2 * 2])[::2].sum()
+    return {
+        "separations": float(np.sum(~begins) / turns),
+        "impacts": float(np.sum(begins) / turns),
+        "contact_fraction": float(inside / end),
+    }

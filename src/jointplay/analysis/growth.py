@@ -1,0 +1,235 @@
+"""Growth of a small difference between two motions, turn by turn: divergence measured without Jacobians.
+
+A motion and a neighbour are followed for one turn each; where the crank passes the section's angle (a
+forced system: at the same phase) the states are compared, the crank's own angle left out, and the neighbour
+is brought back to the first distance along the new difference. The mean logarithm of the growth is the
+largest exponent of the section's map, per turn; its standard error comes from batch means. After G.
+Benettin, L. Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20. The states are compared at
+equal angle and not at equal time, since the time of a turn differs between neighbours of a motor-driven
+linkage: a difference along the motion itself neither grows nor shrinks, and would hide the decay of all
+others.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.quantities import flags
+from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.words import STATUS
+from jointplay.codegen import cache
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.mechanism.scene import SPEED_FLOOR, Scene
+
+DISTANCE = 1e-7  # of a radian (or the longest link) and of the nominal speed: small beside any clearance
+RTOL = 1e-12  # so that the error of a turn stays far below the distance
+ALIGN = 10  # turns in which the difference finds the direction that grows most
+BATCHES = 20
+SLACK = 4  # nominal periods that a turn may take before the run gives up
+TIME, STATE = 2, 3  # columns of a section's row
+
+
+@dataclass(frozen=True)
+class Turn:
+    """One turn of a scene, as a map of states from section to section.
+
+    Parameters
+    ----------
+    scene : Scene
+        Assembled with the crank's angle (or the forcing's phase) as its section.
+    rtol : float
+        Relative tolerance of a step.
+    max_steps : int, optional
+        Attempted steps after which a turn stops.
+    """
+
+    scene: Scene
+    rtol: float = RTOL
+    max_steps: int | None = None
+
+    @property
+    def crank(self) -> int | None:
+        """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
+        names = cache.structure_module(self.scene.structure).STATE[1:]
+        own = f"theta_{self.scene.crank}"
+        return names.index(own) if own in names else None
+
+    @property
+    def scale(self) -> np.ndarray:
+        """What counts as 1 in each place of the state: a radian or the longest link, the nominal speed."""
+        n_q, absolute = len(self.scene.turning), self.scene.absolute
+        return np.concatenate([absolute[:n_q], absolute[n_q:] / SPEED_FLOOR])
+
+    def records(self, state: np.ndarray, turns: int, skip: int = 0, events: bool = False) -> Records:
+        """Follow a state for whole turns; keep the passages after the first `skip`, and events if asked."""
+        scene = replace(self.scene, state=state)
+        forward = 1 if scene.crank_speed >= 0 else -1
+        request = Request(
+            duration=SLACK * turns * scene.period,
+            rtol=self.rtol,
+            level=scene.crank_angle + forward * math.tau,
+            period=math.tau,
+            direction=forward,
+            skip=skip,
+            stop_after=turns,
+            events=events,
+            log_from=0.0,
+            max_steps=asked.steps(self.max_steps),
+        )
+        records = follow(scene, request)
+        if records.status or len(records.sections) == turns - skip:
+            return records
+        return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
+
+    def state_at(self, records: Records) -> np.ndarray:
+        """State at the last passage, as a start: the crank's angle turned back."""
+        state = records.sections[-1, STATE : STATE + len(self.scene.state)].copy()
+        if self.crank is not None:
+            state[self.crank] = self.scene.crank_angle
+        return state
+
+    def __call__(self, state: np.ndarray, turns: int = 1) -> tuple[np.ndarray, float, int]:
+        """Follow a state for whole turns: the state there, the time it took in s, and the status."""
+        records = self.records(state, turns, skip=turns - 1)
+        if records.status:
+            return np.full_like(state, np.nan), math.nan, records.status
+        return self.state_at(records), float(records.sections[-1, TIME]), records.status
+
+
+def growth(
+    mechanism: Mechanism | TestSystem,
+    *,
+    turns: int = 200,
+    transient: int = 100,
+    rtol: float = RTOL,
+    distance: float = DISTANCE,
+    initial: Any = None,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Measure the growth of a small difference, per turn.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves; a test system must be forced.
+    turns : int
+        Turns over which the growth is averaged, after those in which the difference finds its direction.
+    transient : int
+        Turns that are followed first.
+    rtol : float
+        Relative tolerance of a step.
+    distance : float
+        Distance of the neighbour at the start of each turn, in radians (longest links) and nominal speeds.
+    initial : optional
+        As in `simulate`; the section is where the motion starts.
+    max_steps : int, optional
+        Attempted steps after which a turn stops.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    xarray.Dataset
+        `growth` (mean logarithm of the growth in a turn) with `growth_standard_error` (batch means),
+        `growth_rate` (s-1), `growth_of_turn` over ``turn``, and ``status``. A difference that shrinks in a
+        turn below the accuracy of the run counts as that accuracy: `growth` is then an upper bound.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    asked.check(mechanism, turns, None, transient, rtol, max_steps)
+    if not 0 < distance < 1:
+        raise InputError(
+            [Problem("distance", distance, "a number greater than 0 and less than 1 is accepted")]
+        )
+    scene = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
+    turn = Turn(scene, rtol, max_steps)
+    state, status = scene.state, 0
+    if transient:
+        state, _, status = turn(state, transient)
+    logs, time, status = measure(turn, state, turns, distance, progress) if not status else ([], 0.0, status)
+    return _dataset(np.asarray(logs), time, status)
+
+
+def measure(
+    turn: Turn,
+    state: np.ndarray,
+    turns: int,
+    distance: float = DISTANCE,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[np.ndarray, float, int]:
+    """Logarithms of the growth, turn by turn, from a state on the section.
+
+    Returns
+    -------
+    (ndarray, float, int)
+        Logarithms, shape (turns,) or shorter if a turn failed; duration of those turns, s; status.
+    """
+    scale = turn.scale
+    away = np.random.default_rng(0).standard_normal(len(state))
+    least, logs, duration = turn.rtol / distance, [], 0.0
+    for count in range(ALIGN + turns):
+        away *= distance / np.linalg.norm(away)
+        other, _, failed = turn(state + away * scale)
+        state, time, status = turn(state)
+        if status or failed:
+            return np.array(logs[ALIGN:]), duration, status or failed
+        away = (other - state) / scale
+        logs.append(math.log(max(np.linalg.norm(away) / distance, least)))
+        if not np.any(away):  # both ran into the same state: any direction is as good
+            away = np.ones(len(state))
+        duration += time if count >= ALIGN else 0.0
+        if progress is not None:
+            progress((count + 1) / (ALIGN + turns))
+    return np.array(logs[ALIGN:]), duration, 0
+
+
+def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
+    """Standard error of a mean by batch means; NaN where there are fewer than two values a batch.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        A stationary series, which may be correlated over less than a batch.
+    batches : int
+        Number of batches; the first values that do not fill a batch are left out.
+    """
+    length = len(values) // batches
+    if length < 2:
+        return math.nan
+    means = np.reshape(values[len(values) - length * batches :], (batches, length)).mean(axis=1)
+    return float(means.std(ddof=1) / math.sqrt(batches))
+
+
+def _dataset(logs: np.ndarray, duration: float, status: int) -> xr.Dataset:
+    mean = float(logs.mean()) if len(logs) else math.nan
+    told = {
+        "growth": (mean, "1", "mean logarithm of the growth of a difference in a turn"),
+        "growth_standard_error": (standard_error(logs), "1", "standard error of the growth"),
+        "growth_rate": (
+            mean * len(logs) / duration if duration else math.nan,
+            "s-1",
+            "growth of a difference",
+        ),
+    }
+    variables = {name: ((), v, {"units": u, "long_name": text}) for name, (v, u, text) in told.items()}
+    variables["growth_of_turn"] = (
+        "turn",
+        logs,
+        {"units": "1", "long_name": "logarithm of the growth in this turn"},
+    )
+    variables["status"] = ((), np.int8(status), {"long_name": "how the run ended"} | flags(STATUS))
+    turn = ("turn", np.arange(len(logs)), {"units": "1", "long_name": "turn"})
+    return xr.Dataset(variables, {"turn": turn}, {"Conventions": "CF-1.11", "kind": "growth"})

@@ -1,0 +1,176 @@
+"""Compute and draw all studies of the paper, side by side, and say how its conclusions stand."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from joblib import Parallel, delayed
+
+from jointplay import figures
+from jointplay.analysis.cells import warm
+from jointplay.analysis.request import quantity
+from jointplay.errors import InputError, Problem, unknown
+from jointplay.mechanism.assemble import assemble
+from jointplay.study import run as runner
+from jointplay.study.file import load
+from jointplay.study.source import parse, read_text
+from jointplay.study.status import explain
+from jointplay.study.store import check_writable, replaced, write_figure, write_result
+from jointplay.study.tables import TABLES
+
+FOLDER = Path("studies") / "paper"
+LONG = ("scheme_comparison", "readings", "claims")  # kinds of study that take longest, the longest first
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one study went: the files written, what failed if anything did, the seconds that it took."""
+
+    name: str
+    files: tuple[Path, ...] = ()
+    failure: str = ""
+    seconds: float = 0.0
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name:<20} {f'FAILED: {self.failure}' if self.failure else 'done'} ({self.seconds:.1f} s)"
+        )
+
+
+def find_folder(start: Path | None = None) -> Path:
+    """Find the paper's studies: below the folder `start` (the current one), or in the package's checkout.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When there are none: an installed package comes without them.
+    """
+    start = Path.cwd() if start is None else start
+    places = [start / FOLDER, Path(__file__).resolve().parents[3] / FOLDER]
+    for place in places:
+        if any(place.glob("*.toml")):
+            return place
+    expected = f"a folder {FOLDER} with study files; run this in a checkout of the project"
+    raise InputError([Problem("studies", str(places[0]), f"{expected}: there is none here")])
+
+
+def choose(folder: Path, names: Sequence[str] = ()) -> list[Path]:
+    """Choose study files by name, all of them if none is named; those that take longest come first.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        Naming every study that there is not.
+    """
+    known = {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    wrong = [unknown("NAME", name, name, known, "study of the paper") for name in names if name not in known]
+    if wrong:
+        raise InputError(wrong)
+    chosen = [known[name] for name in dict.fromkeys(names)] or list(known.values())
+    return sorted(chosen, key=_rank)
+
+
+def _rank(path: Path) -> int:
+    """Place in the order: what takes longest begins first."""
+    try:
+        kind = parse(read_text(path)).get("kind")
+    except InputError:  # it says so itself when its turn comes
+        kind = None
+    return LONG.index(kind) if kind in LONG else len(LONG)
+
+
+def reproduce(
+    names: Sequence[str] = (),
+    jobs: int = 2,
+    out: Path | str = "results/paper",
+    folder: Path | None = None,
+    say: Callable[[str], None] = lambda line: None,
+) -> list[Outcome]:
+    """Compute, store and draw studies of the paper in worker processes.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of studies; all if empty.
+    jobs : int
+        Worker processes.
+    out : path-like
+        Where results, figures and tables go.
+    folder : path-like, optional
+        Where the studies are; found by `find_folder` if left out.
+    say : callable
+        Called with a line as each study ends, and with the table of conclusions at the end.
+
+    Returns
+    -------
+    list of Outcome
+        One a study, in the order in which they ended. A study that failed does not stop the others.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When a name, the number of jobs or a folder is wrong.
+    """
+    if jobs < 1:
+        raise InputError(
+            [Problem("--jobs", jobs, "a whole number of worker processes, 1 or more, is accepted")]
+        )
+    paths = choose(find_folder() if folder is None else Path(folder), names)
+    out = check_writable(out)
+    alone = jobs == 1 or len(paths) == 1
+    _compile(paths)
+    pool = Parallel(
+        n_jobs=1 if alone else jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="all"
+    )
+    outcomes: list[Outcome] = []
+    for outcome in pool(delayed(one_study)(path, out, jobs if alone else 1) for path in paths):
+        outcomes.append(outcome)
+        say(f"{len(outcomes):>3} of {len(paths)}  {outcome}")
+    for table in (file for outcome in outcomes for file in outcome.files if file.name == "claims.txt"):
+        say("\n" + table.read_text(encoding="utf-8"))
+    return outcomes
+
+
+def _compile(paths: Sequence[Path]) -> None:
+    """Compile in this process what several studies share, so that workers find it on the disk."""
+    scenes = []
+    for path in paths:
+        try:
+            record = load(path).record
+            section = getattr(record.analysis, "section", None)
+            scenes.append(assemble(record.mechanism, None, quantity(section, record.mechanism)))
+        except InputError:  # it says so itself when its turn comes
+            continue
+    warm(scenes)
+
+
+def one_study(path: Path, out: Path, jobs: int = 1) -> Outcome:
+    """Compute, store and draw one study; whatever goes wrong is in the outcome."""
+    began, files, failure = time.perf_counter(), [], ""
+    try:
+        study = load(path)
+        dataset = runner.run(study, jobs=jobs)
+        failure = explain(dataset) or ""
+        name = study.record.name
+        files.append(write_result(dataset, out / f"{name}.nc"))
+        files += _tables(dataset, out / f"{name}.txt")
+        picture = figures.draw(dataset, study.record.figure)
+        files += [write_figure(picture, out / f"{name}.{ending}") for ending in ("pdf", "png")]
+    except InputError as error:
+        failure = failure or "; ".join(str(error).splitlines())
+    except Exception as error:
+        failure = failure or f"{type(error).__name__}: {error}"
+    return Outcome(path.stem, tuple(files), failure, time.perf_counter() - began)
+
+
+def _tables(dataset, path: Path) -> list[Path]:
+    """Write the table of a result as text, for the kinds that have one."""
+    table = TABLES.get(dataset.attrs.get("kind"))
+    if table is None:
+        return []
+    with replaced(path) as temporary:
+        temporary.write_text(table(dataset), encoding="utf-8")
+    return [path]

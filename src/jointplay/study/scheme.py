@@ -1,0 +1,85 @@
+"""The study that compares the paper's own scheme with the monolithic method."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from jointplay import figures
+from jointplay.analysis import scheme_comparison as compared
+from jointplay.analysis.scheme_plan import Plan
+from jointplay.analysis.waveform import elastic_problems
+from jointplay.errors import InputError, Problem, join
+from jointplay.mechanism.base import NonNegative, Positive, Record, measured
+from jointplay.study.kinds import Count, Integrator, Several, Study
+
+
+def _list(default: tuple[Any, ...], accepts: str) -> Any:
+    return Field(default, json_schema_extra={"accepts": accepts})
+
+
+class SchemeAnalysis(Record):
+    """Keywords of `scheme_comparison`.
+
+    Parameters
+    ----------
+    clearance : tuple of float
+        Radial clearances of joint B, m; 0: ideal joints.
+    start_turn : tuple of int
+        Turns after which the compared turn starts.
+    windows_per_turn : tuple of int
+        Into how many windows the turn is cut, rising; 1 is the paper's scheme.
+    passes : int
+        At most, over a window.
+    tolerance : float
+        Change at which two passes agree.
+    steps : tuple of float
+        Steps of the scheme, s, falling.
+    tolerances : tuple of float
+        Relative tolerances of the monolithic method that are timed.
+    repeats : int
+        Timed runs of each.
+    """
+
+    clearance: tuple[NonNegative, ...] = _list(compared.CLEARANCES, "a list of clearances in m")
+    start_turn: tuple[Count, ...] = _list(compared.START_TURNS, "a list of whole numbers of turns")
+    windows_per_turn: tuple[Several, ...] = _list(compared.WINDOWS, "a list of rising whole numbers")
+    passes: Several = compared.PASSES
+    tolerance: Positive = measured("change at which two passes agree", "1", compared.TOLERANCE)
+    steps: tuple[Positive, ...] = _list(compared.STEPS, "a list of falling steps in s")
+    tolerances: tuple[Positive, ...] = _list(compared.TOLERANCES, "a list of relative tolerances")
+    repeats: Several = compared.REPEATS
+
+    @property
+    def length(self) -> str:
+        """Say what is compared."""
+        clearances = ", ".join(f"{value:g}" for value in self.clearance)
+        return f"single turns after {', '.join(map(str, self.start_turn))} turns, clearances {clearances} m"
+
+
+class SchemeStudy(Study):
+    """The paper's own scheme against the monolithic method."""
+
+    kind: Literal["scheme_comparison"]
+    integrator: Integrator = Integrator(rtol=compared.RTOL)
+    analysis: SchemeAnalysis = SchemeAnalysis()
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> SchemeStudy:
+        keys = dict(self.analysis) | dict(self.integrator)
+        plan = [replace(each, key=join("analysis", each.key)) for each in Plan(**keys).problems()]
+        problems = [*elastic_problems(self.mechanism), *plan]
+        suited, asked = figures.SUITED.get(self.kind, ()), self.figure.get("kind")
+        if asked is not None and asked not in suited:
+            expected = f"for this {self.kind} one of {', '.join(suited) or 'none'} is accepted"
+            problems.append(Problem("figure.kind", asked, expected))
+        if problems:
+            raise InputError(problems)
+        return self
+
+    def keywords(self) -> dict[str, Any]:
+        """Keywords of the analysis function; what was left out stays out."""
+        given = {**dict(self.integrator), **dict(self.analysis)}
+        return {key: value for key, value in given.items() if value is not None}

@@ -1,0 +1,132 @@
+"""The closed four-bar: one freedom beside the modes, against Lagrange's equations of free links."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from jointplay.codegen import outputs
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.closure import ideal_state
+from jointplay.mechanism.parts import Pin
+
+from ..linkages import mechanism
+from ..plain import plain
+from ..reference.bodies import LINKS, Parameters
+from .both import bent_pair, bent_state, point
+from .test_bending import check_energies, check_reactions
+from .test_outputs import evaluated
+
+SCENES = [  # links that bend, drive, order
+    ("", "motor", "consistent"),
+    ("", "speed", "consistent"),
+    ("coupler", "motor", "consistent"),
+    ("crank coupler rocker", "motor", "consistent"),
+    ("coupler rocker", "speed", "consistent"),
+    ("crank rocker", "none", "consistent"),
+    ("coupler rocker", "motor", "paper"),
+]
+IDS = ["_".join(scene).replace(" ", "_").strip("_") for scene in SCENES]
+every_scene = pytest.mark.parametrize("scene", SCENES, ids=IDS)
+
+
+@every_scene
+def test_accelerations(scene):
+    system, ours = bent_pair("", *scene)
+    for seed in range(4):
+        y = bent_state(system, seed)
+        theirs = system.rate(y, {})
+        found = point(system, ours, y, []).rate()
+        assert np.abs(found - theirs[:, None]).max() < 1e-10 * max(1.0, np.abs(theirs).max())
+
+
+@every_scene
+def test_outputs(scene):
+    """Angles are those of the closed loop; reactions at all four pins, and the torque, the multipliers."""
+    system, ours = bent_pair("", *scene)
+    for seed in range(3):
+        y = bent_state(system, seed)
+        a, held, _ = system.forces(y, {})
+        found = evaluated(system, ours, y, [])
+        n = system.n
+        for word, values in (("angle", y[:3]), ("angular_velocity", y[n : n + 3])):
+            assert [found[f"{word}:{k}"] for k in LINKS[1:]] == pytest.approx(values[1:], rel=1e-12)
+        turning = [a[own.start + 2] for own in system.own]
+        scale = np.abs(turning).max()
+        assert [found[f"angular_acceleration:{k}"] for k in LINKS] == pytest.approx(
+            turning, abs=1e-10 * scale
+        )
+        check_reactions(system, y, held, found)
+        check_energies(system, y, found)
+
+
+def seen(ideal, angle, speed):
+    """Outputs at a crank angle and speed, links straight."""
+    scene = assemble(ideal, {"crank_angle": angle, "crank_speed": speed})
+    functions = plain(scene.structure)
+    given = dict(zip(functions.STATE, [0.0, *scene.state], strict=True))
+    given |= dict(zip(functions.PARAMETERS, scene.numbers, strict=True))
+    return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
+
+
+def ideal(branch="upper", turned=(), bushes=False, origin=(0.0, 0.0)):
+    """The table's mechanism, told in another way: links from their other end, journal and bush exchanged.
+
+    Mass centres are halfway, so that the moments of inertia are the same about either end.
+    """
+    plain_one = mechanism(Parameters(i=3.0), {}).replace(branch=branch)
+    fields = {name: getattr(plain_one, name) for name in type(plain_one).model_fields}
+    lengths = {link.name: link.length for link in plain_one.links}
+
+    def pin(given):
+        if given.link == "ground":
+            return Pin(link="ground", point=origin) if given.point == (0.0, 0.0) else given
+        return Pin(link=given.link, at=lengths[given.link] - given.at) if given.link in turned else given
+
+    joints = []
+    for joint in plain_one.joints:
+        pair = (pin(joint.bush), pin(joint.journal)) if bushes else (pin(joint.journal), pin(joint.bush))
+        joints.append(joint.model_copy(update=dict(zip(("journal", "bush"), pair, strict=True))))
+    return type(plain_one)(**fields | {"joints": tuple(joints)})
+
+
+@pytest.mark.parametrize("turned", [(), ("coupler",), ("coupler", "rocker"), ("crank", "coupler", "rocker")])
+@pytest.mark.parametrize("bushes", [False, True])
+def test_the_same_mechanism_told_in_another_way(turned, bushes):
+    """Half a turn more in the angles of turned links; forces on exchanged bushes the other way."""
+    here, there = (
+        seen(ideal(), 0.7, 60.0),
+        seen(ideal(turned=turned, bushes=bushes), 0.7 + np.pi * ("crank" in turned), 60.0),
+    )
+    for k in LINKS:
+        apart = there[f"angle:{k}"] - here[f"angle:{k}"] - np.pi * (k in turned)
+        assert np.exp(1j * apart) == pytest.approx(1.0, abs=1e-12)
+        for word in ("angular_velocity", "angular_acceleration"):
+            assert there[f"{word}:{k}"] == pytest.approx(here[f"{word}:{k}"], rel=1e-11)
+    for name in "OABC":
+        for axis in "xy":
+            expected = here[f"reaction_{axis}:{name}"] * (-1.0 if bushes else 1.0)
+            assert there[f"reaction_{axis}:{name}"] == pytest.approx(expected, rel=1e-9)
+    assert there["drive_torque"] == here["drive_torque"]
+    for energy in ("kinetic_energy", "potential_energy"):
+        assert there[energy] == pytest.approx(here[energy], rel=1e-12)
+
+
+@pytest.mark.parametrize("branch", ["upper", "lower"])
+@pytest.mark.parametrize("origin", [(0.0, 0.0), (0.05, -0.02)])
+def test_the_motion_is_the_closure_s(branch, origin):
+    """Against the mechanism's own closure, and the differences of its speeds."""
+    four_bar = ideal(branch, origin=origin)
+    for angle, speed in ((0.3, 70.0), (2.0, -30.0), (-1.2, 90.0)):
+        found, acceleration = seen(four_bar, angle, speed), None
+        angles, speeds = ideal_state(four_bar, angle, speed)
+        acceleration, step = found["angular_acceleration:crank"], 1e-6
+        ahead, behind = (
+            ideal_state(four_bar, angle + h * speed, speed + h * acceleration)[1] for h in (step, -step)
+        )
+        for k in LINKS:
+            assert found[f"angle:{k}"] == pytest.approx(angles[k], abs=1e-13)
+            assert found[f"angular_velocity:{k}"] == pytest.approx(speeds[k], rel=1e-12)
+            assert found[f"angular_acceleration:{k}"] == pytest.approx(
+                (ahead[k] - behind[k]) / (2 * step), rel=1e-6
+            )

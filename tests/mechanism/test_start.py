@@ -1,0 +1,126 @@
+"""Starts of a linkage: what is taken, and what a closed loop refuses because it would contradict it."""
+
+import math
+
+import numpy as np
+import pytest
+from wrong import problems_of
+
+from jointplay.errors import InputError
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.closure import ideal_state
+from jointplay.mechanism.start import start
+
+LOOSE = catalog.chunmei2002()
+CLOSED = catalog.chunmei2002(clearance=0)
+STEADY = catalog.chunmei2002(clearance=0, speed=40.0)
+ANGLES = {"crank": 0.1, "coupler": 0.7, "rocker": 1.9}
+SPEEDS = dict.fromkeys(ANGLES, 2.0)
+
+
+def refused(mechanism, initial):
+    """What would be accepted instead, by key."""
+    return {key: problem.expected for key, problem in problems_of(start, mechanism, initial).items()}
+
+
+@pytest.mark.parametrize("mechanism", [LOOSE, CLOSED, STEADY], ids=["play", "closed", "steady"])
+@pytest.mark.parametrize(
+    "initial", [None, {}, {"crank_angle": 1.2}, {"crank_angle": np.float64(1.2)}], ids=str
+)
+def test_the_ideal_mechanism_is_the_default_start(mechanism, initial):
+    angle = (initial or {}).get("crank_angle", 0.0)
+    assert start(mechanism, initial) == ideal_state(mechanism, crank_angle=angle)
+
+
+def test_play_takes_any_start():
+    assert start(LOOSE, {"crank_speed": -3.0, "branch": "lower"}) == ideal_state(LOOSE, 0.0, -3.0, "lower")
+    assert start(LOOSE, {"angle": ANGLES, "angular_velocity": SPEEDS}) == (ANGLES, SPEEDS)
+
+
+@pytest.mark.parametrize("mechanism", [CLOSED, STEADY], ids=["motor", "steady"])
+@pytest.mark.parametrize("key", ["angle", "angular_velocity"])
+def test_a_closed_loop_takes_no_angles_of_its_links(mechanism, key):
+    found = refused(mechanism, {key: ANGLES})
+    assert set(found) == {f"initial.{key}"}
+    assert "crank_angle, crank_speed, branch" in found[f"initial.{key}"]
+    assert "the crank determines the other links" in found[f"initial.{key}"]
+
+
+def test_a_closed_loop_keeps_its_branch():
+    assert start(CLOSED, {"branch": "upper"}) == ideal_state(CLOSED)
+    found = refused(CLOSED, {"branch": "lower"})
+    assert set(found) == {"initial.branch"}
+    assert "'upper', the mechanism's own, is accepted here" in found["initial.branch"]
+    lower = CLOSED.replace(branch="lower")
+    assert start(lower, None) == ideal_state(lower, branch="lower")
+
+
+def test_a_closed_loop_at_constant_speed_starts_with_it():
+    assert start(STEADY, {"crank_speed": 40.0, "crank_angle": 1.0}) == ideal_state(STEADY, 1.0)
+    assert set(refused(STEADY, {"crank_speed": 41.0})) == {"initial.crank_speed"}
+    assert start(CLOSED, {"crank_speed": 41.0})[1]["crank"] == 41.0
+
+
+def test_every_contradiction_is_named_at_once():
+    given = {"crank_speed": 1.0, "branch": "lower", "crank_angel": 0.0}
+    assert set(refused(STEADY, {k: given[k] for k in ("crank_speed", "branch")})) == {
+        "initial.crank_speed",
+        "initial.branch",
+    }
+    assert set(refused(STEADY, given)) >= {"initial.crank_angel"}
+
+
+@pytest.mark.parametrize("initial", [3.0, "upper", [0.0, 1.0]], ids=str)
+def test_something_else_than_a_table(initial):
+    assert set(refused(CLOSED, initial)) == {"initial"}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"angle": {}},
+        {"angle": ANGLES | {"rod": 1.0}},
+        {"angular_velocity": SPEEDS | {"crank": math.nan}},
+    ],
+    ids=str,
+)
+def test_angles_and_speeds_of_every_link_are_needed(change):
+    with pytest.raises(InputError):
+        start(LOOSE, {"angle": ANGLES, "angular_velocity": SPEEDS} | change)
+
+
+@pytest.mark.parametrize("mechanism", [CLOSED, STEADY], ids=["motor", "steady"])
+@pytest.mark.parametrize("elastic", [(), ("coupler", "rocker")], ids=str)
+def test_a_closed_loop_has_one_freedom_and_straight_beams(mechanism, elastic):
+    scene = assemble(mechanism.replace(elastic=elastic), {"crank_angle": 0.5})
+    modes, half = 4 * len(elastic), len(scene.state) // 2
+    assert half == modes + 1
+    assert scene.state[modes] == 0.5
+    assert scene.state[half + modes] == mechanism.drive.nominal_speed
+    assert not np.delete(scene.state, [modes, half + modes]).any()
+    assert list(scene.turning) == [0.0] * modes + [1.0]
+
+
+def test_a_dead_centre_has_no_start():
+    """Coupler and rocker in one line: where the crank can turn that far."""
+    links = [
+        link.model_copy(update={"length": 0.25, "centre": 0.125, "inertia": 0.1})
+        if link.name == "crank"
+        else link
+        for link in CLOSED.links
+    ]
+    joints = [
+        joint.model_copy(update={"journal": joint.journal.model_copy(update={"at": 0.25})})
+        if joint.name == "A"
+        else joint
+        for joint in CLOSED.joints
+    ]
+    long = type(CLOSED)(**dict(CLOSED) | {"links": links, "joints": joints})
+    reach = 0.181 + 0.1175
+    dead = math.acos((0.25**2 + 0.2**2 - reach**2) / (2 * 0.25 * 0.2))
+    with pytest.raises(InputError, match="dead centre"):
+        start(long, {"crank_angle": dead})
+    with pytest.raises(InputError, match="crank_angle"):
+        start(long, {"crank_angle": dead + 0.1})
+    assert start(long, {"crank_angle": dead - 0.1})
