@@ -7,7 +7,7 @@ import re
 from collections import defaultdict
 from functools import cache
 from importlib import import_module
-from types import SimpleNamespace
+from types import ModuleType
 
 import numpy as np
 
@@ -20,23 +20,29 @@ DOORS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.M
 PRETENCE = {"compiled": lambda f: f, "entry": lambda _: lambda f: f, "SIGNATURES": defaultdict(type(None))}
 
 
-def run(source) -> SimpleNamespace:
+def run(source) -> ModuleType:
     """What a generated text defines, uncompiled."""
     source = DOORS.sub("", source).replace("from math import", "from numpy import")
     scope = PRETENCE | {"sparse": uncompiled("sparse")}
     exec(source.replace("from jointplay.numerics import sparse", ""), scope)
-    return SimpleNamespace(**scope)
+    return _module(scope)
+
+
+def _module(scope) -> ModuleType:
+    found = ModuleType("plain")
+    vars(found).update(scope)
+    return found
 
 
 @cache
-def uncompiled(name) -> SimpleNamespace:
+def uncompiled(name) -> ModuleType:
     """A module of the method, uncompiled: operations on lanes are those that its text shows."""
     source = DOORS.sub("", inspect.getsource(import_module(f"jointplay.numerics.{name}")))
     scope = PRETENCE | {"__package__": "jointplay.numerics"}
     exec(source.replace("numba.config.DISABLE_JIT", "True"), scope)
     if name != "lanes":
         scope |= {key: value for key, value in vars(uncompiled("lanes")).items() if key in scope}
-    return SimpleNamespace(**scope)
+    return _module(scope)
 
 
 @cache
@@ -46,7 +52,7 @@ def text(structure) -> str:
 
 
 @cache
-def plain(structure) -> SimpleNamespace:
+def plain(structure) -> ModuleType:
     """The functions of a structure's module, uncompiled; of many unknowns, also its `plans` by variant."""
     found = run(text(structure))
     if found.SIZES["planned"]:

@@ -22,6 +22,7 @@ BENDING, PLAYING = ["deflection"], ["normal_force", "tangential_force", "journal
 OWN_STRUCTURE = {  # each costs ten seconds of compilation or more and shows little that the others do not
     *("ideal_rigid_constant_speed", "ideal_coupler_three_elements", "ideal_coupler_rocker_constant_speed"),
     *("B_coupler_paper", "B_coupler_without_tension", "A_coupler", "BC_coupler_rocker", "conservative"),
+    *("B_coupler_rocker", "ideal_coupler_slowly"),
 }
 
 

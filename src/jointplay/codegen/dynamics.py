@@ -91,11 +91,11 @@ class Dynamics:
         return (1 - self.masks[j].stick) * force
 
     def _bias(self, j: int) -> Expr:
-        """T_j'.w: the part of v_t' that needs no acceleration."""
-        v_t = self.system.contacts[j].v_t
+        """T_j'.w: the part of v_t' that needs no unknown acceleration."""
+        v_t, drift = self.system.contacts[j].v_t, self.system.contacts[j].drift
         pairs = zip(self.system.positions, self.system.speeds, strict=False)
         moved = sum((self.tape.derivative(v_t, q) * w for q, w in pairs), Integer(0))
-        return moved + self.tape.derivative(v_t, TIME)
+        return moved + self.tape.derivative(v_t, TIME) + drift
 
     def _pushed(self) -> list[Expr]:
         """Q_k - sum_j (N_j,k F_n,j + T_j,k F_t,j), the held tangential forces left out."""

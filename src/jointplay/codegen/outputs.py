@@ -8,7 +8,8 @@ is executed.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from types import ModuleType
+from functools import lru_cache
+from types import CodeType, ModuleType
 
 import numpy as np
 
@@ -57,12 +58,18 @@ def evaluate(
     -------
     dict of str to ndarray
     """
-    names = list(names)
+    names = tuple(names)
+    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh, **given}
+    exec(_needed(module, names), scope)
+    return {name: np.asarray(scope[module.OUTPUTS[name]], dtype=float) for name in names}
+
+
+@lru_cache(maxsize=256)
+def _needed(module: ModuleType, names: tuple[str, ...]) -> CodeType:
+    """The part of the program that some quantities need, compiled."""
     wanted, steps = {module.OUTPUTS[name] for name in names}, []
     for symbol, source, reads in reversed(module.PROGRAM):
         if symbol in wanted:
             wanted.update(reads)
             steps.append(f"{symbol} = {source}")
-    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh, **given}
-    exec("\n".join(reversed(steps)), scope)
-    return {name: np.asarray(scope[module.OUTPUTS[name]], dtype=float) for name in names}
+    return compile("\n".join(reversed(steps)), module.__name__, "exec")

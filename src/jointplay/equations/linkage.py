@@ -70,7 +70,7 @@ class Parts:
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
         """Laws of the joints with play."""
-        return tuple(_contact(joint, self.joints[joint.name]) for joint in self.structure.joints)
+        return tuple(_contact(joint, self.joints[joint.name], self.c) for joint in self.structure.joints)
 
     @cached_property
     def inertia(self) -> dict[tuple[Freedom, Freedom], Expr]:
@@ -218,9 +218,10 @@ class Parts:
         return pin.sign * total
 
 
-def _contact(joint: Clearance, g: Geometry) -> Contact:
+def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     F_n, stored = LAWS[joint.law](joint.name, g.u, g.v_n)
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
+    drift = sum((entry * c.bias[freedom] for freedom, entry in g.spun.items()), Integer(0))
     if joint.friction == "tanh":
         drag += number(f"f_{joint.name}") * F_n * tanh(g.v_t / number(f"v_{joint.name}"))
     return Contact(
@@ -236,6 +237,7 @@ def _contact(joint: Clearance, g: Geometry) -> Contact:
         drag,
         stored,
         g.gap,
+        drift,
     )
 
 

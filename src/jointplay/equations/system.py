@@ -42,9 +42,10 @@ class Angle:
 class Contact:
     """One unilateral contact: penetration u, speeds v_n and v_t, force law F_n(u, v_n), friction.
 
-    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `coulomb` is the friction
-    coefficient of a law with true sticking, `drag` the part of F_t that is a smooth law. `gap` is what is
-    watched for roots in the place of u, of the same sign, where u itself is not smooth along a motion.
+    `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `coulomb` is the
+    friction coefficient of a law with true sticking, `drag` the part of F_t that is a smooth law; `drift`
+    is the part of dv_t/dt that prescribed accelerations make. `gap` is what is watched for roots in the
+    place of u, of the same sign, where u itself is not smooth along a motion.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Contact:
     drag: Expr = Integer(0)
     stored: Expr = Integer(0)
     gap: Expr | None = None
+    drift: Expr = Integer(0)
 
     @property
     def sticks(self) -> bool:

@@ -125,8 +125,7 @@ class Analysis(Record):
 
 
 def _ascending(windows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    wrong = problem(windows)
-    if wrong:
+    if wrong := problem(windows):
         raise refuse(windows, wrong)
     return windows
 

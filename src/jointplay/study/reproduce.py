@@ -22,7 +22,7 @@ from jointplay.study.store import check_writable, replaced, write_figure, write_
 from jointplay.study.tables import TABLES
 
 FOLDER = Path("studies") / "paper"
-LONG = ("scheme_comparison", "readings", "claims")  # kinds of study that take longest, the longest first
+LONG = ("readings", "claims")  # kinds of study that take longest, the longest first
 
 
 @dataclass(frozen=True)
