@@ -33,6 +33,7 @@ def run(**options):
     return claims(**lengths | {"damping_ratios": ()} | options)
 
 
+@pytest.mark.long
 def test_the_conclusions_on_one_panel(brief):
     found = run()
     assert STATUS[int(found.status)] == "ok"

