@@ -1,7 +1,7 @@
 """Make flexible_truth.json: motions of the stored scenes of bending links, with what each is worth.
 
-Run as ``python -m tests.reference.make_flexible_truth [scene ...]`` from the root of the repository; about
-ten minutes for all on an idle core. Origin of every number:
+Run as ``python -m tests.reference.make_flexible_truth [scene ...]`` from the root of the repository; fifteen
+to twenty minutes for all on an idle core. Origin of every number:
 
 - times (s), and at each of them angle, angular_velocity, angular_acceleration, deflection (of the links'
   middles, m), by link in the order crank, coupler, rocker; journal (r, m, by joint with play), reaction
@@ -14,7 +14,9 @@ ten minutes for all on an idle core. Origin of every number:
 - differs.CVODE: how far SUNDIALS' BDF at rtol 1e-11 is from it; differs.LSODA: scipy's LSODA at 1e-10.
 
 Differences are maxima over all times: of deflections and reactions relative to the largest of the same link
-or joint, of angles in rad, of speeds in units of a/b, of event times in nominal turns.
+or joint, of angles in rad, of speeds in units of a/b, of event times in nominal turns. Only those stored
+for ``ideal_all`` are relative to the largest of all links or joints, so they say nothing of its crank, whose
+deflection is the smallest by far; there CVODE at rtol 1e-11 takes longer than eight minutes.
 """
 
 from __future__ import annotations
