@@ -18,6 +18,7 @@ __version__ = "0.1.0"
 _HOME = {
     "simulate": "analysis.simulate",
     "poincare": "analysis.poincare",
+    "lyapunov": "analysis.lyapunov",
     "growth": "analysis.growth",
     "readings": "analysis.readings",
     "claims": "analysis.claims",

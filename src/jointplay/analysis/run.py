@@ -114,11 +114,17 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
             break
     log = np.concatenate(parts)
     kinds = [log[log[:, 0] == tag, 1:] for tag in range(3)]
+    samples = x.samples[: x.count[arrays.SAMPLES]]
+    return Records(samples, *kinds, start, int(code), time.perf_counter() - began, counts(x))
+
+
+def counts(x) -> dict[str, int]:
+    """What a run has counted."""
+    from jointplay.numerics import memory as arrays
+
     places = {"n_steps": arrays.STEPS, "n_rejected": arrays.REJECTED, "n_failed": arrays.FAILED}
     places |= {"n_evaluations": arrays.EVALUATIONS, "n_events": arrays.EVENTS}
-    counts = {name: int(x.count[place]) for name, place in places.items()}
-    samples = x.samples[: x.count[arrays.SAMPLES]]
-    return Records(samples, *kinds, start, int(code), time.perf_counter() - began, counts)
+    return {name: int(x.count[place]) for name, place in places.items()}
 
 
 @lru_cache(maxsize=256)

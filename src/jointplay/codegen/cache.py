@@ -86,11 +86,24 @@ def algebra_module(n_q: int, n: int) -> ModuleType:
     )
 
 
+def variation_module(structure) -> ModuleType:
+    """The compiled derivatives of a structure, for those who follow tangents."""
+    first = structure_module(structure).SIZES["first"]
+    return _module(f"variation {structure!r}", lambda: _variation_text(structure, first))
+
+
 def _structure_text(structure) -> str:
     from ..equations.write import system
     from .module import text
 
     return text(system(structure))
+
+
+def _variation_text(structure, first: int) -> str:
+    from ..equations.write import system
+    from .variation import text
+
+    return text(system(structure), first)
 
 
 @cache

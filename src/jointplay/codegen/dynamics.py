@@ -149,20 +149,25 @@ class Dynamics:
 
     def jacobian(self) -> dict[tuple[int, int], Expr]:
         """d a_k / d x_i, x the positions and then the speeds; closes the tape to further derivatives."""
+        return self.slopes(self.system.positions + self.system.speeds)[0]
+
+    def slopes(self, variables: tuple[Symbol, ...]) -> tuple[dict[tuple[int, int], Expr], ...]:
+        """d a_k / d x_i, and d F_t,j / d x_i of held contacts; closes the tape to further derivatives."""
         hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
         grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
         push, hold = self._residual(hats, grip)
-        entries = {}
-        for i, x in enumerate(self.system.positions + self.system.speeds):
+        entries, held = {}, {}
+        for i, x in enumerate(variables):
             slope = (
                 [self.tape.derivative(value, x) for value in push],
                 [self.tape.derivative(v, x) for v in hold],
             )
             if any(value != 0 for part in slope for value in part):
-                column, _ = self._solve(*slope, f"J{i}")
+                column, forces = self._solve(*slope, f"J{i}")
                 entries |= {(k, i): value for k, value in enumerate(column)}
+                held |= {(j, i): value for j, value in forces.items()}
         self._close(hats, grip)
-        return entries
+        return entries, held
 
     def residual_jacobian(self) -> tuple[dict[tuple[int, int], Expr], dict[tuple[int, int], Expr]]:
         """d (Q - M a)_k / d x_i at fixed a, by positions and by speeds; held forces follow.

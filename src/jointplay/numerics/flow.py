@@ -41,6 +41,7 @@ from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, 
 from .record import gains, note, sample, work_at
 from .sections import count_section, keep, sections
 from .step import ORDER, TURN, attempt, next_length
+from .tangent import ROWS, carry, leap, mark, meet
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
@@ -196,14 +197,20 @@ def _start(f, x, out):
     x.count[STARTED] = 1
 
 
-@entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS))
-def flow(f, k, x, o):
-    """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on."""
+@compiled
+def run(f, k, x, o, g, y):
+    """Run until the end, a full log, or trouble; give back which (OK, FULL, …).
+
+    With tangents y, and a structure's derivatives g, these are carried along (numerics.tangent); where both
+    are None, nothing of that is compiled.
+    """
     count, real = x.count, x.real
     if not count[STARTED]:
         _start(f, x, k.contact)
     while True:
         if count[LOGGED] + ROOM > len(x.log):
+            return FULL
+        if y is not None and y.count[ROWS] >= len(y.rows):
             return FULL
         if x.s[0] >= o.t_end or (o.stop_after and count[SECTIONS] >= o.stop_after):
             return OK
@@ -224,19 +231,39 @@ def flow(f, k, x, o):
             real[H] = h * max(0.2, 0.9 * error ** (-1.0 / ORDER)) if error < np.inf else 0.1 * h
         else:
             guard, length, root, sure = _reach(f, variant, k, x, o, h)
+            strain = 0.0
+            if y is not None and sure and root > 0.0:
+                strain = carry(f, g, variant, k, x, o, y, length, root)
             if not sure:
                 count[FAILED] += 1
                 real[H], count[SMOOTH] = 0.5 * h, 0
+            elif strain > 1.0:
+                count[REJECTED] += 1
+                real[H] = length * max(0.2, 0.9 * strain ** (-1.0 / ORDER))
             else:
                 count[STEPS] += 1
                 if root > 0.0:
                     _advance(f, variant, k, x, o, guard, length, root)
                 if guard < 0:
                     _control(real, count, variant, h, error)
+                    if y is not None and strain > 0.0:
+                        real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
                 else:
+                    if y is not None:
+                        meet(f, g, variant, x, o, y, guard)
                     _event(f, k, x, o, guard)
+                    if y is not None:
+                        leap(f, g, x, o, y, guard)
+                if y is not None:
+                    mark(x, y)
                 count[FRESH] = 0
                 if count[CLOSE] >= CHATTER_COUNT:
                     return CHATTER
         if not real[H] > 1e-15 * max(abs(x.s[0]), o.near):
             return _trouble(x.s, o.n_q + o.n)
+
+
+@entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS))
+def flow(f, k, x, o):
+    """Follow a motion: `run` without tangents. Call again to go on."""
+    return run(f, k, x, o, None, None)

@@ -42,6 +42,10 @@ SIGNATURES = {
     "factor": void(int64, vector, vector, float64),
     "newton": float64(int64, vector, vector, vector, vector, float64),
     "estimate": float64(int64, vector, vector, vector, vector, float64),
+    "variation": void(int64, vector, vector, vector, vector),
+    "vary": void(vector, vector),
+    "gradient": void(int64, vector, vector, vector, vector),
+    "turned": void(int64, vector, vector, vector),
 }
 
 
@@ -64,7 +68,20 @@ class Functions(NamedTuple):
     estimate: Callable
 
 
-FUNCTIONS = types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in Functions._fields], Functions)
+class Variations(NamedTuple):
+    """What tangents need beside that: derivatives of a structure's functions (codegen.variation)."""
+
+    variation: Callable
+    vary: Callable
+    gradient: Callable
+    turned: Callable
+
+
+def _typed(kind):
+    return types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in kind._fields], kind)
+
+
+FUNCTIONS, VARIATIONS = _typed(Functions), _typed(Variations)
 
 
 class Pointer(types.WrapperAddressProtocol):
@@ -82,14 +99,14 @@ class Pointer(types.WrapperAddressProtocol):
         return self._signature
 
 
-def pointers(*modules) -> Functions:
+def pointers(*modules, kind=Functions):
     """The functions of modules as the flow takes them: addresses; themselves where nothing is compiled."""
     found = {
-        name: getattr(module, name) for module in modules for name in SIGNATURES if hasattr(module, name)
+        name: getattr(module, name) for module in modules for name in kind._fields if hasattr(module, name)
     }
     if not numba.config.DISABLE_JIT:
         found = {name: Pointer(function, SIGNATURES[name]) for name, function in found.items()}
-    return Functions(**found)
+    return kind(**found)
 
 
 def direct(function):

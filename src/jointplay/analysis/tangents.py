@@ -1,0 +1,170 @@
+"""A motion followed with tangents: where analyses meet the flow of variations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from jointplay.analysis.run import Request, functions, memory
+from jointplay.codegen import cache
+from jointplay.equations.structure import Linkage, Oscillator
+from jointplay.mechanism.scene import SPEED_FLOOR, Scene
+
+SAFE, FOLLOWED = 300.0, 8 / 14  # estimated errors are of order 8 and far larger than a step's, of order 14
+TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
+
+
+@lru_cache(maxsize=256)
+def variations(structure: Linkage | Oscillator) -> tuple:
+    """The compiled derivatives of a structure's functions."""
+    from jointplay.numerics.interface import Variations, pointers
+
+    return pointers(cache.variation_module(structure), kind=Variations)
+
+
+def scales(scene: Scene) -> np.ndarray:
+    """Size of each state, in whose units tangents are measured."""
+    return scene.absolute * (1 + scene.relative / SPEED_FLOOR)
+
+
+@dataclass
+class Bundle:
+    """A run with tangents, to be taken up again and again: arrays, options, functions.
+
+    Parameters
+    ----------
+    scene : Scene
+        What moves.
+    request : Request
+        For how long, and at which tolerance.
+    frame : ndarray
+        Initial tangents, shape (vectors, states).
+    tolerance : float
+        Of the tangents' iteration, relative to their length.
+    saltation : bool
+        False leaves the jumps at events out (a comparison, not a result).
+    held : bool
+        True: the frame is not made orthonormal, so that it becomes the tangent map's image of itself.
+    rows : int
+        Recorded rows after which `advance` comes back.
+    """
+
+    scene: Scene
+    request: Request
+    frame: np.ndarray
+    tolerance: float = TIGHT
+    saltation: bool = True
+    held: bool = False
+    rows: int = 1
+
+    def __post_init__(self):
+        from jointplay.numerics import tangent
+
+        sizes = cache.structure_module(self.scene.structure).SIZES
+        self.k, self.x, self.o = memory(self.scene, self.request)
+        n, frame = sizes["speeds"], np.asarray(self.frame, dtype=float)
+        self.y = tangent.tangents(frame, scales(self.scene), n, sizes["rows"], self.rows)
+        self.y.count[tangent.SALTATION], self.y.count[tangent.HELD] = self.saltation, self.held
+        real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
+        real |= {tangent.LIMIT: SAFE * self.request.rtol**FOLLOWED}
+        real |= {tangent.BLOCK: np.inf, tangent.NEXT: np.inf}
+        for place, value in real.items():
+            self.y.real[place] = value
+
+    def advance(self, until: float = np.inf) -> int:
+        """Go on until that time, or the rows are full, or the run ends; give back how (numerics.flow)."""
+        from jointplay.numerics import tangent_flow
+        from jointplay.numerics.interface import direct
+
+        f, g = functions(self.scene.structure), variations(self.scene.structure)
+        o = self.o._replace(t_end=min(self.o.t_end, float(until)))
+        return int(direct(tangent_flow.flow)(f, self.k, self.x, o, g, self.y))
+
+    def record(self, block: float) -> None:
+        """From here on, record a row after each `block` of time."""
+        from jointplay.numerics import tangent
+
+        self.y.real[tangent.BLOCK] = block
+        self.y.real[tangent.NEXT] = self.time + block
+
+    def row(self) -> np.ndarray:
+        """A row as recorded ones, of where the run stands; shape (1, columns)."""
+        from jointplay.numerics import tangent
+
+        places = [tangent.TRACE, tangent.VOLUME, tangent.UNRESOLVED]
+        return np.concatenate([[self.time], self.y.real[places], self.y.logs, self.state])[None, :]
+
+    @property
+    def full(self) -> int:
+        """What `advance` gives back when the rows are full."""
+        from jointplay.numerics import flow
+
+        return flow.FULL
+
+    @property
+    def time(self) -> float:
+        return float(self.x.s[0])
+
+    @property
+    def logs(self) -> slice:
+        """The logarithms' columns in a row, after time, trace, volume, time by volume; the state follows."""
+        from jointplay.numerics import tangent
+
+        return slice(tangent.AHEAD, tangent.AHEAD + len(self.y.alive))
+
+    @property
+    def grazing(self) -> float:
+        from jointplay.numerics import tangent
+
+        return float(self.y.real[tangent.GRAZING])
+
+    def taken(self) -> np.ndarray:
+        """The rows recorded since the last call."""
+        from jointplay.numerics import tangent
+
+        found = self.y.rows[: self.y.count[tangent.ROWS]].copy()
+        self.y.count[tangent.ROWS] = 0
+        return found
+
+    @property
+    def state(self) -> np.ndarray:
+        """Positions and speeds where the run stands."""
+        return self.x.s[1 : 1 + len(self.x.absolute)].copy()
+
+    @property
+    def vectors(self) -> np.ndarray:
+        """The tangents, shape (vectors, states)."""
+        return self.y.d.reshape(len(self.y.alive), -1)[:, 1:].copy()
+
+
+def tangent_map(scene: Scene, duration: float, rtol: float = 1e-11, saltation: bool = True) -> np.ndarray:
+    """Derivative of the state after `duration` s with respect to the state at the start.
+
+    Parameters
+    ----------
+    scene : Scene
+        What moves.
+    duration : float
+        In s.
+    rtol : float
+        Relative tolerance of a step.
+    saltation : bool
+        False leaves the jumps at events out.
+
+    Returns
+    -------
+    ndarray
+        Shape (states, states); entry (i, j) is d state_i(duration) / d state_j(0).
+
+    Raises
+    ------
+    ArithmeticError
+        If the motion did not reach the end.
+    """
+    bundle = Bundle(scene, Request(duration, rtol), np.eye(len(scene.state)), saltation=saltation, held=True)
+    status = bundle.advance()
+    if status:
+        raise ArithmeticError(f"the motion ended with status {status}")
+    return bundle.vectors.T

@@ -1,0 +1,86 @@
+"""A frame of tangent vectors: made orthonormal again and again, its growth added up.
+
+Vectors are rows of a flat array (a place for time, which no tangent uses, then the state) and are measured in
+units of the state's scales. Reference: Benettin et al. (1980); modified Gram-Schmidt, a second time where
+the first took most of a vector away (Giraud et al. 2005).
+"""
+
+from math import log, sqrt
+
+from .interface import compiled
+
+AGAIN = 0.5  # share of its length that a vector must keep to need no second pass
+LOST = 1e-9  # share below which a jump of lower rank has taken a vector's own direction away
+
+
+@compiled
+def _product(d, a, b, width, weight):
+    """Inner product of the vectors that begin at d[a] and d[b]."""
+    total = 0.0
+    for r in range(1, width):
+        total += (weight[r - 1] * d[a + r]) * (weight[r - 1] * d[b + r])
+    return total
+
+
+@compiled
+def _reduce(d, i, width, weight, alive):
+    """Take from vector i what lies along those before it; the length that is left."""
+    at = i * width
+    before = sqrt(_product(d, at, at, width, weight))
+    for _ in range(2):
+        for j in range(i):
+            if alive[j]:
+                along = _product(d, j * width, at, width, weight)
+                for r in range(1, width):
+                    d[at + r] -= along * d[j * width + r]
+        left = sqrt(_product(d, at, at, width, weight))
+        if left > AGAIN * before:
+            break
+        before = left
+    return left
+
+
+@compiled
+def orthonormalise(d, width, weight, alive, norms, logs, lossy):
+    """Make the frame orthonormal; lengths go to `norms`, their logarithms are added to `logs`.
+
+    `lossy`: the frame comes from a map that may have lost a dimension; what is left of a vector by rounding
+    alone is then given up, with the logarithm -inf.
+    """
+    for i in range(len(norms)):
+        norms[i] = 1.0
+        if not alive[i]:
+            continue
+        at = i * width
+        whole = sqrt(_product(d, at, at, width, weight))
+        left = _reduce(d, i, width, weight, alive)
+        norms[i] = left
+        if not left > (LOST * whole if lossy else 0.0):
+            alive[i], left = 0, 0.0
+        logs[i] += log(left) if left > 0.0 else float("-inf")
+        factor = 1.0 / left if left > 0.0 else 0.0
+        for r in range(1, width):
+            d[at + r] *= factor
+
+
+@compiled
+def determinant(S, n):
+    """Determinant of the n by n matrix in S, row by row; S is spent."""
+    found = 1.0
+    for j in range(n):
+        top = j
+        for i in range(j + 1, n):
+            if abs(S[i * n + j]) > abs(S[top * n + j]):
+                top = i
+        if S[top * n + j] == 0.0:
+            return 0.0
+        if top != j:
+            found = -found
+            for c in range(n):
+                S[j * n + c], S[top * n + c] = S[top * n + c], S[j * n + c]
+        found *= S[j * n + j]
+        for i in range(j + 1, n):
+            factor = S[i * n + j] / S[j * n + j]
+            for c in range(j, n):
+                S[i * n + c] -= factor * S[j * n + c]
+    return found

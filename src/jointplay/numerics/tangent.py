@@ -1,0 +1,345 @@
+"""Tangents: the flow's derivative, carried along with each accepted piece and through every event.
+
+Within a piece a tangent's stage increments solve the collocation equations linearised about the step,
+
+    Z = h A J (d + D),    d the tangent, D its increments (Z, and Z_q = h c z + h A Z), J at each stage,
+
+by Newton's iteration with the matrices that the step itself was solved with. At an event the guard's own
+gradient says how much earlier or later a neighbour meets it, and the tangent jumps (saltation):
+
+    d+ = d- + (F+ - F-) (grad h . d-) / h',                 h' = dh/dt + grad h . F-
+    d+ = D d- + (F+ - D F- - dR/dt) (grad h . d-) / h'      where the state is reset by R, D = dR/dx.
+
+Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension. References:
+Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv 2306.06862.
+"""
+
+from math import log
+from typing import NamedTuple
+
+import numpy as np
+
+from .frame import determinant, orthonormalise
+from .interface import compiled
+from .modes import STICK, mask, variant_of
+from .polynomial import basis
+from .radau import COLLOCATION
+
+ITERATIONS = 40
+ROUNDING = 3e-16
+MIDDLE = 3  # stage
+TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
+RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
+# Places in Tangents.count
+ROWS, SALTATION, HELD, JUMPS, SOLVES = range(5)
+# Places in Tangents.real
+TRACE, VOLUME, GRAZING, THETA, TOLERANCE, NEXT, BLOCK, UNRESOLVED, ONSET, LIMIT, ERROR = range(11)
+AHEAD = 4  # columns of a row before the logarithms: time, trace, volume, unresolved time
+
+
+class Tangents(NamedTuple):
+    """A frame of tangents, what it takes to carry it, and what it has recorded."""
+
+    w: np.ndarray  # lane buffer: the structure's rows, then those of its Jacobian
+    J: np.ndarray  # Jacobian that the matrices of the iteration are made of
+    kept: np.ndarray  # the frame before the piece
+    error: np.ndarray  # estimated error of each state of a tangent
+    d: np.ndarray  # tangents: rows of a place for time and the state
+    weight: np.ndarray  # 1 / scale of each state
+    alive: np.ndarray  # 0: this vector's direction was lost
+    norms: np.ndarray
+    logs: np.ndarray  # logarithms of the growth since the start
+    b: np.ndarray  # Lagrange basis
+    before: np.ndarray  # rate of the state before and after an event
+    after: np.ndarray
+    gradient: np.ndarray  # of the guard: time, state
+    D: np.ndarray  # of the reset: rows of new speeds, columns as the gradient
+    S: np.ndarray  # a saltation matrix, and room for a vector
+    unit: np.ndarray
+    count: np.ndarray
+    real: np.ndarray
+    rows: np.ndarray  # at ends of blocks: time, trace, volume, unresolved time; logs; state
+
+
+def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks: int) -> Tangents:
+    """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows of the structure."""
+    k, n_x = frame.shape
+    d = np.zeros((k, 1 + n_x))
+    d[:, 1:] = frame
+    return Tangents(
+        w=np.zeros(8 * (n_rows + n * n_x)),
+        J=np.zeros(n * n_x),
+        kept=d.ravel().copy(),
+        error=np.zeros(n_x),
+        d=d.ravel(),
+        weight=1.0 / np.asarray(scale, dtype=float),
+        alive=np.ones(k, dtype=np.int64),
+        norms=np.ones(k),
+        logs=np.zeros(k),
+        b=np.zeros(16),
+        before=np.zeros(n_x),
+        after=np.zeros(n_x),
+        gradient=np.zeros(1 + n_x),
+        D=np.zeros(n * (1 + n_x)),
+        S=np.zeros(n_x * n_x + n_x),
+        unit=np.zeros(1 + n_x),
+        count=np.zeros(5, dtype=np.int64),
+        real=np.zeros(11),
+        rows=np.zeros((n_blocks, AHEAD + k + n_x)),
+    )
+
+
+@compiled
+def carry(f, g, variant, k, x, o, y, h, root):
+    """Take the tangents along the step in k.w, of length h, up to its place `root`.
+
+    Give back their largest estimated error in units of what is tolerated: above 1 the piece is too long for
+    them, and they have been left where they were.
+    """
+    n_x, w = o.n_q + o.n, y.w
+    width = 1 + n_x
+    for i in range(8 * (o.first + width)):
+        w[i] = k.w[i]
+    g.variation(variant, w, x.s, x.p, x.m)
+    basis(root, y.b)
+    at = len(w) - 8 * o.n * n_x
+    trace = _trace(w, at, o.n_q, o.n, h, y.b)
+    if (
+        len(k.J) == o.n * n_x
+    ):  # the step's middle serves every stage better than its beginning, and costs little
+        for i in range(len(k.J)):
+            y.J[i] = w[at + 8 * i + MIDDLE]
+        f.factor(variant, w, y.J, h)
+    y.real[THETA] = 0.0
+    worst, last = 0.0, len(y.alive) - 1
+    for i in range(len(y.d)):
+        y.kept[i] = y.d[i]
+    for i in range(len(y.alive)):
+        if y.alive[i]:
+            d = y.d[i * width : (i + 1) * width]
+            if not _solve(f, g, variant, k, o, y, d, h):
+                worst = np.inf
+            elif i < last or last + 1 < n_x:  # a whole frame's last one is known by its volume
+                limit = y.real[LIMIT] * (1.0 if i == 0 else TRAILING)
+                worst = max(worst, _estimate(f, g, variant, k, o, y, d, h, limit))
+            _move(w, 8 * (o.first + 1), d, n_x, y.b)
+    if worst > 1.0:
+        for i in range(len(y.d)):
+            y.d[i] = y.kept[i]
+        return worst
+    y.real[TRACE] += trace
+    if y.count[HELD] == 0:
+        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, False)
+        _by_volume(y, n_x, trace, h * root)
+    return worst
+
+
+@compiled
+def _estimate(f, g, variant, k, o, y, d, h, limit):
+    """Error of the tangent d whose increments are in the lane buffer, in units of what is tolerated."""
+    n_x, state = o.n_q + o.n, 8 * (o.first + 1)
+    width, begin, end = 8 * n_x, 0.0, 0.0
+    J = y.J if len(k.J) == len(y.J) else k.J
+    for r in range(n_x):
+        begin = max(begin, abs(y.weight[r] * d[1 + r]))
+        end = max(end, abs(y.weight[r] * (d[1 + r] + y.w[state + 8 * r + 6])))
+        y.error[r] = d[1 + o.n_q + r] if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
+    limit *= max(min(begin, end), 1e-300)  # what shrinks must be known relative to what is left
+    size = f.estimate(variant, y.w, J, y.weight, y.error, h)
+    if size > limit:  # again, with the error added: sharper for stiff parts (see step)
+        for r in range(n_x):
+            y.w[state + 8 * r + 7] = y.error[r]
+        g.vary(y.w, d)
+        for r in range(n_x):
+            speed = d[1 + o.n_q + r] + y.w[state + 8 * (o.n_q + r) + 7] if r < o.n_q else 0.0
+            y.error[r] = speed if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
+        for r in range(n_x):
+            y.w[state + 8 * r + 7] = 0.0
+        size = f.estimate(variant, y.w, J, y.weight, y.error, h)
+    return size / limit
+
+
+@compiled
+def _trace(w, at, n_q, n, h, b):
+    """Integral of the Jacobian's trace up to the place whose basis stands in b[8:]."""
+    total, n_x = 0.0, n_q + n
+    for j in range(7):
+        share, trace = COLLOCATION[8 * j + 6], 0.0
+        if b[14] != 1.0:  # not the step's end
+            share = 0.0
+            for i in range(7):
+                share += b[8 + i] * COLLOCATION[8 * j + i]
+        for r in range(n):
+            trace += w[at + 8 * (r * n_x + n_q + r) + j]
+        total += share * trace
+    return h * total
+
+
+@compiled
+def _solve(f, g, variant, k, o, y, d, h):
+    """Stage increments of the tangent d, in the lane buffer; whether the iteration converged."""
+    w, real = y.w, y.real
+    f.rest(w)
+    f.move(w, d, h)
+    size, scale, theta = 0.0, 1.0, 0.0
+    for iteration in range(ITERATIONS):
+        before = size
+        g.vary(w, d)
+        size = f.newton(variant, w, d, k.J, y.weight, h)
+        y.count[SOLVES] += 1
+        if not size < 1e100:
+            return False
+        if iteration == 0:
+            scale = max(1.0, size)
+        else:
+            theta = size / before
+        slowest = max(theta, real[THETA])  # of one operator, whichever tangent has shown it
+        if size <= ROUNDING * scale:
+            return True
+        if 0.0 < slowest < 1.0 and slowest / (1.0 - slowest) * size <= real[TOLERANCE] * scale:
+            real[THETA] = slowest
+            return True
+    return False
+
+
+@compiled
+def _move(w, at, d, n_x, b):
+    """The tangent at the place whose basis stands in b[8:], from its increments at w[at]."""
+    for r in range(n_x):
+        total = d[1 + r]
+        for i in range(7):
+            total += b[8 + i] * w[at + 8 * r + i]
+        d[1 + r] = total
+
+
+@compiled
+def _by_volume(y, n_x, trace, span):
+    """Where a whole frame's volume shrinks faster than steps resolve, it gives the last direction's growth.
+
+    An implicit method takes a strongly damped direction to zero, but not at its true rate; that of the
+    frame's volume is the trace's integral (Liouville).
+    """
+    last = len(y.alive) - 1
+    if last + 1 < n_x or not y.alive[last] or trace > RESOLVED:
+        return
+    product = 1.0
+    for norm in y.norms:
+        product *= norm
+    y.logs[last] += trace - log(product)
+    y.real[UNRESOLVED] += span
+
+
+@compiled
+def _rates(f, variant, x, o, y, out):
+    """Rate of the state at the base point."""
+    first, n_x = o.first, o.n_q + o.n
+    for i in range(8 * first, 8 * (first + 1 + n_x)):
+        y.w[i] = 0.0
+    mask(x.modes, x.m)
+    f.rate(variant, y.w, x.s, x.p, x.m)
+    for r in range(o.n_q):
+        out[r] = x.s[1 + o.n_q + r]
+    for r in range(o.n):
+        out[o.n_q + r] = y.w[8 * (first + 1 + n_x + r) + 7]
+
+
+@compiled
+def _stuck(modes):
+    held = 0
+    for mode in modes:
+        held += mode == STICK
+    return held
+
+
+@compiled
+def meet(f, g, variant, x, o, y, guard):
+    """Note what the jump at an event needs of the side before it."""
+    f.trig(x.s, x.p)
+    _rates(f, variant, x, o, y, y.before)
+    g.gradient(guard, x.s, x.p, x.m, y.gradient)
+    if guard >= 4 * len(x.modes):
+        g.turned(guard - 4 * len(x.modes), x.s, x.p, y.D)
+    y.real[ONSET] = _stuck(x.modes)
+
+
+@compiled
+def leap(f, g, x, o, y, guard):
+    """Take the tangents through an event that has just been handled."""
+    n_x, reset, real = o.n_q + o.n, guard >= 4 * len(x.modes), y.real
+    width = 1 + n_x
+    _rates(f, variant_of(x.modes), x, o, y, y.after)
+    slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
+    for r in range(n_x):
+        term = y.gradient[1 + r] * y.before[r]
+        slope += term
+        size += abs(term)
+        later += y.gradient[1 + r] * y.after[r]
+    real[GRAZING] = min(real[GRAZING], abs(slope) / size if size > 0.0 else 0.0)
+    if slope == 0.0:
+        return
+    lossy = _stuck(x.modes) > real[ONSET]
+    y.count[JUMPS] += 1
+    real[VOLUME] += _volume(y, o.n_q, n_x, slope, later, reset, lossy)
+    for i in range(len(y.alive)):
+        if y.alive[i]:
+            _through(y, y.d[i * width : (i + 1) * width], o.n_q, n_x, slope, reset, y.count[SALTATION])
+    if y.count[HELD] == 0:
+        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, lossy)
+
+
+@compiled
+def _through(y, d, n_q, n_x, slope, reset, saltation):
+    """Replace a tangent by what the jump makes of it."""
+    width, delay = 1 + n_x, 0.0
+    if saltation:
+        for r in range(n_x):
+            delay += y.gradient[1 + r] * d[1 + r]
+        delay /= slope
+    if not reset:
+        for r in range(n_q, n_x):
+            d[1 + r] += (y.after[r] - y.before[r]) * delay
+        return
+    new = y.S[n_x * n_x :]
+    for r in range(n_x - n_q):
+        turned, swept = 0.0, y.D[r * width]
+        for i in range(n_x):
+            turned += y.D[r * width + 1 + i] * d[1 + i]
+            swept += y.D[r * width + 1 + i] * y.before[i]
+        new[r] = turned + (y.after[n_q + r] - swept) * delay
+    for r in range(n_q):
+        d[1 + r] += (y.after[r] - y.before[r]) * delay
+    for r in range(n_x - n_q):
+        d[1 + n_q + r] = new[r]
+
+
+@compiled
+def _volume(y, n_q, n_x, slope, later, reset, lossy):
+    """ln |det S| of the jump."""
+    if lossy:
+        return -np.inf
+    if not reset:
+        return log(abs(later / slope)) if later != 0.0 else -np.inf
+    for i in range(n_x):  # columns of S are the jumps of unit vectors
+        for r in range(1 + n_x):
+            y.unit[r] = 1.0 if r == 1 + i else 0.0
+        _through(y, y.unit, n_q, n_x, slope, True, True)
+        for r in range(n_x):
+            y.S[r * n_x + i] = y.unit[1 + r]
+    found = abs(determinant(y.S, n_x))
+    return log(found) if found > 0.0 else -np.inf
+
+
+@compiled
+def mark(x, y):
+    """Record a row where a block ends."""
+    if not x.s[0] >= y.real[NEXT]:
+        return
+    row, k = y.rows[y.count[ROWS]], len(y.logs)
+    row[0], row[1], row[2], row[3] = x.s[0], y.real[TRACE], y.real[VOLUME], y.real[UNRESOLVED]
+    for i in range(k):
+        row[AHEAD + i] = y.logs[i]
+    for r in range(len(y.weight)):
+        row[AHEAD + k + r] = x.s[1 + r]
+    y.count[ROWS] += 1
+    while x.s[0] >= y.real[NEXT]:
+        y.real[NEXT] += y.real[BLOCK]

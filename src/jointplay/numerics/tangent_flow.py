@@ -1,0 +1,16 @@
+"""The flow with tangents: the same loop as numerics.flow, compiled only where tangents are asked for."""
+
+import numpy as np
+from numba import int64, typeof
+
+from .flow import OPTIONS, TRAJECTORY, WORK, run
+from .interface import FUNCTIONS, VARIATIONS, entry
+from .tangent import tangents
+
+TANGENTS = typeof(tangents(np.zeros((1, 1)), np.ones(1), 1, 1, 1))
+
+
+@entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, VARIATIONS, TANGENTS))
+def flow(f, k, x, o, g, y):
+    """Follow a motion and its tangents. Call again to go on."""
+    return run(f, k, x, o, g, y)

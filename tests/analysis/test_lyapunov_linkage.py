@@ -1,0 +1,97 @@
+"""Exponents of the linkage, and what a result says of itself."""
+
+import math
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay import catalog
+
+CASES = {
+    "A": ({}, 400),
+    "B": ({"gear_ratio": 3.0}, 100),
+    "C": ({"clearance": 2.9e-4, "gear_ratio": 3.0}, 100),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_one_exponent_is_zero(case):
+    """The motor does not know the time: exactly one."""
+    changes, turns = CASES[case]
+    found = jp.lyapunov(catalog.chunmei2002(**changes), exponents="all", turns=turns, transient=20)
+    assert int(found.status) == 0
+    zero = np.abs(found.lyapunov_exponent) < 3 * found.lyapunov_standard_error + 0.01
+    assert int(zero.sum()) == 1
+    assert (float(found.lyapunov_exponent[0]) > 5) == (case == "C")
+    if np.all(np.isfinite(found.lyapunov_exponent)):  # in C, a rare episode of sticking loses a dimension
+        assert float(found.sum_residual) < 1e-6 * abs(float(found.mean_divergence))
+    turn = 2 * math.pi / catalog.chunmei2002(**changes).drive.no_load_speed
+    assert float(found.turn_period) == pytest.approx(turn, rel=1e-3)
+
+
+def test_leading_exponents_are_those_of_the_spectrum():
+    mechanism = catalog.chunmei2002(2.9e-4, gear_ratio=3.0)
+    some, all_of_them = (jp.lyapunov(mechanism, exponents=k, turns=2) for k in (2, "all"))
+    assert some.lyapunov_exponent.values == pytest.approx(all_of_them.lyapunov_exponent[:2].values, rel=1e-4)
+    assert math.isnan(float(some.sum_residual))
+
+
+def test_sticking_loses_a_dimension():
+    mechanism = catalog.chunmei2002(2.9e-4, gear_ratio=3.0, friction=0.3)
+    found = jp.lyapunov(mechanism, exponents="all", turns=20)
+    values = found.lyapunov_exponent.values
+    assert np.isneginf(values[5])
+    assert np.all(np.isfinite(values[:5]))
+    assert np.all(np.isfinite(found.lyapunov_standard_error[:5]))
+
+
+def test_constant_speed():
+    """A prescribed crank: guards depend on time, no exponent has to be zero."""
+    mechanism = catalog.chunmei2002(2.9e-4, speed=80.0, friction=0)
+    found = jp.lyapunov(mechanism, exponents="all", turns=30, transient=5)
+    assert found.sizes["exponent"] == 4
+    assert float(found.sum_residual) < 1e-6 * abs(float(found.mean_divergence))
+
+
+def test_it_stops_at_a_target_error():
+    system, keywords = catalog.duffing(), {"turns": 4000, "transient": 10}
+    whole, short = (jp.lyapunov(system, error=error, **keywords) for error in (None, 0.02))
+    assert float(short.lyapunov_standard_error[0]) <= 0.02
+    assert int(short.n_steps) < 0.7 * int(whole.n_steps)
+    assert short.lyapunov_trace.values == pytest.approx(
+        whole.lyapunov_trace.values[: short.sizes["block"]], rel=1e-12
+    )
+    assert float(whole.lyapunov_trace[-1, 0]) == float(whole.lyapunov_exponent[0])
+    assert float(whole.lyapunov_exponent_per_turn[0]) == pytest.approx(
+        2 * math.pi * float(whole.lyapunov_exponent[0])
+    )
+
+
+def test_trouble_is_a_status():
+    found = jp.lyapunov(catalog.lorenz(), duration=100, transient=1, max_steps=5)
+    assert int(found.status) == 2
+    assert math.isnan(float(found.lyapunov_exponent[0]))
+
+
+@pytest.mark.parametrize(
+    ("keywords", "key"),
+    [
+        ({"exponents": 0}, "exponents"),
+        ({"exponents": 4}, "exponents"),
+        ({"exponents": "some"}, "exponents"),
+        ({"exponents": True}, "exponents"),
+        ({"error": 0.0}, "error"),
+        ({"saltation": 1}, "saltation"),
+        ({"rtol": 1.0}, "rtol"),
+    ],
+)
+def test_wrong_keywords(keywords, key):
+    with pytest.raises(jp.InputError) as caught:
+        jp.lyapunov(catalog.lorenz(), duration=1, **keywords)
+    assert [problem.key for problem in caught.value.problems] == [key]
+
+
+def test_every_variable_says_what_it_is():
+    found = jp.lyapunov(catalog.lorenz(), duration=5)
+    assert all({"units", "long_name"} <= variable.attrs.keys() for variable in found.variables.values())
