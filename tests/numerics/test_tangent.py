@@ -120,7 +120,7 @@ def test_tangent_map(name):
 
 
 def test_elastic_coupler():
-    """Many unknowns: the algebra by plan. Rounding in stiff modes is all that the quotients see below 4e-6."""
+    """Many unknowns: the algebra by plan. Below 4e-6 the quotients see rounding in stiff modes."""
     mechanism, compared = catalog.chunmei2002(elastic=("coupler",), **LOOSE), 0
     for scene in starts(mechanism, 4):
         duration = 0.15 * scene.period

@@ -34,8 +34,8 @@ class Request:
         Sample times, ascending.
     log_from : float
         Time from which steps and events are kept.
-    steps, events : bool
-        Whether the integrator's own points and the events are kept.
+    steps, events, misses : bool
+        Whether the integrator's own points are kept, the events, and the closest approaches in flight.
     level, period, direction : float, float, int
         Of the section quantity (a crossing of `level`, which then moves on by `period`); direction 0: no such
         section.
@@ -53,6 +53,7 @@ class Request:
     log_from: float = math.inf
     steps: bool = False
     events: bool = False
+    misses: bool = False
     level: float = 0.0
     period: float = 0.0
     direction: int = 0
@@ -65,12 +66,16 @@ class Request:
 
 @dataclass(frozen=True)
 class Records:
-    """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples."""
+    """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
+
+    Misses have the gap that is left in place of a kind.
+    """
 
     samples: np.ndarray
     steps: np.ndarray
     events: np.ndarray
     sections: np.ndarray
+    misses: np.ndarray
     start: np.ndarray
     status: int
     wall_time: float
@@ -113,7 +118,7 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
         ):
             break
     log = np.concatenate(parts)
-    kinds = [log[log[:, 0] == tag, 1:] for tag in range(3)]
+    kinds = [log[log[:, 0] == tag, 1:] for tag in range(4)]
     samples = x.samples[: x.count[arrays.SAMPLES]]
     return Records(samples, *kinds, start, int(code), time.perf_counter() - began, counts(x))
 
@@ -170,10 +175,12 @@ def memory(scene: Scene, request: Request):
         h_max=float(scene.h_max),
         newton=NEWTON,
         near=1e-7 * scene.period,
+        rest=request.rtol * scene.creep,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
         log_events=int(request.events),
+        log_misses=int(request.misses),
         section=1 if request.direction else (2 if request.event >= 0 else 0),
         direction=request.direction,
         period=float(request.period),

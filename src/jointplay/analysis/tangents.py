@@ -63,9 +63,10 @@ class Bundle:
         from jointplay.numerics import tangent
 
         sizes = cache.structure_module(self.scene.structure).SIZES
+        rows = cache.variation_module(self.scene.structure).ROWS
         self.k, self.x, self.o = memory(self.scene, self.request)
         n, frame = sizes["speeds"], np.asarray(self.frame, dtype=float)
-        self.y = tangent.tangents(frame, scales(self.scene), n, sizes["rows"], self.rows)
+        self.y = tangent.tangents(frame, scales(self.scene), n, rows, self.rows)
         self.y.count[tangent.SALTATION], self.y.count[tangent.HELD] = self.saltation, self.held
         real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
         real |= {tangent.LIMIT: SAFE * self.request.rtol**FOLLOWED}

@@ -88,8 +88,8 @@ def algebra_module(n_q: int, n: int) -> ModuleType:
 
 def variation_module(structure) -> ModuleType:
     """The compiled derivatives of a structure, for those who follow tangents."""
-    first = structure_module(structure).SIZES["first"]
-    return _module(f"variation {structure!r}", lambda: _variation_text(structure, first))
+    sizes = structure_module(structure).SIZES
+    return _module(f"variation {structure!r}", lambda: _variation_text(structure, sizes))
 
 
 def _structure_text(structure) -> str:
@@ -99,11 +99,11 @@ def _structure_text(structure) -> str:
     return text(system(structure))
 
 
-def _variation_text(structure, first: int) -> str:
+def _variation_text(structure, sizes: dict[str, int]) -> str:
     from ..equations.write import system
     from .variation import text
 
-    return text(system(structure), first)
+    return text(system(structure), sizes["first"], bool(sizes["planned"]))
 
 
 @cache

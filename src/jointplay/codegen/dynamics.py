@@ -14,6 +14,7 @@ solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves t
 derivatives of the residual.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -149,61 +150,71 @@ class Dynamics:
 
     def jacobian(self) -> dict[tuple[int, int], Expr]:
         """d a_k / d x_i, x the positions and then the speeds; closes the tape to further derivatives."""
-        return self.slopes(self.system.positions + self.system.speeds)[0]
-
-    def slopes(self, variables: tuple[Symbol, ...]) -> tuple[dict[tuple[int, int], Expr], ...]:
-        """d a_k / d x_i, and d F_t,j / d x_i of held contacts; closes the tape to further derivatives."""
-        hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
-        grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
-        push, hold = self._residual(hats, grip)
-        entries, held = {}, {}
-        for i, x in enumerate(variables):
-            slope = (
-                [self.tape.derivative(value, x) for value in push],
-                [self.tape.derivative(v, x) for v in hold],
-            )
+        push, hold, close = self._hatted()
+        entries = {}
+        for i, x in enumerate(self.system.positions + self.system.speeds):
+            slope = self._slope(push, x), self._slope(hold, x)
             if any(value != 0 for part in slope for value in part):
-                column, forces = self._solve(*slope, f"J{i}")
+                column, _ = self._solve(*slope, f"J{i}")
                 entries |= {(k, i): value for k, value in enumerate(column)}
-                held |= {(j, i): value for j, value in forces.items()}
-        self._close(hats, grip)
-        return entries, held
+        close()
+        return entries
+
+    def held_slopes(self, variables: tuple[Symbol, ...]) -> dict[tuple[int, int], Expr]:
+        """d F_t,j / d x_i of held contacts; closes the tape to further derivatives."""
+        push, hold, close = self._hatted()
+        found = {}
+        for i, x in enumerate(variables):
+            forces = self._holding(self._slope(push, x), self._slope(hold, x), f"H{i}")
+            found |= {(j, i): F for j, F in zip(self.held, forces, strict=True)}
+        close()
+        return found
 
     def residual_jacobian(self) -> tuple[dict[tuple[int, int], Expr], dict[tuple[int, int], Expr]]:
         """d (Q - M a)_k / d x_i at fixed a, by positions and by speeds; held forces follow.
 
         Of M^-1 times these, `jacobian` is the sum. Closes the tape to further derivatives.
         """
-        hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
-        grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
-        push, hold = self._residual(hats, grip)
+        push, hold, close = self._hatted()
         found: tuple[dict, dict] = ({}, {})
         n_q = len(self.system.positions)
         for i, x in enumerate(self.system.positions + self.system.speeds):
-            column = [self.tape.derivative(value, x) for value in push]
-            column = self._held_back(column, [self.tape.derivative(value, x) for value in hold], f"B{i}")
+            column = self._held_back(self._slope(push, x), self._slope(hold, x), f"B{i}")
             part, place = (found[0], i) if i < n_q else (found[1], i - n_q)
             part |= {(k, place): value for k, value in enumerate(column) if value != 0}
-        self._close(hats, grip)
+        close()
         return found
+
+    def _slope(self, row: list[Expr], x: Symbol) -> list[Expr]:
+        return [self.tape.derivative(value, x) for value in row]
 
     def _held_back(self, push: list[Expr], hold: list[Expr], name: str) -> list[Expr]:
         """`push` less the held forces that keep sticking contacts at rest against it."""
         if not any(value != 0 for value in push + hold):
             return push
+        for j, F in zip(self.held, self._holding(push, hold, name), strict=True):
+            push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
+        return push
+
+    def _holding(self, push: list[Expr], hold: list[Expr], name: str) -> list[Expr]:
+        """Held forces for right-hand sides of the two rows, without the accelerations."""
         right = [
             self.masks[j].stick * _dot(y, push) + value
             for j, y, value in zip(self.held, map(tuple, self._columns), hold, strict=True)
         ]
-        forces = _eliminate(self.tape, self._complement, right, f"{name}_F")
-        for j, F in zip(self.held, forces, strict=True):
-            push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
-        return push
+        return _eliminate(self.tape, self._complement, right, f"{name}_F")
 
-    def _close(self, hats: list[Symbol], grip: dict[int, Symbol]) -> None:
-        """Let the symbols that stood for solved values take them."""
-        for hat, solved in zip([*hats, *grip.values()], [*self.a, *(self.F_t[j] for j in grip)], strict=True):
-            self.tape.define(hat, solved)
+    def _hatted(self) -> tuple[list[Expr], list[Expr], Callable[[], None]]:
+        """Both rows at given accelerations and held forces, and what lets these take their solved values."""
+        hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
+        grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
+
+        def close() -> None:
+            solved = [*self.a, *(self.F_t[j] for j in grip)]
+            for hat, value in zip([*hats, *grip.values()], solved, strict=True):
+                self.tape.define(hat, value)
+
+        return *self._residual(hats, grip), close
 
     def _residual(self, a: list[Symbol], grip: dict[int, Symbol]) -> tuple[list[Expr], list[Expr]]:
         """Both rows as functions of the state, at given accelerations and held forces."""

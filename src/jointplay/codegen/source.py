@@ -140,7 +140,8 @@ def lanes(name: str, layout: Layout, program: Program, stores: dict[str, int]) -
             body += _rotation(angle, layout)
     body += statements(program, "        ")
     body += [f"        w[{8 * row} + i] = {result}" for result, row in stores.items()]
-    return "\n".join([f"def {name}(w, s, p, m):", *head, f"    for i in range({LANES}):", *body]) + "\n"
+    loop = [f"    for i in range({LANES}):", *body] if body else ["    pass"]
+    return "\n".join([f"def {name}(w, s, p, m):", *head, *loop]) + "\n"
 
 
 def _rotation(angle, layout: Layout) -> list[str]:

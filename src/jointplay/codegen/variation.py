@@ -2,12 +2,15 @@
 
 variation(variant, w, s, p, m)    d rate / d state of eight increments, into rows of w behind the structure's
 vary(w, d)                        rates of a tangent: those derivatives times (d + its increments)
+divergence(w)                     trace of d rate / d speeds, into the last row of w
 gradient(guard, s, p, m, out)     d guard / d (time, state) at the base point; guards as in the lane rows,
                                   those of resets last
 turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th reset, row by row
+ROWS                              rows of w: the structure's own, then those of its derivatives
 
-Only scenes that ask for tangents have it written and compiled. The lane buffer is laid out as the
-structure's own, and longer by one row for each entry of d rate / d state.
+Only scenes that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
+itself; of many (codegen.plan) the residual's B = d (Q - M a) / d state and the factors of M = L D L^T, and
+rates are M^-1 B times a tangent.
 """
 
 from collections.abc import Iterator
@@ -22,18 +25,19 @@ from .source import LANES, Layout, lanes, point
 Entries = dict[tuple[int, int], Expr]
 
 
-def text(system: System, first: int) -> str:
-    """Source of the module of a system whose lane rows begin, with that of time, at `first`."""
-    layout = Layout(system, first)
-    names = variants(system)
-    entries, parts = set(), [HEADER]
-    for name in names:
-        dynamics = Dynamics(system, name)
-        found = dynamics.jacobian()
-        entries |= {place for place, value in found.items() if value != 0}
-        parts.append("@compiled\n" + _variation(layout, dynamics, name, found) + "\n")
+def text(system: System, method: int, planned: bool) -> str:
+    """Source of the module of a system; `method` rows of w are the method's own, as in its structure's."""
+    layout, names = Layout(system, method), variants(system)
+    solved = {name: Dynamics(system, name) for name in names}
+    entries = {name: _residual(each) if planned else each.jacobian() for name, each in solved.items()}
+    factors = solved[names[0]].inverse_mass if planned else None
+    rows = _Rows(
+        layout, sorted({p for found in entries.values() for p, v in found.items() if v != 0}), factors
+    )
+    parts = [HEADER, f"ROWS = {rows.end}\n\n"]
+    parts += ["@compiled\n" + _variation(rows, solved[name], name, entries[name]) + "\n" for name in names]
     parts.append(_choice("variation", "variant, w, s, p, m", [f"variation_{name}" for name in names]))
-    parts.append(_vary(layout, sorted(entries)))
+    parts += [_vary(rows), _divergence(rows)]
     gradients = list(_gradients(layout))
     parts += [code for _, code in gradients]
     parts.append(
@@ -44,29 +48,91 @@ def text(system: System, first: int) -> str:
     return "\n".join(parts)
 
 
-def _row(layout: Layout, k: int, i: int) -> int:
-    """Lane row of d rate_k / d x_i."""
-    return layout.rows["end"] + k * len(layout.state) + i
+def _residual(dynamics: Dynamics) -> Entries:
+    """d (Q - M a)_k / d x_i, positions and then speeds."""
+    by_position, by_speed = dynamics.residual_jacobian()
+    shift = len(dynamics.system.positions)
+    return by_position | {(k, shift + i): value for (k, i), value in by_speed.items()}
 
 
-def _variation(layout: Layout, dynamics: Dynamics, name: str, found: Entries) -> str:
-    places = [(k, i) for k in range(len(dynamics.a)) for i in range(len(layout.state))]
-    results = {f"J_{k}_{i}": found.get((k, i), Integer(0)) for k, i in places}
-    stores = {f"J_{k}_{i}": _row(layout, k, i) for k, i in places}
-    return lanes(f"variation_{name}", layout, dynamics.tape.program(results), stores)
+class _Rows:
+    """Rows of w behind the structure's own: entries d / d x_i by (k, i), factors of M, the divergence."""
+
+    def __init__(self, layout: Layout, entries: list[tuple[int, int]], factors):
+        self.layout, self.entries, self.factors = layout, entries, factors
+        self.n, self.n_x = len(layout.system.speeds), len(layout.state)
+        self.begin = layout.rows["end"]
+        count = self.begin + self.n * self.n_x
+        self.L, self.pivot = {}, {}
+        if factors is not None:
+            self.L = {place: count + k for k, place in enumerate(sorted(factors.L))}
+            scaled = [k for k, v in enumerate(factors.pivot) if v != 1]
+            self.pivot = {k: count + len(self.L) + place for place, k in enumerate(scaled)}
+        self.divergence = count + len(self.L) + len(self.pivot)
+        self.end = self.divergence + 1
+
+    def entry(self, k: int, i: int) -> int:
+        """Row of d / d x_i of the k-th rate (or residual)."""
+        return self.begin + k * self.n_x + i
+
+    def solved(self) -> list[str]:
+        """Lane statements: r_0 … r_n become M^-1 r; none where the entries are rates already."""
+        lines = [f"r_{i} -= {_at(row)} * r_{j}" for (i, j), row in sorted(self.L.items())]
+        lines += [f"r_{k} *= {_at(row)}" for k, row in self.pivot.items()]
+        return lines + [
+            f"r_{j} -= {_at(row)} * r_{i}" for (i, j), row in sorted(self.L.items(), reverse=True)
+        ]
 
 
-def _vary(layout: Layout, entries: list[tuple[int, int]]) -> str:
+def _at(row: int) -> str:
+    return f"w[{8 * row} + i]"
+
+
+def _variation(rows: _Rows, dynamics: Dynamics, name: str, found: Entries) -> str:
+    results = {f"J_{k}_{i}": found.get((k, i), Integer(0)) for k, i in rows.entries}
+    stores = {f"J_{k}_{i}": rows.entry(k, i) for k, i in rows.entries}
+    for (i, j), row in rows.L.items():
+        results[f"L_{i}_{j}_out"], stores[f"L_{i}_{j}_out"] = dynamics.inverse_mass.L[i, j], row
+    for k, row in rows.pivot.items():
+        results[f"D_{k}_out"], stores[f"D_{k}_out"] = dynamics.inverse_mass.pivot[k], row
+    return lanes(f"variation_{name}", rows.layout, dynamics.tape.program(results), stores)
+
+
+def _vary(rows: _Rows) -> str:
     """Rates of a tangent, the zeros of every variant left out."""
-    state, rate, n = layout.rows["state"], layout.rows["rate"], len(layout.system.speeds)
-    columns = sorted({i for _, i in entries})
-    lines = ['@entry(SIGNATURES["vary"])', "def vary(w, d):", *(f"    d_{i} = d[{1 + i}]" for i in columns)]
-    lines.append(f"    for i in range({LANES}):")
-    lines += [f"        x_{i} = d_{i} + w[{8 * (state + i)} + i]" for i in columns]
-    for k in range(n):
-        terms = [f"w[{8 * _row(layout, k, i)} + i] * x_{i}" for kk, i in entries if kk == k]
-        lines.append(f"        w[{8 * (rate + k)} + i] = {' + '.join(terms) or '0.0'}")
+    layout, columns = rows.layout, sorted({i for _, i in rows.entries})
+    state, rate = layout.rows["state"], layout.rows["rate"]
+    body = [f"x_{i} = d_{i} + {_at(state + i)}" for i in columns]
+    for k in range(rows.n):
+        terms = [f"{_at(rows.entry(k, i))} * x_{i}" for kk, i in rows.entries if kk == k]
+        body.append(f"r_{k} = {' + '.join(terms) or '0.0'}")
+    body += rows.solved()
+    body += [f"{_at(rate + k)} = r_{k}" for k in range(rows.n)]
+    return _lane_function("vary", "w, d", [f"d_{i} = d[{1 + i}]" for i in columns], body)
+
+
+def _divergence(rows: _Rows) -> str:
+    """Trace: of the rates' entries; or, column by column, of M^-1 B."""
+    shift, total = rows.n_x - rows.n, _at(rows.divergence)
+    diagonal = [_at(rows.entry(k, shift + k)) for k in range(rows.n) if (k, shift + k) in rows.entries]
+    if rows.factors is None:
+        return _lane_function("divergence", "w", [], [f"{total} = {' + '.join(diagonal) or '0.0'}"])
+    rate = rows.layout.rows["rate"]
+    body = [f"r_{k} = w[{8 * rows.entry(k, shift)} + 8 * c + i]" for k in range(rows.n)]
+    body += rows.solved()
+    body += [f"{_at(rate + k)} = r_{k}" for k in range(rows.n)]
+    body.append(f"{total} += w[{8 * rate} + 8 * c + i]")
+    lines = ['@entry(SIGNATURES["divergence"])', "def divergence(w):"]
+    lines += [f"    for i in range({LANES}):", f"        {total} = 0.0", f"    for c in range({rows.n}):"]
+    lines += [f"        for i in range({LANES}):", *(f"            {line}" for line in body)]
     return "\n".join(lines) + "\n\n"
+
+
+def _lane_function(name: str, arguments: str, head: list[str], body: list[str]) -> str:
+    lines = [f'@entry(SIGNATURES["{name}"])', f"def {name}({arguments}):", *(f"    {line}" for line in head)]
+    return (
+        "\n".join([*lines, f"    for i in range({LANES}):", *(f"        {line}" for line in body)]) + "\n\n"
+    )
 
 
 def _gradients(layout: Layout) -> Iterator[tuple[int, str]]:
@@ -102,7 +168,7 @@ def _cone(layout: Layout, j: int) -> str:
     dynamics = Dynamics(layout.system, "stick")
     tape, f = dynamics.tape, layout.system.contacts[j].coulomb
     normal = _slopes(layout, tape, dynamics.F_n[j])
-    _, held = dynamics.slopes(_variables(layout))
+    held = dynamics.held_slopes(_variables(layout))
     slopes = [
         2 * f**2 * dynamics.F_n[j] * slope - 2 * dynamics.F_t[j] * held.get((j, i), Integer(0))
         for i, slope in enumerate(normal)

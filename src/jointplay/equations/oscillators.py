@@ -1,9 +1,10 @@
 """Small systems with known answers, on the same form as the linkages.
 
 Each function gives the equations of one system; parameters keep the names of the catalog. References: Lorenz
-(1963); Roessler (1976); two-well Duffing after Holmes (1979); impact pair and soft impact pair (rattling
-frame) after Dubowsky and Freudenstein (1971) with forcing y'' = sin t; bouncing ball after Holmes (1982) and
-Guckenheimer and Holmes (1983); gear pair with backlash after Kahraman and Singh (1990).
+(1963); Roessler (1976); jerk with |x| after Linz and Sprott (1999); two-well Duffing after Holmes (1979);
+impact pair and soft impact pair (rattling frame) after Dubowsky and Freudenstein (1971) with forcing y'' =
+sin t; bouncing ball after Holmes (1982) and Guckenheimer and Holmes (1983); gear pair with backlash after
+Kahraman and Singh (1990).
 """
 
 from collections.abc import Callable, Iterable
@@ -52,6 +53,15 @@ def lorenz() -> System:
 def rossler() -> System:
     """x' = -y - z, y' = x + a y, z' = b + z (x - c)."""
     return _first_order("x y z", "a b c", lambda x, y, z, a, b, c: (-y - z, x + a * y, b + z * (x - c)))
+
+
+def jerk() -> System:
+    """x' = y, y' = z, z' = -a z - y + |x| - 1: above 0, what -x lacks to |x| is a contact's force."""
+    x, y, z = state = symbols("x y z", real=True)
+    a = number("damping")
+    fold = Contact("fold", x, y, x, (Integer(0), Integer(0), Integer(-2)), True)
+    outputs = {f"state:{s}": s for s in state}
+    return System((), state, (a,), (), None, (y, z, -a * z - y - x - 1), contacts=(fold,), outputs=outputs)
 
 
 def duffing() -> System:
@@ -103,7 +113,7 @@ def gear_backlash() -> System:
 
 SYSTEMS: dict[str, Callable[..., System]] = {
     f.__name__: f
-    for f in (lorenz, rossler, duffing, impact_pair, soft_impact_pair, bouncing_ball, gear_backlash)
+    for f in (lorenz, rossler, jerk, duffing, impact_pair, soft_impact_pair, bouncing_ball, gear_backlash)
 }
 
 

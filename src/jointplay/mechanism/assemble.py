@@ -71,6 +71,9 @@ def assemble(
         relative=np.concatenate([np.zeros(len(unit)), np.ones(len(unit))]),
         turning=np.array(turning, dtype=float),
         period=2 * math.pi / nominal,
+        creep=SPEED_FLOOR
+        * nominal
+        * max((joint.radius or 0.0 for joint in mechanism.clearance_joints), default=0.0),
         h_max=(0.3 if loop else 0.7) / nominal if followed else math.inf,
         links=structure.links,
         joints=tuple(joint.name for joint in mechanism.clearance_joints),

@@ -133,6 +133,18 @@ def rossler(a: Number = 0.2, b: Number = 0.2, c: Number = 5.7) -> TestSystem:
 
 
 @_entry
+def jerk(damping: NonNegative = 0.6) -> TestSystem:
+    """Jerk of Linz and Sprott: x‴ = −a x″ − x′ + |x| − 1, its rate bent at x = 0; starts at (−0.5, 0, 0).
+
+    Parameters
+    ----------
+    damping : float
+        a.
+    """
+    return _system("jerk", (-0.5, 0.0, 0.0), damping=damping)
+
+
+@_entry
 def duffing(
     amplitude: NonNegative = 0.3, damping: NonNegative = 0.2, frequency: Positive = 1.0
 ) -> TestSystem:
@@ -224,6 +236,7 @@ NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
     "chunmei2002": chunmei2002,
     "lorenz": lorenz,
     "rossler": rossler,
+    "jerk": jerk,
     "duffing": duffing,
     "impact_pair": impact_pair,
     "soft_impact_pair": soft_impact_pair,

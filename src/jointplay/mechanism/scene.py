@@ -32,6 +32,8 @@ class Scene:
         Nominal period of the drive or forcing, s; a time scale where there is none.
     h_max : float
         Longest step, s.
+    creep : float
+        Scale of the tolerated error of a sliding speed, m/s.
     links, joints, clearances, pins, states, resets : tuple
         Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the
         states and of the resets of a test system.
@@ -49,6 +51,7 @@ class Scene:
     turning: np.ndarray
     period: float
     h_max: float
+    creep: float = 0.0
     links: tuple[str, ...] = ()
     joints: tuple[str, ...] = ()
     clearances: tuple[float, ...] = ()

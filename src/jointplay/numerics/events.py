@@ -7,7 +7,7 @@ accuracy and no interpolant's: Newton on the length, one or two short solves fro
 
 from .interface import compiled
 from .memory import EVALUATIONS
-from .modes import PULLS, inside
+from .modes import PULLS, SLIDE, inside
 from .polynomial import basis, bernstein, first_root
 from .step import converge
 
@@ -15,16 +15,19 @@ REFINEMENTS = 8
 
 
 @compiled
-def first_event(w, row, modes, flags, fired, b, stack):
+def first_event(w, row, modes, flags, fired, rest, b, stack):
     """The guard that first leaves its side within the step in w, and where in [0, 1]; -1 and 2.0 if none.
 
-    `row` is the lane row of the first guard.
+    `row` is the lane row of the first guard. A sliding speed within `rest` of zero on the wrong side (after
+    sticking, during which it drifts by a tolerance) counts as starting at zero.
     """
     which, earliest = -1, 2.0
     for g in range(len(fired)):
         j = g // 4
         side = inside(modes[j], g % 4, flags[j] & PULLS) if j < len(modes) else 1
         if side != 0:
+            if j < len(modes) and g % 4 == SLIDE and fired[g] == 0:
+                fired[g] = 0.0 < -side * w[8 * (row + g) + 7] <= rest
             degree = bernstein(w, 8 * (row + g), fired[g], b)
             place = first_root(b, degree, side, stack)
             if place < earliest:

@@ -37,6 +37,7 @@ from .memory import (
     trajectory,
     work,
 )
+from .misses import misses
 from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, variant_of
 from .record import gains, note, sample, work_at
 from .sections import count_section, keep, sections
@@ -100,7 +101,7 @@ def _event(f, k, x, o, guard):
         note(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
     j, kind = guard // 4, IMPACT
     if j < len(x.modes):
-        kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, k.contact)
+        kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, o.rest, k.contact)
     else:
         j = guard - 4 * len(x.modes)
         x.fired[guard] = 1
@@ -123,7 +124,7 @@ def _reach(f, variant, k, x, o, h):
     Its first event's guard (-1: none), the length of the step that ends there, the place of the event in it
     (0: at its start, 1: at its end to rounding), and whether that is sure.
     """
-    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, k.b, k.stack)
+    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, o.rest, k.b, k.stack)
     if guard < 0:
         if len(x.work) > 0:
             f.rate(variant, k.w, x.s, x.p, x.m)
@@ -145,6 +146,8 @@ def _advance(f, variant, k, x, o, guard, length, root):
     gains(k.w, powers, length, k.gain)
     if o.section == 1:
         sections(f, variant, k, x, o, length, root)
+    if o.log_misses:
+        misses(k, x, o, length, root)
     end, done = x.s[0] + length * root, count[SAMPLES]
     count[SAMPLES] = sample(
         x.samples, x.at, done, length, end, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
@@ -179,7 +182,7 @@ def _trouble(s, n_x):
 
 
 @compiled
-def _start(f, x, out):
+def _start(f, x, rest, out):
     """Set the contact modes that belong to the initial state."""
     f.trig(x.s, x.p)
     for j in range(len(x.modes)):
@@ -189,7 +192,7 @@ def _start(f, x, out):
         closed, force = out[6 * j] >= 0.0, out[6 * j + 3]
         x.modes[j] = FREE
         if closed and (x.flags[j] & PULLS or force > 0.0):
-            touch(f.contacts, j, x.flags, x.modes, x.m, x.s, x.p, out)
+            touch(f.contacts, j, x.flags, x.modes, x.m, x.s, x.p, rest, out)
         elif closed:
             x.modes[j] = RELEASED
     x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
@@ -206,7 +209,7 @@ def run(f, k, x, o, g, y):
     """
     count, real = x.count, x.real
     if not count[STARTED]:
-        _start(f, x, k.contact)
+        _start(f, x, o.rest, k.contact)
     while True:
         if count[LOGGED] + ROOM > len(x.log):
             return FULL

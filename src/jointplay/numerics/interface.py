@@ -44,6 +44,7 @@ SIGNATURES = {
     "estimate": float64(int64, vector, vector, vector, vector, float64),
     "variation": void(int64, vector, vector, vector, vector),
     "vary": void(vector, vector),
+    "divergence": void(vector),
     "gradient": void(int64, vector, vector, vector, vector),
     "turned": void(int64, vector, vector, vector),
 }
@@ -73,6 +74,7 @@ class Variations(NamedTuple):
 
     variation: Callable
     vary: Callable
+    divergence: Callable
     gradient: Callable
     turned: Callable
 

@@ -16,7 +16,7 @@ CLOSE, FRESH, SMOOTH, SIDE, STARTED, COUNTERS = range(8, 14)
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT, H_VARIANT = range(9)
 # Tags of log rows (floats, as their rows), and where their columns begin
-STEP_ROW, EVENT_ROW, SECTION_ROW = 0.0, 1.0, 2.0
+STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW = 0.0, 1.0, 2.0, 3.0
 COLUMNS = 3
 
 
@@ -66,10 +66,12 @@ class Options(NamedTuple):
     h_max: float
     newton: float  # tolerance of the iteration in units of the tolerated error
     near: float  # events closer than this, one after another, are chatter
+    rest: float  # sliding speeds up to this are within the tolerance of zero
     max_steps: int  # attempts
     log_from: float  # time from which steps and events are logged
     log_steps: int
     log_events: int
+    log_misses: int  # closest approaches in flight
     section: int  # 0 none, 1 level of the section row, 2 an event
     direction: int  # of the level crossing
     period: float  # added to the level at each crossing; 0: the level stays

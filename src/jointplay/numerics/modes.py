@@ -84,13 +84,13 @@ def _settle(contacts, j, modes, m, s, p, out):
 
 
 @compiled
-def touch(contacts, j, flags, modes, m, s, p, out):
-    """Contact j begins: slip direction by the sign of v_t, or by its acceleration where v_t = 0."""
+def touch(contacts, j, flags, modes, m, s, p, rest, out):
+    """Contact j begins: slip direction by the sign of v_t, or by its acceleration where v_t is at rest."""
     modes[j] = CONTACT
     if flags[j] & STICKS:
         _look(contacts, modes, m, s, p, out)
         v_t = out[6 * j + 2]
-        if v_t == 0.0:
+        if abs(v_t) <= rest:
             _settle(contacts, j, modes, m, s, p, out)
         else:
             modes[j] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
@@ -114,7 +114,7 @@ def _loosen(contacts, except_for, modes, fired, m, s, p, out):
 
 
 @compiled
-def follow(contacts, j, guard, flags, modes, fired, m, s, p, out):
+def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     """Change modes after a guard of contact j fired at the base point; give back the kind of event.
 
     `fired` takes the multiplicity with which guards start at zero.
@@ -123,7 +123,7 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, out):
     fired[4 * j + guard] = 1
     if before == FREE or (before == RELEASED and guard == FORCE):
         kind = ENTRY
-        touch(contacts, j, flags, modes, m, s, p, out)
+        touch(contacts, j, flags, modes, m, s, p, rest, out)
         _look(contacts, modes, m, s, p, out)
         if not (flags[j] & PULLS) and out[6 * j + 3] <= 0.0:
             fired[4 * j + FORCE] = 1

@@ -53,16 +53,20 @@ def basis(x, out):
 
 @compiled
 def bernstein(g, at, multiplicity, b):
-    """Bernstein coefficients of the row g[at : at + 8]; give back their degree."""
+    """Bernstein coefficients of the row g[at : at + 8]; give back their degree.
+
+    The outer ones are the values at both ends: taken as they are, so that rounding makes no root there.
+    """
     for i in range(8):
         b[i] = 0.0
     if multiplicity == 0:
         for j in range(8):
             for i in range(8):
                 b[i] += TO_BERNSTEIN[8 * j + i] * g[at + j]
+        b[0], b[7] = g[at + 7], g[at + 6]
         return 7
-    for j in range(7):
-        value = g[at + j] / NODES[j]
+    for j in range(7):  # it starts at zero by definition, whatever rounding or tolerance made of that
+        value = (g[at + j] - g[at + 7]) / NODES[j]
         if multiplicity == 2:
             value /= NODES[j]
         for i in range(7):

@@ -94,7 +94,11 @@ def _estimate_again(f, variant, k, x, o, h):
         error[o.n_q + r] = w[state + 8 * (n_x + r) + 7]
     for r in range(n_x):
         w[state + 8 * r + 7] = 0.0
-    return f.estimate(variant, w, k.J, k.weight, error, h)
+    size = f.estimate(variant, w, k.J, k.weight, error, h)
+    if size < 1.0:  # guards are looked at next: at the base point, not beside it
+        f.rate(variant, w, s, x.p, x.m)
+        x.count[EVALUATIONS] += 1
+    return size
 
 
 @compiled

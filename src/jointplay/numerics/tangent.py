@@ -40,7 +40,7 @@ AHEAD = 4  # columns of a row before the logarithms: time, trace, volume, unreso
 class Tangents(NamedTuple):
     """A frame of tangents, what it takes to carry it, and what it has recorded."""
 
-    w: np.ndarray  # lane buffer: the structure's rows, then those of its Jacobian
+    w: np.ndarray  # lane buffer: the structure's rows, then those of its derivatives
     J: np.ndarray  # Jacobian that the matrices of the iteration are made of
     kept: np.ndarray  # the frame before the piece
     error: np.ndarray  # estimated error of each state of a tangent
@@ -62,12 +62,12 @@ class Tangents(NamedTuple):
 
 
 def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks: int) -> Tangents:
-    """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows of the structure."""
+    """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows in all."""
     k, n_x = frame.shape
     d = np.zeros((k, 1 + n_x))
     d[:, 1:] = frame
     return Tangents(
-        w=np.zeros(8 * (n_rows + n * n_x)),
+        w=np.zeros(8 * n_rows),
         J=np.zeros(n * n_x),
         kept=d.ravel().copy(),
         error=np.zeros(n_x),
@@ -96,17 +96,15 @@ def carry(f, g, variant, k, x, o, y, h, root):
     Give back their largest estimated error in units of what is tolerated: above 1 the piece is too long for
     them, and they have been left where they were.
     """
-    n_x, w = o.n_q + o.n, y.w
+    n_x, w, at = o.n_q + o.n, y.w, len(k.w)
     width = 1 + n_x
     for i in range(8 * (o.first + width)):
         w[i] = k.w[i]
     g.variation(variant, w, x.s, x.p, x.m)
+    g.divergence(w)
     basis(root, y.b)
-    at = len(w) - 8 * o.n * n_x
-    trace = _trace(w, at, o.n_q, o.n, h, y.b)
-    if (
-        len(k.J) == o.n * n_x
-    ):  # the step's middle serves every stage better than its beginning, and costs little
+    trace = _integral(w, len(w) - 8, h, y.b)
+    if len(k.J) == o.n * n_x:  # the step's middle serves all stages better than its beginning does
         for i in range(len(k.J)):
             y.J[i] = w[at + 8 * i + MIDDLE]
         f.factor(variant, w, y.J, h)
@@ -160,18 +158,16 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
 
 
 @compiled
-def _trace(w, at, n_q, n, h, b):
-    """Integral of the Jacobian's trace up to the place whose basis stands in b[8:]."""
-    total, n_x = 0.0, n_q + n
+def _integral(w, at, h, b):
+    """Integral of the lane row at w[at] up to the place whose basis stands in b[8:]."""
+    total = 0.0
     for j in range(7):
-        share, trace = COLLOCATION[8 * j + 6], 0.0
+        share = COLLOCATION[8 * j + 6]
         if b[14] != 1.0:  # not the step's end
             share = 0.0
             for i in range(7):
                 share += b[8 + i] * COLLOCATION[8 * j + i]
-        for r in range(n):
-            trace += w[at + 8 * (r * n_x + n_q + r) + j]
-        total += share * trace
+        total += share * w[at + j]
     return h * total
 
 

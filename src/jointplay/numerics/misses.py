@@ -1,0 +1,44 @@
+"""Closest approaches in flight: where a gap that stays open is smallest.
+
+As a parameter changes, one of them reaches zero and a new contact begins (grazing). They are extrema of the
+step's polynomial, found as its derivative's roots, so that none is stepped over.
+"""
+
+from .interface import compiled
+from .memory import MISS_ROW
+from .modes import FREE, GAP
+from .polynomial import basis, bernstein, first_root, keep_right
+from .record import note
+
+
+@compiled
+def misses(k, x, o, h, end):
+    """Log the closest approaches of every open gap within the step of length h, up to its place `end`."""
+    for g in range(len(x.fired)):
+        j, row = g // 4, 8 * (o.guards + g)
+        if j >= len(x.modes):
+            _of_gap(k, x, o, h, end, row, -1.0, g - 4 * len(x.modes))
+        elif x.modes[j] == FREE and g % 4 == GAP:
+            _of_gap(k, x, o, h, end, row, 1.0, j)
+
+
+@compiled
+def _of_gap(k, x, o, h, end, row, rising, contact):
+    """`rising`: sign of the guard's slope on the way to contact. The gap goes where events have kinds."""
+    b, whole = k.b, 0 * o.n  # no root is divided out; a variable, for the reason that interface gives
+    degree = bernstein(k.w, row, whole, b) - 1
+    for i in range(degree + 1):
+        b[i] = b[i + 1] - b[i]
+    place, side = 0.0, 1 if b[0] > 0.0 else -1
+    while degree > 0:
+        root = first_root(b, degree, side, k.stack)
+        at = place + root * (1.0 - place)
+        if root > 1.0 or at > end:
+            return
+        if side * rising > 0.0 and x.s[0] + h * at >= o.log_from:
+            basis(at, b)
+            gap = 0.0
+            for i in range(8):
+                gap += b[8 + i] * k.w[row + i]
+            note(k, x, o, MISS_ROW, float(contact), -rising * gap, x.s[0] + h * at, at)
+        degree, place, side = keep_right(b, degree, root), at, -side
