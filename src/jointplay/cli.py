@@ -100,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
     out = check_writable(arguments.out)
     print(f"{study.record.name}: {study.record.heading}", flush=True)
     with Progress(study.record.name) as progress:
-        dataset = runner.run(study, progress)
+        dataset = runner.run(study, progress, arguments.jobs)
     path = write_result(dataset, out / f"{study.record.name}.nc")
     print(f"result  {path}", flush=True)
     failure = explain(dataset)
@@ -206,13 +206,14 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("study", metavar="STUDY.toml")
     one.add_argument("--out", default="results", metavar="DIR", help="where results go (default: results)")
     one.add_argument("--no-figure", action="store_true", help="store the result only")
+    _add_jobs(one)
     _add_set(one)
 
     one = _verb(verbs, "reproduce", reproduce)
     one.add_argument(
         "names", nargs="*", metavar="NAME", help="studies of studies/paper, such as fig05b; all if none"
     )
-    one.add_argument("--jobs", type=int, default=2, metavar="N", help="worker processes (default: 2)")
+    _add_jobs(one)
     one.add_argument(
         "--out", default="results/paper", metavar="DIR", help="where results go (default: results/paper)"
     )
@@ -242,6 +243,10 @@ def _verb(verbs, name: str, function) -> argparse.ArgumentParser:
     parser = verbs.add_parser(name, help=text[0].lower() + text[1:].rstrip("."), description=text)
     parser.set_defaults(verb=function)
     return parser
+
+
+def _add_jobs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="worker processes (default: 2)")
 
 
 def _add_set(

@@ -8,12 +8,12 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import claims as module
-from jointplay.analysis import peaks as peaks_module
-from jointplay.analysis.claims import claims, starts
-from jointplay.analysis.grades import CLAIMS, GRADES, Ratio, grade, graded
-from jointplay.analysis.peaks import irregularity, mean, peaks, vibration
-from jointplay.analysis.reading_list import PANELS
+from jointplay.analysis.paper import claims as module
+from jointplay.analysis.paper import peaks as peaks_module
+from jointplay.analysis.paper.claims import claims, starts
+from jointplay.analysis.paper.grades import CLAIMS, GRADES, Ratio, grade, graded
+from jointplay.analysis.paper.peaks import irregularity, mean, peaks, vibration
+from jointplay.analysis.paper.reading_list import PANELS
 from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
 

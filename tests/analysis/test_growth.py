@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.growth import BATCHES, Turn, growth, standard_error
+from jointplay.analysis.exponents.growth import BATCHES, Turn, growth, standard_error
 from jointplay.analysis.request import quantity
 from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError

@@ -8,10 +8,10 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import readings as module
-from jointplay.analysis.character import MOTIONS, character, motion
-from jointplay.analysis.reading_list import PANELS, READINGS, Reading, coarse
-from jointplay.analysis.readings import readings
+from jointplay.analysis.paper import readings as module
+from jointplay.analysis.paper.character import MOTIONS, character, motion
+from jointplay.analysis.paper.reading_list import PANELS, READINGS, Reading, coarse
+from jointplay.analysis.paper.readings import readings
 from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError, Problem
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.coarse import coarse_section
-from jointplay.analysis.fixed_steps import March
-from jointplay.analysis.scheme import Scheme
-from jointplay.analysis.scheme_truth import Case, Truth
+from jointplay.analysis.paper.coarse import coarse_section
+from jointplay.analysis.paper.fixed_steps import March
+from jointplay.analysis.scheme.scheme import Scheme
+from jointplay.analysis.scheme.scheme_truth import Case, Truth
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.parts import Friction
 

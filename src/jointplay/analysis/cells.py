@@ -43,14 +43,15 @@ def run_cells(
     n_jobs = JOBS if n_jobs is None else n_jobs
     pool = Parallel(n_jobs=n_jobs, backend="loky" if n_jobs != 1 else "sequential", return_as="generator")
     found = []
-    for answer in pool(delayed(_guarded)(function, cell) for cell in cells):
+    for answer in pool(delayed(guarded)(function, cell) for cell in cells):
         found.append(answer)
         if progress is not None:
             progress(len(found) / len(cells))
     return found
 
 
-def _guarded(function: Callable[..., dict[str, Any]], cell: dict[str, Any]) -> dict[str, Any]:
+def guarded(function: Callable[..., dict[str, Any]], cell: dict[str, Any]) -> dict[str, Any]:
+    """Call a function with a cell's keywords; an error becomes a ``status`` with ``trouble``, its text."""
     try:
         return function(**cell)
     except InputError as error:

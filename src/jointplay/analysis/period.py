@@ -41,11 +41,6 @@ def period(points: np.ndarray, tolerance: float, longest: int | None = None) -> 
         return 0
     most = len(points) // REPEATS
     for p in range(1, (most if longest is None else min(most, longest)) + 1):
-        if _spread(points, p) <= tolerance:
+        if all(np.ptp(points[rest::p], axis=0).max() <= tolerance for rest in range(p)):
             return p
     return 0
-
-
-def _spread(points: np.ndarray, p: int) -> float:
-    """Largest extent, in any coordinate, of the points p turns apart."""
-    return max(float(np.ptp(points[rest::p], axis=0).max()) for rest in range(p))

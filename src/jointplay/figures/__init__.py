@@ -9,15 +9,26 @@ from xarray import Dataset
 from jointplay.errors import NOTHING, InputError, Problem
 
 from . import check, pick
+from .basins import basins
+from .bifurcation import bifurcation
+from .branch import continuation
+from .chaos_test import chaos_test
 from .check import lacking
 from .claims import claims
 from .contact_angle import contact_angle
+from .dimension import dimension
+from .divergence import divergence
+from .field import field
+from .floquet import floquet
 from .journal_orbit import journal_orbit
+from .lyapunov import lyapunov
 from .overview import overview
+from .parameter_map import parameter_map
 from .phase_portrait import phase_portrait
 from .poincare_section import poincare_section
 from .readings import readings
 from .scheme_comparison import scheme_comparison
+from .spectrum import spectrum
 from .time_history import time_history
 
 KINDS: dict[str, Callable[..., Figure]] = {
@@ -30,6 +41,17 @@ KINDS: dict[str, Callable[..., Figure]] = {
     "claims": claims,
     "readings": readings,
     "scheme_comparison": scheme_comparison,
+    "bifurcation": bifurcation,
+    "parameter_map": parameter_map,
+    "lyapunov": lyapunov,
+    "chaos_test": chaos_test,
+    "spectrum": spectrum,
+    "dimension": dimension,
+    "divergence": divergence,
+    "field": field,
+    "basins": basins,
+    "continuation": continuation,
+    "floquet": floquet,
 }
 
 # the figures that suit a result, by the result's own kind
@@ -39,6 +61,15 @@ SUITED = {
     "claims": ("claims",),
     "readings": ("readings",),
     "scheme_comparison": ("scheme_comparison",),
+    "bifurcation": ("bifurcation", "parameter_map"),
+    "periodic_orbit": ("floquet", "time_history", "journal_orbit", "phase_portrait"),
+    "continuation": ("continuation", "floquet"),
+    "lyapunov": ("lyapunov",),
+    "chaos_test": ("chaos_test",),
+    "spectrum": ("spectrum",),
+    "dimension": ("dimension",),
+    "sensitivity": ("divergence", "field"),
+    "basins": ("basins",),
 }
 
 __all__ = ["KINDS", "SUITED", "draw", "lacking", "problems"]
@@ -88,6 +119,8 @@ def usual_kind(dataset: Dataset) -> str:
     if kind == "response":
         whole = pick.labels(dataset, "joint") and not lacking({"kind": "overview"}, tuple(dataset.data_vars))
         return "overview" if whole else "time_history"
+    if kind == "sensitivity" and "mean_log_distance" not in dataset:
+        return "field"
     if kind in SUITED:
         return SUITED[kind][0]
     raise pick.refuse(

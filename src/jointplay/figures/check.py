@@ -7,8 +7,11 @@ from typing import Any
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 
 from . import pick, style, timebase
+from .bifurcation import lines
+from .lyapunov import PER, leading
 from .phase_portrait import PAIRS
 from .scheme_comparison import MEASURES
+from .spectrum import ABSCISSAE, limits
 
 NEEDS = {
     "contact_angle": ("contact_angle",),
@@ -73,15 +76,24 @@ def _values(options: dict) -> Iterator[Problem]:
             yield from error.problems
 
 
-def _switch(value: Any) -> None:
+def _switch(value: Any, option: str = "zoom") -> None:
     if not isinstance(value, bool):
-        raise pick.refuse("zoom", value, "true or false")
+        raise pick.refuse(option, value, "true or false")
 
 
 _CHECKS: dict[str, Callable[[Any], Any]] = {
+    "abscissa": lambda value: pick.choice("abscissa", value, ABSCISSAE),
     "axis": timebase.axis_names,
+    "limits": lines,
+    "period": lambda value: _switch(value, "period"),
+    "between": limits,
+    "exponents": leading,
+    "neighbours": lambda value: _switch(value, "neighbours"),
+    "points": lambda value: _switch(value, "points"),
+    "multipliers": lambda value: _switch(value, "multipliers"),
     "measure": lambda value: pick.choice("measure", value, MEASURES),
     "column": lambda value: pick.choice("column", value, style.COLUMNS),
+    "per": lambda value: pick.choice("per", value, PER),
     "time": timebase.time_limits,
     "turns": lambda value: timebase.turn_limits(value, 0.0),
     "zoom": _switch,

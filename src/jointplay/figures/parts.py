@@ -176,12 +176,11 @@ def status_note(dataset: Dataset) -> str:
     if "status" not in dataset:
         return ""
     meanings = pick.flags(dataset["status"])
-    found = [
-        meanings.get(int(code), f"code {int(code)}" if code else "ok")
-        for code in np.unique(dataset["status"].values)
-    ]
+    codes = dataset["cell_status" if "cell_status" in dataset else "status"].values
+    found = [meanings.get(int(code), f"code {int(code)}" if code else "ok") for code in np.unique(codes)]
     bad = [f"{EXPLAINED.get(word, 'see the status')} (status {word})" for word in found if word != "ok"]
-    return "Incomplete result: " + ", ".join(bad) if bad else ""
+    many = f" in {np.count_nonzero(codes)} of {codes.size}" if codes.size > 1 else ""
+    return f"Incomplete result{many}: " + ", ".join(bad) if bad else ""
 
 
 def finish(figure: Figure, dataset: Dataset) -> Figure:

@@ -67,7 +67,7 @@ def turns(dataset: Dataset, name: str = "turns") -> Base | None:
     period = float(dataset.get("turn_period_nominal", np.nan))
     if not period > 0:
         return None
-    whose = "Forcing" if "state" in dataset.dims else "Nominal crank"
+    whose = "Forcing" if "state_value" in dataset else "Nominal crank"
     words = words.replace("turns", "periods").replace("angle", "phase") if whose == "Forcing" else words
     return Base(f"{whose} {words}", np.array([0.0, period]), np.array([0.0, per_turn]))
 

@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from jointplay import figures
-from jointplay.analysis.character import TOLERANCE
-from jointplay.analysis.claims import DAMPING_RATIOS
-from jointplay.analysis.reading_list import PANELS, READINGS
-from jointplay.analysis.readings import misfits, strangers
+from jointplay.analysis.paper.character import TOLERANCE
+from jointplay.analysis.paper.claims import DAMPING_RATIOS
+from jointplay.analysis.paper.reading_list import PANELS, READINGS
+from jointplay.analysis.paper.readings import misfits, strangers
 from jointplay.errors import InputError, Problem, join
 from jointplay.mechanism.base import Number, Positive, Record, measured
 from jointplay.study.kinds import Count, Several, Study

@@ -114,10 +114,7 @@ def reproduce(
     jointplay.errors.InputError
         When a name, the number of jobs or a folder is wrong.
     """
-    if jobs < 1:
-        raise InputError(
-            [Problem("--jobs", jobs, "a whole number of worker processes, 1 or more, is accepted")]
-        )
+    runner.check_jobs(jobs)
     paths = choose(find_folder() if folder is None else Path(folder), names)
     out = check_writable(out)
     alone = jobs == 1 or len(paths) == 1

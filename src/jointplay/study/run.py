@@ -5,11 +5,21 @@ from inspect import signature
 
 import xarray as xr
 
-from jointplay.analysis.claims import claims
+from jointplay.analysis.exponents.lyapunov import lyapunov
+from jointplay.analysis.orbits.continuation import continuation
+from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
+from jointplay.analysis.paper.claims import claims
+from jointplay.analysis.paper.readings import readings
 from jointplay.analysis.poincare import poincare
-from jointplay.analysis.readings import readings
-from jointplay.analysis.scheme_comparison import scheme_comparison
+from jointplay.analysis.scheme.scheme_comparison import scheme_comparison
+from jointplay.analysis.signals.chaos_test import chaos_test
+from jointplay.analysis.signals.dimension import dimension
+from jointplay.analysis.signals.spectrum import spectrum
 from jointplay.analysis.simulate import simulate
+from jointplay.analysis.states.basins import basins
+from jointplay.analysis.states.sensitivity import sensitivity
+from jointplay.analysis.sweeps.bifurcation import bifurcation
+from jointplay.errors import InputError, Problem
 from jointplay.study import provenance
 from jointplay.study.file import Loaded
 
@@ -19,6 +29,15 @@ ANALYSES: dict[str, Callable[..., xr.Dataset]] = {
     "readings": readings,
     "claims": claims,
     "scheme_comparison": scheme_comparison,
+    "bifurcation": bifurcation,
+    "lyapunov": lyapunov,
+    "chaos_test": chaos_test,
+    "spectrum": spectrum,
+    "dimension": dimension,
+    "sensitivity": sensitivity,
+    "basins": basins,
+    "periodic_orbit": periodic_orbit,
+    "continuation": continuation,
 }
 
 
@@ -41,7 +60,13 @@ def run(
     xarray.Dataset
         With the attributes ``study`` (its name), ``title``, ``source`` and ``provenance``. A numerical
         failure is in its ``status``.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When the number of jobs is wrong.
     """
+    check_jobs(jobs)
     record = study.record
     analysis, keywords = ANALYSES[record.kind], record.keywords()
     if "n_jobs" in signature(analysis).parameters:
@@ -49,3 +74,16 @@ def run(
     dataset = analysis(record.mechanism, **keywords, progress=progress)
     named = dataset.assign_attrs(study=record.name, title=record.heading)
     return provenance.attach(named, record.model_dump(mode="json"), study.text)
+
+
+def check_jobs(jobs: int | None) -> None:
+    """Refuse a number of worker processes that there cannot be.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        As it says.
+    """
+    if jobs is not None and jobs < 1:
+        accepted = "a whole number of worker processes, 1 or more, is accepted"
+        raise InputError([Problem("--jobs", jobs, accepted)])

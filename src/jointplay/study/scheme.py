@@ -8,9 +8,9 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from jointplay import figures
-from jointplay.analysis import scheme_comparison as compared
-from jointplay.analysis.scheme_plan import Plan
-from jointplay.analysis.waveform import elastic_problems
+from jointplay.analysis.scheme import scheme_comparison as compared
+from jointplay.analysis.scheme.scheme_plan import Plan
+from jointplay.analysis.scheme.waveform import elastic_problems
 from jointplay.errors import InputError, Problem, join
 from jointplay.mechanism.base import NonNegative, Positive, Record, measured
 from jointplay.study.kinds import Count, Integrator, Several, Study

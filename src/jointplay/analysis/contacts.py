@@ -1,0 +1,177 @@
+"""What the contacts of a motion did: how often, how long, how hard, in which order, and what they missed.
+
+A contact begins with an event `contact` and ends with a `separation`; a rigid wall's `impact` is both at
+once. Events are recorded with the state and the modes just before them.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from jointplay.analysis.quantities import RELEASED, Quantities
+from jointplay.analysis.run import Records
+from jointplay.analysis.words import EVENTS, MODES
+from jointplay.codegen import cache, outputs
+from jointplay.mechanism.scene import Scene
+
+CONTACT, SEPARATION, IMPACT = (EVENTS.index(name) for name in ("contact", "separation", "impact"))
+JOINT, KIND, TIME = 0, 1, 2  # columns of an event's row; positions, speeds, modes, work follow
+ROW = 2  # where that part of it begins which all rows have
+LETTERS = dict(zip(MODES, "fr+-sc", strict=True))  # of modes in the word of a turn
+LONGEST, TURNS = 24, 4  # letters of a turn's word, and turns of a period's, that are kept
+CUT = "~"  # the end of a word that was longer
+STEP = 1e-6  # of the period, for the rate of a gap
+
+
+def counts(
+    events: np.ndarray, end: float, turns: float, closed_at_end: bool, joint: int | None = None
+) -> dict[str, float]:
+    """Impacts and separations a turn, and the fraction of time in contact.
+
+    Parameters
+    ----------
+    events : ndarray
+        Rows of events from time 0 on.
+    end : float
+        When the record ends, s.
+    turns : float
+        How many turns it holds.
+    closed_at_end : bool
+        Whether the joint is in contact then: tells how a motion without events is.
+    joint : int, optional
+        Whose events; all if left out.
+    """
+    rows = events[np.isin(events[:, KIND], (CONTACT, SEPARATION, IMPACT)) & (events[:, TIME] <= end)]
+    rows = rows if joint is None else rows[rows[:, JOINT] == joint]
+    hits, rows = np.sum(rows[:, KIND] == IMPACT), rows[rows[:, KIND] != IMPACT]
+    begins, times = rows[:, KIND] == CONTACT, rows[:, TIME]
+    # a motion that begins in contact separates first
+    closed = not begins[0] if len(rows) else closed_at_end
+    switches = np.concatenate([[0.0] * int(closed), times, [end]])
+    inside = np.diff(switches[: len(switches) // 2 * 2])[::2].sum()
+    return {
+        "separations": float((np.sum(~begins) + hits) / turns),
+        "impacts": float((np.sum(begins) + hits) / turns),
+        "contact_fraction": float(inside / end),
+    }
+
+
+def closed(scene: Scene, records: Records, row: np.ndarray) -> np.ndarray:
+    """Whether each contact transmits force at a row (time, positions, speeds, modes)."""
+    return Quantities(scene, row[None, :], records.start).modes[0] > RELEASED
+
+
+def smallest_impact_speed(scene: Scene, records: Records) -> np.ndarray:
+    """Smallest speed, m/s, at which each contact began; NaN where none did."""
+    rows = records.events[np.isin(records.events[:, KIND], (CONTACT, IMPACT))]
+    return _smallest(rows[:, JOINT], approach(scene, records, rows[:, ROW:])[1], _size(scene))
+
+
+def smallest_missed_gap(scene: Scene, records: Records) -> np.ndarray:
+    """Smallest gap, m, at which each contact was approached and missed; NaN where none was."""
+    rows = records.misses
+    return _smallest(rows[:, JOINT], approach(scene, records, rows[:, ROW:])[0], _size(scene))
+
+
+def _size(scene: Scene) -> int:
+    return len(scene.joints) or len(scene.resets)
+
+
+def _smallest(joints: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
+    """Least absolute value of each contact's own rows."""
+    found = np.full(count, np.nan)
+    for j in range(count):
+        own = values[joints == j, j]
+        found[j] = np.min(np.abs(own)) if len(own) else np.nan
+    return found
+
+
+def approach(scene: Scene, records: Records, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gap (m) and closing speed (m/s) of each contact, at rows of states; shapes (rows, contacts)."""
+    if scene.links and scene.joints:
+        found = Quantities(scene, rows, records.start).variables(("penetration", "normal_velocity"), "event")
+        return -found["penetration"][1], found["normal_velocity"][1]
+    if scene.resets:
+        h, n_q = STEP * scene.period, len(scene.turning)
+        step = np.zeros_like(rows)
+        step[:, 0], step[:, 1 : 1 + n_q] = h, h * rows[:, 1 + n_q : 1 + 2 * n_q]
+        now, before, after = (_gaps(scene, records, each) for each in (rows, rows - step, rows + step))
+        return now, (before - after) / (2 * h)
+    return _walls(scene, rows)
+
+
+def _gaps(scene: Scene, records: Records, rows: np.ndarray) -> np.ndarray:
+    quantities = Quantities(scene, rows, records.start)
+    given = dict(zip(quantities.module.STATE, rows.T, strict=False))
+    given |= dict(zip(quantities.module.PARAMETERS, scene.numbers, strict=True))
+    found = outputs.evaluate(quantities.module, [f"gap:{name}" for name in scene.resets], given)
+    return np.stack([np.broadcast_to(gap, len(rows)) for gap in found.values()], -1)
+
+
+def _walls(scene: Scene, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gaps and closing speeds of a test system's soft walls, by the structure's own function."""
+    module, count = cache.structure_module(scene.structure), len(scene.joints)
+    n_x, numbers = len(scene.state), np.array(scene.numbers, dtype=float)
+    out, masks = np.zeros((len(rows), count, 6)), np.zeros(3 * count)
+    state = np.zeros(1 + n_x + 2 * module.SIZES["angles"])
+    for row, values in zip(rows, out, strict=True):
+        state[: 1 + n_x] = row[: 1 + n_x]
+        module.trig(state, numbers)
+        module.contacts(1, state, numbers, masks, values.ravel())
+    return -out[:, :, 0], out[:, :, 1]
+
+
+def words(scene: Scene, records: Records, last: np.ndarray, bounds: np.ndarray, period: int) -> list[str]:
+    """Say in letters what happened in the last turn, or in the turns of the last period.
+
+    Of a linkage a word for each joint: its modes one after another, f free, r released (touching without
+    force), + and - slip, s stick, c contact. Of a test system one word: the walls in the order in which
+    contact with them began, by the first letters of their names; ``.`` where there was none. A turn's word
+    keeps 24 letters (a longer one ends in ~). The words of a period of up to 4 turns follow one another,
+    beginning with that turn which makes the whole come first in the alphabet: one motion has one word.
+
+    Parameters
+    ----------
+    scene, records
+        The run.
+    last : ndarray
+        The row at its end.
+    bounds : ndarray
+        Times between turns, ascending, the end of the run last.
+    period : int
+        In turns; 0 or less if there is none.
+    """
+    turns = min(period if 0 < period <= TURNS else 1, len(bounds) - 1)
+    if turns < 1 or not _size(scene):
+        return [""] * (len(scene.joints) if scene.links else 1)
+    kept = bounds[-turns - 1 :]
+    if not scene.links:
+        return [_turned([_walls_met(scene, records, *pair) for pair in pairwise(kept)])]
+    rows = np.concatenate([records.events[:, ROW:], last[None, :]])
+    modes = Quantities(scene, rows, records.start).modes
+    places = np.searchsorted(records.events[:, TIME], kept, side="right")
+    return [
+        _turned([_modes(modes[a : b + 1, j]) for a, b in pairwise(places)]) for j in range(len(scene.joints))
+    ]
+
+
+def _turned(turns: list[str]) -> str:
+    return min(" ".join(turns[i:] + turns[:i]) for i in range(len(turns)))
+
+
+def _modes(codes: np.ndarray) -> str:
+    """Letters of modes, each change once."""
+    kept = codes[np.concatenate([[True], codes[1:] != codes[:-1]])]
+    return _cut("".join(LETTERS[MODES[code]] for code in kept[: LONGEST + 1]))
+
+
+def _walls_met(scene: Scene, records: Records, begin: float, end: float) -> str:
+    rows = records.events[(records.events[:, TIME] > begin) & (records.events[:, TIME] <= end)]
+    rows, names = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT))], scene.joints or scene.resets
+    return _cut("".join(names[int(j)][0] for j in rows[:, JOINT])) or "."
+
+
+def _cut(word: str) -> str:
+    return word if len(word) <= LONGEST else word[: LONGEST - 1] + CUT

@@ -1,0 +1,1 @@
+"""Growth of small differences: Lyapunov exponents, and a second way to them."""

@@ -1,0 +1,106 @@
+"""A motion followed with a frame of tangents, block by block: what exponents are estimated from."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis.exponents import exponents as means
+from jointplay.analysis.run import MAX_STEPS, Request, counts
+from jointplay.analysis.tangents import Bundle, scales
+from jointplay.codegen import cache
+from jointplay.mechanism.scene import Scene
+
+LOOKS = 10  # how often a target error is looked at
+SEED = 20
+OK = 0
+SOLVED = 3.0  # tolerance of the tangents' iteration, in units of rtol
+
+
+def leading(
+    scene: Scene, *, exponents: int, begin: float, span: float, rtol: float, max_steps: int = MAX_STEPS
+) -> dict[str, Any]:
+    """Give the leading exponents of a motion, as a cell of something greater.
+
+    Parameters
+    ----------
+    scene : Scene
+        Where it starts.
+    exponents : int
+        How many.
+    begin, span : float
+        Time in which the tangents find their directions, and time after it, s.
+    rtol : float
+        Tolerated error of a step.
+    max_steps : int
+        Attempted steps after which the run stops.
+
+    Returns
+    -------
+    dict
+        ``status``, ``counts``, ``grazing``, ``turn_period``, and what `exponents.estimates` gives.
+    """
+    bundle = framed(scene, Request(begin + span, rtol, max_steps=max_steps), exponents)
+    rows, ended = follow(bundle, begin)
+    turn = turn_period(scene, rows)
+    found = {key: value for key, (value, *_) in means.estimates(rows, bundle.logs, turn).items()}
+    return ended | found | {"grazing": bundle.grazing, "turn_period": turn}
+
+
+def frame(count: int, scale: np.ndarray) -> np.ndarray:
+    """A frame in general position, orthonormal in units of the scales; the same each time."""
+    random = np.random.default_rng(SEED).normal(size=(len(scale), len(scale)))
+    return np.linalg.qr(random)[0].T[:count] * scale
+
+
+def framed(scene: Scene, request: Request, count: int, saltation: bool = True) -> Bundle:
+    """A run with so many tangents."""
+    return Bundle(
+        scene,
+        request,
+        frame(count, scales(scene)),
+        tolerance=SOLVED * request.rtol,
+        saltation=saltation,
+        rows=means.BLOCKS // LOOKS,
+    )
+
+
+def follow(
+    bundle: Bundle,
+    begin: float,
+    error: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[np.ndarray, dict[str, Any]]:
+    """Transient, then blocks until the end, the target error, or trouble: rows, and how it ended."""
+    began, status, end = time.perf_counter(), OK, bundle.request.duration
+    if begin:
+        status = bundle.advance(begin)
+    rows = bundle.row()
+    bundle.record((end - begin) / means.BLOCKS)
+    while status == OK:
+        status = bundle.advance()
+        rows = np.concatenate([rows, bundle.taken()])
+        if progress is not None:
+            progress(min(1.0, bundle.time / end))
+        if status != bundle.full:
+            break
+        status = OK
+        if error is not None and means.settled(rows, bundle.logs, error):
+            break
+    if status == OK and bundle.time > rows[-1, 0]:
+        rows = np.concatenate([rows, bundle.row()])
+    return rows, {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
+
+
+def turn_period(scene: Scene, rows: np.ndarray) -> float:
+    """Mean length of a turn: of the crank where its angle is a state, else the nominal period."""
+    state = cache.structure_module(scene.structure).STATE[1:]
+    angle = f"theta_{scene.crank}"
+    if angle not in state or len(rows) < 2:
+        return scene.period
+    at = rows.shape[1] - len(state) + state.index(angle)
+    return 2 * math.pi * float((rows[-1, 0] - rows[0, 0]) / abs(rows[-1, at] - rows[0, at]))

@@ -1,0 +1,186 @@
+"""Where a branch of periodic orbits changes: folds, branch points, period doublings, tori; and the way on.
+
+Between two points of a smooth piece of a branch a test function that changes sign is followed to its zero on
+the branch itself (Brent's method on the arc):
+
+fold                the tangent's component along the parameter
+branch point        det(P - I) over that component: a symmetry is lost, or branches cross
+period doubling     det(P + I)
+Neimark-Sacker      prod_{i<j} (mu_i mu_j - 1), if the pair that is meant is not real
+
+From a period doubling the doubled orbit leaves along the eigenvector of -1; from a branch point the other
+branch along that of +1. Reference: Kuznetsov (2004), chapters 5 and 10; Keller (1977) for switching.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits.arclength import Family, Point, solve
+from jointplay.analysis.orbits.orbit_events import word
+
+KINDS = ("fold", "branch_point", "period_doubling", "neimark_sacker", "grazing")
+ZERO = 1e-3  # of a test function's change, below which its value counts as 0
+REAL = 1e-6  # imaginary part below which a pair counts as real
+PRECISE = 1e-11  # of the arc; the parameter is then found by interpolation
+SHARES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)  # of the longest step, tried as the first step on a new branch
+
+TESTS: dict[str, Callable[[Point], float]] = {
+    "fold": lambda point: float(point.tangent[-1]),
+    "branch_point": lambda point: floquet.unit_test(point.multipliers) / float(point.tangent[-1]),
+    "period_doubling": lambda point: floquet.doubling_test(point.multipliers),
+    "neimark_sacker": lambda point: floquet.torus_test(point.multipliers),
+}
+
+
+@dataclass(frozen=True)
+class Special:
+    """A point at which a branch changes.
+
+    Parameters
+    ----------
+    kind : str
+        One of `KINDS`.
+    point : Point
+        On the branch, there or next to it.
+    q : float
+        Where it is, as a fraction of the parameter's range.
+    width : float
+        How closely that is enclosed, or how far the point is from it.
+    event : tuple of int
+        At a grazing: contact and kind of the event that appears or vanishes.
+    """
+
+    kind: str
+    point: Point
+    q: float
+    width: float
+    event: tuple[int, int] = (-1, -1)
+
+    @property
+    def multiplier(self) -> complex:
+        """The multiplier that makes the change; NaN at a grazing."""
+        if self.kind == "grazing":
+            return complex(np.nan, np.nan)
+        return floquet.critical(self.point.multipliers, self.kind)
+
+
+def between(family: Family, one: Point, other: Point) -> list[Special]:
+    """The special points between two neighbours of a smooth piece, in turn."""
+    found = []
+    for kind, test in TESTS.items():
+        if len(one.tangent) < 3 and kind == "neimark_sacker":
+            continue
+        ends = test(one), test(other)
+        if np.all(np.isfinite(ends)) and ends[0] * ends[1] < 0:
+            special = _located(family, one, other, kind, ends)
+            found += [special] if special is not None else []
+    along = other.z - one.z
+    return sorted(found, key=lambda special: float((special.point.z - one.z) @ along))
+
+
+def _located(family: Family, one: Point, other: Point, kind: str, ends) -> Special | None:
+    """The zero of a test function; None if it jumps there, or a pair is real."""
+    test = TESTS[kind]
+    if kind == "branch_point":  # beside one the tangent is ill-conditioned; multipliers are not
+        alone = [floquet.unit_test(point.multipliers) for point in (one, other)]
+        if alone[0] * alone[1] < 0:
+            test, ends = (lambda point: floquet.unit_test(point.multipliers)), alone
+    near = [(ends[0], one, one.tangent), (ends[1], other, other.tangent)]
+
+    def value(place: float) -> float:
+        if place in (0.0, 1.0):
+            return ends[int(place)]
+        guess, along = _arc(one, other, place)
+        point = solve(family, one, guess, along)
+        if point is None:
+            raise ArithmeticError
+        near.append((test(point), point, along))
+        return near[-1][0]
+
+    try:
+        brentq(value, 0.0, 1.0, xtol=PRECISE, rtol=PRECISE, maxiter=60)
+    except (ArithmeticError, RuntimeError):
+        return None
+    near.sort(key=lambda each: abs(each[0]))
+    _, point, along = near[0]
+    if not _true(kind, point):
+        return None
+    if kind == "fold":  # where the parameter has an extremum there is nothing to interpolate
+        return Special(kind, replace(point, tangent=along), point.q, abs(near[1][1].q - point.q))
+    q, other_q = _root(near[0], near[1]), _root(near[0], near[-1] if len(near) < 3 else near[2])
+    return Special(kind, replace(point, tangent=along), q, abs(other_q - q))
+
+
+def _root(one: tuple, other: tuple) -> float:
+    """Where a test function is 0, from its values at two points: beside a branch point arcs are uncertain."""
+    (a, p, _), (b, r, _) = one, other
+    return p.q if a == b else p.q - a * (r.q - p.q) / (b - a)
+
+
+def _true(kind: str, point: Point) -> bool:
+    """Whether a zero is one, and not a jump, or the zero of a test with another meaning."""
+    multiplier = floquet.critical(point.multipliers, kind)
+    if kind == "neimark_sacker":
+        return abs(multiplier.imag) > REAL and abs(abs(multiplier) - 1) < ZERO
+    if kind == "fold":
+        return abs(point.tangent[-1]) < ZERO
+    return abs(multiplier - (-1 if kind == "period_doubling" else 1)) < ZERO
+
+
+def _arc(one: Point, other: Point, place: float) -> tuple[np.ndarray, np.ndarray]:
+    """Place and direction on the cubic through two points with their tangents."""
+    chord = other.z - one.z
+    length, x = np.linalg.norm(chord), place
+    a, b = length * one.tangent - chord, chord - length * other.tangent
+    guess = one.z + x * chord + x * (1 - x) * ((1 - x) * a + x * b)
+    along = chord + (1 - 2 * x) * ((1 - x) * a + x * b) + x * (1 - x) * (b - a)
+    return guess, along / np.linalg.norm(along)
+
+
+def doubled(point: Point) -> Point:
+    """The same orbit gone round twice."""
+    section = replace(point.orbit.map, turns=2 * point.orbit.map.turns)
+    image = section.image(point.orbit.state)
+    return replace(point, orbit=replace(point.orbit, map=section, image=image))
+
+
+def departures(family: Family, special: Special, step: float) -> Iterator[tuple[Point, Point]]:
+    """Origins on, and first points of, the branches that leave a special point.
+
+    Parameters
+    ----------
+    family : Family
+        Of maps.
+    special : Special
+        A period doubling, from which one branch leaves, or a branch point, from which two do.
+    step : float
+        The longest step.
+    """
+    origin = special.point
+    P = origin.orbit.image.derivative
+    if special.kind == "period_doubling":
+        sides, away = (1,), np.append(floquet.direction(P, -1.0), 0.0)
+        origin = doubled(origin)
+    else:
+        sides, away = (1, -1), np.append(floquet.direction(P, 1.0), 0.0)
+        away -= (away @ origin.tangent) * origin.tangent
+        away /= np.linalg.norm(away)
+    for side in sides:
+        for share in SHARES:
+            found = solve(family, origin, origin.z + side * share * step * away, side * away)
+            if found is not None and _new(origin, found, share * step):
+                yield replace(origin, tangent=side * away), found
+                break
+
+
+def _new(origin: Point, found: Point, distance: float) -> bool:
+    """Whether a first point is near its origin, with the same events, and not the orbit that is left."""
+    near = np.linalg.norm(found.z - origin.z) < 3 * distance
+    same = word(found.orbit.image.events) == word(origin.orbit.image.events)
+    return bool(near and same)

@@ -1,0 +1,250 @@
+"""The map of a section to itself by whole turns, with its derivative.
+
+A linkage is cut at an angle of its crank, whose time of passage differs between neighbours; a forced system
+at a phase of its forcing; any other system by a level of one of its states. With the flow's derivative M
+over the turn's own time (through every event by its saltation matrix, numerics.tangent), the rate F of the
+state at the end and the coordinate c that is fixed on the section,
+
+    P = (I - F e_c^T / F_c) M,   its row and column c left out;
+
+of a forced system P = M. A start at another phase begins at that phase's time.
+
+Reference: Parker and Chua, Practical Numerical Algorithms for Chaotic Systems (1989), chapters 2 and 5.
+Validity: the section must be crossed, not touched (F_c != 0), and away from events that jump.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.orbits.image import Image, end_rate
+from jointplay.analysis.run import Request
+from jointplay.analysis.starts import crank_place, state_names
+from jointplay.analysis.tangents import Bundle, scales
+from jointplay.analysis.words import STATUS
+from jointplay.mechanism.records import Plane, Section
+from jointplay.mechanism.scene import Scene
+
+SLACK = 4  # nominal periods that a turn may take
+CALM = 400  # nominal periods of a system that nothing drives
+
+
+@dataclass(frozen=True)
+class SectionMap:
+    """Whole turns of a scene, as a map of a section to itself.
+
+    Parameters
+    ----------
+    scene : Scene
+        Assembled with the section's quantity.
+    turns : int
+        Of the crank, periods of the forcing, or crossings of the plane.
+    phase : float
+        Crank angle or phase of the forcing, rad; or the plane's level.
+    place : int, optional
+        Place of the coordinate that is fixed on the section; None where time is (forcing, prescribed crank).
+    direction : int
+        Sense of turning, or of crossing.
+    plane : bool
+        Whether the level stays where it is, and is not an angle that returns.
+    rtol : float
+        Relative tolerance of a step.
+    max_steps : int, optional
+        Attempted steps after which a run stops.
+    """
+
+    scene: Scene
+    turns: int
+    phase: float
+    place: int | None
+    direction: int = 1
+    plane: bool = False
+    rtol: float = 1e-11
+    max_steps: int | None = None
+
+    @cached_property
+    def scale(self) -> np.ndarray:
+        """Size of each state: a radian or the longest link, the nominal speed."""
+        return scales(self.scene)
+
+    @cached_property
+    def free(self) -> np.ndarray:
+        """Places of the coordinates that differ on the section."""
+        return np.array([i for i in range(len(self.scene.state)) if i != self.place])
+
+    @property
+    def begin(self) -> float:
+        """Time at which a run on the section begins, s: of a forcing, that of the phase."""
+        scene = self.scene
+        if self.place is not None:
+            return 0.0
+        return ((self.phase - scene.crank_angle) / scene.crank_speed) % scene.period
+
+    def unknowns(self, state: np.ndarray) -> np.ndarray:
+        """The free coordinates in units of their scales."""
+        return state[self.free] / self.scale[self.free]
+
+    def state(self, unknowns: np.ndarray) -> np.ndarray:
+        """The state on the section that has these free coordinates."""
+        state = np.zeros(len(self.scene.state))
+        state[self.free] = unknowns * self.scale[self.free]
+        if self.place is not None:
+            state[self.place] = self.phase
+        return state
+
+    def image(self, state: np.ndarray, derivative: bool = True, turns: int | None = None) -> Image:
+        """Follow a state on the section for whole turns.
+
+        Parameters
+        ----------
+        state : ndarray
+            On the section.
+        derivative : bool
+            Whether the derivative is wanted.
+        turns : int, optional
+            Instead of the map's own.
+        """
+        turns = self.turns if turns is None else turns
+        found = self._carried(state, 0.0, turns, derivative)
+        if found.status:
+            return found
+        return replace(found, state=self._wrapped(found.state, state))
+
+    def moved(self, state: np.ndarray, ahead: float) -> tuple[SectionMap, Image]:
+        """The map of the section `ahead` rad on (0 to 2 pi), and what comes of a state on the way there."""
+        phase = self.phase + self.direction * ahead
+        found = self._carried(state, ahead, 0, False)
+        other, state = replace(self, phase=phase).within_a_turn(found.state)
+        return other, replace(found, state=state)
+
+    def within_a_turn(self, state: np.ndarray) -> tuple[SectionMap, np.ndarray]:
+        """The same section and state with the phase brought back to the first turn."""
+        phase = self.phase % math.tau
+        if self.place is not None:
+            state = state.copy()
+            state[self.place] = phase
+        return replace(self, phase=phase), state
+
+    def differ(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Difference of two states on the section: free coordinates, angles to whole turns, in scales."""
+        return self.unknowns(self._wrapped(one, other) - other)
+
+    def _wrapped(self, state: np.ndarray, near: np.ndarray) -> np.ndarray:
+        found = state.copy()
+        turning = np.flatnonzero(self.scene.turning)
+        away = found[turning] - near[turning]
+        found[turning] -= math.tau * np.round(away / math.tau)
+        if self.place is not None:
+            found[self.place] = self.phase
+        return found
+
+    def _carried(self, state: np.ndarray, ahead: float, turns: int, derivative: bool) -> Image:
+        """Follow a state to the section `ahead` rad and whole turns on."""
+        lost = np.full_like(state, np.nan)
+        end, status = self._end(state, ahead, turns)
+        if status:
+            return Image(status, lost)
+        frame = np.eye(len(state)) if derivative else np.zeros((0, len(state)))
+        request = self.request(end, events=True, log_from=0.0)
+        bundle, rows, status = self.run(state, request, frame)
+        if status:
+            return Image(status, lost)
+        span, found = end - self.begin, bundle.state
+        rate = end_rate(bundle)
+        if self.place is not None:  # the passage, to rounding
+            late = (found[self.place] - self._target(ahead, turns)) / rate[self.place]
+            found, span = found - late * rate, span - late
+        events = rows[rows[:, 0] == 1.0, 1:]
+        places = (events[:, 2] - self.begin) / span
+        events = np.column_stack([events[:, :2], places, events[:, 2:]])
+        P = self._projected(bundle.vectors.T, rate) if derivative else None
+        return Image(0, found, span, P, events, bundle.grazing)
+
+    def _target(self, ahead: float, turns: int) -> float:
+        return self.phase if self.plane else self.phase + self.direction * (ahead + turns * math.tau)
+
+    def _end(self, state: np.ndarray, ahead: float, turns: int) -> tuple[float, int]:
+        """Time of passage, and the status of getting there."""
+        if self.place is None:
+            return self.begin + (turns + ahead / math.tau) * self.scene.period, 0
+        rows, status = self._crossings(state, ahead, turns)
+        return (float(rows[-1, 0]), 0) if not status else (math.nan, status)
+
+    def _crossings(self, state: np.ndarray, ahead: float, turns: int) -> tuple[np.ndarray, int]:
+        """Rows (time, state, modes) of the passages of the section `ahead` rad on, each turn's."""
+        level, period, count = self.phase, 0.0, turns
+        if not self.plane:
+            first = 0 if ahead else 1
+            level, period, count = self._target(ahead, first), math.tau, turns - first + 1
+        longest = (CALM if self.plane else SLACK) * (turns + 1) * self.scene.period
+        fields = {"level": level, "period": period, "direction": self.direction, "stop_after": count}
+        request = self.request(longest, **fields)
+        _, rows, status = self.run(state, request, np.zeros((0, len(state))))
+        found = rows[rows[:, 0] == 2.0, 3:]
+        if not status and len(found) < count:
+            status = STATUS.index("not_converged")  # it never came back
+        return found[:count], status
+
+    def passages(self, state: np.ndarray) -> tuple[np.ndarray, int]:
+        """Rows (time, state, modes) at the ends of the turns that begin on the section, and the status."""
+        if self.place is not None:
+            return self._crossings(state, 0.0, self.turns)
+        times = self.begin + np.arange(1, self.turns + 1) * self.scene.period
+        request = self.request(float(times[-1]), at=times)
+        bundle, _, status = self.run(state, request, np.zeros((0, len(state))))
+        return bundle.x.samples, status
+
+    def request(self, end: float, **fields) -> Request:
+        """A run's request with the map's tolerance and steps."""
+        return Request(end, self.rtol, max_steps=asked.steps(self.max_steps), **fields)
+
+    def run(self, state: np.ndarray, request: Request, frame: np.ndarray) -> tuple[Bundle, np.ndarray, int]:
+        """Follow a state from the section on: the run at its end, all it logged, and its status."""
+        from jointplay.numerics import memory as arrays
+
+        bundle = Bundle(replace(self.scene, state=state), request, frame, held=True)
+        x, parts, status = bundle.x, [], bundle.full
+        x.s[0] = self.begin
+        while status == bundle.full:
+            status = bundle.advance()
+            parts.append(x.log[: x.count[arrays.LOGGED]].copy())
+            x.count[arrays.LOGGED] = 0
+        return bundle, np.concatenate(parts), status
+
+    def _projected(self, M: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        if self.place is not None:
+            M = M - np.outer(rate, M[self.place]) / rate[self.place]
+        scale = self.scale[self.free]
+        return M[np.ix_(self.free, self.free)] * scale / scale[:, None]
+
+
+def section_map(
+    scene: Scene, section: Section, turns: int, rtol: float = 1e-11, max_steps: int | None = None
+) -> SectionMap:
+    """The map of a scene's section.
+
+    Parameters
+    ----------
+    scene : Scene
+        Assembled with the section's quantity (`analysis.request.quantity`).
+    section : CrankAngle or Plane
+        Of a plane, the quantity must be a state of a test system.
+    turns : int
+        Of the map.
+    rtol : float
+        Relative tolerance of a step.
+    max_steps : int, optional
+        Attempted steps after which a run stops.
+    """
+    if isinstance(section, Plane):
+        sense = 1 if section.direction == "up" else -1
+        place = state_names(scene).index(section.quantity)
+        return SectionMap(scene, turns, section.value, place, sense, True, rtol, max_steps)
+    forward = 1 if scene.crank_speed >= 0 else -1
+    phase = section.angle % math.tau
+    return SectionMap(scene, turns, phase, crank_place(scene), forward, False, rtol, max_steps)

@@ -1,0 +1,112 @@
+"""Newton's method for fixed points of a section map.
+
+    x <- x + s (I - P)^-1 (Phi(x) - x),    s = 1, 1/2, 1/4, … until the residual shrinks.
+
+The residual is the largest component of Phi(x) - x in units of the states' scales. Below the tolerance the
+iteration goes on as long as it gains, down to the accuracy of the run. Where I - P is singular the shortest
+correction is taken. Reference: Parker and Chua (1989), chapter 5; Deuflhard, Newton Methods (2011).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.analysis.orbits.image import Image
+from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.words import STATUS
+
+TOLERANCE = 1e-8  # of a residual, in units of the scales
+ITERATIONS = 30
+SHORTEST = 2.0**-10
+GAIN = 0.3  # what an iteration below the tolerance must gain to be followed by another
+ROUNDING = 1e-14
+FAILED = STATUS.index("not_converged")
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A fixed point of a section map, or where the search for one ended.
+
+    Parameters
+    ----------
+    status : int
+        Index into `STATUS`.
+    map : SectionMap
+        Whose fixed point.
+    state : ndarray
+        On the section.
+    image : Image
+        What the map makes of it.
+    residual : float
+        Largest difference of both, in units of the scales.
+    iterations : int
+        Steps taken.
+    """
+
+    status: int
+    map: SectionMap
+    state: np.ndarray
+    image: Image
+    residual: float
+    iterations: int
+
+
+def residual(section: SectionMap, state: np.ndarray, image: Image) -> np.ndarray:
+    """What is left of Phi(x) - x, in units of the scales; infinite where the run failed."""
+    if image.status:
+        return np.full(len(section.free), np.inf)
+    return section.differ(image.state, state)
+
+
+def newton(
+    section: SectionMap, state: np.ndarray, tolerance: float = TOLERANCE, iterations: int = ITERATIONS
+) -> Orbit:
+    """Find the fixed point near a state.
+
+    Parameters
+    ----------
+    section : SectionMap
+        The map.
+    state : ndarray
+        On the section.
+    tolerance : float
+        Of the residual.
+    iterations : int
+        At most.
+
+    Returns
+    -------
+    Orbit
+        With the status ``not_converged`` if there is none to be found, or that of a run that failed.
+    """
+    image = section.image(state)
+    r = residual(section, state, image)
+    size, count = np.max(np.abs(r)), 0
+    while count < iterations and np.isfinite(size) and size > ROUNDING:
+        P = image.derivative
+        step = np.linalg.lstsq(np.eye(len(P)) - P, r, rcond=None)[0]
+        found = _damped(section, state, step, size)
+        count += 1
+        if found is None:
+            break
+        gain, (state, image, r) = np.max(np.abs(found[2])) / size, found
+        size = np.max(np.abs(r))
+        if size <= tolerance and gain > GAIN:
+            break
+    status = image.status or (0 if size <= tolerance else FAILED)
+    return Orbit(status, section, state, image, float(size), count)
+
+
+def _damped(section: SectionMap, state: np.ndarray, step: np.ndarray, size: float):
+    """The longest part of a step that shrinks the residual; None if none does."""
+    part = 1.0
+    while part >= SHORTEST:
+        trial = section.state(section.unknowns(state) + part * step)
+        image = section.image(trial)
+        r = residual(section, trial, image)
+        if np.max(np.abs(r)) < (1 - 0.25 * part) * size:
+            return trial, image, r
+        part /= 2
+    return None

@@ -1,0 +1,1 @@
+"""The paper's own iterative scheme, and how it compares."""

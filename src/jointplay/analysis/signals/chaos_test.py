@@ -1,0 +1,204 @@
+"""The 0-1 test for chaos on section samples of a motion: median and spread over many frequencies.
+
+Method, reference and limits: `zero_one`. The samples are section points, one a turn or so,
+because a series that is sampled more closely looks regular whatever the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.checks import refused, share, together, whole
+from jointplay.analysis.poincare import ONCE_A_TURN, poincare
+from jointplay.analysis.quantities import flags
+from jointplay.analysis.signals import zero_one
+from jointplay.analysis.signals.observable import described, ended, observable, series, squared, usual
+from jointplay.analysis.simulate import simulate
+from jointplay.errors import Problem
+from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+TURNS, FREQUENCIES, TOLERANCE = 2000, 100, 1e-4
+RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance, also of small quantities
+LEAST = 100  # samples that can be judged
+QUARTILES = (0.25, 0.5, 0.75)
+
+
+def chaos_test(
+    mechanism: Mechanism | TestSystem,
+    *,
+    quantity: str | None = None,
+    section: Section = ONCE_A_TURN,
+    turns: int = TURNS,
+    transient: float = 0,
+    every: int = 1,
+    frequencies: int = FREQUENCIES,
+    seed: int = 0,
+    tolerance: float = TOLERANCE,
+    rtol: float = RTOL,
+    initial: Any = None,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Test a motion for chaos by the 0-1 test on its section samples.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    quantity : str, optional
+        What is sampled, as ``normal_force`` or ``angle:rocker``, of a test system a state; a bounded one. By
+        default ``journal_x`` of the first joint with clearance, or the first state.
+    section : Section
+        Where it is sampled; once a turn at crank angle 0 if left out.
+    turns : int
+        Section points.
+    transient : float
+        Turns that are followed first.
+    every : int
+        Each so many points are kept: where the points hop between bands that are chaotic inside, the hopping
+        hides the chaos unless only one band is looked at.
+    frequencies, seed : int
+        How many random frequencies, and the seed from which they are drawn.
+    tolerance : float
+        Samples that spread less than this times the quantity's largest value in a turn are one point.
+    rtol, initial, max_steps, progress
+        As in `simulate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``chaos_indicator`` K over ``test_frequency``, ``chaos_indicator_quartile`` over ``quartile``,
+        ``chaos_indicator_half`` (median of the first half of the samples: how far from settled it is),
+        ``verdict`` (chaotic: lower quartile above 0.75; regular: upper quartile below 0.25; undecided); at
+        the frequency of the median ``walk_x``, ``walk_y`` over ``turn`` and ``square_displacement`` over
+        ``lag``; ``sample``, ``sample_spread`` and ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    together(
+        lambda: asked.check(mechanism, turns, None, transient, rtol, max_steps),
+        lambda: wrong(mechanism, quantity, every, frequencies, seed, tolerance),
+    )
+    word, label = _named(mechanism, quantity)
+    run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "record": [word]}
+    points = poincare(mechanism, section, turns=turns, transient=transient, progress=progress, **run)
+    samples = series(points, word, label).isel(turn=slice(None, None, every))
+    c = zero_one.frequencies(frequencies, seed)
+    if int(points.status) or samples.size < LEAST or not np.all(np.isfinite(samples)):
+        return _dataset(points, samples, _unjudged(c), c)
+    scale = _scale(simulate(mechanism, turns=1, transient=transient, **run), word, label)
+    return _dataset(points, samples, _judged(samples.values, scale, c, tolerance), c)
+
+
+def wrong(
+    mechanism: Mechanism | TestSystem,
+    quantity: Any = None,
+    every: Any = 1,
+    frequencies: Any = FREQUENCIES,
+    seed: Any = 0,
+    tolerance: Any = TOLERANCE,
+    **_: Any,
+) -> None:
+    """Refuse keywords of `chaos_test` that make no sense for this mechanism.
+
+    Raises
+    ------
+    InputError
+        Listing every problem.
+    """
+    together(
+        lambda: refused(_problems(every, frequencies, seed, tolerance)),
+        lambda: _named(mechanism, quantity),
+    )
+
+
+def _problems(every: Any, frequencies: Any, seed: Any, tolerance: Any) -> Iterator[Problem]:
+    yield from whole("every", every, 1)
+    yield from whole("frequencies", frequencies, 1)
+    yield from whole("seed", seed, 0)
+    yield from share("tolerance", tolerance)
+
+
+def _named(mechanism: Mechanism | TestSystem, quantity: Any) -> tuple[str, str]:
+    return observable(mechanism, usual(mechanism, "journal_x") if quantity is None else quantity)
+
+
+def _scale(turn: xr.Dataset, word: str, label: str) -> float:
+    """Largest size of the quantity in a turn."""
+    return float(np.max(np.abs(series(turn, word, label).values), initial=0.0))
+
+
+def _judged(samples: np.ndarray, scale: float, c: np.ndarray, tolerance: float) -> dict[str, Any]:
+    """K, its quartiles, the median of the first half, the verdict; of a constant, K is 0."""
+    scale = max(scale, float(np.max(np.abs(samples))))
+    spread = float(np.ptp(samples)) / scale if scale else 0.0
+    constant = spread <= tolerance
+    K, half = (
+        np.zeros(len(c)) if constant else zero_one.indicators(part, c)
+        for part in (samples, samples[: len(samples) // 2])
+    )
+    quartiles = np.quantile(K, QUARTILES)
+    verdict = zero_one.verdict(quartiles)
+    return {"K": K, "quartiles": quartiles, "half": np.median(half), "verdict": verdict, "spread": spread}
+
+
+def _unjudged(c: np.ndarray) -> dict[str, Any]:
+    """What is told where a run failed, or there are too few samples."""
+    lost = np.full(len(c), np.nan)
+    undecided = zero_one.VERDICTS.index("undecided")
+    return {
+        "K": lost,
+        "quartiles": np.full(3, np.nan),
+        "half": np.nan,
+        "verdict": undecided,
+        "spread": np.nan,
+    }
+
+
+def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], c: np.ndarray) -> xr.Dataset:
+    typical = c[_typical(judged)]
+    path = zero_one.walk(samples.values, np.array([typical])) if samples.size else np.zeros((1, 0))
+    grown = zero_one.displacement(path)[0]
+    units, name = samples.attrs["units"], samples.attrs["long_name"]
+    away = "mean square displacement of the driven point"
+    variables = described(
+        {
+            "sample": ("turn", samples.values, units, name),
+            "chaos_indicator": ("test_frequency", judged["K"], "1", "K of the 0-1 test"),
+            "chaos_indicator_quartile": ("quartile", judged["quartiles"], "1", "quartile of K"),
+            "chaos_indicator_half": ((), judged["half"], "1", "median of K, first half of the samples"),
+            "walk_x": ("turn", path[0].real, units, "driven point, p"),
+            "walk_y": ("turn", path[0].imag, units, "driven point, q"),
+            "walk_frequency": ((), typical, "rad", "frequency of the driven point, a sample"),
+            "square_displacement": ("lag", grown, squared(units), away),
+            "sample_spread": ((), judged["spread"], "1", "spread of the samples over their size"),
+        }
+    )
+    variables["verdict"] = (
+        (),
+        np.int8(judged["verdict"]),
+        {"long_name": "verdict"} | flags(zero_one.VERDICTS),
+    )
+    coords = described(
+        {
+            "turn": ("turn", samples["turn"].values, "1", "section point"),
+            "test_frequency": ("test_frequency", c, "rad", "frequency of the test, a sample"),
+            "quartile": ("quartile", np.array(QUARTILES), "1", "share of frequencies below"),
+            "lag": ("lag", np.arange(1, len(grown) + 1), "1", "samples between two points"),
+        }
+    )
+    return xr.Dataset(variables, coords, points.attrs | {"kind": "chaos_test"}).merge(ended(points))
+
+
+def _typical(judged: dict[str, Any]) -> int:
+    """Number of the frequency whose K is next to the median."""
+    away = np.abs(judged["K"] - judged["quartiles"][1])
+    return int(np.argmin(away)) if np.all(np.isfinite(away)) else 0

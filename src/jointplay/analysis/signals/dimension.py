@@ -1,0 +1,194 @@
+"""Correlation dimension of a motion's section points.
+
+Method, references and limits: `correlation_sum`. The motion's own dimension in state space
+is that of its section plus one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.checks import refused, share, together, whole
+from jointplay.analysis.poincare import ONCE_A_TURN, poincare
+from jointplay.analysis.signals import correlation_sum as pairs
+from jointplay.analysis.signals.observable import described, ended, observable, series
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+TURNS, WINDOW, TOLERANCE = 5000, 10, 1e-4
+RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance
+SHARES = (1e-4, 3e-2)
+LEAST = 100  # points that can be judged
+
+
+def dimension(
+    mechanism: Mechanism | TestSystem,
+    *,
+    quantities: Sequence[str] | None = None,
+    section: Section = ONCE_A_TURN,
+    turns: int = TURNS,
+    transient: float = 0,
+    window: int = WINDOW,
+    shares: Sequence[float] = SHARES,
+    tolerance: float = TOLERANCE,
+    rtol: float = RTOL,
+    initial: Any = None,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Give the correlation dimension of a motion's section points.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    quantities : sequence of str, optional
+        The points' coordinates, as ``journal_x`` or ``angular_velocity:rocker``; of a test system, states.
+        Each is measured in units of its standard deviation. By default the journals' places and the links'
+        angular velocities (and deflections, where links bend), or all states.
+    section : Section
+        Where the motion is cut; once a turn at crank angle 0 if left out.
+    turns : int
+        Section points.
+    transient : float
+        Turns that are followed first.
+    window : int
+        Theiler's: pairs fewer than so many points apart are left out.
+    shares : pair of float
+        The range of the correlation sum over which its slope is taken.
+    tolerance : float
+        A coordinate that spreads less than this times its largest value is constant, and left out; if all
+        are, the points are one, of dimension 0.
+    rtol, initial, max_steps, progress
+        As in `simulate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``correlation_dimension``, with its ``correlation_dimension_spread`` (standard deviation of the slopes
+        of four parts of the range) and ``correlation_dimension_standard_error`` (from four parts of the
+        series); ``correlation_sum`` and ``local_slope`` over ``radius``; ``fit_radius`` over ``bound``;
+        ``n_points``, ``n_coordinates`` and ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    together(
+        lambda: asked.check(mechanism, turns, None, transient, rtol, max_steps),
+        lambda: wrong(mechanism, quantities, window, shares, tolerance),
+    )
+    chosen = _named(mechanism, quantities)
+    run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "progress": progress}
+    record = list(dict.fromkeys(word for word, _ in chosen))
+    cut = poincare(mechanism, section, turns=turns, transient=transient, record=record, **run)
+    points = np.stack([series(cut, *one).values for one in chosen], axis=-1)
+    return _dataset(cut, _measured(points, shares, window, tolerance, int(cut.status)))
+
+
+def wrong(
+    mechanism: Mechanism | TestSystem,
+    quantities: Any = None,
+    window: Any = WINDOW,
+    shares: Any = SHARES,
+    tolerance: Any = TOLERANCE,
+    **_: Any,
+) -> None:
+    """Refuse keywords of `dimension` that make no sense for this mechanism.
+
+    Raises
+    ------
+    InputError
+        Listing every problem.
+    """
+    refused(_problems(mechanism, quantities, window, shares, tolerance))
+
+
+def _problems(mechanism: Any, quantities: Any, window: Any, shares: Any, tolerance: Any) -> Iterator[Problem]:
+    if quantities is not None and (isinstance(quantities, str) or not len(quantities)):
+        yield Problem("quantities", quantities, "a list of names of quantities is accepted")
+    else:
+        try:
+            _named(mechanism, quantities)
+        except InputError as error:
+            yield from error.problems
+    yield from whole("window", window, 1)
+    numbers = isinstance(shares, tuple | list) and all(isinstance(one, int | float) for one in shares)
+    if not (numbers and len(shares) == 2 and 0 < shares[0] < shares[1] < 1):
+        yield Problem("shares", shares, "two rising shares of the pairs, between 0 and 1, are accepted")
+    yield from share("tolerance", tolerance)
+
+
+def _named(mechanism: Mechanism | TestSystem, quantities: Any) -> list[tuple[str, str]]:
+    names = _coordinates(mechanism) if quantities is None else quantities
+    return [observable(mechanism, name, f"quantities[{i}]") for i, name in enumerate(names)]
+
+
+def _coordinates(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
+    if isinstance(mechanism, TestSystem):
+        return assemble(mechanism).states
+    if not isinstance(mechanism, Mechanism):
+        return ("angular_velocity",)
+    links, joints = ([part.name for part in parts] for parts in (mechanism.links, mechanism.clearance_joints))
+    found = [f"{word}:{joint}" for joint in joints for word in ("journal_x", "journal_y")]
+    found += [f"angular_velocity:{link}" for link in links]
+    return (*found, *(f"deflection:{link.name}" for link in mechanism.elastic_links))
+
+
+def scaled(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Coordinates that vary, in units of their standard deviations."""
+    varies = np.ptp(points, axis=0) > tolerance * np.max(np.abs(points), axis=0)
+    return points[:, varies] / np.std(points[:, varies], axis=0)
+
+
+def _measured(points: np.ndarray, shares, window: int, tolerance: float, status: int) -> dict[str, Any]:
+    """Correlation sum and its slope; NaN where there are too few points."""
+    told = {"points": len(points), "coordinates": 0, "radius": np.zeros(0), "sums": np.zeros(0)}
+    if status or len(points) < max(LEAST, 2 * pairs.PARTS * window) or not np.all(np.isfinite(points)):
+        return told | {"slope": pairs.NOTHING}
+    used = scaled(points, tolerance)
+    if not used.shape[1]:
+        return told | {"slope": pairs.Slope(0.0, 0.0, 0.0, (np.nan, np.nan))}
+    at = pairs.radii(used)
+    sums = pairs.correlation_sum(used, at, window)
+    slope = pairs.dimension(used, at, sums, tuple(shares), window)
+    return told | {"coordinates": used.shape[1], "radius": at, "sums": sums, "slope": slope}
+
+
+def _dataset(cut: xr.Dataset, found: dict[str, Any]) -> xr.Dataset:
+    slope, at, name = found["slope"], found["radius"], "correlation dimension"
+    told = {
+        "correlation_dimension": ((), slope.dimension, name),
+        "correlation_dimension_spread": ((), slope.spread, f"spread of the {name} over its range"),
+        "correlation_dimension_standard_error": ((), slope.standard_error, f"standard error of the {name}"),
+        "correlation_sum": ("radius", found["sums"], "share of pairs closer than the radius"),
+        "local_slope": ("radius", _local(at, found["sums"]), "slope of the correlation sum"),
+        "fit_radius": ("bound", np.array(slope.radii), "ends of the range of the slope"),
+        "n_points": ((), np.int64(found["points"]), "section points"),
+        "n_coordinates": ((), np.int64(found["coordinates"]), "coordinates that vary"),
+    }
+    variables = described({key: (dims, value, "1", text) for key, (dims, value, text) in told.items()})
+    coords = described({"radius": ("radius", at, "1", "distance in standard deviations")})
+    coords["bound"] = ("bound", ["lower", "upper"], {"long_name": "end of the range"})
+    return xr.Dataset(variables, coords, cut.attrs | {"kind": "dimension"}).merge(ended(cut))
+
+
+def _local(at: np.ndarray, sums: np.ndarray) -> np.ndarray:
+    """Slope over an eighth of a decade around each radius."""
+    if not len(at):
+        return np.zeros(0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        y = np.log(sums)
+        rise = y[_AROUND:] - y[:-_AROUND]
+    middle = np.where(np.isfinite(rise), rise, np.nan) / np.log(at[_AROUND] / at[0])
+    return np.pad(middle, _AROUND // 2, constant_values=np.nan)
+
+
+_AROUND = pairs.PER_DECADE // 8

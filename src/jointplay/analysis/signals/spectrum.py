@@ -1,0 +1,249 @@
+"""Power spectral density of a quantity, by Welch's method, with its interval of confidence.
+
+Samples are taken evenly in time, not in crank angle. A periodic motion of period T has sharp lines at
+multiples of 1/T all the same, however the crank's speed varies within the turn; where the time of a turn
+itself varies, the lines broaden by that. Orders are frequencies in units of the crank's mean frequency over
+the run (of a forced system, the forcing's).
+
+The record is cut into segments that overlap by half, each freed of its mean and weighted by a window, and
+their periodograms are averaged (SciPy's `welch`). References: P. D. Welch, IEEE Trans. Audio Electroacoust.
+15 (1967) 70-73, for the estimate and its degrees of freedom; D. B. Percival and A. T. Walden, Spectral
+Analysis for Physical Applications, Cambridge 1993, for the chi-square interval.
+
+Validity: the interval is that of a broad spectrum; a sharp line has its height by the window's width. What
+lies above half the sampling frequency is folded down: forces of contacts reach far up, so look whether the
+density has fallen before the end of the axis.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.checks import refused, together, whole
+from jointplay.analysis.signals.observable import described, ended, observable, series, squared, usual
+from jointplay.analysis.simulate import simulate
+from jointplay.errors import Problem
+from jointplay.mechanism.records import Mechanism, TestSystem
+
+SAMPLES_PER_TURN, SEGMENTS, WINDOW = 512, 8, "hann"
+LEVEL = 0.95  # of the interval
+LEAST = 8  # samples in a segment
+
+
+def spectrum(
+    mechanism: Mechanism | TestSystem,
+    *,
+    quantity: str | None = None,
+    turns: float | None = None,
+    duration: float | None = None,
+    transient: float = 0,
+    samples_per_turn: int = SAMPLES_PER_TURN,
+    segments: int = SEGMENTS,
+    window: str = WINDOW,
+    rtol: float = 1e-8,
+    initial: Any = None,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Give the power spectral density of a quantity of a motion.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    quantity : str, optional
+        As ``normal_force`` or ``angle:rocker``, of a test system a state. By default ``normal_force`` of the
+        first joint with clearance, or the first state.
+    turns, duration : float
+        Length after the transient: nominal turns of the crank (or forcing periods), or s. One of them.
+    transient : float
+        Turns that are followed first.
+    samples_per_turn : int
+        Evenly spaced samples in a nominal turn.
+    segments : int
+        Segments, half overlapping; 1: the periodogram of the whole record. More of them scatter less and
+        resolve less.
+    window : str
+        A window of `scipy.signal.get_window`.
+    rtol, initial, max_steps, progress
+        As in `simulate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``power_spectral_density``, one-sided, over ``frequency`` (Hz; also as ``order``);
+        ``confidence_factor`` over ``bound``: the true density lies between these multiples of the estimate
+        in 95 of 100 cases; ``degrees_of_freedom``; ``variance`` of the record, and ``parseval_residual``,
+        what the integral of the density differs from it by, relative; ``turn_period`` and ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    together(
+        lambda: asked.check(mechanism, turns, duration, transient, rtol, max_steps),
+        lambda: wrong(mechanism, quantity, samples_per_turn, segments, window),
+    )
+    word, label = _named(mechanism, quantity)
+    record = [word, "angle"] if isinstance(mechanism, Mechanism) else [word]
+    motion = simulate(
+        mechanism,
+        turns=turns,
+        duration=duration,
+        transient=transient,
+        samples_per_turn=samples_per_turn,
+        record=record,
+        rtol=rtol,
+        initial=initial,
+        max_steps=max_steps,
+        progress=progress,
+    )
+    values, time = series(motion, word, label), motion.time.values
+    rate = (len(time) - 1) / float(time[-1] - time[0]) if len(time) > 1 else math.nan
+    if int(motion.status) or len(values) <= LEAST * (segments + 1):
+        found = lost(rate)
+    else:
+        found = density(values.values[:-1], rate, segments, window)
+    return _dataset(motion, values, _turn(motion, mechanism), found)
+
+
+def wrong(
+    mechanism: Mechanism | TestSystem,
+    quantity: Any = None,
+    samples_per_turn: Any = SAMPLES_PER_TURN,
+    segments: Any = SEGMENTS,
+    window: Any = WINDOW,
+    **_: Any,
+) -> None:
+    """Refuse keywords of `spectrum` that make no sense for this mechanism.
+
+    Raises
+    ------
+    InputError
+        Listing every problem.
+    """
+    together(
+        lambda: refused(_problems(samples_per_turn, segments, window)),
+        lambda: _named(mechanism, quantity),
+    )
+
+
+def _named(mechanism: Mechanism | TestSystem, quantity: Any) -> tuple[str, str]:
+    return observable(mechanism, usual(mechanism, "normal_force") if quantity is None else quantity)
+
+
+def _problems(samples_per_turn: Any, segments: Any, window: Any) -> Iterator[Problem]:
+    from scipy.signal import get_window
+
+    yield from whole("samples_per_turn", samples_per_turn, 2)
+    yield from whole("segments", segments, 1)
+    try:
+        get_window(window, LEAST)
+    except (ValueError, TypeError):
+        accepted = "the name of a window of scipy.signal.get_window that needs no number is accepted, as hann"
+        yield Problem("window", window, accepted)
+
+
+def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:
+    """Mean time of a turn of the crank over the run; the nominal period where it does not turn."""
+    nominal = float(motion.turn_period_nominal)
+    if not isinstance(mechanism, Mechanism) or motion.sizes["time"] < 2:
+        return nominal
+    angle = motion["angle"].sel(link=mechanism.crank).values
+    turned = abs(angle[-1] - angle[0]) / math.tau
+    return float(motion.time[-1] - motion.time[0]) / turned if turned > 0.5 else nominal
+
+
+def density(values: np.ndarray, rate: float, segments: int, window: str) -> dict[str, Any]:
+    """Welch's estimate for evenly spaced values.
+
+    Parameters
+    ----------
+    values : ndarray, shape (samples,)
+        The record.
+    rate : float
+        Samples a second.
+    segments : int
+        Segments, overlapping by half.
+    window : str
+        As in `spectrum`.
+
+    Returns
+    -------
+    dict
+        ``frequency``, ``density``, ``degrees``, ``factors``, ``variance``, ``residual``.
+    """
+    from scipy.signal import get_window, welch
+
+    half = len(values) // (segments + 1)
+    weights, used = get_window(window, 2 * half), values[: (segments + 1) * half]
+    f, found = welch(used, rate, weights, 2 * half, half, detrend="constant")
+    degrees, variance = degrees_of_freedom(weights, segments), float(np.var(used))
+    return {
+        "frequency": f,
+        "density": found,
+        "degrees": degrees,
+        "factors": interval(degrees),
+        "variance": variance,
+        "residual": abs(float(found.sum() * f[1]) / variance - 1) if variance else 0.0,
+    }
+
+
+def degrees_of_freedom(weights: np.ndarray, segments: int) -> float:
+    """Of the mean of half-overlapping periodograms of noise: two for each that were independent."""
+    half = len(weights) // 2
+    shared = float(weights[half:] @ weights[:half]) / float(weights @ weights)
+    return 2 * segments / (1 + 2 * (1 - 1 / segments) * shared**2)
+
+
+def interval(degrees: float) -> np.ndarray:
+    """What an estimate is multiplied by to give the ends of its interval."""
+    from scipy.stats import chi2
+
+    tail = (1 - LEVEL) / 2
+    return degrees / chi2.ppf([1 - tail, tail], degrees)
+
+
+def lost(rate: float) -> dict[str, Any]:
+    """What is told of a run that failed, or was too short."""
+    nothing = dict.fromkeys(("degrees", "variance", "residual"), math.nan)
+    ends = np.array([0.0, rate / 2])
+    return nothing | {"frequency": ends, "density": np.full(2, np.nan), "factors": np.full(2, np.nan)}
+
+
+def _dataset(motion: xr.Dataset, values: xr.DataArray, period: float, found: dict[str, Any]) -> xr.Dataset:
+    units, name, f = squared(values.attrs["units"]), values.attrs["long_name"], found["frequency"]
+    interval_of, difference = (
+        "95 % interval over the estimate",
+        "integral of the density over variance, less 1",
+    )
+    variables = described(
+        {
+            "power_spectral_density": (
+                "frequency",
+                found["density"],
+                "Hz-1" if units == "1" else f"{units} Hz-1",
+                f"power spectral density of {name}",
+            ),
+            "confidence_factor": ("bound", found["factors"], "1", interval_of),
+            "degrees_of_freedom": ((), found["degrees"], "1", "degrees of freedom of the estimate"),
+            "variance": ((), found["variance"], units, f"variance of {name}"),
+            "parseval_residual": ((), found["residual"], "1", difference),
+            "turn_period": ((), period, "s", "mean period of a turn"),
+        }
+    )
+    coords = described(
+        {
+            "frequency": ("frequency", f, "Hz", "frequency"),
+            "order": ("frequency", f * period, "1", "frequency over that of the crank"),
+        }
+    )
+    coords["bound"] = ("bound", ["lower", "upper"], {"long_name": "end of the interval"})
+    return xr.Dataset(variables, coords, motion.attrs | {"kind": "spectrum"}).merge(ended(motion))

@@ -1,0 +1,104 @@
+"""Where the motions of a sweep start: at a given start, or where the motion of a neighbour stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis import request as asked
+from jointplay.codegen import cache, outputs
+from jointplay.errors import refuse
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.mechanism.scene import Scene
+
+
+@dataclass(frozen=True)
+class End:
+    """Where a motion stands: names and values of its positions and speeds, and the crank's angle."""
+
+    names: tuple[str, ...]
+    state: np.ndarray
+    crank_angle: float
+
+
+def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None) -> Scene:
+    """Assemble a mechanism at a start.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    start : optional
+        As `assemble` takes it; a state vector of a linkage too (with a constant speed, at crank angle 0); or
+        an `End` of a mechanism with the same states: a position beyond a wall is moved back to the wall.
+    section : Section, optional
+        Where the motion is to be cut.
+
+    Raises
+    ------
+    InputError
+        If the start, or the section, does not fit the mechanism.
+    """
+    watched = asked.quantity(section, mechanism)
+    if isinstance(start, End):
+        turned = isinstance(mechanism, Mechanism) and crank_place(assemble(mechanism)) is None
+        scene = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched)
+        return _inside(moved(scene, start.state))
+    if isinstance(mechanism, TestSystem) or start is None or isinstance(start, Mapping):
+        return assemble(mechanism, start, watched)
+    scene = assemble(mechanism, None, watched)
+    return moved(scene, _vector(scene, start))
+
+
+def _vector(scene: Scene, start: Any) -> np.ndarray:
+    names = ", ".join(state_names(scene))
+    expected = f"a table of crank_angle and crank_speed, or a finite number for each of {names}, is accepted"
+    try:
+        values = np.array(start, dtype=float)
+    except (TypeError, ValueError):
+        raise refuse(start, expected, "initial") from None
+    if values.shape != scene.state.shape or not np.all(np.isfinite(values)):
+        raise refuse(start, expected, "initial")
+    return values
+
+
+def state_names(scene: Scene) -> tuple[str, ...]:
+    """Names of positions and speeds, as the equations call them."""
+    return tuple(cache.structure_module(scene.structure).STATE[1:])
+
+
+def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
+    """Whether a mechanism can go on from there."""
+    return state_names(assemble(mechanism)) == end.names
+
+
+def crank_place(scene: Scene) -> int | None:
+    """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
+    names, own = state_names(scene), f"theta_{scene.crank}"
+    return names.index(own) if own in names else None
+
+
+def moved(scene: Scene, state: np.ndarray) -> Scene:
+    """The scene with its motion at another state, at the time 0."""
+    crank = crank_place(scene)
+    angle = scene.crank_angle if crank is None else float(state[crank])
+    return replace(scene, state=np.array(state, dtype=float), crank_angle=angle)
+
+
+def _inside(scene: Scene) -> Scene:
+    """The scene, its position moved back to where a rigid wall stands, if that has passed it."""
+    module, state = cache.structure_module(scene.structure), scene.state.copy()
+    given = dict(zip(module.PARAMETERS, scene.numbers, strict=True)) | {"t": 0.0}
+    for name in scene.resets:
+        given |= dict(zip(module.STATE[1:], state, strict=True))
+        gaps = (
+            outputs.evaluate(module, [f"gap:{name}"], given | {"y": given["y"] + shift})
+            for shift in (0.0, 1.0)
+        )
+        here, there = (float(gap[f"gap:{name}"]) for gap in gaps)
+        state[0] -= min(here, 0.0) / (there - here)  # gaps are linear in the position
+    return replace(scene, state=state)

@@ -1,0 +1,1 @@
+"""Motions over initial states: divergence of neighbours, fields, basins."""

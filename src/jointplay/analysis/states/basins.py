@@ -1,0 +1,204 @@
+"""Basins of attraction: which attractor each start of a plane reaches.
+
+Every node is followed to its end (`analysis.ends`), ends are sorted into attractors (`analysis.matching`),
+and the attractors' shares and the boundary's dimension estimated (`analysis.uncertainty`); each says how at
+its head. Validity: a motion that has not settled after transient and patience is described as it is then.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import fields, replace
+from inspect import signature
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis.cells import run_cells, warm
+from jointplay.analysis.checks import refused, whole
+from jointplay.analysis.period import REPEATS
+from jointplay.analysis.quantities import flags
+from jointplay.analysis.states import basin_words as words
+from jointplay.analysis.states import plane as planes
+from jointplay.analysis.states import uncertainty as unsure
+from jointplay.analysis.states.ends import BAD, Watch, ends, features
+from jointplay.analysis.states.matching import Attractors, match
+from jointplay.analysis.states.sensitivity import counts, overall, shared
+from jointplay.analysis.words import STATUS
+from jointplay.errors import Problem
+from jointplay.mechanism.records import Mechanism, TestSystem
+
+TURNS, TRANSIENT, PATIENCE = 64, 100, 4
+TOLERANCE = 1e-3
+BLOCK = 64  # nodes a cell
+HALVINGS = 5  # distances of random pairs: a step of the grid, halved so often
+SEED = 4
+
+
+def basins(
+    mechanism: Mechanism | TestSystem,
+    *,
+    plane: Mapping[str, Any],
+    joint: str | None = None,
+    turns: int = TURNS,
+    transient: int = TRANSIENT,
+    patience: int = PATIENCE,
+    tolerance: float = TOLERANCE,
+    uncertainty: bool = True,
+    pairs: int = 0,
+    rtol: float = 1e-8,
+    initial: Any = None,
+    max_steps: int | None = None,
+    progress: Callable[[float], None] | None = None,
+    n_jobs: int | None = None,
+) -> xr.Dataset:
+    """Find which attractor each start of a plane reaches.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    plane, joint : mapping, str
+        Two coordinates with their values, and whose journal, as in `sensitivity`.
+    turns : int
+        Turns (periods of the forcing) after the transient by which an end is described: periods up to a
+        quarter of them are found.
+    transient : int
+        Turns dropped before.
+    patience : int
+        How often a motion without a period is followed for `turns` more, before it counts as having none.
+    tolerance : float
+        Distance up to which section points of periodic ends are the same: of the clearance, of the nominal
+        speed, or in a test system's units. A period is found at a tenth of it.
+    uncertainty : bool
+        Whether to estimate the uncertainty exponent of the basins' boundary.
+    pairs : int
+        Random points for it beside the grid, each with partners at half a step of the grid and below.
+    rtol, initial, max_steps, progress, n_jobs
+        As in `sensitivity`; `initial` is the start that the plane goes through.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the plane: ``attractor`` (0: none, see ``node_status``). Over ``number``, the attractors:
+        ``period`` (0: none), ``count``, ``fraction`` with ``fraction_standard_error`` and the 95 % interval
+        ``fraction_low`` to ``fraction_high``; ``section_state`` over ``point`` and ``state``, and the same
+        points in the plane, ``section_plane``. Over ``pair``: ``uncertain_fraction`` with its error,
+        ``pair_distance``, ``pair_count``, ``pair_kind``; ``uncertainty_exponent`` and
+        ``boundary_dimension``, with errors. ``status``.
+
+    Raises
+    ------
+    InputError
+        Listing everything that makes no sense; numerical trouble is a status instead.
+    """
+    watch = Watch(transient, turns, patience, tolerance, rtol, max_steps)
+    refused(_problems(mechanism, watch, plane, joint, initial, uncertainty, pairs))
+    began, axes = clock.perf_counter(), planes.axes(plane)
+    starts = planes.Starts(mechanism, initial, tuple(axes), joint)
+    warm([starts.scene])
+    grid = planes.nodes(axes)
+    extra, distances = random_pairs(axes, pairs if uncertainty else 0)
+    values = np.concatenate([grid, extra.reshape(-1, 2)])
+    cells = planes.cells(mechanism, initial, joint, tuple(axes), values, BLOCK, watch=watch)
+    status, periods, states = _joined(run_cells(ends, cells, n_jobs, progress), cells, starts)
+    points = [features(starts.scene, each) if len(each) else each for each in states]
+    found = match(periods, points, tolerance)
+    shape, nodes = tuple(map(len, axes.values())), len(grid)
+    kept = _renumbered(found, nodes)
+    labels = kept.labels[:nodes].reshape(shape)
+    variables = words.plane_variables(tuple(axes), labels, status[:nodes].reshape(shape), len(kept.periods))
+    started = int(np.sum(status[:nodes] != BAD))
+    variables |= words.shares(kept, nodes, started) | words.points(kept, states, starts)
+    if uncertainty:
+        rows = unsure.of_grid(labels, tuple(unsure.is_even(each) for each in axes.values()))
+        rows += _random_rows(kept.labels[nodes:], distances)
+        variables |= words.boundary(rows)
+    variables["status"] = (
+        (),
+        np.int8(overall(status[:nodes])),
+        {"long_name": "how the run ended"} | flags(STATUS),
+    )
+    spent = clock.perf_counter() - began
+    variables["wall_time"] = ((), spent, {"units": "s", "long_name": "wall time of the run"})
+    coords = words.coordinates(axes, kept, starts)
+    return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "basins"})
+
+
+def wrong(mechanism: Mechanism | TestSystem, **keywords: Any) -> None:
+    """Refuse keywords of `basins` that make no sense, before anything is computed.
+
+    Raises
+    ------
+    InputError
+        Listing every problem.
+    """
+    usual = {name: each.default for name, each in signature(basins).parameters.items()}
+    given = usual | keywords
+    watch = Watch(**{each.name: given[each.name] for each in fields(Watch)})
+    rest = (given[name] for name in ("plane", "joint", "initial", "uncertainty", "pairs"))
+    refused(_problems(mechanism, watch, *rest))
+
+
+def _problems(mechanism, watch: Watch, plane, joint, initial, uncertainty, pairs) -> Iterator[Problem]:
+    yield from counts({"turns": REPEATS, "transient": 0, "patience": 0}, watch)
+    yield from whole("pairs", pairs, 0)
+    yield from shared(mechanism, watch)
+    real = isinstance(watch.tolerance, int | float) and not isinstance(watch.tolerance, bool)
+    if not (real and 0 < watch.tolerance < math.inf):
+        yield Problem("tolerance", watch.tolerance, "a finite number greater than 0 is accepted")
+    if not isinstance(uncertainty, bool):
+        yield Problem("uncertainty", uncertainty, "true or false is accepted")
+    yield from planes.check(mechanism, plane, joint, initial)
+
+
+def random_pairs(axes: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Random points of a plane, each followed by its partners: shape (count, 1 + distances, 2); distances.
+
+    Partners lie in one random direction, at distances (in lengths of the axes) of half a mean step and less.
+    """
+    first, second = axes.values()
+    low, size = np.array([first[0], second[0]]), np.array([np.ptp(first), np.ptp(second)])
+    step = np.mean([1 / (len(first) - 1), 1 / (len(second) - 1)])
+    distances = step * 0.5 ** np.arange(1, HALVINGS + 1)
+    random = np.random.default_rng(SEED)
+    inside, angle = random.uniform(size=(count, 1, 2)), random.uniform(0, math.tau, size=(count, 1))
+    way = np.stack([np.cos(angle), np.sin(angle)], -1)
+    partners = inside + way * distances[None, :, None]
+    return low + size * np.concatenate([inside, partners], axis=1), distances
+
+
+def _random_rows(labels: np.ndarray, distances: np.ndarray) -> list[unsure.Row]:
+    if not labels.size:
+        return []
+    table, kind = labels.reshape(-1, 1 + len(distances)), unsure.PAIRS.index("random")
+    return [unsure.of_pairs(kind, e, table[:, 0], table[:, 1 + i]) for i, e in enumerate(distances)]
+
+
+def _joined(found: list, cells: list, starts) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Status, period and states of every node; a cell that crashed has none."""
+    status, periods, states = [], [], []
+    for each, cell in zip(found, cells, strict=True):
+        count = len(cell["values"])
+        whole = "states" in each
+        status.append(each["node_status"] if whole else np.full(count, each["status"]))
+        periods.append(each["period"] if whole else np.zeros(count, dtype=int))
+        states += each["states"] if whole else [np.zeros((0, len(starts.scene.state)))] * count
+    return np.concatenate(status).astype(np.int8), np.concatenate(periods), states
+
+
+def _renumbered(found: Attractors, nodes: int) -> Attractors:
+    """Attractors of the grid's nodes alone first, with those that only random points reach after them."""
+    on_grid = np.unique(found.labels[:nodes])
+    order = [i for i in on_grid if i] + [
+        i for i in range(1, len(found.periods) + 1) if i not in set(on_grid.tolist())
+    ]
+    place = np.zeros(len(order) + 1, dtype=np.int32)
+    place[order] = np.arange(1, len(order) + 1)
+    index = np.array(order, dtype=int) - 1
+    return replace(
+        found, labels=place[found.labels], periods=found.periods[index], shown_by=found.shown_by[index]
+    )

@@ -1,0 +1,242 @@
+"""How neighbours of a motion part from it, and the rate at which they do.
+
+A motion is followed past its transient; neighbours start at one small distance from it, in directions drawn
+at random, and are followed beside it. Distances are in the units of `analysis.tangents.scales` (a radian, the
+longest link, the nominal speed; 1 for a test system's states). Where a crank turns (a system is forced),
+states are compared as each passes the same angle (phase), the angle itself left out; else, or where asked, at
+equal times.
+
+The growth is that of the mean logarithm of the distances between two levels: past the first turns, in which
+the differences find the direction that grows most, and short of where they stay, at the size of the attractor
+or at the accuracy of the runs. Increments of a turn scatter about it, since the motion stretches unevenly,
+and what is left of a straight line is a random walk; for that the best slope is the mean increment, and its
+standard error that of the mean, by overlapping batches. A single curve that grows fast leaves the range
+early, which favours it; over many references, each with its own range, the mean of all increments has no such
+bias (Wald's identity). `lyapunov` averages over long stretches instead.
+After A. Wolf, J. B. Swift, H. L. Swinney and J. A. Vastano, Physica D 16 (1985) 285-317, with neighbours made
+rather than found.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.exponents.growth import SLACK, STATE, TIME, Turn
+from jointplay.analysis.quantities import flags
+from jointplay.analysis.run import Request, follow
+from jointplay.analysis.states import plane as planes
+from jointplay.analysis.tangents import scales
+from jointplay.analysis.words import STATUS
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.scene import Scene
+
+ALIGN = 2  # turns in which differences find the direction that grows most
+MARGIN = math.log(30)  # how far from the level at which it stays a curve counts as exponential
+FEWEST = 3  # increments of a turn that make a mean with an error
+TAIL = 4  # the last so-manieth part of the curve says where it stays
+BAD = STATUS.index("bad_parameters")
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """What a bundle of neighbours is asked for: `sensitivity`'s own keywords."""
+
+    neighbours: int
+    references: int
+    distance: float
+    turns: int
+    samples_per_turn: int
+    transient: int
+    compare: str | None
+    rtol: float
+    seed: int
+    max_steps: int | None
+
+    def follow(self, mechanism, initial, progress=None) -> tuple[dict[str, Any], dict[str, Any], int]:
+        """Follow motion and neighbours: variables, coordinates, status."""
+        scene = assemble(mechanism, initial, planes.section_of(mechanism))
+        cut = scene.structure.section is not None and self.compare != "time"
+        left_out = Turn(scene).crank if cut else None
+        random = np.random.default_rng(self.seed)
+        state, status = self._settled(scene)
+        distances, times, ended = self._nothing(status)
+        for i in range(0 if status else self.references):
+            starts = [state, *(state + self._offsets(random, scene, left_out))]
+            runs = [self._samples(scene, start, cut) for start in starts]
+            distances[i], times[i] = self._distances(scene, runs, left_out), runs[0][1]
+            status, ended[i] = status or runs[0][2], [run[2] for run in runs[1:]]
+            state = runs[0][0][-1].copy()
+            if left_out is not None:
+                state[left_out] = scene.crank_angle
+            if progress is not None:
+                progress((i + 1) / self.references)
+            if status:
+                break
+        turn = np.arange(distances.shape[-1]) / self.samples_per_turn
+        coords = {"turn": ("turn", turn, {"units": "1", "long_name": "turns since the neighbours started"})}
+        return self._variables(distances, ended, times), coords, int(status or ended.max())
+
+    def _nothing(self, status: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Distances, times and statuses of neighbours that have not been followed."""
+        many, cells = self.turns * self.samples_per_turn + 1, (self.references, self.neighbours)
+        ended = np.full(cells, status or STATUS.index("not_run"), dtype=np.int8)
+        return np.full((*cells, many), np.nan), np.full((self.references, many), np.nan), ended
+
+    def _settled(self, scene: Scene) -> tuple[np.ndarray, int]:
+        """The motion's state after the transient, and the status of that."""
+        if not self.transient:
+            return scene.state, 0
+        if scene.structure.section is not None:
+            state, _, status = Turn(scene, self.rtol, self.max_steps)(scene.state, self.transient)
+            return state, status
+        end = self.transient * scene.period
+        request = Request(end, self.rtol, at=np.array([end]), max_steps=asked.steps(self.max_steps))
+        records = follow(scene, request)
+        return records.samples[-1, 1 : 1 + len(scene.state)] if not records.status else scene.state, int(
+            records.status
+        )
+
+    def _offsets(self, random: np.random.Generator, scene: Scene, left_out: int | None) -> np.ndarray:
+        """Differences of the neighbours from the motion, shape (neighbours, states)."""
+        away = random.standard_normal((self.neighbours, len(scene.state)))
+        if left_out is not None:
+            away[:, left_out] = 0.0
+        return self.distance * away / np.linalg.norm(away, axis=1, keepdims=True) * scales(scene)
+
+    def _samples(self, scene: Scene, state: np.ndarray, cut: bool) -> tuple[np.ndarray, np.ndarray, int]:
+        """States, the first included, shape (samples, states), times in s, and the status; NaN beyond."""
+        scene = replace(scene, state=state)
+        many, n = self.turns * self.samples_per_turn, len(state)
+        states, times = np.full((many + 1, n), np.nan), np.full(many + 1, np.nan)
+        states[0], times[0] = state, 0.0
+        if planes.outside(scene):
+            return states, times, BAD
+        records = follow(scene, self._request(scene, cut, many))
+        rows, at = (records.sections, (STATE, TIME)) if cut else (records.samples, (1, 0))
+        states[1 : 1 + len(rows)] = rows[:, at[0] : at[0] + n]
+        times[1 : 1 + len(rows)] = rows[:, at[1]]
+        short = STATUS.index("not_converged") if len(rows) < many else 0  # the crank stopped turning
+        return states, times, records.status or short
+
+    def _request(self, scene: Scene, cut: bool, many: int) -> Request:
+        limit = {"rtol": self.rtol, "max_steps": asked.steps(self.max_steps)}
+        end = self.turns * scene.period
+        if not cut:
+            return Request(end, at=np.linspace(0, end, many + 1)[1:], **limit)
+        forward, part = (1 if scene.crank_speed >= 0 else -1), math.tau / self.samples_per_turn
+        level = {"level": scene.crank_angle + forward * part, "period": part, "direction": forward}
+        return Request(SLACK * end, stop_after=many, **level, **limit)
+
+    def _distances(self, scene: Scene, runs: list, left_out: int | None) -> np.ndarray:
+        """Distances of the neighbours, shape (neighbours, samples)."""
+        states, turning = np.array([run[0] for run in runs]), np.flatnonzero(scene.turning)
+        apart = states[1:] - states[0]
+        apart[..., turning] = (apart[..., turning] + math.pi) % math.tau - math.pi
+        apart /= scales(scene)
+        if left_out is not None:
+            apart[..., left_out] = 0.0
+        return np.linalg.norm(apart, axis=-1)
+
+    def _variables(self, distances: np.ndarray, ended: np.ndarray, times: np.ndarray) -> dict[str, Any]:
+        means = np.log(np.maximum(distances, self.rtol)).mean(axis=1)  # below it, runs tell nothing
+        fit, periods = fitted(means, self.samples_per_turn), np.diff(times) * self.samples_per_turn
+        period = float(periods[np.isfinite(periods)].mean()) if np.isfinite(periods).any() else math.nan
+        rows = {
+            "growth": (fit.growth, "1", "growth of the mean logarithm of the distance in a turn"),
+            "growth_standard_error": (fit.error, "1", "standard error of the growth"),
+            "growth_rate": (fit.growth / period, "s-1", "growth of the mean logarithm of the distance"),
+            "growth_rate_standard_error": (fit.error / period, "s-1", "standard error of the growth rate"),
+            "saturation": (math.exp(fit.level), "1", "distance at which the neighbours stay"),
+        }
+        found = {name: ((), float(v), {"units": u, "long_name": text}) for name, (v, u, text) in rows.items()}
+        turns = fit.ranges / self.samples_per_turn
+        over = {
+            "distance": (("reference", "neighbour", "turn"), distances, "scaled distance from the motion"),
+            "mean_log_distance": (("turn",), means.mean(axis=0), "mean natural logarithm of the distance"),
+            "fitted_log_distance": (("turn",), fit.line(means), "logarithm of the distance as fitted"),
+            "fit_turns": (("reference", "end"), turns, "first and last turn of the fit"),
+        }
+        found |= {k: (dims, v, {"units": "1", "long_name": text}) for k, (dims, v, text) in over.items()}
+        meanings = {"long_name": "how the neighbour's run ended"} | flags(STATUS)
+        return found | {"neighbour_status": (("reference", "neighbour"), ended, meanings)}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Growth a turn, its standard error, the level at which distances stay; samples used, first and last."""
+
+    growth: float
+    error: float
+    level: float
+    ranges: np.ndarray
+    per_turn: int
+
+    def line(self, means: np.ndarray) -> np.ndarray:
+        """A line of that growth through the mean curve, over the median range; NaN outside it."""
+        found, curve = np.full(means.shape[1], np.nan), means.mean(axis=0)
+        first, last = np.median(self.ranges, axis=0).astype(int)
+        place = np.arange(first, last + 1)
+        found[place] = curve[place].mean() + self.growth * (place - place.mean()) / self.per_turn
+        return found
+
+
+def fitted(means: np.ndarray, per_turn: int) -> Fit:
+    """Growth a turn of mean logarithms of distances, over the ranges in which they are exponential.
+
+    Parameters
+    ----------
+    means : ndarray, shape (references, samples)
+        Mean logarithm of the distance.
+    per_turn : int
+        Samples in a turn.
+
+    Returns
+    -------
+    Fit
+        Growth and error NaN where the ranges hold fewer than three turns; level NaN where distances stay
+        nowhere yet.
+    """
+    ranges, levels = zip(*(_range(curve, per_turn) for curve in means), strict=True)
+    pairs = zip(means, ranges, strict=True)
+    steps = [np.diff(curve[first : last + 1 : per_turn]) for curve, (first, last) in pairs]
+    count = sum(map(len, steps))
+    if count < FEWEST:
+        return Fit(math.nan, math.nan, math.nan, np.array(ranges), per_turn)
+    growth = float(np.concatenate(steps).mean())
+    return Fit(growth, _error(steps, growth), float(np.mean(levels)), np.array(ranges), per_turn)
+
+
+def _error(steps: list[np.ndarray], mean: float) -> float:
+    """Standard error of the mean of stretches of increments, from overlapping batches within them.
+
+    A batch is as long as the cube root of a stretch: a swing that comes back in the next turns counts as one.
+    """
+    count = sum(map(len, steps))
+    size = max(1, int((count / len(steps)) ** (1 / 3)))
+    rows = [np.convolve(each - mean, np.ones(size) / size, "valid") for each in steps if len(each) >= size]
+    means = np.concatenate(rows)
+    return math.sqrt(size * float(np.mean(means**2)) / (count - size))
+
+
+def _range(curve: np.ndarray, per_turn: int) -> tuple[tuple[int, int], float]:
+    """First and last sample, whole turns apart, of the exponential range; level at which the curve stays."""
+    first, last, level = min(ALIGN * per_turn, len(curve) - 1), len(curve) - 1, math.nan
+    if not np.all(np.isfinite(curve)):
+        return (0, 0), level
+    tail = curve[-max(len(curve) // TAIL, 1) :]
+    near = np.flatnonzero(np.abs(curve - np.median(tail)) < MARGIN)
+    if near.size and near[0] < len(curve) - len(tail) and _flat(tail, curve[first : near[0] + 1]):
+        level, last = float(np.median(tail)), max(int(near[0]), first)
+    return (first, first + (last - first) // per_turn * per_turn), level
+
+
+def _flat(tail: np.ndarray, before: np.ndarray) -> bool:
+    """Whether the end of a curve moves on at less than a quarter of its pace before."""
+    half = max(len(tail) // 2, 1)
+    moved = abs(tail[-half:].mean() - tail[:half].mean()) / half
+    return len(before) < 2 or moved < abs(before[-1] - before[0]) / (len(before) - 1) / 4

@@ -1,0 +1,147 @@
+"""Where motions end: from each of some starts, the section points that are left when the transient has gone.
+
+A start is followed for the transient's turns and then for the turns that are looked at. A record that shows
+no period is followed further, a few times as long, before it counts as having none: a slow approach to a
+periodic motion is told from chaos so. Points are compared in units that make tolerances mean the same for all
+mechanisms: journals' centres over their clearances, links' speeds over the nominal speed; a test system's
+states as they are. A system that nothing forces is cut at equal times, its nominal periods.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis import request as asked
+from jointplay.analysis.exponents.growth import SLACK, STATE
+from jointplay.analysis.period import period
+from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.states.journals import Journals
+from jointplay.analysis.states.plane import Starts
+from jointplay.analysis.words import STATUS
+from jointplay.codegen import cache
+from jointplay.mechanism.records import CrankAngle
+from jointplay.mechanism.scene import Scene
+
+STRICTER = 10  # a period is found at a tolerance so many times smaller than that by which ends are matched
+POINTS = 128  # kept of an end without a period, over all tries; more only where more turns are looked at
+BAD, STOPPED = STATUS.index("bad_parameters"), STATUS.index("not_converged")
+
+
+@dataclass(frozen=True)
+class Watch:
+    """How long ends are looked for: turns of transient, turns looked at, further tries; tolerances."""
+
+    transient: int
+    turns: int
+    patience: int
+    tolerance: float
+    rtol: float
+    max_steps: int | None = None
+
+
+def ends(mechanism, initial, joint, names, values, watch: Watch) -> dict[str, Any]:
+    """Follow some nodes to their ends.
+
+    Returns
+    -------
+    dict
+        ``node_status`` and ``period`` (0: none), an entry a node; ``states``, a list of arrays: the states at
+        the section, one period of them or the last that were looked at; ``status``.
+    """
+    starts = Starts(mechanism, initial, names, joint)
+    found = [end(starts.scene, starts(value), watch) for value in values]
+    status, periods, states = zip(*found, strict=True)
+    return {"status": 0, "node_status": np.array(status), "period": np.array(periods), "states": list(states)}
+
+
+def end(base: Scene, start: Scene | None, watch: Watch) -> tuple[int, int, np.ndarray]:
+    """Status, period and section states of the end of one motion.
+
+    Parameters
+    ----------
+    base : Scene
+        With the crank angle at which all motions are cut.
+    start : Scene or None
+        Where this one starts, with its own crank angle.
+    watch : Watch
+        For how long.
+    """
+    nothing = np.zeros((0, len(base.state)))
+    if start is None:
+        return BAD, 0, nothing
+    scene, drop, seen = start, watch.transient, nothing
+    for _ in range(1 + watch.patience):
+        states, status = cut(base, scene, drop, watch)
+        if status:
+            return status, 0, nothing
+        points = features(base, states)
+        found = reduced(points, period(points, watch.tolerance / STRICTER), watch.tolerance)
+        if found:
+            return 0, found, states[-found:]
+        seen = np.concatenate([seen, states])[-max(POINTS, watch.turns) :]
+        scene, drop = replace(base, state=states[-1]), 0
+    return 0, 0, seen
+
+
+def reduced(points: np.ndarray, found: int, tolerance: float) -> int:
+    """The smallest divisor of a period by which its points still repeat within a wider tolerance.
+
+    A motion that spirals in may repeat best after several turns, though all its points are one by now.
+    """
+    last = points[-found:]
+    for q in range(1, found):
+        if found % q == 0 and max(np.ptp(last[rest::q], axis=0).max() for rest in range(q)) <= tolerance:
+            return q
+    return found
+
+
+def cut(base: Scene, start: Scene, drop: int, watch: Watch) -> tuple[np.ndarray, int]:
+    """States at the section after `drop` turns, shape (turns, states), and the status."""
+    turns = drop + watch.turns
+    limit = {"rtol": watch.rtol, "max_steps": asked.steps(watch.max_steps)}
+    by_angle = base.structure.section is not None
+    if by_angle:
+        fields = asked.section_fields(CrankAngle(angle=base.crank_angle), start, drop)
+        request = Request(SLACK * turns * base.period, stop_after=turns, **fields, **limit)
+    else:
+        at = base.period * np.arange(drop + 1, turns + 1)
+        request = Request(at[-1], at=at, **limit)
+    records = follow(start, request)
+    states = _rows(records, by_angle, len(base.state))
+    if records.status or len(states) < watch.turns:
+        return states, records.status or STOPPED
+    return _wrapped(base, states), 0
+
+
+def _rows(records: Records, by_angle: bool, count: int) -> np.ndarray:
+    if by_angle:
+        return records.sections[:, STATE : STATE + count]
+    return records.samples[:, 1 : 1 + count]
+
+
+def _wrapped(base: Scene, states: np.ndarray) -> np.ndarray:
+    """States with angles within half a turn of 0, the crank's at the section's angle."""
+    found, names = states.copy(), cache.structure_module(base.structure).STATE[1:]
+    for i in np.flatnonzero(base.turning):
+        found[:, i] = (found[:, i] + math.pi) % math.tau - math.pi
+        if names[i] == f"theta_{base.crank}":
+            found[:, i] = base.crank_angle
+    return found
+
+
+def features(scene: Scene, states: np.ndarray) -> np.ndarray:
+    """What section points are compared by, shape (points, coordinates)."""
+    if not scene.links:
+        return states
+    names, n_q = cache.structure_module(scene.structure).STATE[1:], len(scene.turning)
+    speeds = [n_q + i for i in range(n_q) if scene.turning[i]]
+    found = states[:, speeds] * scene.period / math.tau
+    if scene.joints:
+        journals = Journals(scene)
+        found = np.concatenate([journals.places(states) / journals.clearances, found], axis=1)
+    bent = [i for i in range(n_q) if names[i].startswith("eta_")]
+    return np.concatenate([found, states[:, bent] / scene.absolute[bent]], axis=1)

@@ -1,0 +1,1 @@
+"""Motions over parameters: bifurcation diagrams and maps."""

@@ -1,0 +1,227 @@
+"""One point of a sweep: the motion that a mechanism settles to from a start, and where it stands at the end.
+
+A first run drops the transient, a second one from there on is looked at: section points, period, contacts,
+the word of the turn, closest calls; and, where asked for, Lyapunov exponents from its end on. With a section
+at a crank angle both runs end on the section, after whole turns. With another section, or where a forcing's
+phase is no state and the section is at another phase than the start, they last whole nominal periods.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis import contacts
+from jointplay.analysis import request as asked
+from jointplay.analysis.exponents.stretching import leading
+from jointplay.analysis.period import REPEATS, period
+from jointplay.analysis.poincare import SLACK
+from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
+from jointplay.analysis.tangents import scales
+from jointplay.analysis.words import STATUS
+from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.mechanism.scene import Scene
+
+TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one
+RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
+ALIGN = 20  # turns in which the tangents find their directions
+UNKNOWN = -1  # a period that could not be looked for
+ROW = contacts.ROW
+EXPONENTS = (
+    *("lyapunov_exponent", "lyapunov_standard_error"),
+    *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
+)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is asked of every point of a sweep; the fields are the keywords of `bifurcation`."""
+
+    section: Section
+    record: tuple[str, ...]
+    turns: int
+    transient: int
+    keep: int
+    tolerance: float = TOLERANCE
+    exponents: int = 0
+    lyapunov_turns: int = 200
+    rtol: float = RTOL
+    max_steps: int | None = None
+
+
+def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[str, Any]:
+    """Follow a motion until it has settled, and describe it.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    start : optional
+        As in `placed`.
+    plan : Plan
+        What is asked.
+
+    Returns
+    -------
+    dict
+        ``status``, ``trouble`` (text) and ``n_steps``. Where the motion was followed to the end, also ``end``
+        (an `End`), ``labels`` (names along link, joint, pin, state), ``points`` (variables over ``point``)
+        and ``values`` (by name, as (dims, value): a number, or a list over joints or exponents).
+
+    Raises
+    ------
+    InputError
+        If the start or the section does not fit the mechanism; numerical trouble is a status instead.
+    """
+    scene = placed(mechanism, start, plan.section)
+    steps = 0
+    if plan.transient:
+        dropped = _run(scene, plan, plan.transient, watched=False)
+        if dropped.status:
+            return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
+        scene, steps = (
+            moved(scene, _state(scene, plan, _last(scene, plan, dropped))),
+            dropped.counts["n_steps"],
+        )
+    records = _run(scene, plan, plan.turns, watched=True)
+    if records.status:
+        return _failed(records, f"in the {plan.turns} turns looked at", steps)
+    found = _described(scene, plan, records)
+    found["n_steps"] += steps
+    return found | _exponents(mechanism, found, plan) if plan.exponents else found
+
+
+def _failed(records: Records, where: str, steps: int) -> dict[str, Any]:
+    done = steps + records.counts["n_steps"]
+    return {"status": records.status, "trouble": f"{STATUS[records.status]} {where}", "n_steps": done}
+
+
+def counted(scene: Scene, section: Section) -> bool:
+    """Whether runs end at a section point, which can be a start."""
+    if not isinstance(section, CrankAngle):
+        return False
+    off = (section.angle - scene.crank_angle) / math.tau
+    return crank_place(scene) is not None or abs(off - round(off)) < 1e-12
+
+
+def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Records:
+    """Follow the scene for some turns; watched: with events and section points."""
+    whole, fields = counted(scene, plan.section), asked.section_fields(plan.section, scene, 0)
+    end = turns * scene.period
+    if whole:
+        fields |= {"duration": SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
+    else:
+        fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
+    looked = {"events": watched, "misses": watched, "log_from": 0.0}
+    records = follow(
+        scene, Request(rtol=plan.rtol, max_steps=asked.steps(plan.max_steps), **looked, **fields)
+    )
+    if whole and not records.status and len(records.sections) < (turns if watched else 1):
+        return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
+    return records
+
+
+def _last(scene: Scene, plan: Plan, records: Records) -> np.ndarray:
+    """The row at the end of a run: time, positions, speeds, modes."""
+    return records.sections[-1, ROW:] if counted(scene, plan.section) else records.samples[-1]
+
+
+def _state(scene: Scene, plan: Plan, row: np.ndarray) -> np.ndarray:
+    """The state at a row as a start: angles without whole turns, on the section to the last bit."""
+    state, crank = row[1 : 1 + len(scene.state)].copy(), crank_place(scene)
+    turning = np.flatnonzero(scene.turning)
+    state[turning] -= math.tau * np.round(state[turning] / math.tau)
+    if crank is not None and counted(scene, plan.section):
+        state[crank] = plan.section.angle
+    return state
+
+
+def _described(scene: Scene, plan: Plan, records: Records) -> dict[str, Any]:
+    last, rows = _last(scene, plan, records), records.sections[:, ROW:]
+    whole, crank, turns = counted(scene, plan.section), crank_place(scene), plan.turns
+    if crank is not None:
+        turns = round(abs(last[1 + crank] - scene.state[crank]) / math.tau, 9)
+    bounds = np.concatenate([[0.0], rows[:, 0]]) if whole else _evenly(last[0], turns)
+    repeats = _period(scene, records, plan.tolerance)
+    told = {"period": ((), repeats), "turn_period": ((), last[0] / turns)}
+    if scene.joints or scene.resets:
+        words = contacts.words(scene, records, last, bounds, repeats if whole else 0)
+        told |= _contacts(scene, records, last, turns)
+        told["mode_word"] = (("joint",), words) if scene.links else ((), words[0])
+    return {
+        "status": 0,
+        "trouble": "",
+        "n_steps": records.counts["n_steps"],
+        "end": End(state_names(scene), _state(scene, plan, last), scene.crank_angle),
+        "labels": {"link": scene.links, "joint": scene.joints, "pin": scene.pins, "state": scene.states},
+        "points": Quantities(scene, rows[-plan.keep :], records.start).variables(plan.record, "point"),
+        "values": told,
+    }
+
+
+def _evenly(end: float, turns: float) -> np.ndarray:
+    """Times a mean turn apart, back from the end."""
+    return end - end / turns * np.arange(math.floor(turns + 1e-9), -1, -1)
+
+
+def _contacts(scene: Scene, records: Records, last: np.ndarray, turns: float) -> dict[str, Any]:
+    """Counts and closest calls: over joints; of a test system, of all its contacts together."""
+    close = {
+        "smallest_impact_speed": contacts.smallest_impact_speed(scene, records),
+        "smallest_missed_gap": contacts.smallest_missed_gap(scene, records),
+    }
+    closed, end = contacts.closed(scene, records, last), last[0]
+    if not scene.links:
+        counts = contacts.counts(records.events, end, turns, bool(closed.any()))
+        return {name: ((), value) for name, value in counts.items()} | {
+            name: ((), _least(values)) for name, values in close.items()
+        }
+    each = [contacts.counts(records.events, end, turns, shut, j) for j, shut in enumerate(closed)]
+    counts = {name: [one[name] for one in each] for name in each[0]}
+    return {name: (("joint",), values) for name, values in (counts | close).items()}
+
+
+def _least(values: np.ndarray) -> float:
+    there = values[np.isfinite(values)]
+    return float(there.min()) if len(there) else math.nan
+
+
+def _period(scene: Scene, records: Records, tolerance: float) -> int:
+    """Period in section points: of the journals over their clearances, else of the state over its scales."""
+    rows = records.sections[:, ROW:]
+    if len(rows) < REPEATS:
+        return UNKNOWN
+    if scene.clearances:
+        found = Quantities(scene, rows, records.start).variables(("journal_x", "journal_y"), "point")
+        return period(np.hstack([found[name][1] / scene.clearances for name in found]), tolerance)
+    states = rows[:, 1 : 1 + len(scene.state)]
+    if not scene.links:
+        return period(states, tolerance)
+    crank = crank_place(scene)
+    states = states / scales(scene)
+    return period(states if crank is None else np.delete(states, crank, axis=1), tolerance)
+
+
+def _exponents(mechanism: Mechanism | TestSystem, found: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
+    """Leading Lyapunov exponents from the end of a motion on, or how their run failed."""
+    scene = placed(mechanism, found["end"])
+    measured = leading(
+        scene,
+        exponents=min(plan.exponents, len(scene.state)),
+        begin=ALIGN * scene.period,
+        span=plan.lyapunov_turns * scene.period,
+        rtol=plan.rtol,
+        max_steps=asked.steps(plan.max_steps),
+    )
+    done = {"n_steps": found["n_steps"] + measured["counts"]["n_steps"]}
+    status = measured["status"]
+    if status:
+        return done | {"status": status, "trouble": f"{STATUS[status]} while exponents were measured"}
+    told = {name: (("exponent",), measured[name]) for name in EXPONENTS}
+    return done | {"values": found["values"] | told}

@@ -1,0 +1,211 @@
+"""What a sweep varies: numbers of a mechanism by name or by key path, and the axes that they make."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+from jointplay.analysis.words import WORDS
+from jointplay.errors import InputError, Problem, join, refuse, unknown
+from jointplay.mechanism.changes import Changes
+from jointplay.mechanism.records import Mechanism, TestSystem
+
+# changes whose value is a number, and so can be varied by name
+NUMBERS = ("clearance", "gear_ratio", "friction", "elements", "damping_ratio", "gravity", "speed")
+EXAMPLE = "joints.B.contact.stiffness"
+PARTS = {"joints": "joint", "links": "link"}  # tuples of named records, and what each holds
+TAKEN = {*WORDS, "direction", "start", "point", "link", "joint", "pin", "state", "exponent", "period"}
+_POWERS = str.maketrans("²³⁴", "234")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A varied parameter.
+
+    Parameters
+    ----------
+    key : str
+        Its name or key path.
+    name : str
+        Its dimension in a dataset.
+    values : tuple of float
+        Ascending, SI units.
+    units, long_name : str
+        As in a dataset.
+    """
+
+    key: str
+    name: str
+    values: tuple[float, ...]
+    units: str
+    long_name: str
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of its coordinate."""
+        return {"units": self.units, "long_name": self.long_name, "key": self.key}
+
+
+def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Mechanism | TestSystem:
+    """Give a changed, validated copy.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What the changes start from.
+    changes : mapping of str to object
+        By name, as in the record's `replace`, or of a linkage by key path, through links and joints by their
+        names: ``joints.B.contact.stiffness``, ``links.coupler.mass``, ``drive.rated_torque``. Only the number
+        named changes: a link that becomes longer keeps its mass centre.
+
+    Raises
+    ------
+    InputError
+        Listing every key that does not exist, or what is wrong with the values.
+    """
+    paths = {key: value for key, value in changes.items() if _is_path(mechanism, key)}
+    plain = {key: value for key, value in changes.items() if key not in paths}
+    if astray := [problem for key in paths for problem in _astray(mechanism, key, key)]:
+        raise InputError(astray)
+    found = mechanism.replace(**plain) if plain else mechanism
+    for key, value in paths.items():
+        found = _put(found, key.split("."), value)
+    return found
+
+
+def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tuple[Axis, ...]:
+    """Check what is to be varied.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What it is varied of.
+    over : mapping of str to sequence of float
+        Values of each parameter, in any order.
+    root : str
+        How the keys of errors begin.
+
+    Returns
+    -------
+    tuple of Axis
+        In the order given. Each value by itself makes a mechanism; values together may still not.
+
+    Raises
+    ------
+    InputError
+        Listing every parameter that does not exist and every value that it cannot have.
+    """
+    if not isinstance(over, Mapping) or not over:
+        raise refuse(over, "a table of parameters, each with its list of values, is accepted", root)
+    given = {key: values.tolist() if hasattr(values, "tolist") else values for key, values in over.items()}
+    problems = [p for key, values in given.items() for p in _problems(mechanism, key, values, root)]
+    if problems:
+        raise InputError(problems)
+    return tuple(
+        Axis(key, name, tuple(sorted(values)), *_described(mechanism, key))
+        for name, (key, values) in zip(_names(list(given)), given.items(), strict=True)
+    )
+
+
+def _is_path(mechanism: Any, key: Any) -> bool:
+    return isinstance(mechanism, Mechanism) and isinstance(key, str) and "." in key
+
+
+def _problems(mechanism: Any, key: Any, values: Any, root: str) -> Iterator[Problem]:
+    place = join(root, str(key))
+    if missing := list(_missing(mechanism, key, place)):
+        yield from missing
+    elif not isinstance(values, list | tuple | range) or not values:
+        yield Problem(place, values, "a list of at least one number is accepted")
+    else:
+        for i, value in enumerate(values):
+            yield from _wrong_value(mechanism, key, value, f"{place}[{i}]", values[:i])
+
+
+def _wrong_value(
+    mechanism: Any, key: str, value: Any, place: str, before: Sequence[Any]
+) -> Iterator[Problem]:
+    if not isinstance(value, Real) or isinstance(value, bool) or not math.isfinite(value):
+        yield Problem(place, value, "a finite number is accepted")
+    elif value in before:
+        yield Problem(place, value, "a value that is not in the list already is accepted")
+    else:
+        try:
+            changed(mechanism, {key: value})
+        except InputError as error:
+            yield from (Problem(place, value, each.expected) for each in error.problems)
+
+
+def _missing(mechanism: Any, key: Any, place: str) -> Iterator[Problem]:
+    """What is wrong with a key."""
+    if _is_path(mechanism, key):
+        yield from _astray(mechanism, key, place)
+        return
+    known, also = NUMBERS, (f"a path such as {EXAMPLE}",)
+    if isinstance(mechanism, TestSystem):
+        known, also = [k for k, value in mechanism.parameters.items() if not isinstance(value, bool)], ()
+    if key not in known:
+        yield unknown(place, key, key, (*known, *also), "parameter")
+
+
+def _astray(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
+    """Where a key path leaves the record."""
+    record: Any = mechanism
+    for step in key.split("."):
+        known = _below(record)
+        if step not in known:
+            yield unknown(place, step, step, known, "part")
+            return
+        record = known[step]
+    if record is not None and (not isinstance(record, Real) or isinstance(record, bool)):
+        yield Problem(place, key, "the path to a number is accepted")
+
+
+def _below(record: Any) -> dict[str, Any]:
+    """What lies in a record, or in a tuple of named ones, by name."""
+    if isinstance(record, tuple):
+        return {part.name: part for part in record if hasattr(part, "name")}
+    return {name: getattr(record, name) for name in getattr(type(record), "model_fields", {})}
+
+
+def _put(record: Any, steps: Sequence[str], value: Any) -> Any:
+    """Give a validated copy with one number changed."""
+    first, *rest = steps
+    if isinstance(record, tuple):
+        return tuple(_put(part, rest, value) if part.name == first else part for part in record)
+    inner = _put(getattr(record, first), rest, value) if rest else value
+    return type(record)(**dict(record) | {first: inner})
+
+
+def _names(keys: Sequence[str]) -> list[str]:
+    """Names of dimensions: the last part of each key, where that is not taken; else the whole path."""
+    last = [key.rpartition(".")[2] for key in keys]
+    return [
+        short if last.count(short) == 1 and short not in TAKEN else key.replace(".", "_")
+        for short, key in zip(last, keys, strict=True)
+    ]
+
+
+def _described(mechanism: Any, key: str) -> tuple[str, str]:
+    """Units and name of a parameter, from its record's field."""
+    if isinstance(mechanism, TestSystem):
+        return "1", key.replace("_", " ")
+    *path, last = key.split(".")
+    record: Any = mechanism
+    for step in path:
+        record = _below(record)[step]
+    field = (type(record) if path else Changes).model_fields[last]
+    whose = f" of {PARTS[path[0]]} {path[1]}" if path and path[0] in PARTS else ""
+    units = (field.json_schema_extra or {}).get("units", "1")
+    return cf_units(units), (field.description or last.replace("_", " ")) + whose
+
+
+def cf_units(units: str) -> str:
+    """Units of the records (``N/m``, ``kg m²``) as those of datasets (``N m-1``, ``kg m2``)."""
+    above, _, below = units.translate(_POWERS).partition("/")
+    lowered = (re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.split())
+    return " ".join([above, *lowered])

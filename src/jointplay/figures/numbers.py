@@ -1,0 +1,40 @@
+"""Numbers in words: a value with its error to the digits that it leaves, units with raised powers."""
+
+import math
+
+MINUS = str.maketrans("-", "\N{MINUS SIGN}")
+RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+LONGEST = 5  # decimals, before a small number is written with a power of ten
+
+
+def with_error(value: float, error: float) -> str:
+    """Return `value` ± `error`, two digits of the error; without it where it is unknown or 0."""
+    if math.isnan(value):
+        return "\N{EN DASH}"
+    if math.isinf(value):
+        return ("-∞" if value < 0 else "∞").translate(MINUS)
+    if not (math.isfinite(error) and error > 0):
+        return plain(value)
+    digits = 1 - math.floor(math.log10(error))
+    if digits <= LONGEST:
+        return f"{value:.{max(digits, 0)}f} ± {error:.{max(digits, 0)}f}".translate(MINUS)
+    power = math.floor(math.log10(max(abs(value), error)))
+    if power > -3:
+        return f"{value:.{LONGEST}f} ± {plain(error, 1)}".translate(MINUS)
+    places, size = min(digits + power, LONGEST), 10.0**power
+    words = f"({value / size:.{places}f} ± {error / size:.{places}f})".translate(MINUS)
+    return f"{words} × 10{str(power).translate(RAISED)}"
+
+
+def plain(value: float, digits: int = 6) -> str:
+    """Return a number in so many significant digits."""
+    if math.isnan(value):
+        return "\N{EN DASH}"
+    mantissa, _, power = f"{value:.{digits}g}".partition("e")
+    tail = f" × 10{str(int(power)).translate(RAISED)}" if power else ""
+    return mantissa.translate(MINUS) + tail
+
+
+def raised(units: str) -> str:
+    """Return units in UDUNITS spelling with their powers raised."""
+    return units.translate(RAISED)

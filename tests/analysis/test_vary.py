@@ -1,0 +1,135 @@
+"""What a sweep varies: names and key paths, their units, and everything that is wrong with them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from jointplay import catalog
+from jointplay.analysis.vary import axes, cf_units, changed
+from jointplay.errors import InputError
+
+LINKAGE = catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5}, gear_ratio=3.0)
+PAIR = catalog.impact_pair(3.0, 0.8)
+
+
+def problems(mechanism, over, root="over"):
+    """Key and message of each problem."""
+    with pytest.raises(InputError) as error:
+        axes(mechanism, over, root)
+    return {problem.key: problem.expected for problem in error.value.problems}
+
+
+def differences(one, other, path=""):
+    """Key paths at which two records differ."""
+    if hasattr(type(one), "model_fields"):
+        pairs = [
+            (f"{path}.{name}", getattr(one, name), getattr(other, name)) for name in type(one).model_fields
+        ]
+    elif isinstance(one, tuple) and one and hasattr(one[0], "name"):
+        pairs = [(f"{path}.{a.name}", a, b) for a, b in zip(one, other, strict=True)]
+    else:
+        return [] if one == other else [path.removeprefix(".")]
+    return [found for place, a, b in pairs for found in differences(a, b, place)]
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("joints.B.contact.stiffness", 1e6),
+        ("joints.C.clearance", 3e-5),
+        ("joints.A.friction.coefficient", 0.3),
+        ("links.coupler.mass", 0.2),
+        ("drive.rated_torque", 20.0),
+        ("gravity", 0.0),
+    ],
+)
+def test_only_the_named_number_changes(key, value):
+    assert differences(LINKAGE, changed(LINKAGE, {key: value})) == [key]
+
+
+def test_names_are_the_changes_of_replace_and_go_together_with_paths():
+    found = changed(LINKAGE, {"clearance": 1e-4, "gear_ratio": 5.0, "links.crank.mass": 0.4})
+    expected = LINKAGE.replace(clearance=1e-4, gear_ratio=5.0)
+    assert differences(expected, found) == ["links.crank.mass"]
+    assert changed(PAIR, {"gap": 2.0}) == catalog.impact_pair(2.0, 0.8)
+    assert changed(LINKAGE, {}) == LINKAGE
+
+
+def test_axes_rise_and_know_their_units():
+    over = {
+        "joints.B.contact.stiffness": (7e6, 1e6),
+        "gear_ratio": np.array([3, 1, 2]),
+        "elements": range(1, 3),
+    }
+    elastic = LINKAGE.replace(elastic=("coupler",))
+    stiffness, ratio, elements = axes(elastic, over)
+    assert stiffness.values == (1e6, 7e6)
+    assert (stiffness.name, stiffness.units) == ("stiffness", "N m-1")
+    assert stiffness.long_name == "contact stiffness of joint B"
+    assert (ratio.name, ratio.values, ratio.units, ratio.long_name) == (
+        "gear_ratio",
+        (1, 2, 3),
+        "1",
+        "gear ratio",
+    )
+    assert elements.values == (1, 2)  # whole numbers stay whole
+    (gap,) = axes(PAIR, {"gap": [1.0]})
+    assert (gap.name, gap.units, gap.long_name) == ("gap", "1", "gap")
+
+
+def test_dimensions_with_one_name_or_one_that_is_taken_get_the_whole_path():
+    two = axes(LINKAGE, {"joints.B.clearance": [1e-5], "joints.C.clearance": [1e-5]})
+    assert [axis.name for axis in two] == ["joints_B_clearance", "joints_C_clearance"]
+
+
+@pytest.mark.parametrize(
+    ("units", "expected"),
+    [
+        ("m", "m"),
+        ("N/m", "N m-1"),
+        ("N s/m", "N s m-1"),
+        ("kg m²", "kg m2"),
+        ("m/s²", "m s-2"),
+        ("rad/s", "rad s-1"),
+    ],
+)
+def test_units_are_those_of_datasets(units, expected):
+    assert cf_units(units) == expected
+
+
+def test_every_wrong_key_and_value_is_told():
+    found = problems(
+        LINKAGE,
+        {
+            "clearence": [1e-5],
+            "tension": [1.0],
+            "joints.D.clearance": [1e-5],
+            "joints.B.contact": [1.0],
+            "joints.B.contact.law": [1.0],
+            "links.coupler.mass": [0.1, -1.0, True, "x", math.inf, 0.1],
+            "drive.efficiency": [0.5, 1.5],
+            "gear_ratio": 3.0,
+            "friction": [],
+        },
+        "vary",
+    )
+    assert set(found) == {
+        *("vary.clearence", "vary.tension", "vary.joints.D.clearance", "vary.joints.B.contact"),
+        *("vary.joints.B.contact.law", "vary.drive.efficiency[1]", "vary.gear_ratio", "vary.friction"),
+        *(f"vary.links.coupler.mass[{i}]" for i in range(1, 6)),
+    }
+    assert "did you mean 'clearance'?" in found["vary.clearence"]
+    assert "joints.B.contact.stiffness" in found["vary.clearence"]
+    assert "accepted: O, A, B, C" in found["vary.joints.D.clearance"]
+    assert found["vary.links.coupler.mass[1]"] == "a mass greater than 0 kg is accepted"
+    assert "already" in found["vary.links.coupler.mass[5]"]
+    assert problems(catalog.soft_impact_pair(1.0, 100.0, 1.0), {"tension": [1.0]}).keys() == {"over.tension"}
+    assert problems(LINKAGE, {}).keys() == {"over"}
+
+
+def test_paths_that_lead_nowhere_are_refused_by_changed_too():
+    with pytest.raises(InputError, match="no such part"):
+        changed(LINKAGE, {"joints.B.contact.stifness": 1.0})
+    with pytest.raises(InputError, match="clearance"):
+        changed(LINKAGE, {"clearence": 1.0})

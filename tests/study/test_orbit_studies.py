@@ -1,0 +1,55 @@
+"""Studies of periodic orbits and their branches: every problem with its key path; one runs."""
+
+from pathlib import Path
+
+import pytest
+
+from jointplay.errors import InputError
+from jointplay.study.file import load, validate
+from jointplay.study.run import run
+
+IMPACTS = {"catalog": "impact_pair", "gap": 5.0, "restitution": 0.8}
+LINKAGE = {"catalog": "chunmei2002", "gear_ratio": 3.0}
+BRANCH = {"kind": "continuation", "name": "n", "mechanism": IMPACTS}
+ORBIT = {"kind": "periodic_orbit", "name": "n", "mechanism": LINKAGE}
+PLANE = {"kind": "plane", "quantity": "y", "value": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("study", "keys"),
+    [
+        (BRANCH, ["analysis"]),
+        (BRANCH | {"analysis": {"range": [2.0, 9.0], "parameter": "gsp"}}, ["analysis.range.gsp"]),
+        (BRANCH | {"analysis": {"range": [6.0, 9.0], "parameter": "gap"}}, ["analysis.start"]),
+        (
+            BRANCH | {"analysis": {"range": [9.0, 2.0], "parameter": "gap", "step": 2.0, "section": PLANE}},
+            ["analysis.section", "analysis.step", "analysis.range"],
+        ),
+        (BRANCH | {"analysis": {"range": [2.0, 9.0], "steps": 3}}, ["analysis.steps"]),
+        (ORBIT | {"analysis": {"period": 0}}, ["analysis.period"]),
+        (ORBIT | {"analysis": {"initial": [1.0]}}, ["analysis.initial"]),
+        (ORBIT | {"analysis": {"record": ["journal_z"]}}, ["analysis.record[0]"]),
+        (ORBIT | {"figure": {"kind": "continuation"}}, ["figure.kind"]),
+        (ORBIT | {"figure": {"kind": "journal_orbit"}}, ["analysis.record"]),
+        (
+            ORBIT | {"figure": {"kind": "journal_orbit"}, "analysis": {"record": ["angle"]}},
+            ["analysis.record"],
+        ),
+    ],
+)
+def test_what_does_not_fit_is_told_by_its_key(study, keys):
+    with pytest.raises(InputError) as caught:
+        validate(study)
+    assert [problem.key for problem in caught.value.problems] == keys
+
+
+def test_a_study_runs(tmp_path: Path):
+    path = tmp_path / "orbit.toml"
+    path.write_text(
+        'kind = "periodic_orbit"\n[mechanism]\ncatalog = "impact_pair"\ngap = 5.0\nrestitution = 0.8\n'
+        "[analysis]\ntransient = 300\ninitial = [-0.5, 1.2]\n"
+    )
+    found = run(load(path))
+    assert found.attrs["study"] == "orbit"
+    assert int(found.status) == 0
+    assert int(found.stable) == 1
