@@ -146,6 +146,8 @@ def figure(arguments: argparse.Namespace) -> int:
 
     dataset = open_result(arguments.result)
     options = figure_options(dataset, arguments.kind, arguments.set)
+    if arguments.over:
+        options["over"] = open_result(arguments.over)
     stem = Path(arguments.out or arguments.result)
     targets = (
         [stem] if arguments.out and stem.suffix else [stem.with_suffix(".pdf"), stem.with_suffix(".png")]
@@ -225,6 +227,7 @@ def _parser() -> argparse.ArgumentParser:
     one = _verb(verbs, "figure", figure)
     one.add_argument("result", metavar="RESULT.nc")
     one.add_argument("--kind", help="another kind of figure than the study asked for")
+    one.add_argument("--over", metavar="DIAGRAM.nc", help="draw branches over this bifurcation diagram")
     one.add_argument("--out", metavar="FILE", help="default: PDF and PNG beside the result")
     _add_set(one, "an option of the figure, such as joint=B")
 

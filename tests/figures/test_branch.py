@@ -6,7 +6,7 @@ import xarray as xr
 from synthetic import response
 from synthetic_branches import branches, orbit
 
-from jointplay import figures
+from jointplay import cli, figures
 from jointplay.errors import InputError
 
 
@@ -74,12 +74,12 @@ def test_multipliers_below():
     assert lower.get_xlabel() == "Radial clearance (µm)"
 
 
-def test_over_a_diagram():
-    """Points of the sweep and lines of the branches on the same axes, which hold both."""
+def diagram() -> xr.Dataset:
+    """A sweep over five clearances, three section points each."""
     swept = np.linspace(2.2e-5, 2.8e-5, 5)
     values = np.linspace(0.1, 0.3, 15).reshape(5, 1, 3, 1)
     dims = ("clearance", "direction", "point", "joint")
-    sweep = xr.Dataset(
+    return xr.Dataset(
         {
             "eccentricity_ratio": (dims, values, {"units": "1", "long_name": "eccentricity ratio"}),
             "cell_status": (dims[:2], np.zeros((5, 1), np.int8)),
@@ -91,6 +91,12 @@ def test_over_a_diagram():
         },
         {"kind": "bifurcation"},
     )
+
+
+def test_over_a_diagram():
+    """Points of the sweep and lines of the branches on the same axes, which hold both."""
+    sweep = diagram()
+    swept, values = sweep.clearance, sweep.eccentricity_ratio.values
     data = branches()
     (ax,) = figures.draw(data, over=sweep).axes
     dots = next(finite(line) for line in ax.lines if line.get_marker() == "o")
@@ -101,6 +107,18 @@ def test_over_a_diagram():
     other = sweep.rename(clearance="gear_ratio")
     with pytest.raises(InputError, match=r"figure\.over"):
         figures.draw(data, over=other)
+
+
+def test_over_a_diagram_from_the_command_line(tmp_path, capsys):
+    for name, dataset in (("branches", branches()), ("diagram", diagram())):
+        dataset.to_netcdf(tmp_path / f"{name}.nc", engine="netcdf4")
+    files = {name: str(tmp_path / name) for name in ("branches.nc", "diagram.nc", "x.png")}
+    words = ["figure", files["branches.nc"], "--over", files["diagram.nc"], "--out", files["x.png"]]
+    assert cli.main(words) == 0
+    assert (tmp_path / "x.png").stat().st_size > 10_000
+    words = ["figure", files["diagram.nc"], "--over", files["branches.nc"], "--out", files["x.png"]]
+    assert cli.main(words) == 2
+    assert "over" in capsys.readouterr().err
 
 
 def test_a_number_of_the_orbit_and_what_does_not_fit():

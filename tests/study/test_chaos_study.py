@@ -85,8 +85,8 @@ def test_what_is_asked_for_is_done():
 @pytest.mark.parametrize(
     ("kind", "changes", "keys"),
     [
-        ("lyapunov", {"exponents": 3}, {"analysis.exponents.exponents"}),
-        ("lyapunov", {"exponents": "some"}, {"analysis.exponents.exponents"}),
+        ("lyapunov", {"exponents": 3}, {"analysis.exponents"}),
+        ("lyapunov", {"exponents": "some"}, {"analysis.exponents"}),
         ("lyapunov", {"twin_turns": -1, "error": 0.0}, {"analysis.twin_turns", "analysis.error"}),
         ("lyapunov", {"duration": 1.0}, {"analysis.turns"}),
         ("lyapunov", {"record": ["y"], "section": {}}, {"analysis.record", "analysis.section"}),

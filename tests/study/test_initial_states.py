@@ -34,13 +34,13 @@ def test_a_study_of_neighbours_needs_nothing_but_a_mechanism():
 @pytest.mark.parametrize(
     ("kind", "options", "key"),
     [
-        ("sensitivity", {"plane": {"y": [0.0, 1.0]}}, "analysis.states.plane"),
-        ("sensitivity", {"plane": {"y": [0.0, 1.0], "x": [0.0, 1.0]}}, "analysis.states.plane.x"),
-        ("sensitivity", {"plane": {"y": 3.0, "v": [0.0, 1.0]}}, "analysis.states.plane.y"),
+        ("sensitivity", {"plane": {"y": [0.0, 1.0]}}, "analysis.plane"),
+        ("sensitivity", {"plane": {"y": [0.0, 1.0], "x": [0.0, 1.0]}}, "analysis.plane.x"),
+        ("sensitivity", {"plane": {"y": 3.0, "v": [0.0, 1.0]}}, "analysis.plane.y"),
         (
             "sensitivity",
             {"plane": {"y": {"start": 0.0, "stop": 1.0}, "v": [0.0, 1.0]}},
-            "analysis.states.plane.y.num",
+            "analysis.plane.y.num",
         ),
         ("sensitivity", {"plane": PLANE, "transient": 5}, "analysis.transient"),
         ("sensitivity", {"compare": "phase"}, "analysis.compare"),
@@ -49,7 +49,7 @@ def test_a_study_of_neighbours_needs_nothing_but_a_mechanism():
         ("sensitivity", {"plane": PLANE, "figure": {"kind": "divergence"}}, "figure.kind"),
         ("sensitivity", {"figure": {"kind": "basins"}}, "figure.kind"),
         ("sensitivity", {"section": {"kind": "contact"}}, "analysis.section"),
-        ("basins", {}, "analysis.states.plane"),
+        ("basins", {}, "analysis.plane"),
         ("basins", {"plane": PLANE, "joint": "B"}, "analysis.joint"),
         ("basins", {"plane": PLANE, "turns": 3}, "analysis.turns"),
         ("basins", {"plane": PLANE, "initial": [0.0]}, "analysis.initial"),

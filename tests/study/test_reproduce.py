@@ -171,7 +171,7 @@ def test_the_studies_of_the_whole_paper_validate():
     ("kind", "changes", "words"),
     [
         ("readings", ["analysis.panels=['d']"], r"analysis\.panels\[0\]: got 'd'; no such panel"),
-        ("readings", ["analysis.paper.readings=['frictionles']"], "did you mean 'frictionless'"),
+        ("readings", ["analysis.readings=['frictionles']"], "did you mean 'frictionless'"),
         ("readings", ["analysis.turns=0"], r"analysis\.turns"),
         ("readings", ["figure.kind='overview'"], r"figure\.kind: got 'overview'"),
         ("readings", ["mechanism={catalog='lorenz'}"], "mechanism: .*motor-driven"),

@@ -98,11 +98,10 @@ def draw(dataset: Dataset, options: dict | None = None, /, **named: Any) -> Figu
         If an option, or a variable, link or joint that it names, does not exist.
     """
     options = dict(options or {}) | named
-    wrong = problems(options)
-    if wrong:
-        raise InputError(wrong)
-    kind = options.pop("kind", None) or usual_kind(dataset)
-    return KINDS[kind](dataset, **options)
+    for known in ({}, {"kind": options.get("kind") or usual_kind(dataset)}):
+        if wrong := problems(options | known):
+            raise InputError(wrong)
+    return KINDS[known["kind"]](dataset, **{name: value for name, value in options.items() if name != "kind"})
 
 
 def problems(options: dict) -> list[Problem]:

@@ -52,7 +52,7 @@ def continuation(
         Values of the parameter, in its stored units, drawn as vertical lines: numbers, or pairs of a number
         and a label.
     over : Dataset, optional
-        A bifurcation diagram over the same parameter, drawn underneath (from Python only).
+        A bifurcation diagram over the same parameter, drawn underneath.
 
     Returns
     -------
