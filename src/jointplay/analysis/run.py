@@ -17,6 +17,7 @@ from jointplay.mechanism.scene import Scene
 CHUNK = 50_000  # attempts between two looks at the progress
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
+NOISE = 1e-12  # sliding speeds are known no better than this tolerance has them
 NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
 
 
@@ -175,7 +176,7 @@ def memory(scene: Scene, request: Request):
         h_max=float(scene.h_max),
         newton=NEWTON,
         near=1e-7 * scene.period,
-        rest=request.rtol * scene.creep,
+        rest=max(request.rtol, NOISE) * scene.creep,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),

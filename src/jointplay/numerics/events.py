@@ -15,20 +15,42 @@ REFINEMENTS = 8
 
 
 @compiled
+def side_of(g, modes, flags):
+    """The side (+1, -1) on which guard g stays; 0 if it is not watched."""
+    j = g // 4
+    return inside(modes[j], g % 4, flags[j] & PULLS) if j < len(modes) else 1
+
+
+@compiled
+def start_of(w, at, g, side, modes, fired, rest):
+    """How guard g, of lane row w[at:], starts: multiplicity of its zero there, and the level it is to leave.
+
+    A sliding speed that starts from zero, or within `rest` of it on the wrong side (in sticking it drifts by
+    a tolerance), may first go `rest` beyond: where slipping begins its rate is zero too, of a noisy sign.
+    """
+    if g % 4 != SLIDE or g >= 4 * len(modes):
+        return fired[g], 0.0
+    start, none = w[at + 7], 0 * g  # a variable, for the reason that interface gives
+    if fired[g] > 0 or 0.0 < -side * start <= rest:
+        return none, start - side * rest
+    return none, 0.0
+
+
+@compiled
 def first_event(w, row, modes, flags, fired, rest, b, stack):
     """The guard that first leaves its side within the step in w, and where in [0, 1]; -1 and 2.0 if none.
 
-    `row` is the lane row of the first guard. A sliding speed within `rest` of zero on the wrong side (after
-    sticking, during which it drifts by a tolerance) counts as starting at zero.
+    `row` is the lane row of the first guard.
     """
     which, earliest = -1, 2.0
     for g in range(len(fired)):
-        j = g // 4
-        side = inside(modes[j], g % 4, flags[j] & PULLS) if j < len(modes) else 1
+        side = side_of(g, modes, flags)
         if side != 0:
-            if j < len(modes) and g % 4 == SLIDE and fired[g] == 0:
-                fired[g] = 0.0 < -side * w[8 * (row + g) + 7] <= rest
-            degree = bernstein(w, 8 * (row + g), fired[g], b)
+            at = 8 * (row + g)
+            multiplicity, level = start_of(w, at, g, side, modes, fired, rest)
+            degree = bernstein(w, at, multiplicity, b)
+            for i in range(degree + 1):
+                b[i] -= level
             place = first_root(b, degree, side, stack)
             if place < earliest:
                 which, earliest = g, place

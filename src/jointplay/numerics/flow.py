@@ -8,7 +8,7 @@ never an exception.
 import numpy as np
 from numba import int64, typeof
 
-from .events import first_event, locate, state_at
+from .events import first_event, locate, side_of, start_of, state_at
 from .interface import FUNCTIONS, compiled, entry, inlined
 from .memory import (
     CLOSE,
@@ -134,7 +134,9 @@ def _reach(f, variant, k, x, o, h):
         # a guard that has just fired leaves its root: a step that is too long shows it coming back at once
         return guard, h, 0.0, not (x.fired[guard] and h > 1e-3 * o.near)
     keep(k.w, 8 * (o.first + 1), k.whole)
-    length, root, solved = locate(f, variant, k, x, o, h, place, o.guards + guard, x.fired[guard], 0.0)
+    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
+    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.modes, x.fired, o.rest)
+    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level)
     return guard, length, root, solved
 
 

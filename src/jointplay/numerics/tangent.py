@@ -97,14 +97,14 @@ def carry(f, g, variant, k, x, o, y, h, root):
     them, and they have been left where they were.
     """
     n_x, w, at = o.n_q + o.n, y.w, len(k.w)
-    width = 1 + n_x
-    for i in range(8 * (o.first + width)):
+    width, dense = 1 + n_x, len(k.J) == o.n * n_x
+    for i in range(8 * o.first if dense else 0, 8 * (o.first + width)):
         w[i] = k.w[i]
     g.variation(variant, w, x.s, x.p, x.m)
     g.divergence(w)
     basis(root, y.b)
     trace = _integral(w, len(w) - 8, h, y.b)
-    if len(k.J) == o.n * n_x:  # the step's middle serves all stages better than its beginning does
+    if dense:  # the step's middle serves all stages better than its beginning does
         for i in range(len(k.J)):
             y.J[i] = w[at + 8 * i + MIDDLE]
         f.factor(variant, w, y.J, h)
@@ -201,6 +201,10 @@ def _solve(f, g, variant, k, o, y, d, h):
 @compiled
 def _move(w, at, d, n_x, b):
     """The tangent at the place whose basis stands in b[8:], from its increments at w[at]."""
+    if b[14] == 1.0:  # the step's end
+        for r in range(n_x):
+            d[1 + r] += w[at + 8 * r + 6]
+        return
     for r in range(n_x):
         total = d[1 + r]
         for i in range(7):
