@@ -21,6 +21,15 @@ end = simulate(catalog.{system}, duration={duration}, rtol=1e-9, at=[{duration}]
 end = end.isel(time=-1)
 print(json.dumps([float(x) for name in {record} for x in end[name].values]))
 """
+KERNEL = """
+import json
+import numpy as np
+import jointplay
+from jointplay.numerics.events import state_at
+out = np.zeros(2)
+state_at(np.arange(8.0), 0, np.ones(2), 1, 0.5, np.zeros(16), out)
+print(json.dumps(out.tolist()))
+"""
 BALL = {"system": "duffing()", "duration": 3.0, "record": ["state_value"]}
 LINKAGE = {
     "system": "chunmei2002(gear_ratio=3.0, friction=0)",
@@ -38,10 +47,15 @@ def copy(tmp_path):
 
 def run(folder, what, **variables):
     """End state of a small run in a process of its own."""
+    return answer(folder, SCRIPT.format(**what), **variables)
+
+
+def answer(folder, script, **variables):
+    """What a script prints in a process of its own, with the copy of the package and its cache."""
     own = {"PYTHONPATH": str(folder), "JOINTPLAY_CACHE": str(folder / "cache")} | variables
     plain = {k: v for k, v in os.environ.items() if k not in ("JOINTPLAY_KERNELS", "NUMBA_CACHE_DIR")}
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT.format(**what)],
+        [sys.executable, "-c", script],
         env=plain | own,
         cwd=folder,
         capture_output=True,
@@ -66,14 +80,26 @@ def compiled(folder):
     return {path: path.stat().st_mtime_ns for path in (folder / "cache").rglob("*") if path.is_file()}
 
 
+def test_no_edit_compiles_nothing_and_an_edit_of_a_callee_shows(copy):
+    """The edit is of a function that another file's calls: numba's own cache would miss it."""
+    unedited(
+        copy, answer, KERNEL, "numerics/polynomial.py", "BARYCENTRIC[j] * left", "BARYCENTRIC[j] * left * 2"
+    )
+
+
+@pytest.mark.long
 def test_no_edit_compiles_nothing_and_an_edit_of_the_method_shows(copy):
-    """The edit is of a function that the flow calls from another file: numba's own cache would miss it."""
-    first, files = run(copy, BALL), compiled(copy)
+    unedited(copy, run, BALL, "numerics/step.py", "factor = 0.9 * error **", "factor = 0.5 * error **")
+
+
+def unedited(copy, ask, what, file, old, new):
+    """The same answer, and nothing compiled, until the file is edited."""
+    first, files = ask(copy, what), compiled(copy)
     assert any(path.suffix == ".nbc" for path in files)
-    assert run(copy, BALL) == first
+    assert ask(copy, what) == first
     assert compiled(copy) == files
-    edit(copy, "numerics/step.py", "factor = 0.9 * error **", "factor = 0.5 * error **")
-    assert run(copy, BALL) != first
+    edit(copy, file, old, new)
+    assert ask(copy, what) != first
     folders = {path.relative_to(copy / "cache").parts[0] for path in compiled(copy)}
     assert len(folders) == 2
 

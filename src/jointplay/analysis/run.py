@@ -99,11 +99,10 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     -------
     Records
     """
-    from jointplay.numerics import flow
     from jointplay.numerics import memory as arrays
     from jointplay.numerics.interface import direct
 
-    began, f = time.perf_counter(), functions(scene.structure)
+    began, flow, f = time.perf_counter(), cache.method("flow"), functions(scene.structure)
     k, x, o = memory(scene, request)
     start, parts, run = _row(x), [], direct(flow.flow)
     while True:

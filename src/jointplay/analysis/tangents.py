@@ -76,9 +76,9 @@ class Bundle:
 
     def advance(self, until: float = np.inf) -> int:
         """Go on until that time, or the rows are full, or the run ends; give back how (numerics.flow)."""
-        from jointplay.numerics import tangent_flow
         from jointplay.numerics.interface import direct
 
+        tangent_flow = cache.method("tangent_flow")
         f, g = functions(self.scene.structure), variations(self.scene.structure)
         o = self.o._replace(t_end=min(self.o.t_end, float(until)))
         return int(direct(tangent_flow.flow)(f, self.k, self.x, o, g, self.y))
@@ -100,9 +100,7 @@ class Bundle:
     @property
     def full(self) -> int:
         """What `advance` gives back when the rows are full."""
-        from jointplay.numerics import flow
-
-        return flow.FULL
+        return cache.method("flow").FULL
 
     @property
     def time(self) -> float:

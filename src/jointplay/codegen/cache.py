@@ -5,6 +5,10 @@ elsewhere. So every source that shapes a kernel, with the versions and flags tha
 everything compiled lies in a folder named by that digest: an edit is another folder. Generated modules are
 named by the hash of their text, written whole, and found by the structure that they belong to without
 deriving its equations again.
+
+The method itself is compiled in a process of its own and then loaded, by every process alike. In one that has
+compiled it, its callees lie in memory a second time, each compiled by itself, and may be called instead; with
+other additions fused to multiplications, a chaotic motion would be another one than in the next process.
 """
 
 from __future__ import annotations
@@ -15,6 +19,7 @@ import os
 import platform
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from functools import cache, lru_cache
@@ -72,6 +77,24 @@ def folder() -> Path:
 def activate() -> None:
     """Point the kernels of this process, and of workers that it starts, to their folder."""
     os.environ["JOINTPLAY_KERNELS"] = str(folder())
+
+
+def method(name: str) -> ModuleType:
+    """A compiled loop of the method (`jointplay.numerics`), loaded from where another process has put it."""
+    module, built = f"jointplay.numerics.{name}", folder() / f"{name}.built"
+    compiles = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
+    if compiles and module not in sys.modules and not built.exists() and folder().parent == root():
+        paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]
+        own = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), "JOINTPLAY_CACHE": str(root())}
+        done = subprocess.run(
+            [sys.executable, "-c", f"import {module}"],
+            env=os.environ | own,
+            capture_output=True,
+            check=False,
+        )
+        if done.returncode == 0:
+            built.touch()
+    return importlib.import_module(module)  # where that failed: compiled here, or what is wrong is said
 
 
 def structure_module(structure) -> ModuleType:

@@ -40,9 +40,10 @@ from .memory import (
 from .misses import misses
 from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, variant_of
 from .record import gains, note, sample, work_at
+from .saltation import leap, meet
 from .sections import count_section, keep, sections
 from .step import ORDER, TURN, attempt, next_length
-from .tangent import ROWS, carry, leap, mark, meet
+from .tangent import ROWS, carry, mark
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
@@ -203,6 +204,40 @@ def _start(f, x, rest, out):
 
 
 @compiled
+def _go_on(f, variant, k, x, o, g, y, h, error):
+    """Take an accurate attempt up to its first event, tangents with it, or shorten the next one."""
+    count, real = x.count, x.real
+    guard, length, root, sure = _reach(f, variant, k, x, o, h)
+    strain = 0.0
+    if y is not None and sure and root > 0.0:
+        strain = carry(f, g, variant, k, x, o, y, length, root)
+    if not sure:
+        count[FAILED] += 1
+        real[H], count[SMOOTH] = 0.5 * h, 0
+        return
+    if strain > 1.0:
+        count[REJECTED] += 1
+        real[H] = length * max(0.2, 0.9 * strain ** (-1.0 / ORDER))
+        return
+    count[STEPS] += 1
+    if root > 0.0:
+        _advance(f, variant, k, x, o, guard, length, root)
+    if guard < 0:
+        _control(real, count, variant, h, error)
+        if y is not None and strain > 0.0:
+            real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
+    else:
+        if y is not None:
+            meet(f, g, variant, x, o, y, guard)
+        _event(f, k, x, o, guard)
+        if y is not None:
+            leap(f, g, x, o, y, guard)
+    if y is not None:
+        mark(x, y)
+    count[FRESH] = 0
+
+
+@compiled
 def run(f, k, x, o, g, y):
     """Run until the end, a full log, or trouble; give back which (OK, FULL, …).
 
@@ -235,35 +270,9 @@ def run(f, k, x, o, g, y):
             count[REJECTED] += 1
             real[H] = h * max(0.2, 0.9 * error ** (-1.0 / ORDER)) if error < np.inf else 0.1 * h
         else:
-            guard, length, root, sure = _reach(f, variant, k, x, o, h)
-            strain = 0.0
-            if y is not None and sure and root > 0.0:
-                strain = carry(f, g, variant, k, x, o, y, length, root)
-            if not sure:
-                count[FAILED] += 1
-                real[H], count[SMOOTH] = 0.5 * h, 0
-            elif strain > 1.0:
-                count[REJECTED] += 1
-                real[H] = length * max(0.2, 0.9 * strain ** (-1.0 / ORDER))
-            else:
-                count[STEPS] += 1
-                if root > 0.0:
-                    _advance(f, variant, k, x, o, guard, length, root)
-                if guard < 0:
-                    _control(real, count, variant, h, error)
-                    if y is not None and strain > 0.0:
-                        real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
-                else:
-                    if y is not None:
-                        meet(f, g, variant, x, o, y, guard)
-                    _event(f, k, x, o, guard)
-                    if y is not None:
-                        leap(f, g, x, o, y, guard)
-                if y is not None:
-                    mark(x, y)
-                count[FRESH] = 0
-                if count[CLOSE] >= CHATTER_COUNT:
-                    return CHATTER
+            _go_on(f, variant, k, x, o, g, y, h, error)
+            if count[CLOSE] >= CHATTER_COUNT:
+                return CHATTER
         if not real[H] > 1e-15 * max(abs(x.s[0]), o.near):
             return _trouble(x.s, o.n_q + o.n)
 
