@@ -33,6 +33,7 @@ _HOME = {
     "waveform": "analysis.scheme.waveform",
     "scheme_comparison": "analysis.scheme.scheme_comparison",
     "open": "study.store:open_result",
+    "cell": "study.single",
     "figure": "figures:draw",
     "InputError": "errors",
     "catalog": "mechanism.catalog:",

@@ -12,6 +12,7 @@ from pathlib import Path
 from jointplay.errors import InputError
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
+BACKENDS = ("loky", "threading", "dask")
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -31,8 +32,8 @@ def main(argv: list[str] | None = None) -> int:
     with _interrupts() as pressed:
         try:
             return arguments.verb(arguments)
-        except KeyboardInterrupt:
-            return _interrupted()
+        except KeyboardInterrupt as error:
+            return _interrupted(*error.args[:1])
         except BrokenPipeError:  # the reader of a pipe has left, such as `| head`
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return DONE
@@ -54,9 +55,9 @@ def _refused(error: InputError) -> int:
     return WRONG_INPUT
 
 
-def _interrupted() -> int:
+def _interrupted(how: str = "start over") -> int:
     exec("")  # Python ends as if killed when the interrupt came inside another exec: this clears its mark
-    print("interrupted: run the same command again to start over", file=sys.stderr)
+    print(f"interrupted: run the same command again to {how}", file=sys.stderr)
     return INTERRUPTED
 
 
@@ -90,30 +91,82 @@ def _interrupts() -> Iterator[list[bool]]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
-    from jointplay.study import run as runner
+    from jointplay.study.execute import GO_ON, complete
     from jointplay.study.file import load
+    from jointplay.study.pool import Pool, share_of
     from jointplay.study.progress import Progress
-    from jointplay.study.status import explain
-    from jointplay.study.store import check_writable, write_result
+    from jointplay.study.store import check_writable
 
-    study = load(arguments.study, arguments.set)
+    study, share = load(arguments.study, arguments.set), share_of(arguments.part)
+    pool = Pool.checked(arguments.jobs, arguments.backend, arguments.scheduler)
     out = check_writable(arguments.out)
     print(f"{study.record.name}: {study.record.heading}", flush=True)
-    with Progress(study.record.name) as progress:
-        dataset = runner.run(study, progress, arguments.jobs)
-    path = write_result(dataset, out / f"{study.record.name}.nc")
+    try:
+        with Progress(study.record.name) as progress:
+            options = {"fresh": arguments.fresh, "share": share, "say": _say}
+            outcome = complete(study, out, pool, progress, **options)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(*GO_ON[study.record.has_cells]) from None
+    if outcome.dataset is None:
+        print(f"part    {outcome.journal}; when all are there: jointplay merge {arguments.study}")
+        return DONE
+    return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
+
+
+def _finished(outcome, options: dict, no_figure: bool) -> int:
+    """Tell what came of a run, and draw it."""
+    from jointplay.study.status import explain
+
+    dataset, path = outcome.dataset, outcome.path
     print(f"result  {path}", flush=True)
     failure = explain(dataset)
     if failure:
         print(f"stopped early; what was computed is stored\n  {failure}", file=sys.stderr)
-    if not arguments.no_figure:
+    if not no_figure and "swept" not in dataset.attrs:
         try:
-            _draw(dataset, study.record.figure, [path.with_suffix(".pdf"), path.with_suffix(".png")])
+            _draw(dataset, options, [path.with_suffix(".pdf"), path.with_suffix(".png")])
         except InputError as error:
             if not failure:
                 raise
             print(f"  no figure: {error}", file=sys.stderr)  # too little was computed to draw
     return FAILED if failure else DONE
+
+
+def merge(arguments: argparse.Namespace) -> int:
+    """Put the parts of a study together that `run --part` computed, store the result and draw its figure."""
+    from jointplay.study.execute import merge as merge_parts
+    from jointplay.study.file import load
+    from jointplay.study.store import check_writable
+
+    study = load(arguments.study, arguments.set)
+    outcome = merge_parts(study, check_writable(arguments.out))
+    return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
+def plan(arguments: argparse.Namespace) -> int:
+    """Say what a study with cells would compute: how many, side by side or not, how long, how much."""
+    from jointplay.study.file import load
+    from jointplay.study.plan import plan as lines
+    from jointplay.study.run import check_jobs
+
+    check_jobs(arguments.jobs)
+    for line in lines(load(arguments.study, arguments.set), Path(arguments.out), arguments.jobs):
+        _say(line)
+    return DONE
+
+
+def status(arguments: argparse.Namespace) -> int:
+    """Say where a study with cells stands: what is finished, what failed, whether it runs."""
+    from jointplay.study.file import load
+    from jointplay.study.plan import status as lines
+
+    for line in lines(load(arguments.study, arguments.set), Path(arguments.out)):
+        _say(line)
+    return DONE
 
 
 def reproduce(arguments: argparse.Namespace) -> int:
@@ -154,6 +207,16 @@ def figure(arguments: argparse.Namespace) -> int:
     )
     check_writable(targets[0].parent)
     _draw(dataset, options, targets)
+    return DONE
+
+
+def export(arguments: argparse.Namespace) -> int:
+    """Write a stored result for other programs: MATLAB (.mat) or a table (.csv)."""
+    from jointplay.study.export import export as write
+    from jointplay.study.store import open_result
+
+    target = arguments.out or Path(arguments.result).with_suffix(".mat")
+    print(f"written {write(open_result(arguments.result), target, arguments.over)}")
     return DONE
 
 
@@ -209,7 +272,23 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--out", default="results", metavar="DIR", help="where results go (default: results)")
     one.add_argument("--no-figure", action="store_true", help="store the result only")
     _add_jobs(one)
+    one.add_argument("--backend", default="loky", choices=BACKENDS, help="processes, threads or a cluster")
+    one.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster, such as tcp://host:8786")
+    one.add_argument("--part", metavar="I/N", help="compute part I of N only, to be put together by merge")
+    one.add_argument("--fresh", action="store_true", help="drop the cells that an earlier run finished")
     _add_set(one)
+
+    for name, function in (("plan", plan), ("status", status), ("merge", merge)):
+        one = _verb(verbs, name, function)
+        one.add_argument("study", metavar="STUDY.toml")
+        one.add_argument(
+            "--out", default="results", metavar="DIR", help="where results go (default: results)"
+        )
+        if name == "plan":
+            _add_jobs(one)
+        if name == "merge":
+            one.add_argument("--no-figure", action="store_true", help="store the result only")
+        _add_set(one)
 
     one = _verb(verbs, "reproduce", reproduce)
     one.add_argument(
@@ -230,6 +309,11 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--over", metavar="DIAGRAM.nc", help="draw branches over this bifurcation diagram")
     one.add_argument("--out", metavar="FILE", help="default: PDF and PNG beside the result")
     _add_set(one, "an option of the figure, such as joint=B")
+
+    one = _verb(verbs, "export", export)
+    one.add_argument("result", metavar="RESULT.nc")
+    one.add_argument("--out", metavar="FILE", help="ends in .mat or .csv (default: .mat beside the result)")
+    one.add_argument("--over", nargs="+", metavar="DIM", help="dimensions of a table's rows, such as time")
 
     one = _verb(verbs, "list", list_studies)
     one.add_argument("folder", nargs="?", default="studies", metavar="DIR")

@@ -109,7 +109,7 @@ def wrong(words, tmp_path):
         ("check @/none.toml", "study file"),
         ("check @/broken.toml", "line 1"),
         ("check @", "study file"),
-        ("check @/no.nc", "line 1"),
+        ("check @/no.nc", "netCDF"),
         ("check @/a.toml --set nonsense", "--set"),
         ("check @/a.toml --set analysis.turns=0 nmae=1", "2 problems"),
         ("run @/a.toml --out @/file/out", "--out"),

@@ -101,6 +101,11 @@ def draw(dataset: Dataset, options: dict | None = None, /, **named: Any) -> Figu
     for known in ({}, {"kind": options.get("kind") or usual_kind(dataset)}):
         if wrong := problems(options | known):
             raise InputError(wrong)
+    if left := [dim for dim in str(dataset.attrs.get("swept", "")).split() if dim in dataset.dims]:
+        expected = (
+            f"one cell is drawn, as jp.cell(dataset, {', '.join(f'{dim}=...' for dim in left)}) gives it"
+        )
+        raise InputError([Problem("result", f"a sweep over {', '.join(left)}", expected)])
     return KINDS[known["kind"]](dataset, **{name: value for name, value in options.items() if name != "kind"})
 
 

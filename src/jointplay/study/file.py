@@ -14,6 +14,7 @@ from jointplay.errors import NOTHING, InputError, Problem, from_pydantic, unknow
 from jointplay.study import provenance, source
 from jointplay.study.kinds import Study
 from jointplay.study.registry import KINDS, StudyFile
+from jointplay.study.store import open_result
 
 STUDY_FILE: TypeAdapter[Study] = TypeAdapter(StudyFile)
 
@@ -32,7 +33,7 @@ def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
     Parameters
     ----------
     path : path-like
-        A TOML file.
+        A TOML file; or a result (``.nc``), for the study that it answers.
     changes : iterable of str
         ``key.path=value`` changes, laid over the file before it is validated.
 
@@ -45,9 +46,21 @@ def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
     jointplay.errors.InputError
         Listing everything that is wrong, with key paths.
     """
-    text = source.read_text(path)
-    table = source.override(source.parse(text), changes)
-    return Loaded(validate({"name": Path(path).stem} | table), text)
+    if Path(path).suffix == ".nc":
+        table, text = _stored(path)
+    else:
+        text = source.read_text(path)
+        table = source.parse(text)
+    return Loaded(validate({"name": Path(path).stem} | source.override(table, changes)), text)
+
+
+def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
+    """The study that a result answers, with every default filled in, and the text that it was read from."""
+    origin = provenance.read(open_result(path))
+    if not isinstance(origin.get("study"), dict):
+        expected = "a result that holds its study is accepted; this one has no provenance"
+        raise InputError([Problem("study file", str(path), expected)])
+    return origin["study"], str(origin.get("study_text", ""))
 
 
 def validate(table: Mapping[str, Any]) -> Study:

@@ -29,6 +29,7 @@ from jointplay.errors import NOTHING, InputError, refuse
 from jointplay.mechanism.base import Flag, NonNegative, Number, Positive, Record, measured, named
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.study import fits
+from jointplay.study import vary as varied
 from jointplay.study.entry import MechanismSchema, build_mechanism
 
 Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
@@ -235,6 +236,8 @@ class Study(Record):
         One line for people.
     mechanism : Mechanism or TestSystem
         What is studied.
+    vary : dict
+        What changes from cell to cell, and its values; one cell if left out.
     integrator : Integrator
         How accurately.
     analysis : Analysis
@@ -249,11 +252,20 @@ class Study(Record):
     )
     title: str | None = None
     mechanism: Annotated[Mechanism | TestSystem, BeforeValidator(build_mechanism), MechanismSchema()]
+    vary: varied.Varied = varied.vary_field(default_factory=dict)
     integrator: Integrator = Integrator()
     analysis: Analysis
     figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
         default_factory=dict, json_schema_extra={"accepts": "a table of kind and its options"}
     )
+
+    @field_validator("vary", check_fields=False)  # some kinds have none
+    @classmethod
+    def _can_vary(cls, vary: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        wrong = varied.problems(info.data["mechanism"], vary, "") if vary and "mechanism" in info.data else []
+        if wrong:
+            raise InputError(wrong)
+        return vary
 
     @model_validator(mode="after")
     def _fits_together(self) -> Study:
@@ -261,6 +273,11 @@ class Study(Record):
         if problems:
             raise InputError(problems)
         return self
+
+    @property
+    def has_cells(self) -> bool:
+        """Whether it is a sweep, of which each finished cell is kept."""
+        return bool(self.vary)
 
     @property
     def heading(self) -> str:
@@ -283,6 +300,10 @@ class Study(Record):
             f"figure     {self.figure.get('kind', 'as suits the result')}",
             self.mechanism.summary(),
         ]
+        if self.vary:
+            told = varied.values(self.vary).items()
+            spans = (f"{key}, {len(each)} from {min(each):g} to {max(each):g}" for key, each in told)
+            lines.insert(1, f"varies     {'; '.join(spans)}")
         return "\n".join(lines)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -79,6 +79,7 @@ class ClaimsAnalysis(PaperAnalysis):
 class PaperStudy(Study):
     """What studies of the whole paper share: one mechanism as printed, from which many are made."""
 
+    vary: ClassVar[dict] = {}  # type: ignore[misc]
     analysis: PaperAnalysis
 
     @model_validator(mode="after")

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from inspect import signature
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import xarray as xr
 
@@ -22,6 +24,7 @@ from jointplay.analysis.sweeps.bifurcation import bifurcation
 from jointplay.errors import InputError, Problem
 from jointplay.study import provenance
 from jointplay.study.file import Loaded
+from jointplay.study.kinds import Study
 
 ANALYSES: dict[str, Callable[..., xr.Dataset]] = {
     "response": simulate,
@@ -67,13 +70,30 @@ def run(
         When the number of jobs is wrong.
     """
     check_jobs(jobs)
-    record = study.record
+    if study.record.vary and study.record.kind != "bifurcation":
+        from jointplay.study.execute import execute  # it needs this file
+        from jointplay.study.pool import Pool
+
+        with TemporaryDirectory(prefix="jointplay-") as folder:
+            return execute(study, Path(folder), Pool(jobs or 1), progress).dataset
+    return named(study, analysed(study.record, progress, jobs))
+
+
+def analysed(
+    record: Study, progress: Callable[[float], None] | None = None, jobs: int | None = None
+) -> xr.Dataset:
+    """Compute what one mechanism answers, whatever varies."""
     analysis, keywords = ANALYSES[record.kind], record.keywords()
     if "n_jobs" in signature(analysis).parameters:
         keywords["n_jobs"] = jobs
-    dataset = analysis(record.mechanism, **keywords, progress=progress)
-    named = dataset.assign_attrs(study=record.name, title=record.heading)
-    return provenance.attach(named, record.model_dump(mode="json"), study.text)
+    return analysis(record.mechanism, **keywords, progress=progress)
+
+
+def named(study: Loaded, dataset: xr.Dataset) -> xr.Dataset:
+    """Give a copy that says which study it answers, and where it comes from."""
+    record = study.record
+    titled = dataset.assign_attrs(study=record.name, title=record.heading)
+    return provenance.attach(titled, record.model_dump(mode="json"), study.text)
 
 
 def check_jobs(jobs: int | None) -> None:

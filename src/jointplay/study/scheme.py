@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -64,6 +64,7 @@ class SchemeStudy(Study):
 
     kind: Literal["scheme_comparison"]
     integrator: Integrator = Integrator(rtol=compared.RTOL)
+    vary: ClassVar[dict] = {}  # type: ignore[misc]
     analysis: SchemeAnalysis = SchemeAnalysis()
 
     @model_validator(mode="after")

@@ -95,7 +95,7 @@ class BifurcationStudy(Study):
 
     @model_validator(mode="after")
     def _fits_together(self) -> BifurcationStudy:
-        problems = varied.problems(self.mechanism, self.vary)
+        problems = []
         if len(self.vary) > 2 or not self.vary:
             problems.append(Problem("vary", list(self.vary), "one parameter or two are accepted"))
         if not problems:
@@ -135,15 +135,6 @@ class BifurcationStudy(Study):
         for key in ("initial", "starts"):
             given[key] = _plain(given[key])
         return {key: value for key, value in given.items() if value is not None}
-
-    def summary(self) -> str:
-        """Say in a few lines what the study asks for."""
-        told = (
-            f"{key}, {len(each)} from {min(each):g} to {max(each):g}"
-            for key, each in varied.values(self.vary).items()
-        )
-        first, *rest = super().summary().splitlines()
-        return "\n".join([first, f"varies     {'; '.join(told)}", *rest])
 
 
 def _plain(start: Any) -> Any:

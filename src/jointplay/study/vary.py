@@ -1,8 +1,13 @@
-"""The `[vary]` table of a study file: parameters and their values, as lists or ranges."""
+"""The `[vary]` table of a study file: parameters and their values, as lists or ranges.
+
+Values of several parameters make a grid. With ``zip = true`` they go together one by one instead; with
+``cases`` each combination is written out as a table.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -17,12 +22,13 @@ from pydantic import (
 )
 
 from jointplay.analysis.vary import axes
-from jointplay.errors import InputError, Problem, refuse
-from jointplay.mechanism.base import Number, Record, measured
+from jointplay.errors import InputError, Problem, join, refuse
+from jointplay.mechanism.base import Flag, Number, Record, measured
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
 ACCEPTED = "a list of numbers, or a table of start, stop, num and scale,"
+MANY = 1_000_000  # cells of a study
 
 
 class Range(Record):
@@ -69,12 +75,20 @@ def _form(given: Any) -> str:
     return "range" if isinstance(given, Mapping | Range) else "list"
 
 
+def _any_form(given: Any) -> str:
+    if isinstance(given, list | tuple) and any(isinstance(each, Mapping) for each in given):
+        return "cases"
+    return "flag" if isinstance(given, bool) else _form(given)
+
+
 def _flat(table: Any, path: str = "") -> Any:
     """A key path may be written as nested tables: joined by dots, down to lists and ranges."""
     if not isinstance(table, Mapping):
         return table
     found: dict[str, Any] = {}
     for key, value in table.items():
+        if key == "cases" and not path and isinstance(value, list | tuple):
+            value = [_flat(each) for each in value]
         place = f"{path}.{key}" if path else str(key)
         nested = isinstance(value, Mapping) and value and not set(value) & set(Range.model_fields)
         found |= _flat(value, place) if nested else {place: value}
@@ -87,30 +101,107 @@ def _not_empty(values: Any) -> Any:
     return values
 
 
+def _words(table: dict[str, Any]) -> dict[str, Any]:
+    """What is no axis stands under its own word, and nothing else does."""
+    found = []
+    for key, value in table.items():
+        form = _any_form(value)
+        if key == "cases" and (form != "cases" or len(table) > 1):
+            expected = "a list of tables of parameters, and nothing beside it, is accepted"
+            found.append(Problem(key, value, expected))
+        elif key == "zip" and form != "flag":
+            found.append(Problem(key, value, "true or false is accepted"))
+        elif key not in ("cases", "zip") and form not in ("list", "range"):
+            found.append(Problem(key, value, f"{ACCEPTED.rstrip(',')} is accepted"))
+    if found:
+        raise InputError(found)
+    return table
+
+
 _List = Annotated[tuple[Number, ...], AfterValidator(_not_empty)]
 Values = Annotated[Annotated[_List, Tag("list")] | Annotated[Range, Tag("range")], Discriminator(_form)]
 Vary = Annotated[dict[str, Values], BeforeValidator(_flat)]
+_Any = Annotated[
+    Annotated[_List, Tag("list")]
+    | Annotated[Range, Tag("range")]
+    | Annotated[Flag, Tag("flag")]
+    | Annotated[tuple[dict[str, Number], ...], Tag("cases")],
+    Discriminator(_any_form),
+]
+Varied = Annotated[dict[str, _Any], BeforeValidator(_flat), AfterValidator(_words)]
 
 
-def vary_field() -> Any:
+def vary_field(**more: Any) -> Any:
     """Describe a field that holds a `[vary]` table."""
-    return Field(json_schema_extra={"accepts": f"a table of parameters, each with {ACCEPTED}"})
+    return Field(json_schema_extra={"accepts": f"a table of parameters, each with {ACCEPTED}"}, **more)
 
 
 def values(vary: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
     """Values of each parameter."""
-    return {key: each.values if isinstance(each, Range) else each for key, each in vary.items()}
+    if "cases" in vary:
+        keys = list(dict.fromkeys(key for case in vary["cases"] for key in case))
+        return {key: tuple(case[key] for case in vary["cases"] if key in case) for key in keys}
+    axes_only = ((key, each) for key, each in vary.items() if key != "zip")
+    return {key: each.values if isinstance(each, Range) else each for key, each in axes_only}
 
 
-def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any]) -> list[Problem]:
+def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], root: str = ROOT) -> list[Problem]:
     """List parameters that do not exist, and values that they cannot have; of a range the first one."""
+    given = values(vary)
+    if together(vary):
+        return _uneven(vary, given, root) or _wrong_cases(mechanism, vary, given, root)
+    if (total := math.prod(map(len, given.values()))) > MANY:
+        return [Problem(root, f"{total} combinations", f"at most {MANY} combinations are accepted")]
+    found: dict[str, Problem] = {}
+    for problem in _told(mechanism, given, root):
+        place, _, _ = problem.key.rpartition("[")
+        ranged = isinstance(vary.get(place.removeprefix(root).removeprefix(".")), Range)
+        key = place if ranged else problem.key
+        found.setdefault(key, Problem(key, problem.given, problem.expected))
+    return list(found.values())
+
+
+def together(vary: Mapping[str, Any]) -> bool:
+    """Whether values go together one by one, and make no grid."""
+    return "cases" in vary or bool(vary.get("zip"))
+
+
+def _told(mechanism: Mechanism | TestSystem, given: Mapping[str, Any], root: str) -> list[Problem]:
     try:
-        axes(mechanism, values(vary), ROOT)
+        axes(mechanism, given, root)
     except InputError as error:
-        found: dict[str, Problem] = {}
-        for problem in error.problems:
-            place, _, _ = problem.key.rpartition("[")
-            key = place if isinstance(vary.get(place.removeprefix(f"{ROOT}.")), Range) else problem.key
-            found.setdefault(key, Problem(key, problem.given, problem.expected))
-        return list(found.values())
+        return error.problems
     return []
+
+
+def _uneven(vary: Mapping[str, Any], given: Mapping[str, Sequence[float]], root: str) -> list[Problem]:
+    """Values that cannot go together one by one."""
+    if "cases" in vary:
+        odd = [i for i, case in enumerate(vary["cases"]) if set(case) != set(given) or not case]
+        expected = f"each of {', '.join(given) or 'the parameters'}, as in the other cases, is needed"
+        return [Problem(join(root, f"cases[{i}]"), vary["cases"][i], expected) for i in odd]
+    sizes = {key: len(each) for key, each in given.items()}
+    if len(set(sizes.values())) == 1:
+        return []
+    return [Problem(join(root, "zip"), sizes, "lists of the same length are accepted, one at least")]
+
+
+def _wrong_cases(
+    mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], given: Mapping[str, Any], root: str
+) -> list[Problem]:
+    """Values that parameters cannot have, and combinations that are there already."""
+    found, seen = [], set()
+    for i, combined in enumerate(zip(*given.values(), strict=True)):
+        case = dict(zip(given, combined, strict=True))
+        if combined in seen:
+            place = f"cases[{i}]" if "cases" in vary else "zip"
+            found.append(
+                Problem(join(root, place), case, "a combination that is not there already is accepted")
+            )
+        seen.add(combined)
+        for key, value in case.items():
+            place = join(root, f"cases[{i}].{key}" if "cases" in vary else f"{key}[{i}]")
+            for problem in _told(mechanism, {key: (value,)}, root):
+                named = problem.key.endswith("]")
+                found.append(Problem(place if named else problem.key, problem.given, problem.expected))
+    return found

@@ -125,6 +125,44 @@ def bifurcation(
     InputError
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
+    keywords = {
+        "over": over,
+        "section": section,
+        "record": record,
+        "turns": turns,
+        "transient": transient,
+        "direction": direction,
+        "starts": starts,
+        "exponents": exponents,
+        "tolerance": tolerance,
+        "lyapunov_turns": lyapunov_turns,
+        "keep": keep,
+        "rtol": rtol,
+        "initial": initial,
+    }
+    sweep = planned(mechanism, **keywords, max_steps=max_steps)
+    return assembled(sweep, sweep.run(n_jobs, progress))
+
+
+def planned(
+    mechanism: Mechanism | TestSystem,
+    *,
+    over: Mapping[str, Sequence[float]],
+    section: Section = ONCE_A_TURN,
+    record: Sequence[str] | None = None,
+    turns: int = TURNS,
+    transient: int = TRANSIENT,
+    direction: str | Sequence[str] = "up",
+    starts: Sequence[Any] | None = None,
+    exponents: int = 0,
+    lyapunov_turns: int = LYAPUNOV_TURNS,
+    tolerance: float = TOLERANCE,
+    keep: int = KEEP,
+    rtol: float = RTOL,
+    initial: Any = None,
+    max_steps: int | None = None,
+) -> Sweep:
+    """Check the keywords of `bifurcation`, and say which motions are to be followed."""
     asked.check(mechanism, turns, None, transient, rtol, max_steps)
     plan = Plan(section, (), turns, transient, keep, tolerance, exponents, lyapunov_turns, rtol, max_steps)
     directions = (direction,) if isinstance(direction, str) else tuple(direction)
@@ -136,8 +174,7 @@ def bifurcation(
     places = [partial(_placed, model, begun, i, section) for i in range(len(begun))]
     together(lambda: names(record, model), *places)
     plan = replace(plan, record=names(record, model), keep=min(keep, turns))
-    sweep = Sweep(mechanism, varied, directions, begun, plan)
-    return _dataset(sweep, sweep.run(n_jobs, progress), starts is not None and len(begun) > 1)
+    return Sweep(mechanism, varied, directions, begun, plan)
 
 
 def _problems(plan: Plan, directions: tuple[Any, ...], initial: Any, starts: Any) -> Iterator[Problem]:
@@ -193,7 +230,8 @@ def _placed(model: Mechanism | TestSystem, begun: tuple[Any, ...], i: int, secti
         raise InputError(p if tail == p.key else replace(p, key=own + tail) for p, tail in tails) from None
 
 
-def _dataset(sweep: Sweep, answers: dict[Any, dict[str, Any]], several: bool) -> xr.Dataset:
+def assembled(sweep: Sweep, answers: Mapping[Any, dict[str, Any]]) -> xr.Dataset:
+    """Make the dataset of `bifurcation` of what was found at each point, by its index."""
     grid = Grid(sweep.dims, sweep.shape, sweep.plan.keep, answers)
     variables = grid.variables
     spread = {"units": "1", "long_name": "spread of section points that count as one"}
@@ -216,4 +254,4 @@ def _dataset(sweep: Sweep, answers: dict[Any, dict[str, Any]], several: bool) ->
         if dim in used:
             coords[dim] = (dim, np.array(names, dtype=str), {"long_name": LABELLED[dim]})
     found = xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "bifurcation"})
-    return found if several else found.isel(start=0, drop=True)
+    return found if len(sweep.starts) > 1 else found.isel(start=0, drop=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
+from itertools import count, product
 from typing import Any
 
 from jointplay.analysis.cells import guarded, run_cells
@@ -68,7 +68,7 @@ class Sweep:
         else:
             self.warm()
             answers = run_cells(chain, cells, n_jobs, progress)
-        found = {}
+        found: dict[Any, dict[str, Any]] = {}
         for answer, (_, _, indices) in zip(answers, chains, strict=True):
             lost = {"status": answer["status"], "trouble": answer.get("trouble", "")}
             found |= dict(zip(indices, answer.get("answers", [lost] * len(indices)), strict=True))
@@ -86,14 +86,15 @@ def _one_by_one(cells: list[dict[str, Any]], progress) -> list[dict[str, Any]]:
     """The same as in a pool, here, with progress point by point."""
     total, found, done = sum(len(cell["changes"]) for cell in cells), [], 0
     for cell in cells:
-        told = None if progress is None else partial(_tell, progress, done, total)
+        counted = count(done + 1)
+        told = None if progress is None else partial(_tell, progress, counted, total)
         found.append(chain(**cell, told=told))
         done += len(cell["changes"])
     return found
 
 
-def _tell(progress: Callable[[float], None], before: int, total: int, done: int) -> None:
-    progress((before + done) / total)
+def _tell(progress: Callable[[float], None], counted: Iterator[int], total: int, _: Any) -> None:
+    progress(next(counted) / total)
 
 
 def chain(
@@ -102,7 +103,8 @@ def chain(
     start: Any,
     plan: Plan,
     carried: bool,
-    told: Callable[[int], None] | None = None,
+    end: End | None = None,
+    told: Callable[[dict[str, Any]], None] | None = None,
 ) -> dict[str, Any]:
     """Settle at one value after another: a cell.
 
@@ -119,15 +121,17 @@ def chain(
     carried : bool
         Whether each further point starts from the last good end, where it has the same states; else from
         `start` too.
+    end : End, optional
+        Where the motion of the point before the first stands, of a chain that goes on.
     told : callable, optional
-        Called with the number of points done.
+        Called with what was found at each point, as soon as it is.
 
     Returns
     -------
     dict
         ``status`` 0 and ``answers``, one a point as `settle` gives them.
     """
-    answers, end = [], None
+    answers = []
     for change in changes:
         answer = guarded(
             _point, {"mechanism": mechanism, "change": change, "start": start, "end": end, "plan": plan}
@@ -135,7 +139,7 @@ def chain(
         end = answer.get("end", end) if carried else None
         answers.append(answer)
         if told is not None:
-            told(len(answers))
+            told(answer)
     return {"status": 0, "answers": answers}
 
 

@@ -1,0 +1,158 @@
+"""What a run of a study means before it starts, and where it stands: cells, chains, time, size."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis.words import STATUS
+from jointplay.errors import InputError, Problem
+from jointplay.study.cells import CellSweep, Chain, ChainSweep, Strand, swept, total
+from jointplay.study.execute import journal_of
+from jointplay.study.file import Loaded
+from jointplay.study.journal import CRASHED, Entry
+
+
+class _Timed:
+    """Takes what the first cell of a strand answers, and stops there."""
+
+    def __init__(self) -> None:
+        self.answers: list[Entry] = []
+
+    def begin(self, key: str) -> None:
+        """Nothing to write."""
+
+    def put(self, _: str, answer: Entry) -> None:
+        """Keep the answer."""
+        self.answers.append(answer)
+
+
+def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
+    """Say what a run computes: how many cells, what runs side by side, how long, and how much it stores.
+
+    One missing cell in the middle is computed and timed; nothing is written.
+
+    Parameters
+    ----------
+    study : Loaded
+        The study.
+    out : Path
+        Where its journal would lie: finished cells are taken off.
+    jobs : int
+        Workers.
+
+    Yields
+    ------
+    str
+        A line.
+    """
+    sweep = _sweep(study)
+    cells, index = total(sweep.shape), journal_of(out, study.record.name).index()
+    yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in sweep.shape.items())
+    chains = [strand for strand in sweep.strands if isinstance(strand, Chain) and strand.carried]
+    if chains:
+        longest = max(len(chain.keys) for chain in chains)
+        yield f"chains   {len(chains)} of up to {longest} points, one after another; chains run side by side"
+    left = [_left(strand, index) for strand in sweep.strands]
+    missing, width = sum(left), sum(n > 0 for n in left)
+    yield f"to do    {missing}; {cells - missing} are in the journal"
+    if missing:
+        yield f"parallel {min(jobs, width)} of {jobs} workers have something to do at once"
+    todo = [i for i, n in enumerate(left) if n] or [0]
+    seconds, size, status = _timed(sweep, sweep.strands[todo[len(todo) // 2]])
+    yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({STATUS[status]})" if status else "")
+    if missing:
+        yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
+    yield f"result   about {_bytes(size * cells)} before compression"
+
+
+def _sweep(study: Loaded) -> CellSweep | ChainSweep:
+    sweep = swept(study.record)
+    if sweep is None:
+        expected = (
+            "a study with cells, of kind bifurcation or with a [vary], is accepted; this is one analysis"
+        )
+        raise InputError([Problem("study", study.record.name, expected)])
+    return sweep
+
+
+def _left(strand: Strand, index: dict[str, int]) -> int:
+    """Cells of a strand that a run would compute."""
+    done = {key for key in strand.keys if index.get(key, CRASHED) != CRASHED}
+    first = next((i for i, key in enumerate(strand.keys) if key not in done), len(strand.keys))
+    carried = isinstance(strand, Chain) and strand.carried
+    return len(strand.keys) - (first if carried else len(done))
+
+
+def _longest(left: list[int], jobs: int) -> int:
+    """Cells that the busiest worker has, if strands go one by one to whoever has least."""
+    busy = [0] * jobs
+    for n in left:
+        busy[busy.index(min(busy))] += n
+    return max(busy)
+
+
+def _timed(sweep: CellSweep | ChainSweep, strand: Strand) -> tuple[float, int, int]:
+    """Seconds and size of one cell, and its status; compilation is not counted."""
+    sweep.warm()
+    notes, began = _Timed(), time.perf_counter()
+    strand.only(strand.keys[0]).run(notes)
+    (answer,) = notes.answers
+    return time.perf_counter() - began, _size(answer), int(answer["status"])
+
+
+def _size(value: Any) -> int:
+    """Bytes of the numbers in an answer."""
+    if isinstance(value, dict):
+        return sum(map(_size, value.values()))
+    if isinstance(value, tuple | list):
+        return sum(map(_size, value))
+    return value.nbytes if isinstance(value, np.ndarray | np.generic) else 8 * isinstance(value, int | float)
+
+
+def status(study: Loaded, out: Path) -> Iterator[str]:
+    """Say where a study stands, by its journal and its result.
+
+    Yields
+    ------
+    str
+        A line.
+    """
+    name, sweep = study.record.name, _sweep(study)
+    journal = journal_of(out, name)
+    keys = {key for strand in sweep.strands for key in strand.keys}
+    index = {key: found for key, found in journal.index().items() if key in keys}
+    yield f"cells    {len(index)} of {len(keys)} finished"
+    ends = Counter(STATUS[found] for found in index.values() if found)
+    for word, n in sorted(ends.items()):
+        yield f"{word:<8} {n}" + (" (these run again)" if word == STATUS[CRASHED] else "")
+    if journal.damaged:
+        yield f"damaged  {len(journal.damaged)} parts of the journal; their cells run again"
+    if journal.folder.exists() and (writer := journal.writer()) is not None:
+        yield f"running  process {writer}"
+    yield f"result   {_result(out / f'{name}.nc', len(index) == len(keys))}"
+
+
+def _result(path: Path, whole: bool) -> str:
+    if not path.exists():
+        return "none yet; `jointplay run` goes on"
+    return str(path) + ("" if whole else "; of an earlier run, `jointplay run` goes on")
+
+
+def _bytes(n: float) -> str:
+    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if n >= size:
+            return f"{n / size:.3g} {unit}"
+    return f"{n:.3g} B"
+
+
+def _duration(seconds: float) -> str:
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size:
+            return f"{seconds / size:.1f} {unit}"
+    return f"{seconds:.2g} s"

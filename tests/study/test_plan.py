@@ -1,0 +1,144 @@
+"""Which cells a study asks for, and what `plan` and `status` say of them."""
+
+import pytest
+from sweep_samples import CELLS, CHAINS, loaded, ran
+
+from jointplay import cli
+from jointplay.errors import InputError
+from jointplay.study.cells import swept
+from jointplay.study.plan import plan, status
+from jointplay.study.points import points
+from jointplay.study.run import analysed
+
+HEAD, TAIL = CELLS.split("[vary]\n")[0], "\n[analysis]\nturns = 5\n"
+
+
+def told(vary):
+    """Key and message of each problem of a `[vary]` table."""
+    with pytest.raises(InputError) as error:
+        loaded(f"{HEAD}[vary]\n{vary}\n{TAIL}")
+    return {problem.key: problem.expected for problem in error.value.problems}
+
+
+def changes(vary):
+    record = loaded(f"{HEAD}[vary]\n{vary}\n{TAIL}").record
+    return points(record.mechanism, record.vary).changes
+
+
+def test_values_make_a_grid_unless_they_go_together():
+    lists = "gap = [3.0, 2.0]\nrestitution = [0.8, 0.7]"
+    assert [tuple(each.values()) for each in changes(lists)] == [(2, 0.7), (2, 0.8), (3, 0.7), (3, 0.8)]
+    pairs = [{"gap": 3.0, "restitution": 0.8}, {"gap": 2.0, "restitution": 0.7}]
+    assert changes(f"zip = true\n{lists}") == pairs
+    assert len(changes(f"zip = false\n{lists}")) == 4
+    written = "cases = [{gap = 3.0, restitution = 0.8}, {restitution = 0.7, gap = 2.0}]"
+    assert changes(written) == pairs
+    same = "zip = true\ngap = [2.0, 2.0]\nrestitution = { start = 0.7, stop = 0.8, num = 2 }"
+    assert [each["gap"] for each in changes(same)] == [2.0, 2.0]
+
+
+@pytest.mark.parametrize(
+    ("vary", "keys"),
+    [
+        ("gapp = [1.0]", {"vary.gapp"}),
+        ("gap = [1.0, -1.0, 1.0]", {"vary.gap[1]", "vary.gap[2]"}),
+        ("zip = true\ngap = [1.0, 2.0]\nrestitution = [0.5]", {"vary.zip"}),
+        ("zip = true", {"vary.zip"}),
+        ("zip = true\ngap = [1.0, 2.0, 1.0]", {"vary.zip"}),
+        ("zip = true\ngap = [1.0, -2.0]", {"vary.gap[1]"}),
+        ("zip = 3\ngap = [1.0]", {"vary.zip"}),
+        ("gap = true", {"vary.gap"}),
+        ("gap = [{gap = 1.0}]", {"vary.gap"}),
+        ("cases = [1.0]", {"vary.cases"}),
+        ("gap = [1.0]\ncases = [{gap = 1.0}]", {"vary.cases"}),
+        ("cases = [{gap = 1.0}, {restitution = 0.5}]", {"vary.cases[0]", "vary.cases[1]"}),
+        ("cases = [{}]", {"vary.cases[0]"}),
+        ("cases = [{gap = 1.0}, {gap = 1.0}]", {"vary.cases[1]"}),
+        ("cases = [{gap = 1.0}, {gap = -1.0}]", {"vary.cases[1].gap"}),
+        ("cases = [{gap = 1.0}, {gap = 'x'}]", {"vary.cases[1].gap"}),
+        ("gap.start = 1\ngap.stop = 2\ngap.num = 2000\nrestitution.start = 0.1\nrestitution.stop = 0.9\n"
+         "restitution.num = 2000", {"vary"}),
+    ],
+)  # fmt: skip
+def test_every_mistake_is_told_with_its_place(vary, keys):
+    assert told(vary).keys() == keys
+
+
+def test_paths_may_be_nested_in_cases_too():
+    head = 'kind = "response"\nname = "a"\n[mechanism]\ncatalog = "chunmei2002"\nclearance = 1e-4\n[vary]\n'
+    cases = "cases = [{joints.B.contact.stiffness = 1e6}, {joints.B.contact.stiffness = 2e6}]"
+    record = loaded(f"{head}{cases}\n[analysis]\nturns = 1\n").record
+    found = points(record.mechanism, record.vary)
+    assert [each["joints.B.contact.stiffness"] for each in found.changes] == [1e6, 2e6]
+    assert (found.dims, found.shape) == (("case",), (2,))
+    assert found.coordinates["stiffness"][0] == "case"
+
+
+@pytest.mark.parametrize("kind", ["claims", "readings", "scheme_comparison"])
+def test_kinds_that_look_at_one_mechanism_do_not_vary_it(kind):
+    with pytest.raises(InputError) as error:
+        loaded(
+            f'kind = "{kind}"\nname = "a"\n[mechanism]\ncatalog = "chunmei2002"\n[vary]\nclearance = [1e-4]\n'
+        )
+    assert "vary" in {problem.key for problem in error.value.problems}
+
+
+def test_a_cell_is_known_by_what_it_computes_alone():
+    def keys(*more):
+        return [strand.key for strand in swept(loaded(CELLS, *more).record).strands]
+
+    whole = keys()
+    assert len(set(whole)) == 6
+    assert keys('name="other"', 'title="Other"', "mechanism.gap=1.0") == whole
+    assert set(whole) < set(keys("vary.gap=[2.9, 2.95, 3.0, 3.05, 3.1]"))
+    for more in ("analysis.turns=6", "integrator.rtol=1e-9", "mechanism.catalog='soft_impact_pair'"):
+        try:
+            assert not set(whole) & set(keys(more))
+        except InputError:
+            continue
+
+
+def test_a_point_of_a_chain_is_known_by_all_before_it():
+    def keys(*more):
+        return [strand.keys for strand in swept(loaded(CHAINS, *more).record).strands]
+
+    up, down, reset = keys()
+    higher = keys("vary.gap=[2.95, 3.0, 3.05, 3.1, 3.2]")
+    assert higher[0][:4] == up
+    assert not set(higher[1]) & set(down)
+    assert set(higher[2]) > set(reset)
+    lower = keys("vary.gap=[2.9, 2.95, 3.0, 3.05, 3.1]")
+    assert not set(lower[0]) & set(up)
+    assert lower[1][:4] == down
+
+
+def test_plan_says_how_many_how_long_how_much_and_writes_nothing(tmp_path):
+    lines = "\n".join(plan(loaded(CELLS), tmp_path, 4))
+    assert "cells    6: 3 gap x 2 restitution" in lines
+    assert "to do    6; 0 are in the journal" in lines
+    assert "time     about" in lines
+    assert list(tmp_path.iterdir()) == []
+    text = "\n".join(plan(loaded(CHAINS), tmp_path, 8))
+    assert "chains   2 of up to 4 points" in text
+    assert "parallel 3 of 8 workers" in text
+
+
+def test_status_follows_a_study(tmp_path, capsys):
+    study, path = loaded(CELLS), tmp_path / "cells.toml"
+    path.write_text(CELLS)
+    assert next(iter(status(study, tmp_path))) == "cells    0 of 6 finished"
+    ran(study, tmp_path)
+    assert list(status(study, tmp_path)) == ["cells    6 of 6 finished", f"result   {tmp_path / 'cells.nc'}"]
+    words = ["status", str(path), "--out", str(tmp_path), "--set", "vary.gap=[2.9, 3.3]"]
+    assert cli.main(words) == 0
+    said = capsys.readouterr().out
+    assert "2 of 4 finished" in said
+    assert "goes on" in said
+    assert "to do    2; 2" in "\n".join(plan(loaded(CELLS, "vary.gap=[2.9, 3.3]"), tmp_path, 2))
+
+
+def test_a_study_of_one_analysis_has_no_cells(tmp_path):
+    study = loaded(f"{HEAD}{TAIL}")
+    with pytest.raises(InputError, match="vary"):
+        list(plan(study, tmp_path, 2))
+    assert "gap" not in analysed(study.record).dims

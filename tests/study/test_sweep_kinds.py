@@ -1,0 +1,61 @@
+"""Every kind of study with cells: each cell, taken out again, is that kind's analysis by itself."""
+
+import pytest
+from sweep_samples import bare, loaded, ran
+
+import jointplay as jp
+from jointplay.analysis.vary import changed
+from jointplay.study.registry import KINDS
+from jointplay.study.run import ANALYSES
+
+PAIR = """\
+[mechanism]
+catalog = "impact_pair"
+gap = 3.0
+restitution = 0.8
+[vary]
+gap = [2.9, 3.3]
+"""
+GEAR = """\
+[mechanism]
+catalog = "gear_backlash"
+mean_load = 0.1
+amplitude = 0.2
+frequency = 0.8
+damping = 0.05
+[vary]
+frequency = [0.7, 0.8]
+"""
+ANALYSIS = {
+    "response": "turns = 2\nsteps = true",
+    "section": "turns = 5",
+    "lyapunov": "turns = 10",
+    "chaos_test": "turns = 60\ntransient = 5",
+    "spectrum": 'turns = 16\nquantity = "v"',
+    "dimension": "turns = 120",
+    "periodic_orbit": "transient = 20",
+    "continuation": 'parameter = "restitution"\nrange = [0.7, 0.85]\nmax_points = 5',
+    "sensitivity": "turns = 5",
+    "basins": "plane.y = [-1.0, 1.0]\nplane.v = [0.0, 1.0]\ntransient = 5\nturns = 4\npatience = 0",
+}
+SINGLE = {"readings", "claims", "scheme_comparison", "bifurcation"}
+ENDS = ("wall_time", "status", "trouble")
+
+
+def test_every_kind_is_looked_at():
+    assert ANALYSIS.keys() | SINGLE == set(KINDS)
+
+
+@pytest.mark.parametrize(("kind", "system"), [*((kind, PAIR) for kind in ANALYSIS), ("spectrum", GEAR)])
+def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):
+    study = loaded(f'kind = "{kind}"\nname = "a"\n{system}[analysis]\n{ANALYSIS[kind]}\n')
+    found = ran(study, tmp_path)
+    assert found.identical(jp.open(tmp_path / "a.nc"))
+    (varied,) = found.attrs["swept"].split()
+    assert not found["cell_status"].any()
+    for value in found[varied].values:
+        model = changed(study.record.mechanism, {varied: float(value)})
+        alone = ANALYSES[kind](model, **study.record.keywords())
+        cell = jp.cell(found, **{varied: value})
+        same, other = (bare(each.drop_vars([n for n in ENDS if n in each])) for each in (cell, alone))
+        assert same.identical(other)
