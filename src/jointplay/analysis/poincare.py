@@ -17,7 +17,6 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
 ONCE_A_TURN = CrankAngle()
-SLACK = 4  # how many nominal periods a turn may take before the run gives up
 
 
 def poincare(
@@ -68,7 +67,7 @@ def poincare(
     fields = asked.section_fields(section, scene, math.ceil(transient) if counted else 0)
     if counted:
         fields["stop_after"] = math.ceil(transient) + math.ceil(turns)
-        end *= SLACK
+        end *= asked.SLACK
     records = follow(scene, Request(end, rtol, max_steps=asked.steps(max_steps), **fields), progress)
     rows = records.sections
     if not counted:

@@ -132,6 +132,18 @@ class Bundle:
         """Positions and speeds where the run stands."""
         return self.x.s[1 : 1 + len(self.x.absolute)].copy()
 
+    def rate(self) -> np.ndarray:
+        """Rate of the state where the run stands."""
+        from jointplay.numerics.modes import mask, variant_of
+
+        module, x, o = cache.structure_module(self.scene.structure), self.x, self.o
+        n_x, w = o.n_q + o.n, np.zeros_like(self.k.w)
+        module.trig(x.s, x.p)
+        mask(x.modes, x.m)
+        module.rate(variant_of(x.modes), w, x.s, x.p, x.m)
+        accelerations = w[8 * (o.first + 1 + n_x) :].reshape(-1, 8)[: o.n, 7]
+        return np.concatenate([x.s[1 + o.n_q : 1 + o.n_q + o.n_q], accelerations])
+
     @property
     def vectors(self) -> np.ndarray:
         """The tangents, shape (vectors, states)."""

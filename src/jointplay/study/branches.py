@@ -17,6 +17,7 @@ from jointplay.analysis.starts import placed
 from jointplay.errors import NOTHING, InputError, Problem, join
 from jointplay.mechanism.base import Flag, Number, Positive, Record, measured
 from jointplay.mechanism.records import CrankAngle, Section
+from jointplay.study import fits
 from jointplay.study.kinds import Count, Integrator, Several, Study, _list, _Start
 
 _FORMS = "a table of crank_angle, crank_speed, or a list of numbers (the state),"
@@ -138,10 +139,7 @@ class BranchesStudy(Study):
         suited, asked = figures.SUITED[self.kind], self.figure.get("kind")
         if asked is None or asked == suited[0]:
             return []
-        if asked not in suited:
-            expected = f"for this {self.kind} one of {', '.join(suited)} is accepted"
-            return [Problem("figure.kind", asked, expected)]
-        return self._lacking()
+        return fits.unsuited_figure(self) or self._lacking()
 
     def _lacking(self) -> list[Problem]:
         """What the figure draws and the result will not hold."""

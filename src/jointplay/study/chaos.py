@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field
 
 from jointplay.analysis.exponents import lyapunov as exponents
 from jointplay.analysis.signals import chaos_test, dimension, spectrum
-from jointplay.errors import InputError, Problem, join, refuse
+from jointplay.errors import refuse
 from jointplay.mechanism.base import Flag, Number, Positive, measured
 from jointplay.mechanism.records import CrankAngle, Section
-from jointplay.study import fits
-from jointplay.study.kinds import Analysis, Count, Integrator, Several, Study
+from jointplay.study.kinds import Analysis, Count, Integrator, Several
+from jointplay.study.particular import ParticularStudy
 
 _Quantity = Annotated[str | None, Field(json_schema_extra={"accepts": "the name of a quantity"})]
 _Share = Annotated[Number, Field(ge=0, lt=1)]
@@ -145,27 +143,7 @@ class DimensionAnalysis(Sampled):
     tolerance: _Share = dimension.TOLERANCE
 
 
-class ChaosStudy(Study):
-    """What these studies share: the analysis says itself what of it does not fit the mechanism."""
-
-    wrong: ClassVar[Callable[..., None]]
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> ChaosStudy:
-        problems = [*fits.problems(self), *self._own_problems()]
-        if problems:
-            raise InputError(problems)
-        return self
-
-    def _own_problems(self) -> list[Problem]:
-        try:
-            type(self).wrong(self.mechanism, **dict(self.analysis))
-        except InputError as error:
-            return [replace(problem, key=join("analysis", problem.key)) for problem in error.problems]
-        return []
-
-
-class LyapunovStudy(ChaosStudy):
+class LyapunovStudy(ParticularStudy):
     """Lyapunov exponents of a motion."""
 
     kind: Literal["lyapunov"]
@@ -173,7 +151,7 @@ class LyapunovStudy(ChaosStudy):
     wrong = exponents.wrong
 
 
-class ChaosTestStudy(ChaosStudy):
+class ChaosTestStudy(ParticularStudy):
     """The 0-1 test for chaos on section samples."""
 
     kind: Literal["chaos_test"]
@@ -182,7 +160,7 @@ class ChaosTestStudy(ChaosStudy):
     wrong = chaos_test.wrong
 
 
-class SpectrumStudy(ChaosStudy):
+class SpectrumStudy(ParticularStudy):
     """Power spectral density of a quantity."""
 
     kind: Literal["spectrum"]
@@ -190,7 +168,7 @@ class SpectrumStudy(ChaosStudy):
     wrong = spectrum.wrong
 
 
-class DimensionStudy(ChaosStudy):
+class DimensionStudy(ParticularStudy):
     """Correlation dimension of section points."""
 
     kind: Literal["dimension"]

@@ -73,6 +73,15 @@ def _misplaced_figure(study: Study) -> list[Problem]:
     return sorted(problems, key=lambda problem: problem.key)
 
 
+def unsuited_figure(study: Study) -> list[Problem]:
+    """Say so where the figure asked for is none of those that this kind of study has."""
+    suited, asked = figures.SUITED.get(study.kind, ()), study.figure.get("kind")
+    if asked is None or asked in suited:
+        return []
+    expected = f"for this {study.kind} one of {', '.join(suited) or 'none'} is accepted"
+    return [Problem("figure.kind", asked, expected)]
+
+
 def _kinds_of_figure(study: Study) -> list[str]:
     """The figures that a result of this study can be drawn as."""
     kinds = list(figures.SUITED[study.kind])

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag
 
 from jointplay.analysis.states import basins as reached
 from jointplay.analysis.states import sensitivity
-from jointplay.errors import InputError, Problem, join
+from jointplay.errors import Problem
 from jointplay.mechanism.base import Flag, Name, Number, Positive, Record, measured, named
-from jointplay.study import fits
-from jointplay.study.kinds import Analysis, Count, Integrator, Several, Study
+from jointplay.study.kinds import Analysis, Count, Integrator, Several
+from jointplay.study.particular import ParticularStudy
 
 _ACCEPTS = "a table of two coordinates, each a rising list of numbers or a table of start, stop and num,"
 _Open = Annotated[Number, Field(gt=0, lt=1)]
@@ -122,24 +121,8 @@ class BasinsAnalysis(StartsAnalysis):
     pairs: Count = 0
 
 
-class StartsStudy(Study):
-    """What these studies share: the analysis says itself what of it does not fit the mechanism."""
-
-    wrong: ClassVar[Callable[..., None]]
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> StartsStudy:
-        problems = [*fits.problems(self), *self._own_problems()]
-        if problems:
-            raise InputError(problems)
-        return self
-
-    def _own_problems(self) -> list[Problem]:
-        try:
-            type(self).wrong(self.mechanism, **self.keywords())
-        except InputError as error:
-            return [replace(problem, key=join("analysis", problem.key)) for problem in error.problems]
-        return []
+class StartsStudy(ParticularStudy):
+    """What these studies share: a plane of initial states."""
 
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function; axes as lists, or as tables of start, stop and num."""

@@ -287,8 +287,8 @@ class Study(Record):
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function, as records and plain values; what was left out stays out."""
         given = {**dict(self.integrator), **dict(self.analysis)}
-        if isinstance(self.analysis.initial, Initial):
-            given["initial"] = self.analysis.initial.model_dump(exclude_none=True)
+        if isinstance(given.get("initial"), Initial):
+            given["initial"] = given["initial"].model_dump(exclude_none=True)
         return {key: value for key, value in given.items() if value is not None}
 
     def summary(self) -> str:

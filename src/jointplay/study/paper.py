@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from jointplay import figures
 from jointplay.analysis.paper.character import TOLERANCE
 from jointplay.analysis.paper.claims import DAMPING_RATIOS
 from jointplay.analysis.paper.reading_list import PANELS, READINGS
 from jointplay.analysis.paper.readings import misfits, strangers
 from jointplay.errors import InputError, Problem, join
 from jointplay.mechanism.base import Number, Positive, Record, measured
+from jointplay.study import fits
 from jointplay.study.kinds import Count, Several, Study
 
 _Ratio = Annotated[Number, Field(ge=0, le=1)]
@@ -84,22 +84,13 @@ class PaperStudy(Study):
 
     @model_validator(mode="after")
     def _fits_together(self) -> PaperStudy:
-        problems = [*misfits(self.mechanism), *self._own_problems()]
-        suited, asked = figures.SUITED.get(self.kind, ()), self.figure.get("kind")
-        if asked is not None and asked not in suited:
-            expected = f"for this {self.kind} one of {', '.join(suited) or 'none'} is accepted"
-            problems.append(Problem("figure.kind", asked, expected))
+        problems = [*misfits(self.mechanism), *self._own_problems(), *fits.unsuited_figure(self)]
         if problems:
             raise InputError(problems)
         return self
 
     def _own_problems(self) -> list[Problem]:
         return []
-
-    def keywords(self) -> dict[str, Any]:
-        """Keywords of the analysis function; what was left out stays out."""
-        given = {**dict(self.integrator), **dict(self.analysis)}
-        return {key: value for key, value in given.items() if value is not None}
 
 
 class ReadingsStudy(PaperStudy):

@@ -7,12 +7,12 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from jointplay import figures
 from jointplay.analysis.scheme import scheme_comparison as compared
 from jointplay.analysis.scheme.scheme_plan import Plan
 from jointplay.analysis.scheme.waveform import elastic_problems
-from jointplay.errors import InputError, Problem, join
+from jointplay.errors import InputError, join
 from jointplay.mechanism.base import NonNegative, Positive, Record, measured
+from jointplay.study import fits
 from jointplay.study.kinds import Count, Integrator, Several, Study
 
 
@@ -71,16 +71,7 @@ class SchemeStudy(Study):
     def _fits_together(self) -> SchemeStudy:
         keys = dict(self.analysis) | dict(self.integrator)
         plan = [replace(each, key=join("analysis", each.key)) for each in Plan(**keys).problems()]
-        problems = [*elastic_problems(self.mechanism), *plan]
-        suited, asked = figures.SUITED.get(self.kind, ()), self.figure.get("kind")
-        if asked is not None and asked not in suited:
-            expected = f"for this {self.kind} one of {', '.join(suited) or 'none'} is accepted"
-            problems.append(Problem("figure.kind", asked, expected))
+        problems = [*elastic_problems(self.mechanism), *plan, *fits.unsuited_figure(self)]
         if problems:
             raise InputError(problems)
         return self
-
-    def keywords(self) -> dict[str, Any]:
-        """Keywords of the analysis function; what was left out stays out."""
-        given = {**dict(self.integrator), **dict(self.analysis)}
-        return {key: value for key, value in given.items() if value is not None}

@@ -23,8 +23,8 @@ import xarray as xr
 from jointplay.analysis import request as asked
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.starts import crank_place
 from jointplay.analysis.words import STATUS
-from jointplay.codegen import cache
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
@@ -34,7 +34,6 @@ DISTANCE = 1e-7  # of a radian (or the longest link) and of the nominal speed: s
 RTOL = 1e-12  # so that the error of a turn stays far below the distance
 ALIGN = 10  # turns in which the difference finds the direction that grows most
 BATCHES = 20
-SLACK = 4  # nominal periods that a turn may take before the run gives up
 TIME, STATE = 2, 3  # columns of a section's row
 
 
@@ -59,9 +58,7 @@ class Turn:
     @property
     def crank(self) -> int | None:
         """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
-        names = cache.structure_module(self.scene.structure).STATE[1:]
-        own = f"theta_{self.scene.crank}"
-        return names.index(own) if own in names else None
+        return crank_place(self.scene)
 
     @property
     def scale(self) -> np.ndarray:
@@ -74,7 +71,7 @@ class Turn:
         scene = replace(self.scene, state=state)
         forward = 1 if scene.crank_speed >= 0 else -1
         request = Request(
-            duration=SLACK * turns * scene.period,
+            duration=asked.SLACK * turns * scene.period,
             rtol=self.rtol,
             level=scene.crank_angle + forward * math.tau,
             period=math.tau,

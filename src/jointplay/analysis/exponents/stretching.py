@@ -11,8 +11,8 @@ import numpy as np
 
 from jointplay.analysis.exponents import exponents as means
 from jointplay.analysis.run import MAX_STEPS, Request, counts
+from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.codegen import cache
 from jointplay.mechanism.scene import Scene
 
 LOOKS = 10  # how often a target error is looked at
@@ -98,9 +98,8 @@ def follow(
 
 def turn_period(scene: Scene, rows: np.ndarray) -> float:
     """Mean length of a turn: of the crank where its angle is a state, else the nominal period."""
-    state = cache.structure_module(scene.structure).STATE[1:]
-    angle = f"theta_{scene.crank}"
-    if angle not in state or len(rows) < 2:
+    crank = crank_place(scene)
+    if crank is None or len(rows) < 2:
         return scene.period
-    at = rows.shape[1] - len(state) + state.index(angle)
+    at = rows.shape[1] - len(scene.state) + crank
     return 2 * math.pi * float((rows[-1, 0] - rows[0, 0]) / abs(rows[-1, at] - rows[0, at]))

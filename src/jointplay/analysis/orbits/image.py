@@ -1,4 +1,4 @@
-"""What a section map makes of a state, and the rate of the state where a run stands."""
+"""What a section map makes of a state."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-
-from jointplay.analysis.tangents import Bundle
-from jointplay.codegen import cache
 
 
 @dataclass(frozen=True)
@@ -37,19 +34,3 @@ class Image:
     derivative: np.ndarray | None = None
     events: np.ndarray | None = None
     grazing: float = math.inf
-
-
-def end_rate(bundle: Bundle) -> np.ndarray:
-    """Rate of the state where a run stands."""
-    from jointplay.numerics.modes import mask, variant_of
-
-    scene, x, o = bundle.scene, bundle.x, bundle.o
-    module = cache.structure_module(scene.structure)
-    w = np.zeros_like(bundle.k.w)
-    module.trig(x.s, x.p)
-    mask(x.modes, x.m)
-    module.rate(variant_of(x.modes), w, x.s, x.p, x.m)
-    n_x = o.n_q + o.n
-    speeds = x.s[1 + o.n_q : 1 + o.n_q + o.n_q]
-    accelerations = w[8 * (o.first + 1 + n_x) :].reshape(-1, 8)[: o.n, 7]
-    return np.concatenate([speeds, accelerations])

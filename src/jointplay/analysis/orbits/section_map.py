@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.orbits.image import Image, end_rate
+from jointplay.analysis.orbits.image import Image
 from jointplay.analysis.run import Request
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import Bundle, scales
@@ -30,7 +30,6 @@ from jointplay.analysis.words import STATUS
 from jointplay.mechanism.records import Plane, Section
 from jointplay.mechanism.scene import Scene
 
-SLACK = 4  # nominal periods that a turn may take
 CALM = 400  # nominal periods of a system that nothing drives
 
 
@@ -155,7 +154,7 @@ class SectionMap:
         if status:
             return Image(status, lost)
         span, found = end - self.begin, bundle.state
-        rate = end_rate(bundle)
+        rate = bundle.rate()
         if self.place is not None:  # the passage, to rounding
             late = (found[self.place] - self._target(ahead, turns)) / rate[self.place]
             found, span = found - late * rate, span - late
@@ -181,7 +180,7 @@ class SectionMap:
         if not self.plane:
             first = 0 if ahead else 1
             level, period, count = self._target(ahead, first), math.tau, turns - first + 1
-        longest = (CALM if self.plane else SLACK) * (turns + 1) * self.scene.period
+        longest = (CALM if self.plane else asked.SLACK) * (turns + 1) * self.scene.period
         fields = {"level": level, "period": period, "direction": self.direction, "stop_after": count}
         request = self.request(longest, **fields)
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))

@@ -14,7 +14,8 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import run_cells, warm
-from jointplay.analysis.paper.character import MOTIONS, character
+from jointplay.analysis.paper.answers import motions
+from jointplay.analysis.paper.character import character
 from jointplay.analysis.paper.grades import CLAIMS, GRADES, graded
 from jointplay.analysis.paper.peaks import WINDOWS, peaks
 from jointplay.analysis.paper.reading_list import PANELS
@@ -184,21 +185,7 @@ def _peaks(answers: list[dict[str, Any]], ratios: list[float]) -> dict[str, Any]
 
 def _motions(answers: list[dict[str, Any]]) -> dict[str, Any]:
     dims, shape = ("panel", "start"), (len(PANELS), len(START_NAMES))
-
-    def table(key: str, missing: Any, dtype: type) -> np.ndarray:
-        return np.array([answer.get(key, missing) for answer in answers], dtype=dtype).reshape(shape)
-
-    found: dict[str, Any] = {
-        name: (dims, table(name, math.nan, float), {"units": units, "long_name": text})
-        for name, (units, text) in MOTION.items()
-    }
-    told = {"units": "1", "long_name": "period in turns; 0: none found, -1: not computed"}
-    found["period"] = (dims, table("period", -1, np.int32), told)
-    found["motion"] = (
-        dims,
-        table("motion", 0, np.int8),
-        {"long_name": "what the motion is"} | flags(MOTIONS),
-    )
+    found = motions(answers, dims, shape, MOTION)
     rows = [answers[i : i + shape[1]] for i in range(0, len(answers), shape[1])]
     told = {
         "units": "1",

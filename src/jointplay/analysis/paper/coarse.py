@@ -14,13 +14,13 @@ import numpy as np
 
 from jointplay.analysis.paper.fixed_steps import March, accepted_step
 from jointplay.analysis.quantities import Quantities
-from jointplay.codegen import cache
+from jointplay.analysis.request import SLACK
+from jointplay.analysis.starts import crank_place
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.scene import Scene
 
 CHUNK = 16384  # steps followed at once
-SLACK = 4  # nominal periods that a turn may take before the run gives up
 UPDATES, CLOSE = 8, 1e-12  # of a section point's place in its step
 RELEASED = 1  # the last contact mode without a force
 QUANTITIES = ("angle", "angular_velocity", "journal_x", "journal_y", "penetration", "normal_velocity")
@@ -94,9 +94,8 @@ class Crank:
     @classmethod
     def of(cls, scene: Scene) -> Crank:
         """Find it in a scene."""
-        names, own = cache.structure_module(scene.structure).STATE, f"theta_{scene.crank}"
-        forward = -1 if scene.crank_speed < 0 else 1
-        column = names.index(own) if own in names else None
+        place, forward = crank_place(scene), -1 if scene.crank_speed < 0 else 1
+        column = None if place is None else 1 + place  # after the time
         return cls(column, forward * math.tau / scene.period, scene.crank_angle, forward)
 
     def __call__(self, rows: np.ndarray) -> np.ndarray:

@@ -7,7 +7,6 @@ reading changes one of them and leaves the others as printed.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -15,7 +14,8 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import run_cells, warm
-from jointplay.analysis.paper.character import MOTIONS, RTOL, TOLERANCE
+from jointplay.analysis.paper.answers import motions, table
+from jointplay.analysis.paper.character import RTOL, TOLERANCE
 from jointplay.analysis.paper.reading_list import PANELS, READINGS
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.request import quantity
@@ -157,28 +157,14 @@ _NUMBERS = {
 
 def _dataset(panels: list[str], names: list[str], answers: list[dict[str, Any]]) -> xr.Dataset:
     shape, dims = (len(panels), len(names)), ("panel", "reading")
-
-    def table(key: str, missing: Any, dtype: type) -> np.ndarray:
-        return np.array([answer.get(key, missing) for answer in answers], dtype=dtype).reshape(shape)
-
-    found: dict[str, Any] = {
-        key: (dims, table(key, math.nan, float), {"units": units, "long_name": text})
-        for key, (units, text) in _NUMBERS.items()
-    }
-    told = {"units": "1", "long_name": "period in turns; 0: none found, -1: not computed"}
-    found["period"] = (dims, table("period", -1, np.int32), told)
-    found["motion"] = (
-        dims,
-        table("motion", 0, np.int8),
-        {"long_name": "what the motion is"} | flags(MOTIONS),
-    )
-    codes = table("status", STATUS.index("not_run"), np.int8)
+    found = motions(answers, dims, shape, _NUMBERS)
+    codes = table(answers, shape, "status", STATUS.index("not_run"), np.int8)
     found["cell_status"] = (dims, codes, {"long_name": "how the run ended"} | flags(STATUS))
     failed = codes[codes != 0]
     told = {"long_name": "ok, or how the first cell that failed ended"} | flags(STATUS)
     found["status"] = ((), np.int8(failed[0] if len(failed) else 0), told)
     told = {"long_name": "what went wrong, where something did"}
-    found["trouble"] = (dims, table("trouble", "", object).astype(str), told)
+    found["trouble"] = (dims, table(answers, shape, "trouble", "", object).astype(str), told)
     for axis, name in enumerate(("section_x", "section_y")):
         cut = np.stack([_last_points(answer)[:, axis] for answer in answers]).reshape(*shape, POINTS)
         text = f"journal centre over clearance at the section, {'xy'[axis]}"

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.exponents.growth import SLACK, STATE, TIME, Turn
+from jointplay.analysis.exponents.growth import STATE, TIME, Turn
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.run import Request, follow
 from jointplay.analysis.states import plane as planes
@@ -130,7 +130,7 @@ class Divergence:
             return Request(end, at=np.linspace(0, end, many + 1)[1:], **limit)
         forward, part = (1 if scene.crank_speed >= 0 else -1), math.tau / self.samples_per_turn
         level = {"level": scene.crank_angle + forward * part, "period": part, "direction": forward}
-        return Request(SLACK * end, stop_after=many, **level, **limit)
+        return Request(asked.SLACK * end, stop_after=many, **level, **limit)
 
     def _distances(self, scene: Scene, runs: list, left_out: int | None) -> np.ndarray:
         """Distances of the neighbours, shape (neighbours, samples)."""

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.exponents.growth import SLACK, STATE
+from jointplay.analysis.exponents.growth import STATE
 from jointplay.analysis.period import period
 from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states.journals import Journals
 from jointplay.analysis.states.plane import Starts
 from jointplay.analysis.words import STATUS
@@ -106,7 +107,7 @@ def cut(base: Scene, start: Scene, drop: int, watch: Watch) -> tuple[np.ndarray,
     by_angle = base.structure.section is not None
     if by_angle:
         fields = asked.section_fields(CrankAngle(angle=base.crank_angle), start, drop)
-        request = Request(SLACK * turns * base.period, stop_after=turns, **fields, **limit)
+        request = Request(asked.SLACK * turns * base.period, stop_after=turns, **fields, **limit)
     else:
         at = base.period * np.arange(drop + 1, turns + 1)
         request = Request(at[-1], at=at, **limit)
@@ -125,11 +126,11 @@ def _rows(records: Records, by_angle: bool, count: int) -> np.ndarray:
 
 def _wrapped(base: Scene, states: np.ndarray) -> np.ndarray:
     """States with angles within half a turn of 0, the crank's at the section's angle."""
-    found, names = states.copy(), cache.structure_module(base.structure).STATE[1:]
+    found, crank = states.copy(), crank_place(base)
     for i in np.flatnonzero(base.turning):
         found[:, i] = (found[:, i] + math.pi) % math.tau - math.pi
-        if names[i] == f"theta_{base.crank}":
-            found[:, i] = base.crank_angle
+    if crank is not None:
+        found[:, crank] = base.crank_angle
     return found
 
 

@@ -30,7 +30,6 @@ from jointplay.analysis.run import Request
 from jointplay.analysis.states import plane as planes
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.words import STATUS
-from jointplay.codegen import cache
 from jointplay.mechanism.scene import Scene
 
 BLOCK = 64  # nodes a cell
@@ -144,20 +143,7 @@ def stretch(scene: Scene, turns: int, rtol: float, max_steps: int | None = None)
         bundle.y.d[:] /= size  # the tangents' equations are linear
     ends = bundle.vectors
     if crank is not None:
-        F = rate(bundle)
+        F = bundle.rate()
         ends = np.delete(ends - np.outer(ends[:, crank] / F[crank], F), crank, axis=1)
         scale = np.delete(scale, crank)
     return log + math.log(np.linalg.norm(ends / scale, 2)), duration, 0
-
-
-def rate(bundle: Bundle) -> np.ndarray:
-    """Rate of the state where a run stands."""
-    from jointplay.numerics.modes import mask, variant_of
-
-    module, x, o = cache.structure_module(bundle.scene.structure), bundle.x, bundle.o
-    n_x, w = o.n_q + o.n, np.zeros_like(bundle.k.w)
-    module.trig(x.s, x.p)
-    mask(x.modes, x.m)
-    module.rate(variant_of(x.modes), w, x.s, x.p, x.m)
-    accelerations = w[8 * (o.first + 1 + n_x) :].reshape(-1, 8)[: o.n, 7]
-    return np.concatenate([x.s[1 + o.n_q : 1 + o.n_q + o.n_q], accelerations])

@@ -13,6 +13,7 @@ import math
 
 import numpy as np
 
+from jointplay.analysis.starts import crank_place
 from jointplay.codegen import cache, outputs
 from jointplay.mechanism.scene import Scene
 
@@ -32,7 +33,7 @@ class Journals:
     def __init__(self, scene: Scene):
         self.scene, self.module = scene, cache.structure_module(scene.structure)
         names = self.module.STATE[1:]
-        self.crank = names.index(f"theta_{scene.crank}") if f"theta_{scene.crank}" in names else None
+        self.crank = crank_place(scene)
         moves = [i for i in range(len(scene.turning)) if not names[i].startswith("eta_")]
         self.free = [i for i in moves if i != self.crank]
 

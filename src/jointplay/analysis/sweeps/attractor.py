@@ -19,7 +19,6 @@ from jointplay.analysis import contacts
 from jointplay.analysis import request as asked
 from jointplay.analysis.exponents.stretching import leading
 from jointplay.analysis.period import REPEATS, period
-from jointplay.analysis.poincare import SLACK
 from jointplay.analysis.quantities import Quantities
 from jointplay.analysis.run import Records, Request, follow
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
@@ -115,7 +114,7 @@ def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Records:
     whole, fields = counted(scene, plan.section), asked.section_fields(plan.section, scene, 0)
     end = turns * scene.period
     if whole:
-        fields |= {"duration": SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
+        fields |= {"duration": asked.SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
     else:
         fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
