@@ -32,6 +32,7 @@ _HOME = {
     "claims": "analysis.paper.claims",
     "waveform": "analysis.scheme.waveform",
     "scheme_comparison": "analysis.scheme.scheme_comparison",
+    "stress": "analysis.stress.stress",
     "open": "study.store:open_result",
     "cell": "study.single",
     "figure": "figures:draw",

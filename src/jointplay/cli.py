@@ -38,10 +38,13 @@ def main(argv: list[str] | None = None) -> int:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return DONE
         except OSError as error:
-            print(f"could not be stored: {error}", file=sys.stderr)
+            print(f"not done: {error}", file=sys.stderr)
             return FAILED
         except InputError as error:
             return _refused(error)
+        except MemoryError as error:
+            print(f"not enough memory: {error}; ask for fewer turns, samples or cells", file=sys.stderr)
+            return FAILED
         except Exception:
             if pressed:  # the compiler turns an interrupt into errors of its own
                 return _interrupted()
@@ -91,7 +94,7 @@ def _interrupts() -> Iterator[list[bool]]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
-    from jointplay.study.execute import GO_ON, complete
+    from jointplay.study.execute import complete, going_on
     from jointplay.study.file import load
     from jointplay.study.pool import Pool, share_of
     from jointplay.study.progress import Progress
@@ -106,7 +109,7 @@ def run(arguments: argparse.Namespace) -> int:
             options = {"fresh": arguments.fresh, "share": share, "say": _say}
             outcome = complete(study, out, pool, progress, **options)
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(*GO_ON[study.record.has_cells]) from None
+        raise KeyboardInterrupt(*going_on(study, out, share)) from None
     if outcome.dataset is None:
         print(f"part    {outcome.journal}; when all are there: jointplay merge {arguments.study}")
         return DONE
@@ -120,13 +123,19 @@ def _say(line: str) -> None:
 def _finished(outcome, options: dict, no_figure: bool) -> int:
     """Tell what came of a run, and draw it."""
     from jointplay.study.status import explain
+    from jointplay.study.tables import SUMMARIES, write_table
 
     dataset, path = outcome.dataset, outcome.path
     print(f"result  {path}", flush=True)
+    for table in write_table(dataset, path.with_suffix(".txt")):
+        print(f"table   {table}", flush=True)
+    if (summary := SUMMARIES.get(dataset.attrs.get("kind"))) is not None:
+        _say(summary(dataset))
     failure = explain(dataset)
     if failure:
         print(f"stopped early; what was computed is stored\n  {failure}", file=sys.stderr)
-    if not no_figure and "swept" not in dataset.attrs:
+    options = None if no_figure else _pictured(dataset, options)
+    if options is not None:
         try:
             _draw(dataset, options, [path.with_suffix(".pdf"), path.with_suffix(".png")])
         except InputError as error:
@@ -134,6 +143,20 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
                 raise
             print(f"  no figure: {error}", file=sys.stderr)  # too little was computed to draw
     return FAILED if failure else DONE
+
+
+def _pictured(dataset, options: dict) -> dict | None:
+    """Options of the picture that a run draws; None, and a line, where a whole sweep has none."""
+    from jointplay import figures
+
+    if "swept" not in dataset.attrs:
+        return options
+    if (whole := figures.of_sweep(dataset, options)) is None:
+        _say("figure  none of the whole sweep; one cell: jointplay.figure(jointplay.cell(result, ...))")
+    elif not options.get("quantity"):
+        shown = figures.cells.usual(dataset).name
+        _say(f"figure  {shown} of each cell; others by kind = 'sweep' and quantity in [figure]")
+    return whole
 
 
 def merge(arguments: argparse.Namespace) -> int:

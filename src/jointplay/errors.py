@@ -45,7 +45,8 @@ class Problem:
     expected: str
 
     def __str__(self) -> str:
-        return f"{self.key or 'input'}: got {_shown(self.given)}; {self.expected}"
+        key = self.key if self.key.isprintable() and self.key == self.key.strip() else repr(self.key)
+        return f"{key or 'input'}: got {_shown(self.given)}; {self.expected}"
 
 
 class InputError(ValueError):

@@ -2,7 +2,7 @@
 
 import os
 import signal
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 
@@ -20,10 +20,7 @@ class Deadly:
 
     def run(self, notes):
         notes.begin(self.key)
-        with Path(self.log).open("a") as file:
-            file.write(f"{self.key}\n")
-        if Path(self.log).read_text().split().count(self.key) <= self.times:
-            os.kill(os.getpid(), signal.SIGKILL)
+        _die(self.key, self.times, self.log)
         notes.put(self.key, {"status": 0, "worker": os.getpid()})
 
     def only(self, _):
@@ -31,3 +28,38 @@ class Deadly:
 
     def left(self, done, _):
         return None if self.key in done else self
+
+
+@dataclass(frozen=True)
+class DeadlyChain:
+    """A chain that counts on from where it is left, past cells that kill their worker so many times."""
+
+    keys: tuple[str, ...]
+    times: dict[str, int]
+    log: str
+    count: int = 0
+
+    def run(self, notes):
+        count = self.count
+        for key in self.keys:
+            notes.begin(key)
+            _die(key, self.times.get(key, 0), self.log)
+            notes.put(key, {"status": 0, "count": (count := count + 1)})
+
+    def only(self, key):
+        return replace(self, keys=self.keys[: self.keys.index(key) + 1])
+
+    def left(self, done, answers):
+        missing = [key for key in self.keys if key not in done]
+        if not missing:
+            return None
+        keys = self.keys[self.keys.index(missing[0]) :]
+        counts = [answers[key]["count"] for key in self.keys if "count" in answers.get(key, ())]
+        return replace(self, keys=keys, count=max(counts, default=self.count))
+
+
+def _die(key, times, log):
+    with Path(log).open("a") as file:
+        file.write(f"{key}\n")
+    if Path(log).read_text().split().count(key) <= times:
+        os.kill(os.getpid(), signal.SIGKILL)

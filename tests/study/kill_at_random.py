@@ -1,4 +1,4 @@
-"""Kill a sweep at random moments, main process or a worker, until it ends; compare with one left alone.
+"""Kill a run at random moments, main process or a worker, until it ends; compare with one left alone.
 
     python tests/study/kill_at_random.py [KILLS]
 
@@ -17,7 +17,7 @@ from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 
-from sweep_samples import CELLS, CHAINS, loaded, ran, same
+from sweep_samples import CELLS, CHAINS, PLANE, loaded, ran, same
 
 from jointplay.study.journal import Journal
 from jointplay.study.store import open_result
@@ -25,6 +25,7 @@ from jointplay.study.store import open_result
 LONGER = {
     "cells": (CELLS, ["vary.gap={start=2.9, stop=3.1, num=60}", "analysis.turns=1500"]),
     "chains": (CHAINS, ["vary.gap={start=2.9, stop=3.1, num=80}", "analysis.turns=1500"]),
+    "plane": (PLANE, ["analysis.plane.y.num=80", "analysis.plane.v.num=80", "analysis.transient=300"]),
 }
 
 
@@ -52,17 +53,15 @@ def run_and_kill(command, journal, wait):
 
 def twice(journal):
     """Keys that stand in more than one part."""
-    import pickle
-
-    keys = Counter(key for stream in journal._sound() for key, _ in pickle.load(stream))
+    keys = Counter(key for told, _ in journal._sound() for key, _ in told)
     return [key for key, count in keys.items() if count > 1]
 
 
 def main(kills):
-    """Alternate between the two kinds of sweep."""
+    """Take the studies in turn."""
     names = list(LONGER)
     for number in range(kills):
-        name = names[number % 2]
+        name = names[number % len(names)]
         text, changes = LONGER[name]
         with tempfile.TemporaryDirectory() as folder:
             out, path, told = Path(folder), Path(folder) / f"{name}.toml", []

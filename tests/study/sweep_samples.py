@@ -5,7 +5,7 @@ import signal
 from contextlib import suppress
 from pathlib import Path
 
-from jointplay.study.execute import execute
+from jointplay.study.execute import complete
 from jointplay.study.file import Loaded, validate
 from jointplay.study.pool import Pool
 from jointplay.study.source import override, parse
@@ -43,6 +43,23 @@ turns = 8
 transient = 5
 direction = ["up", "down", "reset"]
 """
+PLANE = """\
+kind = "basins"
+name = "plane"
+
+[mechanism]
+catalog = "impact_pair"
+gap = 3.0
+restitution = 0.8
+
+[analysis]
+plane.y = { start = -1.0, stop = 1.0, num = 6 }
+plane.v = { start = -1.0, stop = 1.0, num = 5 }
+transient = 5
+turns = 4
+patience = 1
+tolerance = 1e-3
+"""
 TIMES = ("wall_time",)
 
 
@@ -53,7 +70,7 @@ def loaded(text, *changes):
 def ran(study, out, jobs=1, backend="loky", **options):
     """The dataset of a run."""
     Path(out).mkdir(exist_ok=True)
-    return execute(study, Path(out), Pool(jobs, backend), **options).dataset
+    return complete(study, Path(out), Pool(jobs, backend), **options).dataset
 
 
 def same(one, other):

@@ -5,6 +5,7 @@ import json
 import pytest
 from study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
 
+from jointplay.analysis.signals import chaos_test
 from jointplay.analysis.words import LINKAGE, WORDS
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
@@ -235,3 +236,11 @@ def test_a_figure_must_suit_the_kind_of_study():
     assert "poincare_section" in problems(WRITTEN_OUT, "figure.kind=overview")["figure.kind"]
     text = TEXT.replace("section =", "# section =")
     assert "overview" in problems(text, "figure={ kind = 'poincare_section' }")["figure.kind"]
+
+
+def test_what_the_integrator_leaves_out_is_as_usual_for_the_kind():
+    kind = ["kind=chaos_test", "analysis={ quantity = 'journal_x:B', turns = 200 }", "figure={}"]
+    table = {"name": "x"} | override(parse(TEXT), [*kind, "integrator={ max_steps = 7 }"])
+    assert dict(validate(table).integrator) == {"rtol": chaos_test.RTOL, "max_steps": 7}
+    assert validate(table | {"integrator": {"rtol": 1e-6}}).integrator.rtol == 1e-6
+    assert "integrator.speed" in problems(TEXT, "integrator={ speed = 1 }")

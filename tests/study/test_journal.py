@@ -11,6 +11,7 @@ from sweep_samples import die, forked
 
 from jointplay.errors import InputError
 from jointplay.study import journal as journals
+from jointplay.study.frames import MAGIC
 from jointplay.study.journal import CRASHED, Busy, Journal, key_of, write_part
 
 
@@ -73,6 +74,68 @@ def test_rewriting_keeps_what_is_wanted_even_if_killed_halfway(journal, monkeypa
     assert journal.index() == {"a": 0, "bb": 0, "ccc": CRASHED, "d": 0}
     journal.keep_only(["a", "d"])
     assert journal.index() == {"a": 0, "d": 0}
+
+
+def test_joining_parts_joins_their_bytes(journal):
+    journal.write(entries("dddd"))
+    parts = [path.read_bytes() for path in journal.parts()]
+    before, keys = journal.index(), ["a", "bb", "ccc", "dddd", "e"]
+    answers = journal.load(keys)
+    journal.compact()
+    (joined,) = journal.parts()
+    assert joined.read_bytes() == b"".join(parts)
+    assert joined.name.startswith("4-")
+    assert journal.index() == before
+    again = journal.load(keys)
+    assert list(again) == list(answers)
+    assert all(np.array_equal(again[key]["values"], answers[key]["values"]) for key in answers)
+
+
+@pytest.mark.parametrize("place", [0, len(MAGIC) + 1, len(MAGIC) + 7, len(MAGIC) + 20, -1])
+def test_damage_in_a_joined_part_costs_that_frame_only(journal, place):
+    journal.write(entries("d", "ee"))
+    journal.compact()
+    (path,) = journal.parts()
+    whole = path.read_bytes()
+    starts = [i for i in range(len(whole)) if whole.startswith(MAGIC, i)]
+    assert len(starts) == 3
+    lost = []
+    for start, end in zip(starts, [*starts[1:], len(whole)], strict=True):
+        at = end - 1 if place < 0 else start + place
+        path.write_bytes(whole[:at] + bytes([whole[at] ^ 0x81]) + whole[at + 1 :])
+        again = Journal(journal.folder)
+        lost.append(journal.index().keys() ^ {"a", "bb", "ccc", "d", "ee"})
+        assert again.load(["a", "bb", "ccc", "d", "ee"]).keys() == again.index().keys()
+        assert again.damaged == {path.name}
+    assert sorted(map(sorted, lost)) == [["a", "bb"], ["ccc"], ["d", "ee"]]
+    again.compact()
+    assert Journal(journal.folder).index().keys() == {"a", "bb", "ccc", "d", "ee"} - lost[-1]
+
+
+def test_cells_are_taken_from_another_journal_once(journal, tmp_path):
+    other = Journal(tmp_path / "b.journal")
+    with other.held():
+        assert other.take(journal, ["bb", "ccc", "x"]) == {"bb", "ccc"}
+    assert other.index() == {"bb": 0, "ccc": CRASHED}
+    assert other.count() == 2
+    assert np.array_equal(other.load(["bb"])["bb"]["values"], [2.0, 3.0, 4.0])
+    assert other.take(journal, ["x"]) == set()
+    assert len(other.parts()) == 1
+    other.write(entries("bb"))  # as when a run is killed while it joins parts
+    assert [key for key, _ in other.answers(["bb", "ccc"])].count("bb") == 1
+    other.compact()
+    assert other.count() == sum(len(told) for told, _ in other._sound()) == 2
+
+
+def test_a_journal_of_another_format_is_refused(journal):
+    path = journal.folder / journals.HEADER
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"format": 1}))
+    with pytest.raises(InputError, match="format 1") as error, journal.held():
+        pass
+    assert "--fresh" in error.value.problems[0].expected
+    old = next(iter(journal.parts()))
+    old.write_bytes(old.read_bytes().replace(MAGIC, b"jointplay journal part 1\n"))
+    assert len(Journal(journal.folder).index()) < 3
 
 
 def test_one_run_at_a_time_and_a_dead_one_holds_nothing(journal):

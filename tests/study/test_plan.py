@@ -4,7 +4,9 @@ import pytest
 from sweep_samples import CELLS, CHAINS, loaded, ran
 
 from jointplay import cli
+from jointplay.analysis import vary
 from jointplay.errors import InputError
+from jointplay.study import cells
 from jointplay.study.cells import swept
 from jointplay.study.plan import plan, status
 from jointplay.study.points import points
@@ -72,6 +74,34 @@ def test_paths_may_be_nested_in_cases_too():
     assert [each["joints.B.contact.stiffness"] for each in found.changes] == [1e6, 2e6]
     assert (found.dims, found.shape) == (("case",), (2,))
     assert found.coordinates["stiffness"][0] == "case"
+
+
+def test_looking_at_many_values_takes_so_many_looks(monkeypatch):
+    compared, made = [], []
+
+    class Value(float):
+        """A number that counts how often it is compared."""
+
+        __hash__ = float.__hash__
+
+        def __eq__(self, other):
+            compared.append(1)
+            return float(self) == float(other)
+
+    def counted(mechanism, changes):
+        made.append(1)
+        return changed(mechanism, changes)
+
+    changed = vary.changed
+    monkeypatch.setattr(vary, "changed", counted)
+    monkeypatch.setattr(cells, "changed", counted)
+    record = loaded(CELLS, "vary={gap={start=2.9, stop=3.1, num=500}}").record
+    assert len(made) == 500
+    vary.axes(record.mechanism, {"gap": [Value(2 + i / 500) for i in range(500)]})
+    assert len(made) == 1000
+    assert len(compared) < 100
+    assert len({cell.key for cell in swept(record).strands}) == 500
+    assert len(made) == 1500
 
 
 @pytest.mark.parametrize("kind", ["claims", "readings", "scheme_comparison"])

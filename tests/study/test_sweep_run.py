@@ -2,6 +2,7 @@
 
 import json
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -73,6 +74,20 @@ def test_chains_are_the_function(whole):
 def test_workers_do_not_show_in_the_result(jobs, backend, whole, tmp_path):
     for name, text in STUDIES.items():
         assert same(ran(loaded(text), tmp_path, jobs, backend), whole[name])
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_the_order_of_cells_and_parts_does_not_show(name, whole, tmp_path, monkeypatch):
+    def shuffled(strands, _):
+        return random.Random(5).sample(list(strands), len(strands))
+
+    def backwards(journal):
+        return sorted(journal.folder.glob("*.part"), reverse=True)
+
+    monkeypatch.setattr(worker, "BATCH", 0.0)
+    monkeypatch.setattr(execute, "part", shuffled)
+    monkeypatch.setattr(Journal, "parts", backwards)
+    assert same(ran(loaded(STUDIES[name]), tmp_path), whole[name])
 
 
 @pytest.mark.parametrize("name", STUDIES)
@@ -317,9 +332,9 @@ def test_the_stored_study_is_the_study(path):
     assert validate(json.loads(json.dumps(record.model_dump(mode="json")))) == record
 
 
-def test_a_sweep_is_drawn_cell_by_cell(whole):
+def test_a_cell_of_a_sweep_is_drawn_by_itself(whole):
     with pytest.raises(InputError, match="restitution"):
-        jp.figure(whole["cells"])
+        jp.figure(whole["cells"], kind="lyapunov")
     assert jp.figure(jp.cell(whole["cells"], gap=3.0, restitution=0.7)).axes
     with pytest.raises(InputError, match="each of gap, restitution"):
         jp.cell(whole["cells"], gap=3.0)

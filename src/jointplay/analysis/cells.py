@@ -1,9 +1,14 @@
-"""Many small computations side by side: in worker processes, with kernels compiled before the pool starts."""
+"""Many small computations side by side: in worker processes, with kernels compiled before the pool starts.
+
+Who calls an analysis may have its cells run by something else, such as one that keeps what is finished.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any, Protocol
 
 from joblib import Parallel, delayed
 
@@ -13,6 +18,31 @@ from jointplay.errors import InputError
 from jointplay.mechanism.scene import Scene
 
 JOBS = 2
+
+
+class Runner(Protocol):
+    """Runs cells in place of the pool."""
+
+    def __call__(
+        self,
+        function: Callable[..., dict[str, Any]],
+        cells: Sequence[dict[str, Any]],
+        progress: Callable[[float], None] | None,
+    ) -> list[dict[str, Any]]:
+        """Give what `run_cells` gives."""
+
+
+_runner: ContextVar[Runner | None] = ContextVar("runner", default=None)
+
+
+@contextmanager
+def cells_run_by(runner: Runner | None) -> Iterator[None]:
+    """Have `run_cells` hand its cells to `runner` inside the block, in this thread; None: to its own pool."""
+    token = _runner.set(runner)
+    try:
+        yield
+    finally:
+        _runner.reset(token)
 
 
 def run_cells(
@@ -40,6 +70,9 @@ def run_cells(
         In the order of the cells. A cell that raised has only a ``status`` (``bad_parameters`` where its
         input was refused, ``crashed`` else) and ``trouble``, the error's text.
     """
+    if (runner := _runner.get()) is not None:
+        with cells_run_by(None):  # a cell that has cells of its own runs them where it is
+            return runner(function, cells, progress)
     n_jobs = JOBS if n_jobs is None else n_jobs
     pool = Parallel(n_jobs=n_jobs, backend="loky" if n_jobs != 1 else "sequential", return_as="generator")
     found = []

@@ -105,6 +105,17 @@ def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tu
     problems = [p for key, values in given.items() for p in _problems(mechanism, key, values, root)]
     if problems:
         raise InputError(problems)
+    return checked_axes(mechanism, given)
+
+
+def checked_axes(mechanism: Mechanism | TestSystem, given: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
+    """Make the axes of values that were checked, and may be there twice.
+
+    Parameters
+    ----------
+    mechanism, given
+        As in `axes`.
+    """
     return tuple(
         Axis(key, name, tuple(sorted(values)), *_described(mechanism, key))
         for name, (key, values) in zip(_names(list(given)), given.items(), strict=True)
@@ -122,18 +133,19 @@ def _problems(mechanism: Any, key: Any, values: Any, root: str) -> Iterator[Prob
     elif not isinstance(values, list | tuple | range) or not values:
         yield Problem(place, values, "a list of at least one number is accepted")
     else:
+        before: set[Real] = set()
         for i, value in enumerate(values):
-            yield from _wrong_value(mechanism, key, value, f"{place}[{i}]", values[:i])
+            yield from _wrong_value(mechanism, key, value, f"{place}[{i}]", before)
 
 
-def _wrong_value(
-    mechanism: Any, key: str, value: Any, place: str, before: Sequence[Any]
-) -> Iterator[Problem]:
+def _wrong_value(mechanism: Any, key: str, value: Any, place: str, before: set[Real]) -> Iterator[Problem]:
+    """What is wrong with a value; `before` gathers the numbers of the list."""
     if not isinstance(value, Real) or isinstance(value, bool) or not math.isfinite(value):
         yield Problem(place, value, "a finite number is accepted")
     elif value in before:
         yield Problem(place, value, "a value that is not in the list already is accepted")
     else:
+        before.add(value)
         try:
             changed(mechanism, {key: value})
         except InputError as error:

@@ -8,7 +8,7 @@ from xarray import Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem
 
-from . import check, pick
+from . import cells, check, pick
 from .basins import basins
 from .bifurcation import bifurcation
 from .branch import continuation
@@ -29,6 +29,8 @@ from .poincare_section import poincare_section
 from .readings import readings
 from .scheme_comparison import scheme_comparison
 from .spectrum import spectrum
+from .stress import stress
+from .sweep import sweep
 from .time_history import time_history
 
 KINDS: dict[str, Callable[..., Figure]] = {
@@ -52,6 +54,8 @@ KINDS: dict[str, Callable[..., Figure]] = {
     "basins": basins,
     "continuation": continuation,
     "floquet": floquet,
+    "stress": stress,
+    "sweep": sweep,
 }
 
 # the figures that suit a result, by the result's own kind
@@ -70,9 +74,10 @@ SUITED = {
     "dimension": ("dimension",),
     "sensitivity": ("divergence", "field"),
     "basins": ("basins",),
+    "stress": ("stress",),
 }
 
-__all__ = ["KINDS", "SUITED", "draw", "lacking", "problems"]
+__all__ = ["KINDS", "SUITED", "draw", "lacking", "of_sweep", "problems"]
 
 
 def draw(dataset: Dataset, options: dict | None = None, /, **named: Any) -> Figure:
@@ -101,12 +106,18 @@ def draw(dataset: Dataset, options: dict | None = None, /, **named: Any) -> Figu
     for known in ({}, {"kind": options.get("kind") or usual_kind(dataset)}):
         if wrong := problems(options | known):
             raise InputError(wrong)
-    if left := [dim for dim in str(dataset.attrs.get("swept", "")).split() if dim in dataset.dims]:
-        expected = (
-            f"one cell is drawn, as jp.cell(dataset, {', '.join(f'{dim}=...' for dim in left)}) gives it"
-        )
+    if known["kind"] != "sweep" and (left := cells.varied(dataset)):
+        one = f"jp.cell(dataset, {', '.join(f'{dim}=...' for dim in left)})"
+        expected = f"one cell is drawn, as {one} gives it, or a number a cell by the figure kind 'sweep'"
         raise InputError([Problem("result", f"a sweep over {', '.join(left)}", expected)])
     return KINDS[known["kind"]](dataset, **{name: value for name, value in options.items() if name != "kind"})
+
+
+def of_sweep(dataset: Dataset, options: dict) -> dict | None:
+    """Return the options that draw a whole sweep; None where those given are of one cell, or none suit."""
+    whole, shown = options | {"kind": "sweep"}, options.get("quantity") or cells.usual(dataset)
+    asked = options.get("kind") == "sweep" or ("kind" not in options and shown and not problems(whole))
+    return whole if asked else None
 
 
 def problems(options: dict) -> list[Problem]:
@@ -120,6 +131,8 @@ def problems(options: dict) -> list[Problem]:
 def usual_kind(dataset: Dataset) -> str:
     """Return the picture that a dataset gets where none is asked for."""
     kind = dataset.attrs.get("kind")
+    if cells.usual(dataset):
+        return "sweep"
     if kind == "response":
         whole = pick.labels(dataset, "joint") and not lacking({"kind": "overview"}, tuple(dataset.data_vars))
         return "overview" if whole else "time_history"

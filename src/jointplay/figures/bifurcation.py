@@ -1,7 +1,6 @@
 """Bifurcation diagram: section points over a parameter, below them the largest exponent and the period."""
 
 from collections.abc import Sequence
-from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -182,8 +181,7 @@ def lines(limits: Any) -> list[tuple[float, str]]:
         raise pick.refuse("limits", limits, expected)
     found = [tuple(one) if isinstance(one, list | tuple) else (one, "") for one in limits]
     for given, one in zip(limits, found, strict=True):
-        number = len(one) == 2 and isinstance(one[0], Real) and not isinstance(one[0], bool)
-        if not number or not np.isfinite(one[0]) or not isinstance(one[1], str):
+        if len(one) != 2 or not pick.is_number(one[0]) or not isinstance(one[1], str):
             raise pick.refuse("limits", given, expected)
     return found
 

@@ -12,6 +12,7 @@ from .lyapunov import PER, leading
 from .phase_portrait import PAIRS
 from .scheme_comparison import MEASURES
 from .spectrum import ABSCISSAE, limits
+from .sweep import entries
 
 NEEDS = {
     "contact_angle": ("contact_angle",),
@@ -39,7 +40,8 @@ def problems(options: dict, kinds: dict[str, Callable]) -> list[Problem]:
         for key in options
         if key not in accepted
     ]
-    return strange + list(_values({key: options[key] for key in options.keys() & set(accepted)}))
+    there = {key: options[key] for key in options.keys() & set(accepted)}
+    return strange + list(_values(there)) + list(_values({"at": there.get("at")}, _AT.get(kind, {})))
 
 
 def lacking(options: dict, names: tuple[str, ...]) -> list[Problem]:
@@ -66,12 +68,13 @@ def _listed(given: Any) -> list[Any]:
     return list(given) if isinstance(given, list | tuple) else [given]
 
 
-def _values(options: dict) -> Iterator[Problem]:
+def _values(options: dict, checks: dict | None = None) -> Iterator[Problem]:
+    checks = _CHECKS if checks is None else checks
     for key, value in options.items():
-        if key not in _CHECKS or value is None:
+        if key not in checks or value is None:
             continue
         try:
-            _CHECKS[key](value)
+            checks[key](value)
         except InputError as error:
             yield from error.problems
 
@@ -81,9 +84,21 @@ def _switch(value: Any, option: str = "zoom") -> None:
         raise pick.refuse(option, value, "true or false")
 
 
+def _some(value: Any) -> None:
+    if not isinstance(value, bool | str) and not isinstance(value, list | tuple):
+        raise pick.refuse("events", value, "true, false, or a list of kinds of event, is accepted")
+
+
+def _number(value: Any) -> None:
+    if not pick.is_number(value):
+        raise pick.refuse("at", value, "a value of the first of two parameters")
+
+
+_AT = {"sweep": {"at": entries}, "bifurcation": {"at": _number}}  # one word, two forms
 _CHECKS: dict[str, Callable[[Any], Any]] = {
     "abscissa": lambda value: pick.choice("abscissa", value, ABSCISSAE),
     "axis": timebase.axis_names,
+    "events": _some,
     "limits": lines,
     "period": lambda value: _switch(value, "period"),
     "between": limits,

@@ -15,7 +15,7 @@ from jointplay.errors import InputError, unknown
 from . import parts, pick, style, sweeps
 
 USUAL = ("lyapunov_exponent_per_turn", "period", "impacts")
-SIGNED = ("lyapunov_exponent_per_turn", "lyapunov_exponent")
+SIGNED = ("lyapunov_exponent_per_turn", "lyapunov_exponent", "growth", "growth_rate", "map_exponent")
 LONGEST = 8  # a period that has a colour of its own
 REST = 98  # percentile of absolute values that the colours reach
 

@@ -12,7 +12,7 @@ from xarray import DataArray, Dataset
 
 from . import pick, style
 from .ticks import Degrees
-from .units import Shown, shown
+from .units import PLAIN, Shown, shown
 
 LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
 BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers
@@ -123,6 +123,13 @@ def displayed(array: DataArray, unit: Shown | None = None) -> tuple[np.ndarray, 
     """Return the values of `array` in its display unit, or in `unit`, and that unit."""
     unit = unit or shown(array.values, str(array.attrs.get("units", "")))
     return array.values * unit.factor, unit
+
+
+def valued(axis: DataArray) -> str:
+    """Return the name and the one value of a parameter."""
+    value, unit = displayed(axis)
+    symbol = "" if unit.symbol == PLAIN["1"] else f" {unit.symbol}"
+    return f"{pick.title(axis)} {float(value):.4g}{symbol}"
 
 
 def roomy(ax: Axes, x: np.ndarray, y: np.ndarray) -> None:

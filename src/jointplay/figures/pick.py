@@ -97,10 +97,14 @@ def flags(array: DataArray) -> dict[int, str]:
     return dict(zip(map(int, values), str(array.attrs.get("flag_meanings", "")).split(), strict=False))
 
 
+def is_number(given) -> bool:
+    """Return whether an option is a finite number, however large."""
+    return isinstance(given, Real) and not isinstance(given, bool) and -np.inf < given < np.inf
+
+
 def numbers(option: str, given, count: int, expected: str) -> tuple[float, ...]:
     """Return `given` as `count` increasing numbers."""
     items = list(given) if isinstance(given, list | tuple) else [given]
-    real = all(isinstance(item, Real) and not isinstance(item, bool) and np.isfinite(item) for item in items)
-    if len(items) != count or not real or any(np.diff(items) <= 0):
+    if len(items) != count or not all(map(is_number, items)) or any(np.diff(items) <= 0):
         raise refuse(option, given, expected)
     return tuple(map(float, items))

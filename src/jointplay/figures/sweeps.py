@@ -1,7 +1,6 @@
 """What pictures of sweeps share: the varied parameters, one motion out of several, axes in friendly units."""
 
 from collections.abc import Sequence
-from numbers import Real
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,7 +30,7 @@ def parameters(dataset: Dataset, kind: str) -> list[str]:
 def one_parameter(dataset: Dataset, at: float | None) -> tuple[Dataset, str]:
     """Return the sweep along its last parameter, at the value of the other nearest to `at`, and its name."""
     *others, name = parameters(dataset, "bifurcation")
-    if at is not None and (not others or not isinstance(at, Real) or isinstance(at, bool)):
+    if at is not None and not (others and pick.is_number(at)):
         expected = f"a value of {others[0]}" if others else "nothing: there is one parameter only"
         raise pick.refuse("at", at, expected)
     for other in others:

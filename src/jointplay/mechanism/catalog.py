@@ -99,16 +99,16 @@ class _Arguments(Record):
 def _entry(function: Callable[..., TestSystem]) -> Callable[..., TestSystem]:
     """Check the arguments by the function's own annotations: every problem at once, as an `InputError`."""
     hints = get_type_hints(function, include_extras=True)
-    arguments = signature(function).parameters
+    own = signature(function)
     fields = {
         name: (hints[name], measured(name.replace("_", " "), "1", ... if p.default is p.empty else p.default))
-        for name, p in arguments.items()
+        for name, p in own.parameters.items()
     }
     form: Any = create_model(function.__name__, __base__=_Arguments, **fields)  # type: ignore[call-overload]
 
     @wraps(function)
     def checked(*values: Any, **named: Any) -> TestSystem:
-        given = form(**signature(function).bind_partial(*values).arguments | named)
+        given = form(**(own.bind_partial(*values).arguments if values else {}) | named)
         return function(**{name: getattr(given, name) for name in fields})
 
     return checked

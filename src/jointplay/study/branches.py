@@ -137,8 +137,8 @@ class BranchesStudy(Study):
 
     def _misplaced(self) -> list[Problem]:
         suited, asked = figures.SUITED[self.kind], self.figure.get("kind")
-        if asked is None or asked == suited[0]:
-            return []
+        if asked in (None, suited[0], "sweep"):
+            return fits.unsuited_figure(self)
         return fits.unsuited_figure(self) or self._lacking()
 
     def _lacking(self) -> list[Problem]:

@@ -6,7 +6,7 @@ bifurcation diagram make strands of several: chains, where each point starts fro
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import islice
 from math import prod
@@ -55,16 +55,16 @@ class Strand(Protocol):
     def only(self, key: str) -> Strand:
         """Give the strand that ends with the cell of this key."""
 
-    def left(self, done: Mapping[str, int], answers: Mapping[str, Entry]) -> Strand | None:
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Strand | None:
         """Give what is left to run, where the cells in `done` are finished; None if nothing is."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One analysis on a changed mechanism."""
+    """One call of a function that workers import by name."""
 
-    record: Study
-    changes: dict[str, float]
+    function: Callable[..., Entry]
+    keywords: dict[str, Any]
     key: str
 
     @property
@@ -73,15 +73,15 @@ class Cell:
         return (self.key,)
 
     def run(self, notes: Notes) -> None:
-        """Run the analysis."""
+        """Call the function; an error is an answer too."""
         notes.begin(self.key)
-        notes.put(self.key, guarded(_answer, {"record": self.record, "changes": self.changes}))
+        notes.put(self.key, guarded(self.function, self.keywords))
 
     def only(self, _: str) -> Cell:
         """Give itself."""
         return self
 
-    def left(self, done: Mapping[str, int], _: Mapping[str, Entry]) -> Cell | None:
+    def left(self, done: Container[str], _: Mapping[str, Entry]) -> Cell | None:
         """Give itself, if it is not finished."""
         return None if self.key in done else self
 
@@ -116,7 +116,7 @@ class Chain:
         last = self.keys.index(key)
         return self._at(range(last + 1) if self.carried else [last])
 
-    def left(self, done: Mapping[str, int], answers: Mapping[str, Entry]) -> Chain | None:
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Chain | None:
         """Give what is to run still: a carried point depends on those before it."""
         missing = [i for i, key in enumerate(self.keys) if key not in done]
         if not missing or not self.carried:
@@ -133,7 +133,7 @@ class Chain:
 
 def _answer(record: Study, changes: Mapping[str, float]) -> Entry:
     dataset = analysed(record.model_copy(update={"mechanism": changed(record.mechanism, changes)}), jobs=1)
-    return {"status": int(dataset["status"]), "dataset": gather.plain(dataset)}
+    return {"status": int(dataset.variables["status"]), "dataset": gather.plain(dataset)}
 
 
 class CellSweep:
@@ -142,7 +142,10 @@ class CellSweep:
     def __init__(self, record: Study) -> None:
         self.record, self.points = record, points(record.mechanism, record.vary)
         alone = record.model_copy(update={"vary": {}, "figure": {}})
-        self.strands = [Cell(alone, change, self._key(change)) for change in self.points.changes]
+        self.strands = [
+            Cell(_answer, {"record": alone, "changes": change}, self._key(change))
+            for change in self.points.changes
+        ]
 
     def _key(self, change: dict[str, float]) -> str:
         told: tuple[Any, ...] = (self.record.kind, self.record.integrator, self.record.analysis)
@@ -158,10 +161,10 @@ class CellSweep:
 
     def warm(self) -> None:
         """Compile what cells need, so that workers find it on the disk."""
-        every = max(1, len(self.strands) // LOOKED)
-        for cell in (*self.strands[::every], self.strands[-1]):
+        changes = self.points.changes
+        for change in (*changes[:: max(1, len(changes) // LOOKED)], changes[-1]):
             try:
-                model = changed(self.record.mechanism, cell.changes)
+                model = changed(self.record.mechanism, change)
                 section = getattr(self.record.analysis, "section", None)
                 scene = assemble(model, None, quantity(section, model))
             except InputError:
@@ -170,9 +173,9 @@ class CellSweep:
             if self.record.kind in TANGENT:
                 tangent_map(scene, 1e-9 * scene.period, self.record.integrator.rtol)
 
-    def assemble(self, answers: Mapping[str, Entry]) -> xr.Dataset:
-        """Put the answers together."""
-        return gather.dataset(self.record.kind, self.points, [answers[cell.key] for cell in self.strands])
+    def assemble(self, read: gather.Read) -> xr.Dataset:
+        """Put the answers together; `read` goes through them."""
+        return gather.dataset(self.record.kind, self.points, [cell.key for cell in self.strands], read)
 
 
 class ChainSweep:
@@ -207,8 +210,9 @@ class ChainSweep:
         """Compile what points need, so that workers find it on the disk."""
         self.sweep.warm()
 
-    def assemble(self, answers: Mapping[str, Entry]) -> xr.Dataset:
-        """Put the answers together."""
+    def assemble(self, read: gather.Read) -> xr.Dataset:
+        """Put the answers together; `read` goes through them."""
+        answers = dict(read())
         return assembled(self.sweep, {index: answers[key] for index, key in self.places.items()})
 
 
@@ -228,6 +232,11 @@ def redone(strands: Sequence[Strand], index: Mapping[str, int]) -> set[str]:
         if getattr(strand, "carried", False):
             found |= {key for key in strand.keys[n:] if key in done}
     return found
+
+
+def remaining(strands: Iterable[Strand], done: Container[str], answers: Mapping[str, Entry]) -> list[Strand]:
+    """What is left to run of some strands, where the cells in `done` are finished."""
+    return [rest for strand in strands if (rest := strand.left(done, answers)) is not None]
 
 
 def part(strands: Sequence[Strand], share: tuple[int, int] | None) -> list[Strand]:

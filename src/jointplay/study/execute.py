@@ -1,31 +1,36 @@
-"""Run a sweep so that nothing computed is lost: cells in a pool, a journal, one dataset at the end.
+"""Run a study so that nothing computed is lost: cells in a pool, a journal, one dataset at the end.
 
 The journal ``NAME.journal`` lies beside the result and stays after it, as one file, so that a study with
 further values only runs those. What is put together depends on the cells' answers alone: not on workers,
-batches, order or interruptions.
+batches, order or interruptions. The cells are those of a sweep, or those that one analysis hands out; an
+analysis that hands out none has no journal.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import xarray as xr
 
+from jointplay.analysis.cells import cells_run_by
 from jointplay.errors import InputError, Problem
-from jointplay.study import store
-from jointplay.study.cells import CellSweep, ChainSweep, part, redone, swept
+from jointplay.study import inside, store
+from jointplay.study.cells import CellSweep, ChainSweep, Strand, part, redone, remaining, swept
 from jointplay.study.file import Loaded
 from jointplay.study.journal import Journal
 from jointplay.study.pool import Pool
 from jointplay.study.run import named, run
 
-LOOK = 0.5  # s between looks at how far it is
-GO_ON = {True: ("go on; what is finished is kept",), False: ()}  # what Ctrl-C leaves, with cells or without
+LOOK, RARELY = 0.5, 200  # s between looks at how far it is, and at least times what a look takes
+PARTS = "accepted for studies with [vary]; this is one analysis, and only itself can put its cells together"
 
 
 @dataclass(frozen=True)
@@ -45,18 +50,21 @@ def complete(
     **options: Any,
 ) -> Outcome:
     """Run a study of any kind and store its result; `options` are those of `execute`."""
-    if study.record.has_cells:
-        return execute(study, out, pool, progress, **options)
-    if options.get("share"):
-        raise InputError([Problem("--part", study.record.name, "accepted for a study with cells only")])
-    dataset = run(study, progress, pool.jobs)
-    return Outcome(dataset, store.write_result(dataset, out / f"{study.record.name}.nc"))
+    suited = execute if study.record.has_cells else _one_analysis
+    return suited(study, out, pool, progress, **options)
 
 
 def journal_of(out: Path | str, name: str, share: tuple[int, int] | None = None) -> Journal:
     """The journal of a study, or of one part of it."""
     part_of = f".part{share[0]}of{share[1]}" if share else ""
     return Journal(Path(out) / f"{name}{part_of}.journal")
+
+
+def going_on(study: Loaded, out: Path | str, share: tuple[int, int] | None = None) -> tuple[str, ...]:
+    """What the same command does after Ctrl-C, where it does not start over."""
+    kept = study.record.has_cells or inside.divided(study.record)
+    there = kept and journal_of(out, study.record.name, share).folder.exists()
+    return ("go on; what is finished is kept",) if there else ()
 
 
 def execute(
@@ -101,26 +109,70 @@ def execute(
     """
     sweep = swept(study.record)
     assert sweep is not None
-    strands = part(sweep.strands, share)
     with journal_of(out, study.record.name, share).held(fresh) as journal:
-        index = journal.index()
-        if again := redone(strands, index):
-            journal.keep_only(index.keys() - again)
-            index = {key: status for key, status in index.items() if key not in again}
-        keys = [key for strand in strands for key in strand.keys]
-        _tell(journal, keys, index, say)
-        answers = journal.load(keys) if isinstance(sweep, ChainSweep) else {}
-        missing = [rest for strand in strands if (rest := strand.left(index, answers)) is not None]
-        if missing:
-            if pool.workers:
-                sweep.warm()
-            with _watched(journal, sum(len(strand.keys) for strand in missing), progress):
-                pool.run(missing, journal, say)
+        missing = _missing(part(sweep.strands, share), journal, say)
+        if missing and pool.workers:
+            sweep.warm()
+        _run(missing, journal, pool, progress, say)
         outcome = (
             _stored(study, sweep, journal, out) if share is None else Outcome(None, None, journal.folder)
         )
         journal.compact()
         return outcome
+
+
+def _missing(strands: Sequence[Strand], journal: Journal, say: Callable[[str], None]) -> list[Strand]:
+    """What a journal lacks; cells that crashed are taken out of it."""
+    index = journal.index()
+    if again := redone(strands, index):
+        journal.keep_only(index.keys() - again)
+        index = {key: status for key, status in index.items() if key not in again}
+    keys = [key for strand in strands for key in strand.keys]
+    _tell(journal, keys, index, say)
+    chained = any(len(strand.keys) > 1 for strand in strands)
+    return remaining(strands, index, journal.load(keys) if chained else {})
+
+
+def _run(missing: Sequence[Strand], journal: Journal, pool: Pool, progress, say) -> None:
+    if missing:
+        with _watched(journal, sum(len(strand.keys) for strand in missing), progress):
+            pool.run(missing, journal, say)
+
+
+def _one_analysis(
+    study: Loaded,
+    out: Path,
+    pool: Pool,
+    progress: Callable[[float], None] | None,
+    *,
+    fresh: bool = False,
+    share: tuple[int, int] | None = None,
+    say: Callable[[str], None] = lambda line: None,
+) -> Outcome:
+    """Run an analysis; the cells that it hands out go to a journal, which is held from the first on."""
+    name, journal, calls = study.record.name, journal_of(out, study.record.name), count()
+    if share:
+        raise InputError([Problem("--part", name, PARTS)])
+    with ExitStack() as held:
+
+        def keep(function, cells, progress) -> list[dict[str, Any]]:
+            call = next(calls)
+            if not call:
+                held.enter_context(journal.held(fresh))
+            strands = inside.strands(study.record, call, function, cells)
+            _run(_missing(strands, journal, say), journal, pool, progress, say)
+            answers = journal.load(strand.key for strand in strands)
+            if lost := len(strands) - len(answers):
+                raise OSError(f"the answers of {lost} cells cannot be read back; run again")
+            return [answers[strand.key] for strand in strands]
+
+        with cells_run_by(keep):
+            dataset = run(study, progress, pool.jobs)
+        path = store.write_result(dataset, out / f"{name}.nc")
+        if not next(calls):  # none was handed out
+            return Outcome(dataset, path)
+        journal.compact()
+        return Outcome(dataset, path, journal.folder)
 
 
 def _tell(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
@@ -136,7 +188,7 @@ def _tell(journal: Journal, keys: list[str], index: Mapping[str, int], say: Call
 
 def _stored(study: Loaded, sweep: CellSweep | ChainSweep, journal: Journal, out: Path) -> Outcome:
     keys = {key for strand in sweep.strands for key in strand.keys}
-    dataset = named(study, sweep.assemble(journal.load(keys)))
+    dataset = named(study, sweep.assemble(partial(journal.answers, keys)))
     return Outcome(dataset, store.write_result(dataset, out / f"{study.record.name}.nc"), journal.folder)
 
 
@@ -149,8 +201,11 @@ def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | N
     before, over = journal.count(), threading.Event()
 
     def look() -> None:
-        while not over.wait(LOOK):
+        took = 0.0
+        while not over.wait(max(LOOK, RARELY * took)):
+            began = time.perf_counter()
             progress(min(1.0, (journal.count() - before) / cells))
+            took = time.perf_counter() - began
 
     watcher = threading.Thread(target=look, daemon=True)
     watcher.start()
@@ -174,12 +229,12 @@ def merge(study: Loaded, out: Path) -> Outcome:
         raise InputError([Problem("study", name, "a study with cells, by its [vary], has parts to merge")])
     keys = [key for strand in sweep.strands for key in strand.keys]
     with journal_of(out, name).held() as whole:
+        left = set(keys) - whole.index().keys()
         for folder in sorted(out.glob(f"{name}.part*of*.journal")):
             other = Journal(folder)
             other.check_code()
-            whole.write(other.load(set(keys) - whole.index().keys()))
-        missing = len(set(keys) - whole.index().keys())
-        if missing:
+            left -= whole.take(other, left)
+        if missing := len(left):
             expected = f"parts with all {len(keys)} cells are needed; {missing} are missing"
             raise InputError([Problem("parts", str(out / f"{name}.part*of*.journal"), expected)])
         outcome = _stored(study, sweep, whole, out)

@@ -33,6 +33,9 @@ class Span(Record):
     stop: Number
     num: Annotated[int, Field(strict=True, ge=2, le=10**5)]
 
+    def __len__(self) -> int:
+        return self.num
+
 
 def _form(given: Any) -> str:
     return "span" if isinstance(given, Mapping | Span) else "values"
@@ -118,7 +121,7 @@ class BasinsAnalysis(StartsAnalysis):
     patience: Count = reached.PATIENCE
     tolerance: Positive = measured("tolerance", "1", reached.TOLERANCE)
     uncertainty: Flag = True
-    pairs: Count = 0
+    pairs: Annotated[Count, Field(le=10**7)] = 0
 
 
 class StartsStudy(ParticularStudy):
@@ -144,9 +147,10 @@ class SensitivityStudy(StartsStudy):
     def _own_problems(self) -> list[Problem]:
         """What the figure draws has to be there too."""
         found, asked = super()._own_problems(), self.figure.get("kind")
-        there = {"divergence": self._bundled, "field": self.analysis.plane is not None}
+        shown = self._bundled or bool(self.figure.get("quantity"))
+        there = {"divergence": self._bundled, "field": self.analysis.plane is not None, "sweep": shown}
         if not there.get(asked, True):
-            needed = "neighbours" if asked == "divergence" else "plane"
+            needed = "plane" if asked == "field" else "neighbours"
             found.append(Problem("figure.kind", asked, f"it is accepted where analysis.{needed} is given"))
         return found
 

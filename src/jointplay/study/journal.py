@@ -1,11 +1,10 @@
 """The journal of a sweep: what is finished lies on the disk, part by part, before anything is put together.
 
 A journal is a folder. ``journal.json`` says which code computed what is in it, ``lock`` is held by the run
-that writes, and each file ``*.part`` holds some finished cells: a line, a SHA-256 checksum, an index (key
-and status of each cell) and the answers. A part is written under a temporary name, flushed and renamed, so
-that it is there whole or not at all; one that its checksum does not fit is left aside and its cells run
-again. A cell is known by its key, the hash of all that decides its answer, so that a study with further
-values finds those it has. Files ``*.at`` name the cells that workers are at.
+that writes, and each file ``*.part`` holds finished cells, in frames. A part is written under a temporary
+name and renamed, so that it is there whole or not at all; a frame that its checksum does not fit is left
+aside and its cells run again. A cell is known by its key, the hash of all that decides its answer, so that a
+study with further values finds those it has. Files ``*.at`` name the cells that workers are at.
 
 Parts are pickles: a journal is a working folder of one's own, and not to be taken from strangers.
 """
@@ -17,41 +16,37 @@ import json
 import os
 import pickle
 import shutil
-import uuid
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.errors import InputError, Problem
 from jointplay.study import provenance
+from jointplay.study.frames import FORMAT, Entry, Index, bodies, body_of, head_of, new_part, write_part
+from jointplay.study.lock import Busy, lock
+from jointplay.study.pack import unpacked
 from jointplay.study.store import replaced
 
-FORMAT = 1
-MAGIC = b"jointplay journal part 1\n"
 HEADER, LOCK = "journal.json", "lock"
+KEY = 32  # letters of a key
 ROOMS = ("analysis", "mechanism")  # beside those that the kernels' digest covers
 CRASHED = STATUS.index("crashed")
-Entry = dict[str, Any]
-
-
-class Busy(InputError):
-    """Another run of the same study is writing its journal."""
 
 
 def key_of(*parts: Any) -> str:
     """Hash of plain values; numbers by their shortest text that gives them back."""
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), default=_plain)
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
+    return hashlib.sha256(text.encode()).hexdigest()[:KEY]
 
 
 def _plain(value: Any) -> Any:
-    if hasattr(value, "model_dump"):
-        return value.model_dump(mode="json")
+    if hasattr(value, "model_dump_json"):
+        return value.model_dump_json()
     return value.tolist() if hasattr(value, "tolist") else repr(value)
 
 
@@ -88,7 +83,7 @@ class Journal:
             When another run holds it, or other code wrote it.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
-        with _lock(self.folder / LOCK, self.folder):
+        with lock(self.folder / LOCK, self.folder):
             if fresh:
                 self._drop(("*.part", "*.damaged", HEADER))
             self._drop((".*.tmp", "*.at"))
@@ -109,13 +104,12 @@ class Journal:
 
     def check_code(self) -> None:
         """Refuse a journal that other code wrote, as its cells could not be told from this code's."""
-        found = self.header()
-        if found.get("code") != code():
-            told = found.get("kernel_digest", "unknown")
+        found, own = self.header(), {"kernel_digest": cache.digest(), "code": code(), "format": FORMAT}
+        if any(found.get(each) != own[each] for each in ("code", "format")):
             expected = (
-                f"cells of the same code are accepted (kernels {cache.digest()}, code {code()}); these were "
-                f"computed by another (kernels {told}); `jointplay run --fresh` drops them, and --out DIR "
-                "leaves them where they are"
+                f"cells of the same code are accepted ({_which(own)}); these were computed by another "
+                f"({_which(found)}); `jointplay run --fresh` drops them, and --out DIR leaves them where "
+                "they are"
             )
             raise InputError([Problem("journal", str(self.folder), expected)])
 
@@ -133,47 +127,71 @@ class Journal:
 
     def count(self) -> int:
         """Cells that are written, by the names of the parts alone."""
-        return sum(int(path.name.split("-")[0]) for path in self.parts())
+        names = (name for name in os.listdir(self.folder) if name.endswith(".part"))
+        return sum(int(name.split("-")[0]) for name in names)
 
     def index(self) -> dict[str, int]:
         """Status of each finished cell by its key; what is damaged is left out, and named in `damaged`."""
         found: dict[str, int] = {}
-        for stream in self._sound():
-            found |= dict(pickle.load(stream))
+        for told, _ in self._sound():
+            found |= {key: status for key, status in told if key not in found}
         return found
+
+    def answers(self, keys: Iterable[str]) -> Iterator[tuple[str, Entry]]:
+        """Go through the answers of the cells with these keys, as far as they are there: each once."""
+        left = set(keys)
+        for told, stream in self._sound():
+            mine = left.intersection(key for key, _ in told)
+            if mine:
+                left -= mine
+                both = zip(told, unpacked(*pickle.load(stream)), strict=True)
+                yield from ((key, answer) for (key, _), answer in both if key in mine)
 
     def load(self, keys: Iterable[str]) -> dict[str, Entry]:
         """Answers of the cells with these keys, as far as they are there."""
-        wanted, found = set(keys), {}
-        for stream in self._sound():
-            there = [key for key, _ in pickle.load(stream)]
-            if wanted.intersection(there):
-                answers = zip(there, pickle.load(stream), strict=True)
-                found |= {key: answer for key, answer in answers if key in wanted}
-        return found
+        return dict(self.answers(keys))
 
-    def _sound(self) -> Iterator[BinaryIO]:
+    def _sound(self) -> Iterator[tuple[Index, BytesIO]]:
+        """Index of each frame that is sound, and the rest of it."""
         for path in self.parts():
-            content = path.read_bytes()
-            start = len(MAGIC) + 32
-            body = content[start:]
-            if MAGIC + hashlib.sha256(body).digest() == content[:start]:
-                yield BytesIO(body)
-            else:
-                self.damaged.add(path.name)
+            for body in bodies(path, self.damaged):
+                stream = BytesIO(body)
+                yield pickle.load(stream), stream
 
     def write(self, entries: Mapping[str, Entry]) -> None:
         """Add a part."""
         if entries:
             write_part(self.folder, entries)
 
+    def take(self, other: Journal, keys: Iterable[str]) -> set[str]:
+        """Add the cells with these keys of another journal, as far as they are there; which there were."""
+        wanted = other.index().keys() & set(keys)
+        if wanted:
+            with replaced(new_part(self.folder, len(wanted))) as temporary, open(temporary, "wb") as file:
+                for body in other._only(wanted):
+                    file.write(head_of(body))
+                    file.write(body)
+        return wanted
+
+    def _only(self, wanted: set[str]) -> Iterator[bytes]:
+        """Bodies with the cells of these keys: as they are, where no other cell is in them."""
+        left = set(wanted)
+        for told, stream in self._sound():
+            mine = left.intersection(key for key, _ in told)
+            left -= mine
+            if len(mine) == len(told):
+                yield stream.getvalue()
+            elif mine:
+                both = zip(told, unpacked(*pickle.load(stream)), strict=True)
+                yield body_of({key: answer for (key, _), answer in both if key in mine})
+
     def keep_only(self, keys: Iterable[str]) -> None:
-        """Rewrite what is there as one part, without the cells of other keys and what is damaged.
+        """Make one part of what is there, without the cells of other keys and what is damaged.
 
         A run that is killed here leaves cells twice, with the same answers, or some that it meant to drop.
         """
-        old, entries = self.parts(), self.load(keys)
-        self.write(entries)
+        old = self.parts()
+        self.take(self, keys)
         for path in old:
             path.unlink(missing_ok=True)
 
@@ -186,7 +204,7 @@ class Journal:
         """Keys of the cells that workers were at when they ended without a word; forgotten hereby."""
         found = []
         for path in sorted(self.folder.glob("*.at")):
-            found.append(path.read_text())
+            found.append(path.read_text().strip())
             path.unlink(missing_ok=True)
         return [key for key in found if key]
 
@@ -194,7 +212,7 @@ class Journal:
         """Who holds the journal now; None if nobody does."""
         path = self.folder / LOCK
         try:
-            with _lock(path, self.folder):
+            with lock(path, self.folder):
                 return None
         except Busy:
             with suppress(OSError):
@@ -208,39 +226,13 @@ class Journal:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
+def _which(told: Mapping[str, Any]) -> str:
+    names = {"kernels": "kernel_digest", "code": "code", "format": "format"}
+    return ", ".join(f"{name} {told.get(key, 'unknown')}" for name, key in names.items())
+
+
 def header() -> dict[str, Any]:
     """What a journal says of the code that computed its cells."""
     software = {"version": provenance.version("jointplay"), "git": provenance.git_describe()}
     told = {"format": FORMAT, "kernel_digest": cache.digest(), "code": code()}
     return told | {"software": software, "environment": provenance.environment()}
-
-
-def write_part(folder: Path, entries: Mapping[str, Entry]) -> None:
-    """Write finished cells as one part, whole or not at all."""
-    stream = BytesIO()
-    pickle.dump([(key, int(answer["status"])) for key, answer in entries.items()], stream, protocol=5)
-    pickle.dump(list(entries.values()), stream, protocol=5)
-    body = stream.getvalue()
-    with replaced(folder / f"{len(entries)}-{uuid.uuid4().hex}.part") as temporary:
-        temporary.write_bytes(MAGIC + hashlib.sha256(body).digest() + body)
-
-
-@contextmanager
-def _lock(path: Path, shown: Path) -> Iterator[None]:
-    """Hold a lock that ends with the process, however that ends."""
-    try:
-        import fcntl
-    except ImportError:  # no POSIX: two runs at once are then not told apart
-        yield
-        return
-    with open(path, "a+") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.seek(0)
-            expected = f"one run at a time is accepted; process {file.read().strip()} is at it"
-            raise Busy([Problem("journal", str(shown), expected)]) from None
-        file.truncate(0)
-        file.write(f"{os.getpid()} on {os.uname().nodename}")
-        file.flush()
-        yield

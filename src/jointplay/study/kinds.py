@@ -53,18 +53,32 @@ class Integrator(Record):
 
 
 class Initial(Record):
-    """Where a linkage starts: the ideal mechanism's position and speeds at a crank angle.
+    """Where a linkage starts: the ideal mechanism's position and speeds at a crank angle, or as written out.
 
     Parameters
     ----------
-    crank_angle : float
-        rad.
+    crank_angle : float, optional
+        rad; 0 if left out.
     crank_speed : float, optional
         rad/s; the drive's no-load speed if left out.
+    angle, angular_velocity : dict of str to float, optional
+        Of every link, by name, rad and rad/s, instead of the crank's.
     """
 
-    crank_angle: Number = measured("crank angle", "rad", 0.0)
+    crank_angle: Number | None = measured("crank angle", "rad", None)
     crank_speed: Number | None = measured("crank speed", "rad/s", None)
+    angle: dict[str, Number] | None = measured("angle of each link, by name", "rad", None)
+    angular_velocity: dict[str, Number] | None = measured(
+        "angular velocity of each link, by name", "rad/s", None
+    )
+
+    @field_validator("angle", "angular_velocity")
+    @classmethod
+    def _instead_of_the_crank(cls, given: Any, info: ValidationInfo) -> Any:
+        crank = [key for key in ("crank_angle", "crank_speed") if info.data.get(key) is not None]
+        if given is not None and crank:
+            raise refuse(given, f"either {' and '.join(crank)}, or angle and angular_velocity, are accepted")
+        return given
 
 
 def _list(accepts: str) -> Any:
@@ -258,6 +272,13 @@ class Study(Record):
     figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
         default_factory=dict, json_schema_extra={"accepts": "a table of kind and its options"}
     )
+
+    @field_validator("integrator", mode="before")
+    @classmethod
+    def _else_as_usual(cls, given: Any) -> Any:
+        """What the table leaves out is as this kind of study has it."""
+        usual = dict(cls.model_fields["integrator"].default)
+        return usual | dict(given) if isinstance(given, Mapping) else given
 
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod

@@ -12,10 +12,11 @@ import numpy as np
 
 from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError, Problem
+from jointplay.study import inside
 from jointplay.study.cells import CellSweep, Chain, ChainSweep, Strand, swept, total
 from jointplay.study.execute import journal_of
 from jointplay.study.file import Loaded
-from jointplay.study.journal import CRASHED, Entry
+from jointplay.study.journal import CRASHED, Entry, Journal
 
 
 class _Timed:
@@ -68,16 +69,18 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({STATUS[status]})" if status else "")
     if missing:
         yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
-    yield f"result   about {_bytes(size * cells)} before compression"
+    if not isinstance(sweep, inside.Inside):  # what that makes of its cells is not known before
+        yield f"result   about {_bytes(size * cells)} before compression"
 
 
-def _sweep(study: Loaded) -> CellSweep | ChainSweep:
-    sweep = swept(study.record)
-    if sweep is None:
+def _sweep(study: Loaded) -> CellSweep | ChainSweep | inside.Inside:
+    if inside.divided(study.record):
+        return inside.Inside(study.record)
+    if (sweep := swept(study.record)) is None:
         expected = (
-            "a study with cells, of kind bifurcation or with a [vary], is accepted; this is one analysis"
+            "a study with cells is accepted: with [vary], over a plane of starts, or of the paper as a whole"
         )
-        raise InputError([Problem("study", study.record.name, expected)])
+        raise InputError([Problem("study", study.record.name, f"{expected}; this is one analysis")])
     return sweep
 
 
@@ -97,7 +100,7 @@ def _longest(left: list[int], jobs: int) -> int:
     return max(busy)
 
 
-def _timed(sweep: CellSweep | ChainSweep, strand: Strand) -> tuple[float, int, int]:
+def _timed(sweep: CellSweep | ChainSweep | inside.Inside, strand: Strand) -> tuple[float, int, int]:
     """Seconds and size of one cell, and its status; compilation is not counted."""
     sweep.warm()
     notes, began = _Timed(), time.perf_counter()
@@ -123,11 +126,9 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     str
         A line.
     """
-    name, sweep = study.record.name, _sweep(study)
-    journal = journal_of(out, name)
-    keys = {key for strand in sweep.strands for key in strand.keys}
-    index = {key: found for key, found in journal.index().items() if key in keys}
-    yield f"cells    {len(index)} of {len(keys)} finished"
+    name, journal = study.record.name, journal_of(out, study.record.name)
+    index, cells = _finished(study, journal)
+    yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + " finished"
     ends = Counter(STATUS[found] for found in index.values() if found)
     for word, n in sorted(ends.items()):
         yield f"{word:<8} {n}" + (" (these run again)" if word == STATUS[CRASHED] else "")
@@ -135,7 +136,18 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield f"damaged  {len(journal.damaged)} parts of the journal; their cells run again"
     if journal.folder.exists() and (writer := journal.writer()) is not None:
         yield f"running  process {writer}"
-    yield f"result   {_result(out / f'{name}.nc', len(index) == len(keys))}"
+    yield f"result   {_result(out / f'{name}.nc', 0 < len(index) == cells)}"
+
+
+def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
+    """Status of each cell of a study that is in the journal, and how many it has; 0 where none tells."""
+    index = journal.index()
+    if inside.divided(study.record):
+        begin = inside.head(study.record)
+        found = {key: status for key, status in index.items() if key.startswith(begin)}
+        return found, inside.total(found)
+    keys = {key for strand in _sweep(study).strands for key in strand.keys}
+    return {key: status for key, status in index.items() if key in keys}, len(keys)
 
 
 def _result(path: Path, whole: bool) -> str:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.vary import Axis, axes
+from jointplay.analysis.vary import Axis, checked_axes
 from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.study.vary import ROOT, together, values
+from jointplay.study.vary import together, values
 
 CASE = "case"  # the dimension of combinations that make no grid
 
@@ -65,10 +65,7 @@ def points(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any]) -> Points
     """Every combination that a checked `[vary]` table asks for."""
     given = values(vary)
     if not together(vary):
-        return Points(axes(mechanism, given, ROOT))
-    named = axes(mechanism, {key: tuple(dict.fromkeys(each)) for key, each in given.items()}, ROOT)
-    ordered = (
-        Axis(axis.key, axis.name, tuple(map(float, given[axis.key])), axis.units, axis.long_name)
-        for axis in named
-    )
+        return Points(checked_axes(mechanism, given))
+    rising = checked_axes(mechanism, given)
+    ordered = (replace(axis, values=tuple(map(float, given[axis.key]))) for axis in rising)
     return Points(tuple(ordered), together=True)

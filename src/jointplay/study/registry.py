@@ -12,6 +12,7 @@ from jointplay.study.initial_states import BasinsStudy, SensitivityStudy
 from jointplay.study.kinds import ResponseStudy, SectionStudy, Study
 from jointplay.study.paper import ClaimsStudy, ReadingsStudy
 from jointplay.study.scheme import SchemeStudy
+from jointplay.study.stress import StressStudy
 from jointplay.study.sweeps import BifurcationStudy
 
 KINDS: dict[str, type[Study]] = {
@@ -29,5 +30,6 @@ KINDS: dict[str, type[Study]] = {
     "basins": BasinsStudy,
     "periodic_orbit": OrbitStudy,
     "continuation": BranchStudy,
+    "stress": StressStudy,
 }
 StudyFile = Annotated[reduce(or_, KINDS.values()), Field(discriminator="kind")]

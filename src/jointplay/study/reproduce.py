@@ -18,8 +18,8 @@ from jointplay.study import run as runner
 from jointplay.study.file import load
 from jointplay.study.source import parse, read_text
 from jointplay.study.status import explain
-from jointplay.study.store import check_writable, replaced, write_figure, write_result
-from jointplay.study.tables import TABLES
+from jointplay.study.store import check_writable, write_figure, write_result
+from jointplay.study.tables import write_table
 
 FOLDER = Path("studies") / "paper"
 LONG = ("readings", "claims")  # kinds of study that take longest, the longest first
@@ -153,7 +153,7 @@ def one_study(path: Path, out: Path, jobs: int = 1) -> Outcome:
         failure = explain(dataset) or ""
         name = study.record.name
         files.append(write_result(dataset, out / f"{name}.nc"))
-        files += _tables(dataset, out / f"{name}.txt")
+        files += write_table(dataset, out / f"{name}.txt")
         picture = figures.draw(dataset, study.record.figure)
         files += [write_figure(picture, out / f"{name}.{ending}") for ending in ("pdf", "png")]
     except InputError as error:
@@ -161,13 +161,3 @@ def one_study(path: Path, out: Path, jobs: int = 1) -> Outcome:
     except Exception as error:
         failure = failure or f"{type(error).__name__}: {error}"
     return Outcome(path.stem, tuple(files), failure, time.perf_counter() - began)
-
-
-def _tables(dataset, path: Path) -> list[Path]:
-    """Write the table of a result as text, for the kinds that have one."""
-    table = TABLES.get(dataset.attrs.get("kind"))
-    if table is None:
-        return []
-    with replaced(path) as temporary:
-        temporary.write_text(table(dataset), encoding="utf-8")
-    return [path]

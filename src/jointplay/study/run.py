@@ -20,6 +20,7 @@ from jointplay.analysis.signals.spectrum import spectrum
 from jointplay.analysis.simulate import simulate
 from jointplay.analysis.states.basins import basins
 from jointplay.analysis.states.sensitivity import sensitivity
+from jointplay.analysis.stress.stress import stress
 from jointplay.analysis.sweeps.bifurcation import bifurcation
 from jointplay.errors import InputError, Problem
 from jointplay.study import provenance
@@ -41,6 +42,7 @@ ANALYSES: dict[str, Callable[..., xr.Dataset]] = {
     "basins": basins,
     "periodic_orbit": periodic_orbit,
     "continuation": continuation,
+    "stress": stress,
 }
 
 
@@ -83,10 +85,13 @@ def analysed(
     record: Study, progress: Callable[[float], None] | None = None, jobs: int | None = None
 ) -> xr.Dataset:
     """Compute what one mechanism answers, whatever varies."""
-    analysis, keywords = ANALYSES[record.kind], record.keywords()
-    if "n_jobs" in signature(analysis).parameters:
-        keywords["n_jobs"] = jobs
-    return analysis(record.mechanism, **keywords, progress=progress)
+    more = {"n_jobs": jobs} if takes_jobs(record.kind) else {}
+    return ANALYSES[record.kind](record.mechanism, **record.keywords(), **more, progress=progress)
+
+
+def takes_jobs(kind: str) -> bool:
+    """Whether the analysis of a kind of study runs cells side by side."""
+    return "n_jobs" in signature(ANALYSES[kind]).parameters
 
 
 def named(study: Loaded, dataset: xr.Dataset) -> xr.Dataset:

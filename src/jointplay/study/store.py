@@ -1,15 +1,20 @@
 """Results on disk: one labelled netCDF file a study, moved into place whole or not at all."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
-from matplotlib.figure import Figure
 
 from jointplay.errors import InputError, Problem
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure  # a third of a second that workers need not wait
 
 ENGINE = "netcdf4"  # always named: mixing HDF5 stacks in one process has broken before
 COMPRESS_FROM = 1024  # values; below this the chunk headers cost more than they save
@@ -99,17 +104,22 @@ def open_result(path: Path | str) -> xr.Dataset:
 
 
 @contextmanager
-def replaced(path: Path) -> Iterator[Path]:
-    """Give a temporary name beside `path`; on success flush the file and move it there, else remove it."""
+def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
+    """Give a temporary name beside `path`; on success move the file there, else remove it.
+
+    Without `flush` it is there whole after a kill at any moment, but may not be after a power cut.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         yield temporary
-        _flush(temporary)
+        if flush:
+            _flush(temporary)
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
     with suppress(OSError):  # some file systems cannot sync a folder; the file itself is safe
-        _flush(path.parent)
+        if flush:
+            _flush(path.parent)
 
 
 def check_writable(folder: Path | str, key: str = "--out") -> Path:

@@ -1,11 +1,15 @@
-"""Results as plain text: the paper's conclusions with their grades, and its readings."""
+"""Results as plain text: the paper's conclusions with their grades, its readings, scenes under stress."""
 
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from textwrap import wrap
 
 import xarray as xr
+
+from jointplay.study.store import replaced
+from jointplay.study.stress_table import stress_summary, stress_table
 
 COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
 WIDTHS = (44, 12, 110)  # characters of conclusion, grade, evidence
@@ -89,4 +93,15 @@ def _named(codes, words: list[str]):
     return [_named(code, words) for code in codes] if isinstance(codes, list) else words[codes]
 
 
-TABLES = {"claims": claims_table, "readings": readings_table}
+TABLES = {"claims": claims_table, "readings": readings_table, "stress": stress_table}
+SUMMARIES = {"stress": stress_summary}  # what a run tells on the terminal
+
+
+def write_table(dataset: xr.Dataset, path: Path) -> list[Path]:
+    """Write the table of a result, for the kinds that have one; give back the files."""
+    table = TABLES.get(dataset.attrs.get("kind"))
+    if table is None or "swept" in dataset.attrs:
+        return []
+    with replaced(path) as temporary:
+        temporary.write_text(table(dataset), encoding="utf-8")
+    return [path]

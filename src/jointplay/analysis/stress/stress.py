@@ -1,0 +1,178 @@
+"""Stress: scenes far outside ordinary use, each run twice, and what that says of the answers.
+
+Ranges: stiffness 10⁴ … 10¹¹ N/m, damping 0 … 10⁵ N s/m, clearance 10⁻⁷ … 3·10⁻³ m, gear ratio 0.2 … 60,
+friction 0 … 1.5, links from thin and long to thick and short, dead centres and change points, starts deep in
+contact, at rest, or far from the nominal speed, with and without tension and an elastic coupler.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import xarray as xr
+
+from jointplay.analysis.cells import run_cells
+from jointplay.analysis.request import check
+from jointplay.analysis.run import Request, follow
+from jointplay.analysis.stress.growth import largest_growth
+from jointplay.analysis.stress.motion import move, sizes
+from jointplay.analysis.stress.report import dataset
+from jointplay.analysis.stress.scenes import VARIANTS, Case, draw, misfits, strangers
+from jointplay.analysis.stress.verdict import CAUSES, VERDICTS, judge
+from jointplay.analysis.tangents import scales
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.scene import Scene
+
+TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
+PATIENCE = 4  # steps that the second run may take, relative to the first's
+TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
+LOOKED = 200  # scenes that are looked through for structures to compile
+INSTANT = 1e-9  # of a turn: a run that only loads what is compiled
+
+
+def stress(
+    mechanism: Mechanism | None = None,
+    *,
+    scenes: int,
+    first: int = 0,
+    seed: int = 0,
+    variants: Sequence[str] = tuple(VARIANTS),
+    turns: int = TURNS,
+    rtol: float = 1e-8,
+    max_steps: int | None = MAX_STEPS,
+    listed: int = LISTED,
+    n_jobs: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Run scenes drawn from wide ranges, each at two tolerances, and judge the first run by the second.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, optional
+        A motor-driven four-bar whose numbers are changed; the catalog's `chunmei2002` if left out.
+    scenes, first : int
+        How many, and the number of the first; the first 64 of a series are its corners.
+    seed : int
+        Which series.
+    variants : sequence of str
+        Of `VARIANTS`: what parts a scene has; one of them each.
+    turns : int
+        Nominal turns of each run.
+    rtol : float
+        Relative tolerance of the run that is judged; the second has a hundredth of it.
+    max_steps : int, optional
+        Attempted steps after which it stops; the second may take four times as many.
+    listed : int
+        How many of the slowest, and of the worst, are listed with the study lines that run them again.
+    n_jobs : int, optional
+        Worker processes.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``scene``: ``verdict`` (flags ok, sensitive, stopped, unconfirmed, suspect: see
+        `jointplay.analysis.stress.verdict`), ``cause`` and ``excess`` of a suspicion, ``disagreement``,
+        ``growth``, ``energy_residual``, ``scene_status``, ``tight_status``, counts, ``wall_time`` of a turn
+        (s), the numbers drawn. Over ``rank``: ``slowest``, ``worst`` and their study lines. ``status`` is ok
+        unless a scene crashed.
+
+    Raises
+    ------
+    InputError
+        Listing what does not fit.
+    """
+    printed = catalog.chunmei2002() if mechanism is None else mechanism
+    wrong(
+        printed, variants=variants, turns=turns, rtol=rtol, max_steps=max_steps, scenes=scenes, listed=listed
+    )
+    limit = MAX_STEPS if max_steps is None else max_steps
+    settings = {"seed": seed, "variants": tuple(variants), "turns": turns, "rtol": rtol, "max_steps": limit}
+    cells = [{"printed": printed, "number": first + k} | settings for k in range(scenes)]
+    _warm(cells)
+    answers = run_cells(cell, cells, n_jobs, progress)
+    return dataset(printed, range(first, first + scenes), settings, answers, listed)
+
+
+def wrong(
+    mechanism: Any, *, variants: Sequence[str], turns: Any, rtol: Any, max_steps: Any, **counts: Any
+) -> None:
+    """Refuse what makes no stress study.
+
+    Raises
+    ------
+    InputError
+        Listing every problem.
+    """
+    found = [*misfits(mechanism), *strangers(tuple(variants))]
+    for key in ("scenes", "listed"):
+        if not (isinstance(counts.get(key, 1), int) and counts.get(key, 1) >= 1):
+            found.append(Problem(key, counts[key], "a whole number greater than 0 is accepted"))
+    try:
+        check(catalog.chunmei2002(), turns, None, 0, rtol, max_steps)
+    except InputError as error:
+        found += error.problems
+    if found:
+        raise InputError(found)
+
+
+def cell(
+    printed: Mechanism,
+    number: int,
+    seed: int,
+    variants: tuple[str, ...],
+    turns: int,
+    rtol: float,
+    max_steps: int,
+) -> dict[str, Any]:
+    """Draw one scene, run it twice, judge it."""
+    case = draw(printed, number, seed, variants)
+    scene = scene_of(case)
+    load(scene)  # what that costs is no part of its time
+    loose = move(scene, turns, rtol, max_steps)
+    tight = move(scene, turns, TIGHTER * rtol, PATIENCE * max_steps)
+    unit, reached = sizes(scene, tight), min(loose.turns, tight.turns)
+
+    def growth() -> float:
+        return largest_growth(assemble(case.mechanism, case.initial), unit, reached, rtol, max_steps)
+
+    found = asdict(judge(loose, tight, unit, (rtol, TIGHTER * rtol), growth))
+    found |= {"verdict": VERDICTS.index(found["verdict"]), "cause": CAUSES.index(found["cause"])}
+    found |= {
+        "energy_residual": loose.residual if loose.turns else math.nan,
+        "tight_energy_residual": tight.residual,
+        "turns": loose.turns,
+    }
+    found |= {"tight_status": tight.status, "tight_n_steps": tight.counts["n_steps"]} | loose.counts
+    time = loose.wall_time / loose.turns if loose.turns else math.nan
+    return found | {"status": loose.status, "wall_time": time}
+
+
+def scene_of(case: Case) -> Scene:
+    """The scene, with the work of its parts."""
+    return assemble(case.mechanism, case.initial, powers=True)
+
+
+def load(scene: Scene) -> None:
+    """Load what is compiled for a scene, or compile it."""
+    follow(scene, Request(INSTANT * scene.period, max_steps=1))
+
+
+def _warm(cells: list[dict[str, Any]]) -> None:
+    """Compile what the scenes need, once a structure, so that workers find it on the disk."""
+    seen = set()
+    for one in cells[:LOOKED]:
+        case = draw(*(one[key] for key in ("printed", "number", "seed", "variants")))
+        scene = scene_of(case)
+        if scene.structure not in seen:
+            seen.add(scene.structure)
+            load(scene)
+            plain = assemble(case.mechanism, case.initial)
+            largest_growth(plain, scales(plain), INSTANT, one["rtol"], 1)

@@ -1,0 +1,91 @@
+"""A stress study as plain text: verdicts and statuses, slowest and worst scenes, and their study files."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+ROW = "{:>8}  {:<12} {:<14} {:<19} {:<18} {:<7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}"
+HEAD = (
+    "scene",
+    "verdict",
+    "status",
+    "variant",
+    "geometry",
+    "start",
+    "K (N/m)",
+    "C (N s/m)",
+    "differ",
+    "growth",
+)
+HEAD += ("energy", "ms a turn", "excess")
+CODES = ("verdict", "scene_status", "variant", "geometry", "start")
+FIGURES = ("stiffness", "damping", "disagreement", "growth", "energy_residual", "wall_time", "excess")
+
+
+def stress_summary(dataset: xr.Dataset) -> str:
+    """How many scenes there are of each verdict and status, the slowest, and the worst.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `jointplay.stress`.
+
+    Returns
+    -------
+    str
+    """
+    ok, times = dataset["scene_status"].values == 0, dataset["wall_time"].values
+    median = float(np.nanmedian(times)) if np.isfinite(times).any() else np.nan
+    slow = int(np.count_nonzero(ok & (times > 100 * median)))
+    told = [f"{dataset.sizes['scene']} scenes: {_counts(dataset['verdict'])}"]
+    told.append(f"ended with {_counts(dataset['scene_status'])}")
+    told.append(
+        f"wall time of a turn: median {1e3 * median:.3g} ms; {slow} that ended ok took over 100 times that"
+    )
+    for word in ("slowest", "worst"):
+        rows = (_row(dataset.sel(scene=number)) for number in dataset[word].values)
+        told += ["", word, ROW.format(*HEAD), *rows]
+    return "\n".join(line.rstrip() for line in told) + "\n"
+
+
+def stress_table(dataset: xr.Dataset) -> str:
+    """The same, and a study file of each scene listed.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `jointplay.stress`.
+
+    Returns
+    -------
+    str
+    """
+    listed = {
+        int(number): str(text)
+        for word in ("slowest", "worst")
+        for number, text in zip(dataset[word].values, dataset[f"{word}_lines"].values, strict=True)
+    }
+    files = (f"# {'-' * 30} scene-{number}.toml\n{text}" for number, text in listed.items())
+    return "\n".join([stress_summary(dataset), *files])
+
+
+def _meanings(codes: xr.DataArray) -> list[str]:
+    return codes.attrs["flag_meanings"].split()
+
+
+def _counts(codes: xr.DataArray) -> str:
+    words = _meanings(codes)
+    numbers = ((int(np.count_nonzero(codes.values == i)), word) for i, word in enumerate(words))
+    return ", ".join(f"{number} {word}" for number, word in numbers if number)
+
+
+def _row(one: xr.Dataset) -> str:
+    words = (_meanings(one[name])[int(one[name])] for name in CODES)
+    scale = {"wall_time": 1e3}
+    figures = (_figure(float(one[name]) * scale.get(name, 1.0)) for name in FIGURES)
+    return ROW.format(int(one["scene"]), *words, *figures)
+
+
+def _figure(value: float) -> str:
+    return f"{value:.1e}" if np.isfinite(value) else "-"

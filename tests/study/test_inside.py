@@ -1,0 +1,231 @@
+"""One analysis with cells inside: killed, resumed, spread over workers, it is the same bit for bit."""
+
+import signal
+
+import numpy as np
+import pytest
+from sweep_samples import PLANE, die, forked, loaded, same
+
+from jointplay import cli
+from jointplay.analysis import cells
+from jointplay.analysis.states import basins, field
+from jointplay.errors import InputError
+from jointplay.study import execute, inside, worker
+from jointplay.study.journal import CRASHED, Journal
+from jointplay.study.plan import plan, status
+from jointplay.study.pool import Pool
+from jointplay.study.registry import KINDS
+from jointplay.study.run import run, takes_jobs
+from jointplay.study.store import open_result
+
+FIELD = PLANE.replace('kind = "basins"\nname = "plane"', 'kind = "sensitivity"\nname = "field"')
+FIELD = FIELD[: FIELD.index("transient")] + "turns = 3\n"
+STUDIES = {"plane": PLANE, "field": FIELD}
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    """Six cells in place of one, each a part of its own."""
+    monkeypatch.setattr(basins, "BLOCK", 5)
+    monkeypatch.setattr(field, "BLOCK", 5)
+    monkeypatch.setattr(worker, "BATCH", 0.0)
+
+
+@pytest.fixture
+def begun(monkeypatch):
+    """Keys of the cells that begin in this process."""
+    keys, begin = [], worker.Notes.begin
+
+    def noted(notes, key):
+        keys.append(key)
+        begin(notes, key)
+
+    monkeypatch.setattr(worker.Notes, "begin", noted)
+    return keys
+
+
+def kept(text, out, jobs=1, backend="loky", **options):
+    out.mkdir(exist_ok=True)
+    return execute.complete(loaded(text), out, Pool(jobs, backend), **options).dataset
+
+
+@pytest.mark.parametrize(
+    ("name", "jobs", "backend"),
+    [("plane", 1, "loky"), ("plane", 2, "loky"), ("plane", 2, "threading"), ("field", 1, "loky")],
+)
+def test_kept_cells_give_what_the_analysis_gives(name, jobs, backend, tmp_path):
+    found = kept(STUDIES[name], tmp_path, jobs, backend)
+    assert same(found, run(loaded(STUDIES[name]), jobs=jobs))
+    assert same(found, run(loaded(STUDIES[name]), jobs=1))
+    assert same(open_result(tmp_path / f"{name}.nc"), found)
+    assert len(Journal(tmp_path / f"{name}.journal").index()) == 6
+    assert len(Journal(tmp_path / f"{name}.journal").parts()) == 1
+
+
+@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize("count", [1, 4, 6])
+def test_a_killed_analysis_goes_on_where_it_was(name, count, tmp_path, monkeypatch, begun):
+    written, write_part = [], worker.write_part
+
+    def killing(*given):
+        write_part(*given)
+        written.append(1)
+        if len(written) == count:
+            die()
+
+    with monkeypatch.context() as patch:
+        patch.setattr(worker, "write_part", killing)
+        assert forked(lambda: kept(STUDIES[name], tmp_path)) == signal.SIGKILL
+    done = Journal(tmp_path / f"{name}.journal").index()
+    assert len(done) == count
+    assert next(iter(status(loaded(STUDIES[name]), tmp_path))) == f"cells    {count} of 6 finished"
+    found = kept(STUDIES[name], tmp_path)
+    assert not set(begun) & done.keys()
+    assert len(begun) == len(set(begun)) == 6 - count
+    assert same(found, run(loaded(STUDIES[name])))
+
+
+def test_a_damaged_part_costs_its_cells_only(tmp_path, monkeypatch, begun):
+    monkeypatch.setattr(Journal, "compact", lambda _: None)
+    first = kept(PLANE, tmp_path)
+    part = Journal(tmp_path / "plane.journal").parts()[2]
+    part.write_bytes(part.read_bytes()[:-7])
+    begun.clear()
+    said = []
+    assert same(kept(PLANE, tmp_path, say=said.append), first)
+    assert len(begun) == 1
+    assert any(part.name in line for line in said)
+
+
+def test_a_block_that_crashed_runs_again(tmp_path, monkeypatch, begun):
+    ends, calls = basins.ends, []
+
+    def failing(**cell):
+        calls.append(1)
+        if len(calls) == 2:
+            raise MemoryError("by chance")
+        return ends(**cell)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(basins, "ends", failing)
+        hurt = kept(PLANE, tmp_path)
+    assert (hurt["node_status"] == CRASHED).sum() == 5
+    assert "crashed  1 (these run again)" in list(status(loaded(PLANE), tmp_path))
+    begun.clear()
+    assert same(kept(PLANE, tmp_path), run(loaded(PLANE)))
+    assert len(begun) == 1
+
+
+def test_other_settings_are_other_cells_and_fresh_drops_them(tmp_path, begun):
+    kept(PLANE, tmp_path)
+    other = PLANE.replace("tolerance = 1e-3", "tolerance = 1e-4")
+    begun.clear()
+    said = []
+    kept(other, tmp_path, say=said.append)
+    assert len(begun) == 6
+    assert any("6 cells of other values" in line for line in said)
+    begun.clear()
+    kept(PLANE, tmp_path)
+    assert not begun
+    assert next(iter(status(loaded(PLANE), tmp_path))) == "cells    6 of 6 finished"
+    kept(PLANE, tmp_path, fresh=True)
+    assert len(begun) == 6
+    assert len(Journal(tmp_path / "plane.journal").index()) == 6
+
+
+@pytest.mark.parametrize(
+    "more", ["analysis.turns=5", "integrator.rtol=1e-7", "mechanism.gap=1.5", "analysis.plane.y=[0.0, 0.1]"]
+)
+def test_keys_are_of_all_that_decides_an_answer(more):
+    assert inside.head(loaded(PLANE).record) != inside.head(loaded(PLANE, more).record)
+    assert inside.head(loaded(PLANE).record) == inside.head(loaded(PLANE, 'name="a"', 'title="b"').record)
+
+
+def test_keys_say_how_many_there_are():
+    record = loaded(PLANE).record
+    first = [cell.key for cell in inside.strands(record, 0, die, [{}] * 300)]
+    second = [cell.key for cell in inside.strands(record, 1, die, [{}] * 20)]
+    assert len({*first, *second}) == 320
+    assert {len(key) for key in (*first, *second)} == {32}
+    assert inside.total(first[7:9]) == 300
+    assert inside.total([*first[:2], second[-1]]) == 320
+    assert inside.total([]) == 0
+
+
+def test_plan_looks_at_one_cell_and_writes_nothing(tmp_path):
+    lines = "\n".join(plan(loaded(PLANE), tmp_path, 2))
+    assert "cells    6: 6 inside one analysis" in lines
+    assert "time     about" in lines
+    assert "result" not in lines
+    assert not list(tmp_path.iterdir())
+    assert next(iter(status(loaded(PLANE), tmp_path))) == "cells    0 finished"
+
+
+def test_what_hands_out_no_cells_leaves_no_journal(tmp_path):
+    text = FIELD[: FIELD.index("[analysis]")] + "[analysis]\nturns = 3\nneighbours = 2\n"
+    assert not inside.divided(loaded(text).record)
+    assert inside.divided(loaded(FIELD).record)
+    kept(text, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["field.nc"]
+    with pytest.raises(InputError, match="one analysis"):
+        list(plan(loaded(text), tmp_path, 1))
+
+
+def test_kinds_with_cells_inside_are_those_that_take_jobs():
+    found = {kind for kind in KINDS if takes_jobs(kind)}
+    assert found >= {"basins", "bifurcation", "claims", "readings", "sensitivity"}
+    assert not found & {"response", "section", "lyapunov", "periodic_orbit", "continuation"}
+
+
+def test_varied_analyses_keep_theirs_to_themselves(tmp_path):
+    text = PLANE + "\n[vary]\ngap = [3.0, 3.2]\n"
+    found = kept(text, tmp_path, jobs=2)
+    assert len(Journal(tmp_path / "plane.journal").index()) == 2
+    alone = run(loaded(PLANE))
+    assert np.array_equal(found["attractor"].sel(gap=3.0), alone["attractor"])
+
+
+def test_parts_are_refused_with_a_reason(tmp_path, capsys):
+    path = tmp_path / "a.toml"
+    path.write_text(PLANE)
+    assert cli.main(["run", str(path), "--out", str(tmp_path), "--part", "1/2"]) == 2
+    assert "[vary]" in capsys.readouterr().err
+
+
+def test_ctrl_c_says_how_it_goes_on(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "a.toml"
+    path.write_text(PLANE)
+    words = ["run", str(path), "--out", str(tmp_path), "--jobs", "1"]
+
+    def pressed(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(basins, "warm", pressed)
+        assert cli.main(words) == 130
+        assert "start over" in capsys.readouterr().err
+    monkeypatch.setattr(worker.Notes, "begin", pressed)
+    assert cli.main(words) == 130
+    assert "go on" in capsys.readouterr().err
+
+
+def test_a_runner_is_for_its_block_alone_and_not_for_the_cells_of_its_cells():
+    seen = []
+
+    def runner(function, cells, progress):
+        seen.append(len(cells))
+        return [function(**each) for each in cells]
+
+    def inner(n):
+        return {"status": 0, "found": cells.run_cells(leaf, [{"n": n}] * n, 1)}
+
+    with cells.cells_run_by(runner):
+        found = cells.run_cells(inner, [{"n": 2}, {"n": 3}])
+    assert seen == [2]
+    assert [len(each["found"]) for each in found] == [2, 3]
+    assert cells.run_cells(leaf, [{"n": 1}], 1) == [{"status": 0, "n": 1}]
+    assert seen == [2]
+
+
+def leaf(n):
+    return {"status": 0, "n": n}
