@@ -33,6 +33,7 @@ _HOME = {
     "waveform": "analysis.scheme.waveform",
     "scheme_comparison": "analysis.scheme.scheme_comparison",
     "stress": "analysis.stress.stress",
+    "work_precision": "analysis.precision.work_precision",
     "open": "study.store:open_result",
     "cell": "study.single",
     "figure": "figures:draw",

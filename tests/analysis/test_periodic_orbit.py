@@ -172,3 +172,12 @@ def test_every_variable_says_what_it_is():
     found = jp.periodic_orbit(LINKAGE, transient=30, record=["journal_x"])
     lacking = [name for name, v in found.variables.items() if not {"units", "long_name"} <= v.attrs.keys()]
     assert set(lacking) <= {"joint"}
+
+
+def test_an_equilibrium_is_no_orbit():
+    """Lorenz' system rests at x = y = sqrt(beta (rho - 1)), z = rho - 1, on the section."""
+    rest = [math.sqrt(72.0), math.sqrt(72.0), 27.0]
+    section = jp.Plane(quantity="z", value=27.0, direction="up")
+    found = jp.periodic_orbit(catalog.lorenz(), section, initial=rest, transient=0)
+    assert int(found.status) != 0
+    assert np.isnan(found.orbit_state).all()

@@ -72,10 +72,8 @@ def test_parameters_of_a_linkage_are_in_the_order_of_the_structure(joints, elast
 
 def test_a_part_that_a_scene_lacks_leaves_no_trace():
     bare = catalog.chunmei2002(friction=0, gravity=0.0, drive=None)
-    bare = plain(assemble(bare, {"crank_speed": 5.0}).structure)
-    rate = plain(assemble(catalog.chunmei2002()).structure)
-    assert bare.rate.__code__.co_consts.count(2) == 0  # no sticking variant
-    assert rate.rate.__code__.co_consts.count(2) == 1
+    assert "variant == 2" not in text(assemble(bare, {"crank_speed": 5.0}).structure)  # no sticking variant
+    assert "variant == 2" in text(assemble(catalog.chunmei2002()).structure)
 
 
 def test_a_rigid_link_costs_nothing():

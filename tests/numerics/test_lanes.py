@@ -8,6 +8,7 @@ import pytest
 
 from jointplay.numerics import lanes
 from jointplay.numerics.interface import POLICY
+from jointplay.numerics.memory import lane_rows
 
 from ..plain import uncompiled
 
@@ -100,3 +101,10 @@ def test_complex_rows_are_real_parts_then_imaginary_parts():
         found = w.copy()
         compiled(which, found, w, w, pairs, -1.7, 0, 8, 16, 0)
         assert found[:4] + 1j * found[4:8] == pytest.approx(expected)
+
+
+def test_rows_begin_at_a_cache_line():
+    for n in range(9):
+        rows = [lane_rows(n) for _ in range(5)]
+        assert [len(row) for row in rows] == [8 * n] * 5
+        assert not n or {row.ctypes.data % 64 for row in rows} == {0}

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.run import Request, follow
+from jointplay.mechanism.assemble import assemble
 
 OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)
 PATIENCE = 20.0  # s, compilation included
@@ -103,3 +105,12 @@ def test_a_start_on_a_wall(start):
         found = run(pair, turns=3, initial=start)
         assert found.status in (OK, CHATTER)
         assert float(np.abs(found.state_value.sel(state="y")).max()) < 1.8 + 0.2
+
+
+def test_a_run_ends_at_its_end():
+    """A sum of step lengths may miss it by rounding: that is no step too short to take."""
+    scene = assemble(jp.catalog.impact_pair(3.0, 0.8))
+    for duration in np.random.default_rng(1).uniform(0.1, 30.0, 300):
+        found = follow(scene, Request(duration, at=np.array([duration])))
+        assert found.status == 0
+        assert found.samples[:, 0].tolist() == [duration]

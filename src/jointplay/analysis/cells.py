@@ -96,4 +96,4 @@ def guarded(function: Callable[..., dict[str, Any]], cell: dict[str, Any]) -> di
 def warm(scenes: Iterable[Scene]) -> None:
     """Compile what these scenes need, once a structure, so that workers find it on the disk."""
     for scene in {scene.structure: scene for scene in scenes}.values():
-        follow(scene, Request(duration=1e-9 * scene.period))
+        follow(scene, Request(duration=1e-9 * scene.period, max_steps=1))

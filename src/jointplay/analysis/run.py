@@ -17,7 +17,10 @@ from jointplay.mechanism.scene import Scene
 CHUNK = 50_000  # attempts between two looks at the progress
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
+EPS = float(np.finfo(float).eps)
 NOISE = 1e-12  # sliding speeds are known no better than this tolerance has them
+ROUNDINGS = 64  # nor than so many roundings of the links' speeds, of which they are differences
+APPROACH = 0.01  # of these: normal speeds, of which the rounding of the normal's direction makes sliding ones
 NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
 
 
@@ -144,6 +147,23 @@ def functions(structure: Linkage | Oscillator) -> tuple:
     return pointers(module, cache.algebra_module(sizes["positions"], sizes["speeds"]))
 
 
+def _rest(scene: Scene, rtol: float) -> float:
+    """Sliding speed that is within the tolerance of zero, or within rounding."""
+    turning = max((scene.reach / e for e in scene.clearances), default=0.0)
+    rounding = EPS * scene.reach * 2 * math.pi / scene.period * (ROUNDINGS + APPROACH * turning)
+    return max(max(rtol, NOISE) * scene.creep, rounding)
+
+
+def _margins(scene: Scene, rtol: float, n_contacts: int, n_resets: int) -> np.ndarray:
+    """What of each guard is within the tolerance of zero: gap, force, sliding speed; of others nothing."""
+    found = np.zeros((n_contacts, 4))
+    found[:, 2] = _rest(scene, rtol)
+    for j, (e, K) in enumerate(zip(scene.clearances, scene.stiffnesses, strict=True)):
+        play = max(rtol * e, 16 * EPS * scene.reach)
+        found[j, :2] = 2 * e * play, K * play
+    return np.concatenate([found.ravel(), np.zeros(n_resets)])
+
+
 def memory(scene: Scene, request: Request):
     """Arrays and options of a run."""
     from jointplay.numerics import memory as arrays
@@ -158,6 +178,7 @@ def memory(scene: Scene, request: Request):
         absolute=request.rtol * scene.absolute,
         relative=request.rtol * scene.relative,
         turning=scene.turning.copy(),
+        margin=_margins(scene, request.rtol, n_contacts, sizes["resets"]),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
@@ -175,7 +196,7 @@ def memory(scene: Scene, request: Request):
         h_max=float(scene.h_max),
         newton=NEWTON,
         near=1e-7 * scene.period,
-        rest=max(request.rtol, NOISE) * scene.creep,
+        rest=_rest(scene, request.rtol),
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
@@ -189,7 +210,7 @@ def memory(scene: Scene, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    work = arrays.work(n_q, n, n_contacts, sizes["powers"], sizes["rows"], sizes["jacobian"])
+    work = arrays.work(len(x.s), n_q, n, n_contacts, sizes["powers"], sizes["rows"], sizes["jacobian"])
     return work, x, options
 
 

@@ -62,11 +62,10 @@ class Bundle:
     def __post_init__(self):
         from jointplay.numerics import tangent
 
-        sizes = cache.structure_module(self.scene.structure).SIZES
         rows = cache.variation_module(self.scene.structure).ROWS
         self.k, self.x, self.o = memory(self.scene, self.request)
-        n, frame = sizes["speeds"], np.asarray(self.frame, dtype=float)
-        self.y = tangent.tangents(frame, scales(self.scene), n, rows, self.rows)
+        frame = np.asarray(self.frame, dtype=float)
+        self.y = tangent.tangents(frame, scales(self.scene), self.o.n, rows, self.rows)
         self.y.count[tangent.SALTATION], self.y.count[tangent.HELD] = self.saltation, self.held
         real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
         real |= {tangent.LIMIT: SAFE * self.request.rtol**FOLLOWED}
@@ -148,6 +147,11 @@ class Bundle:
     def vectors(self) -> np.ndarray:
         """The tangents, shape (vectors, states)."""
         return self.y.d.reshape(len(self.y.alive), -1)[:, 1:].copy()
+
+
+def warm_tangents(scene: Scene) -> None:
+    """Compile what the tangents of a scene need, so that worker processes find it on the disk."""
+    Bundle(scene, Request(1e-9 * scene.period, max_steps=1), np.eye(len(scene.state))).advance()
 
 
 def tangent_map(scene: Scene, duration: float, rtol: float = 1e-11, saltation: bool = True) -> np.ndarray:

@@ -40,10 +40,8 @@ def text(system: System) -> str:
             contacts.append(_contacts(layout, dynamics, variant))
         entries = dict(enumerate(plans[v].values)) if large else _dense(layout, dynamics)
         jacobians.append(_jacobian(layout, dynamics, variant, entries))
-    for part in rates + jacobians + contacts:
-        parts.append("@compiled\n" + part + "\n")
-    parts += [_choice("rate", "w, s, p, m", len(rates)), _choice("jacobian", "s, p, m, J", len(jacobians))]
-    parts += [_choice("contacts", "s, p, m, out", len(contacts), first=1), _trig(layout), _reset(layout)]
+    parts += [_choice("rate", "w, s, p, m", rates), _choice("jacobian", "s, p, m, J", jacobians)]
+    parts += [_choice("contacts", "s, p, m, out", contacts, first=1), _trig(layout), _reset(layout)]
     if large:
         parts.append(plan.text(plans, len(system.positions), layout.rows["time"]))
     parts.append(outputs.text(system))
@@ -99,7 +97,7 @@ def _guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, object]:
     """Guards of a contact by place: 0 gap or u, 1 the law's F_n, 2 v_t, 3 the cone (f F_n)^2 - F_t^2."""
     contact = dynamics.system.contacts[j]
     guards = {0: contact.u if contact.gap is None else contact.gap}
-    if not contact.pulls:
+    if not contact.pulls or (contact.sticks and variant == "stick"):
         guards[1] = contact.F_n
     if contact.sticks and variant != "free":
         guards[2] = contact.v_t
@@ -131,13 +129,13 @@ def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     return point(f"contacts_{variant}", layout, program, stores, "s, p, m, out", "out")
 
 
-def _choice(name: str, arguments: str, count: int, first: int = 0) -> str:
-    """A function that picks the variant: 0 free, 1 slip, 2 stick."""
-    names = ("free", "slip", "stick")[first : first + count]
+def _choice(name: str, arguments: str, functions: list[str], first: int = 0) -> str:
+    """A function of the variant, 0 free, 1 slip, 2 stick, that holds the bodies of several (a call costs)."""
     lines = [f"{_door(name)}\ndef {name}(variant, {arguments}):"]
-    for number, variant in enumerate(names, start=first):
-        lines.append(f"    if variant == {number}:\n        {name}_{variant}({arguments})")
-    return "\n".join(lines if names else [*lines, "    pass"]) + "\n\n"
+    for number, function in enumerate(functions, start=first):
+        body = function.rstrip().split("\n")[1:]
+        lines += [f"    if variant == {number}:", *(f"    {line}" for line in body)]
+    return "\n".join(lines if functions else [*lines, "    pass"]) + "\n\n"
 
 
 def _door(name: str) -> str:

@@ -32,6 +32,7 @@ from .spectrum import spectrum
 from .stress import stress
 from .sweep import sweep
 from .time_history import time_history
+from .work_precision import work_precision
 
 KINDS: dict[str, Callable[..., Figure]] = {
     "time_history": time_history,
@@ -55,6 +56,7 @@ KINDS: dict[str, Callable[..., Figure]] = {
     "continuation": continuation,
     "floquet": floquet,
     "stress": stress,
+    "work_precision": work_precision,
     "sweep": sweep,
 }
 
@@ -75,6 +77,7 @@ SUITED = {
     "sensitivity": ("divergence", "field"),
     "basins": ("basins",),
     "stress": ("stress",),
+    "work_precision": ("work_precision",),
 }
 
 __all__ = ["KINDS", "SUITED", "draw", "lacking", "of_sweep", "problems"]

@@ -74,10 +74,12 @@ def assemble(
         creep=SPEED_FLOOR
         * nominal
         * max((joint.radius or 0.0 for joint in mechanism.clearance_joints), default=0.0),
+        reach=sum(link.length for link in mechanism.links),
         h_max=(0.3 if loop else 0.7) / nominal if followed else math.inf,
         links=structure.links,
         joints=tuple(joint.name for joint in mechanism.clearance_joints),
         clearances=tuple(joint.clearance for joint in mechanism.clearance_joints),
+        stiffnesses=tuple(joint.contact.stiffness for joint in mechanism.clearance_joints),
         pins=tuple(joint.name for joint in mechanism.joints if not joint.clearance),
         bending=structure.links if structure.beams else (),
         crank=structure.driven,

@@ -51,6 +51,7 @@ def scene(system: TestSystem, initial: Any = None, section: str | None = None) -
         turning=np.zeros(module.SIZES["positions"]),
         period=system.period or 1.0,
         h_max=TURN / abs(rate) if rate else math.inf,
+        creep=SPEED_FLOOR,
         joints=tuple(module.CONTACTS),
         states=states,
         crank_speed=rate,

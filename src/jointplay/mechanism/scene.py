@@ -34,9 +34,11 @@ class Scene:
         Longest step, s.
     creep : float
         Scale of the tolerated error of a sliding speed, m/s.
-    links, joints, clearances, pins, states, resets : tuple
-        Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the
-        states and of the resets of a test system.
+    reach : float
+        Length whose rounding is that of a gap, m.
+    links, joints, clearances, stiffnesses, pins, states, resets : tuple
+        Names of links, of joints with clearance (or contacts), their clearances (m) and contact stiffnesses
+        (N/m), of ideal joints; of the states and of the resets of a test system.
     bending : tuple of str
         The links, where at least one bends.
     crank, crank_angle, crank_speed
@@ -52,9 +54,11 @@ class Scene:
     period: float
     h_max: float
     creep: float = 0.0
+    reach: float = 0.0
     links: tuple[str, ...] = ()
     joints: tuple[str, ...] = ()
     clearances: tuple[float, ...] = ()
+    stiffnesses: tuple[float, ...] = ()
     pins: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
     crank: str | None = None

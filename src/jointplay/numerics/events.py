@@ -5,10 +5,10 @@ step's beginning to the root with the method itself, so that the state at the ev
 accuracy and no interpolant's: Newton on the length, one or two short solves from an excellent prediction.
 """
 
-from .interface import compiled
+from .interface import compiled, inlined
 from .memory import EVALUATIONS
-from .modes import PULLS, SLIDE, inside
-from .polynomial import basis, bernstein, first_root
+from .modes import PULLS, inside
+from .polynomial import basis, bernstein, first_root, value
 from .step import converge
 
 REFINEMENTS = 8
@@ -22,22 +22,22 @@ def side_of(g, modes, flags):
 
 
 @compiled
-def start_of(w, at, g, side, modes, fired, rest):
+def start_of(w, at, g, side, fired, margin):
     """How guard g, of lane row w[at:], starts: multiplicity of its zero there, and the level it is to leave.
 
-    A sliding speed that starts from zero, or within `rest` of it on the wrong side (in sticking it drifts by
-    a tolerance), may first go `rest` beyond: where slipping begins its rate is zero too, of a noisy sign.
+    A guard that starts from zero, or within its margin on the wrong side, may first go that margin beyond.
+    Its sign there is that of rounding, or of a tolerance, and so may be that of its rate (where slip begins).
     """
-    if g % 4 != SLIDE or g >= 4 * len(modes):
-        return fired[g], 0.0
     start, none = w[at + 7], 0 * g  # a variable, for the reason that interface gives
-    if fired[g] > 0 or 0.0 < -side * start <= rest:
-        return none, start - side * rest
+    if margin[g] == 0.0:
+        return fired[g], 0.0
+    if fired[g] > 0 or 0.0 <= -side * start <= margin[g]:
+        return none, start - side * margin[g]
     return none, 0.0
 
 
-@compiled
-def first_event(w, row, modes, flags, fired, rest, b, stack):
+@inlined
+def first_event(w, row, modes, flags, fired, margin, b, stack):
     """The guard that first leaves its side within the step in w, and where in [0, 1]; -1 and 2.0 if none.
 
     `row` is the lane row of the first guard.
@@ -47,27 +47,42 @@ def first_event(w, row, modes, flags, fired, rest, b, stack):
         side = side_of(g, modes, flags)
         if side != 0:
             at = 8 * (row + g)
-            multiplicity, level = start_of(w, at, g, side, modes, fired, rest)
+            multiplicity, level = start_of(w, at, g, side, fired, margin)
             degree = bernstein(w, at, multiplicity, b)
+            lowest = 0.0
             for i in range(degree + 1):
                 b[i] -= level
-            place = first_root(b, degree, side, stack)
+                lowest = min(lowest, side * b[i])
+            place = first_root(b, degree, side, stack) if lowest < 0.0 else 2.0
             if place < earliest:
                 which, earliest = g, place
     return which, earliest
 
 
 @compiled
-def locate(f, variant, k, x, o, h, place, row, multiplicity, level):
+def aim(w, at, side, place, multiplicity, level, margin, b):
+    """Level at which the guard of lane row w[at:] is left, if it was found beyond `level` at `place`.
+
+    That is zero where it has been inside by more than its margin between.
+    """
+    begin = 0 * multiplicity  # a variable, for the reason that interface gives
+    degree = bernstein(w, at, multiplicity, b)
+    return 0.0 if side * value(b, begin, degree, 0.5 * place, b[8:]) > margin else level
+
+
+@compiled
+def locate(f, variant, k, x, o, h, place, row, multiplicity, level, small):
     """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
 
     Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and
     whether it was found (a root that only the step's polynomial has is not). The shortened step is in k.w.
+    What differs from the level by less than `small` is rounding.
     """
     length, w, b = place * h, k.w, k.b
     for _ in range(REFINEMENTS):
         f.factor(variant, w, k.J, length)
         f.extrapolate(w, k.whole, 0.0, length / h)
+        f.move(w, x.s, length)
         solved, _ = converge(f, variant, k, x, length, 0.1 * o.newton, 1.0)
         if not solved:
             return length, 1.0, False
@@ -78,6 +93,8 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level):
         correction = (level - b[degree]) / slope if slope != 0.0 else 0.0
         if abs(correction) < 1e-6:
             return length, 1.0 + correction, True
+        if abs(b[degree] - level) < small:
+            return length, 1.0, True
         length *= 1.0 + min(max(correction, -0.5), 0.5)
     return length, 1.0, False
 
@@ -86,6 +103,10 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level):
 def state_at(w, at, s, n_x, place, b, out):
     """Write positions and speeds at `place` of the step whose increments begin at w[at], to out[1:]."""
     basis(place, b)
+    if b[14] == 1.0:  # the step's end
+        for r in range(n_x):
+            out[1 + r] = s[1 + r] + w[at + 8 * r + 6]
+        return
     for r in range(n_x):
         total = s[1 + r]
         for i in range(7):

@@ -8,7 +8,7 @@ never an exception.
 import numpy as np
 from numba import int64, typeof
 
-from .events import first_event, locate, side_of, start_of, state_at
+from .events import aim, first_event, locate, side_of, start_of, state_at
 from .interface import FUNCTIONS, compiled, entry, inlined
 from .memory import (
     CLOSE,
@@ -21,6 +21,8 @@ from .memory import (
     FRESH,
     H_LIMIT,
     H_PAST,
+    H_REJECTED,
+    H_START,
     H_VARIANT,
     LOGGED,
     REJECTED,
@@ -42,10 +44,10 @@ from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, 
 from .record import gains, note, sample, work_at
 from .saltation import leap, meet
 from .sections import count_section, keep, sections
-from .step import ORDER, TURN, attempt, next_length
+from .step import ORDER, TURN, attempt, next_length, shorter
 from .tangent import ROWS, carry, mark
 
-WORK = typeof(work(1, 1, 1, 1, 1, 1))
+WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
 OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
 
@@ -53,20 +55,21 @@ OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)
 FULL = -1  # the log is full: empty it and call again
 ROOM = 24  # log rows that one step may need
 CHATTER_COUNT = 12
+TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
+ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
 HUGE = 1e12
 
 
-@compiled
-def _new_base(f, variant, J, weight, x, n_x):
-    """Jacobian and weights at a new base point."""
+@inlined
+def _new_base(f, weight, x, n_x):
+    """Sines, masks and weights of a new base point."""
     f.trig(x.s, x.p)
     mask(x.modes, x.m)
-    f.jacobian(variant, x.s, x.p, x.m, J)
     for r in range(n_x):
         weight[r] = 1.0 / (x.absolute[r] + x.relative[r] * abs(x.s[1 + r]))
 
 
-@compiled
+@inlined
 def _length(s, turning, h, n_q, t_end):
     """Length of the next attempt: the controller's, within the angles' bound and the end of the run."""
     for r in range(n_q):
@@ -77,12 +80,12 @@ def _length(s, turning, h, n_q, t_end):
     return left if left < 1.001 * h else h
 
 
-@compiled
-def _commit(w, s, gain, work, b, at, n_x, h, place):
+@inlined
+def _commit(w, s, gain, work, b, at, n_x, place, time):
     """Move the base point, and the work, to `place` of the step whose increments begin at w[at]."""
     state_at(w, at, s, n_x, place, b, s)
     work_at(gain, b, work, work)
-    s[0] += h * place
+    s[0] = time
     for i in range(8 * n_x):  # from here on the increments are of the new base point
         w[at + i] = 0.0
     for i in range(len(gain)):
@@ -111,9 +114,12 @@ def _event(f, k, x, o, guard):
         x.log[at, 1], x.log[at, 2] = j, kind
     if o.section == 2 and kind == o.section_event and (o.section_contact < 0 or o.section_contact == j):
         count_section(k, x, o, time, 0.0, float(j), float(kind))
-    count[SMOOTH], real[CONTRACTION], real[H_LIMIT] = 0, 1.0, np.inf
-    if real[H_VARIANT + variant_of(x.modes)] > 0.0:
-        real[H] = real[H_VARIANT + variant_of(x.modes)]
+    count[SMOOTH], real[CONTRACTION], real[H_LIMIT], real[H_REJECTED] = 0, 1.0, np.inf, 0.0
+    variant = variant_of(x.modes)
+    if real[H_VARIANT + variant] > 0.0:
+        real[H] = real[H_VARIANT + variant]
+    if real[H_START + variant] > 0.0:
+        real[H] = min(real[H], real[H_START + variant])
     if o.log_steps and x.s[0] >= o.log_from:
         note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
 
@@ -123,22 +129,27 @@ def _reach(f, variant, k, x, o, h):
     """How far an accurate attempt may be taken.
 
     Its first event's guard (-1: none), the length of the step that ends there, the place of the event in it
-    (0: at its start, 1: at its end to rounding), and whether that is sure.
+    (0: at its start, 1: at its end to rounding), and whether that is sure: a long step may have promised
+    another event than the short one to it shows.
     """
-    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, o.rest, k.b, k.stack)
+    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, k.b, k.stack)
     if guard < 0:
         if len(x.work) > 0:
             f.rate(variant, k.w, x.s, x.p, x.m)
             x.count[EVALUATIONS] += 7
         return guard, h, 1.0, True
-    if place * h <= 1e-15 * max(abs(x.s[0]), o.near):
+    instant = 1e-15 * max(abs(x.s[0]), o.near)
+    if place * h <= instant:
         # a guard that has just fired leaves its root: a step that is too long shows it coming back at once
         return guard, h, 0.0, not (x.fired[guard] and h > 1e-3 * o.near)
     keep(k.w, 8 * (o.first + 1), k.whole)
-    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
-    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.modes, x.fired, o.rest)
-    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level)
-    return guard, length, root, solved
+    row, side, small = o.guards + guard, side_of(guard, x.modes, x.flags), ROUNDING * x.margin[guard]
+    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
+    if level != 0.0:
+        level = aim(k.w, 8 * row, side, place, multiplicity, level, x.margin[guard], k.b)
+    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, small)
+    _, earlier = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, k.b, k.stack)
+    return guard, length, root, solved and (root - earlier) * length <= instant + TOGETHER * length
 
 
 @inlined
@@ -152,27 +163,45 @@ def _advance(f, variant, k, x, o, guard, length, root):
     if o.log_misses:
         misses(k, x, o, length, root)
     end, done = x.s[0] + length * root, count[SAMPLES]
-    count[SAMPLES] = sample(
-        x.samples, x.at, done, length, end, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
-    )
+    if abs(o.t_end - end) <= 4e-16 * abs(o.t_end):  # a sum of lengths may miss the end by rounding
+        end = o.t_end
+    if done < len(x.at):
+        count[SAMPLES] = sample(
+            x.samples, x.at, done, length, end, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
+        )
     for g in range(len(x.fired)):
         x.fired[g] = 0
     if guard < 0:
         keep(k.w, at, k.past)
-    _commit(k.w, x.s, k.gain, x.work, k.b, at, n_x, length, root)
+    _commit(k.w, x.s, k.gain, x.work, k.b, at, n_x, root, end)
     if o.log_steps and x.s[0] >= o.log_from:
         note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
 
 
-@compiled
+@inlined
 def _control(real, count, variant, h, error):
     """Length of the step after a whole one; lengths at which the iteration failed are approached slowly."""
     error = max(error, 1e-10)
-    proposed = next_length(h, error, real[H_PAST], real[ERROR_PAST], count[SMOOTH])
-    real[H] = real[H_VARIANT + variant] = min(proposed, real[H_LIMIT])
-    real[H_LIMIT] *= 1.1
-    real[H_PAST], real[ERROR_PAST] = h, max(error, 1e-2)
+    steady = count[SMOOTH] == 1 and real[H_REJECTED] == 0.0
+    proposed = next_length(h, error, real[H_PAST], real[ERROR_PAST], steady)
+    real[H] = min(proposed, real[H_LIMIT])
+    if error > 1e-3 or real[H] > real[H_VARIANT + variant]:  # else something else kept the step short
+        real[H_VARIANT + variant] = real[H]
+    real[H_LIMIT] *= 1.05
+    real[H_PAST], real[ERROR_PAST], real[H_REJECTED] = h, max(error, 1e-2), 0.0
     count[SMOOTH] = 1
+
+
+@compiled
+def _learn_start(real, variant, h, error):
+    """Keep a length for the next step after an event like this one, where a transient asks for a short one.
+
+    The transient makes the error of low order.
+    """
+    if error < 1e-3:
+        real[H_START + variant] = 0.0
+    elif real[H_REJECTED] > 0.0 or real[H_START + variant] > 0.0:
+        real[H_START + variant] = h * min((0.5 / error) ** 0.25, 2.0)
 
 
 @compiled
@@ -203,7 +232,7 @@ def _start(f, x, rest, out):
     x.count[STARTED] = 1
 
 
-@compiled
+@inlined
 def _go_on(f, variant, k, x, o, g, y, h, error):
     """Take an accurate attempt up to its first event, tangents with it, or shorten the next one."""
     count, real = x.count, x.real
@@ -258,7 +287,7 @@ def run(f, k, x, o, g, y):
             return STEP_LIMIT
         variant = variant_of(x.modes)
         if not count[FRESH]:
-            _new_base(f, variant, k.J, k.weight, x, o.n_q + o.n)
+            _new_base(f, k.weight, x, o.n_q + o.n)
             count[FRESH] = 1
         h = _length(x.s, x.turning, min(real[H], o.h_max), o.n_q, o.t_end)
         error = attempt(f, variant, k, x, o, h)
@@ -268,8 +297,10 @@ def run(f, k, x, o, g, y):
             count[SMOOTH] = 1 if count[SMOOTH] and h > 0.2 * real[H_PAST] else 0
         elif not error < 1.0:
             count[REJECTED] += 1
-            real[H] = h * max(0.2, 0.9 * error ** (-1.0 / ORDER)) if error < np.inf else 0.1 * h
+            real[H] = shorter(real, h, error)
         else:
+            if x.s[0] == real[T_EVENT]:
+                _learn_start(real, variant, h, error)
             _go_on(f, variant, k, x, o, g, y, h, error)
             if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER

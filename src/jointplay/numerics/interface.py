@@ -120,7 +120,7 @@ def direct(function):
 
 
 compiled = numba.njit(**POLICY)
-inlined = numba.njit(inline="always", **POLICY)
+inlined = numba.njit(inline="always", **POLICY)  # once an attempt: an array is seven arguments of a call
 
 
 def entry(signature):

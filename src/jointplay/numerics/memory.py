@@ -14,7 +14,8 @@ from .polynomial import STACK
 STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
 CLOSE, FRESH, SMOOTH, SIDE, STARTED, COUNTERS = range(8, 14)
 # Places in Trajectory.real
-H, H_PAST, ERROR_PAST, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT, H_VARIANT = range(9)
+H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
+H_VARIANT, H_START, NUMBERS = 10, 13, 16  # of each variant: last length, length of the step after an event
 # Tags of log rows (floats, as their rows), and where their columns begin
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW = 0.0, 1.0, 2.0, 3.0
 COLUMNS = 3
@@ -25,6 +26,7 @@ class Work(NamedTuple):
 
     w: np.ndarray  # lane buffer: the method's rows, then the structure's
     J: np.ndarray  # Jacobian, rows of positions and speeds; of many unknowns, the values of a plan
+    ahead: np.ndarray  # the predicted state, as Trajectory.s, at which J is taken
     past: np.ndarray  # increments of the last accepted step
     whole: np.ndarray  # increments of a step that is being shortened
     gain: np.ndarray  # increments of the work in the step
@@ -48,6 +50,7 @@ class Trajectory(NamedTuple):
     modes: np.ndarray  # mode of each contact
     flags: np.ndarray  # PULLS, STICKS of each contact
     fired: np.ndarray  # multiplicity with which each guard starts at zero
+    margin: np.ndarray  # what of each guard is within the tolerance of zero; 0: nothing is
     count: np.ndarray
     real: np.ndarray
     at: np.ndarray  # sample times, ascending
@@ -81,23 +84,30 @@ class Options(NamedTuple):
     stop_after: int  # crossings after which the run ends; 0: never
 
 
+def lane_rows(n: int) -> np.ndarray:
+    """Zeros for n lane rows, from a multiple of 64 bytes on: so that a row is one cache line, and not two."""
+    room = np.zeros(8 * n + 7)
+    skip = (-(room.ctypes.data // 8)) % 8
+    return room[skip : skip + 8 * n]
+
+
 def method_rows(n: int) -> int:
     """Lane rows of the written-out algebra, before those of the structure: W, R, X, a row of squares, E."""
     return 3 * n + 1 + n * n
 
 
-def work(n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int, n_jacobian: int) -> Work:
-    """Allocate the scratch of a structure with `n_rows` lane rows and `n_jacobian` numbers in J."""
-    wide = 8 * (n_q + n)
+def work(n_s: int, n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int, n_jacobian: int) -> Work:
+    """Allocate the scratch of a structure: `n_s` numbers in s, `n_rows` lane rows, `n_jacobian` in J."""
     return Work(
-        w=np.zeros(8 * n_rows),
+        w=lane_rows(n_rows),
         J=np.zeros(n_jacobian),
-        past=np.zeros(wide),
-        whole=np.zeros(wide),
-        gain=np.zeros(8 * n_powers),
+        ahead=np.zeros(n_s),
+        past=lane_rows(n_q + n),
+        whole=lane_rows(n_q + n),
+        gain=lane_rows(n_powers),
         weight=np.zeros(n_q + n),
         error=np.zeros(n_q + n),
-        b=np.zeros(16),
+        b=lane_rows(2),
         stack=np.zeros(STACK),
         contact=np.zeros(max(6 * n_contacts, 1)),
     )
@@ -119,8 +129,9 @@ def trajectory(
         modes=np.zeros(n_contacts, dtype=np.int64),
         flags=np.zeros(n_contacts, dtype=np.int64),
         fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
+        margin=np.zeros(4 * n_contacts + n_resets),
         count=np.zeros(COUNTERS, dtype=np.int64),
-        real=np.zeros(12),
+        real=np.zeros(NUMBERS),
         at=np.zeros(0),
         samples=np.zeros((0, 1)),
         log=np.zeros((0, 1)),

@@ -49,8 +49,8 @@ def inside(mode, guard, pulls):
         return 1 if guard == GAP else (-1 if guard == FORCE else 0)
     if guard == GAP:
         return 1 if pulls else 0
-    if guard == FORCE:
-        return 0 if pulls else 1
+    if guard == FORCE:  # nothing that pulls sticks
+        return 1 if mode == STICK or not pulls else 0
     if guard == SLIDE:
         return 1 if mode == SLIP_POSITIVE else (-1 if mode == SLIP_NEGATIVE else 0)
     return 1 if mode == STICK else 0
@@ -132,7 +132,7 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
         modes[j] = FREE
     elif guard == GAP:
         modes[j] = FREE
-    elif guard == FORCE:
+    elif guard == FORCE and not flags[j] & PULLS:
         modes[j] = RELEASED
     elif guard == SLIDE:
         _settle(contacts, j, modes, m, s, p, out)

@@ -86,7 +86,7 @@ def _changes(b, at, n, inside):
 
 
 @compiled
-def _value(b, at, n, x, c):
+def value(b, at, n, x, c):
     """de Casteljau at x; c is scratch."""
     for i in range(n + 1):
         c[i] = b[at + i]
@@ -129,7 +129,7 @@ def _bracketed(b, at, n, inside, c):
         x = hi - g_hi * (hi - lo) / (g_hi - g_lo)
         if not lo < x < hi:
             x = 0.5 * (lo + hi)
-        g = _value(b, at, n, x, c) * inside
+        g = value(b, at, n, x, c) * inside
         if g <= 0.0:
             hi, g_hi = x, g
             g_lo, side = (0.5 * g_lo if side == 1 else g_lo), 1

@@ -61,7 +61,7 @@ def sections(f, variant, k, x, o, h, end):
         if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
             keep(k.w, at, k.whole)
             near, level = max(place, 1e-12), real[LEVEL]
-            length, root, sure = locate(f, variant, k, x, o, h, near, row, whole, level)
+            length, root, sure = locate(f, variant, k, x, o, h, near, row, whole, level, 0.0)
             if not sure:  # the step's own polynomial is the best that there is
                 _bring_back(k.whole, k.w, at - 8, h)
                 length, root = h, place

@@ -10,24 +10,28 @@ done with them. The increments live in the lane buffer `w`, those of the last ac
 where the next are extrapolated.
 """
 
+import numpy as np
+
 from .interface import compiled, inlined
-from .memory import CONTRACTION, EVALUATIONS, H_PAST, SMOOTH
+from .memory import CONTRACTION, ERROR_REJECTED, EVALUATIONS, H_PAST, H_REJECTED, SMOOTH
 
 ITERATIONS = 10
+ROUNDED = 0.5  # updates that stop shrinking below this many tolerated errors: what is left is rounding
 STALE = 0.1  # largest last update, in tolerated errors: guards are those of the iterate before it
 ORDER = 8  # of the error estimate in h
+SAFETY = 0.82  # lengths aim at a fifth of the tolerated error, which goes up and down with a vibration
+LATE = 4  # stage whose Jacobian serves the iteration: it is the late stages that are far from the base point
 TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
 
 
 @inlined
 def converge(f, variant, k, x, h, tolerance, contraction):
-    """Newton's iteration from the predicted increments, with the matrices factored for h.
+    """Newton's iteration from the predicted increments (moved), with the matrices factored for h.
 
     Gives back whether it converged, and the contraction that was observed (the next step's first guess at
     it).
     """
     w = k.w
-    f.move(w, x.s, h)
     factor, before = max(contraction, 1e-16) ** 0.8, 1.0
     for iteration in range(1, ITERATIONS + 1):
         f.rate(variant, w, x.s, x.p, x.m)
@@ -37,11 +41,10 @@ def converge(f, variant, k, x, h, tolerance, contraction):
             break
         if iteration > 1:
             theta = size / before
-            if theta >= 0.99:
-                break
-            factor = theta / (1.0 - theta)
-            if factor * size * theta ** (ITERATIONS - 1 - iteration) > tolerance:
-                break
+            factor = theta / (1.0 - theta) if theta < 0.99 else 1e100
+            hopeless = factor * size * theta ** (ITERATIONS - 1 - iteration) > tolerance
+            if hopeless and (iteration > 2 or theta > 1.0):  # two updates may be of different components
+                return size < ROUNDED, 1.0
         if factor * size <= tolerance and size <= STALE:
             return True, factor
         before = max(size, 1e-300)
@@ -52,11 +55,16 @@ def converge(f, variant, k, x, h, tolerance, contraction):
 def attempt(f, variant, k, x, o, h):
     """Attempt a step of length h; its error in units of the tolerance, -1 if it did not converge."""
     w, s, real, first = k.w, x.s, x.real, 8 * o.first
-    f.factor(variant, w, k.J, h)
     if x.count[SMOOTH]:
         f.extrapolate(w, k.past, 1.0, h / real[H_PAST])
     else:
         f.rest(w)
+    f.move(w, s, h)
+    for r in range(1 + o.n_q + o.n):
+        k.ahead[r] = s[r] + w[first + 8 * r + LATE]
+    f.trig(k.ahead, x.p)
+    f.jacobian(variant, k.ahead, x.p, x.m, k.J)
+    f.factor(variant, w, k.J, h)
     solved, real[CONTRACTION] = converge(f, variant, k, x, h, o.newton, real[CONTRACTION])
     if not solved or _turned(w, x.turning, first + 8, o.n_q):
         return -1.0
@@ -70,7 +78,7 @@ def attempt(f, variant, k, x, o, h):
     return size
 
 
-@compiled
+@inlined
 def _turned(w, turning, at, n_q):
     """Whether an angle turned further in the step than the structure's polynomials reach."""
     largest = 0.0
@@ -102,9 +110,24 @@ def _estimate_again(f, variant, k, x, o, h):
 
 
 @compiled
-def next_length(h, error, h_past, error_past, smooth):
+def next_length(h, error, h_past, error_past, steady):
     """Length of the next step by predictive control (Gustafsson) from the errors of two accepted steps."""
-    factor = 0.9 * error ** (-1.0 / ORDER)
-    if smooth:
-        factor = min(factor, 0.9 * h / h_past * (error_past / (error * error)) ** (1.0 / ORDER))
-    return h * min(max(factor, 0.2), 6.0)
+    if steady:
+        shrinking = (h_past / h) ** 2
+        error = max(error, error * error / error_past * shrinking * shrinking * shrinking * shrinking)
+    return h * min(max(SAFETY * error ** (-1.0 / ORDER), 0.2), 6.0)
+
+
+@compiled
+def shorter(real, h, error):
+    """Length to try after an attempt of length h was rejected, by the order that two such have shown.
+
+    Where a fast transient is stepped over, shorter steps do not help until they resolve it.
+    """
+    order = float(ORDER)
+    if real[H_REJECTED] > h and error < np.inf:
+        order = np.log(real[ERROR_REJECTED] / error) / np.log(real[H_REJECTED] / h)
+    real[H_REJECTED], real[ERROR_REJECTED] = h, error
+    if not error < np.inf or order < 1.5:
+        return h * (0.1 if error > 2.0 else 0.5)
+    return h * max(0.1, 0.9 * error ** (-1.0 / min(order, float(ORDER))))

@@ -15,12 +15,12 @@ import numpy as np
 
 from .frame import orthonormalise
 from .interface import compiled
+from .memory import lane_rows
 from .polynomial import basis
 from .radau import COLLOCATION
 
 ITERATIONS = 40
 ROUNDING = 3e-16
-MIDDLE = 3  # stage
 TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
 # Places in Tangents.count
@@ -34,7 +34,6 @@ class Tangents(NamedTuple):
     """A frame of tangents, what it takes to carry it, and what it has recorded."""
 
     w: np.ndarray  # lane buffer: the structure's rows, then those of its derivatives
-    J: np.ndarray  # Jacobian that the matrices of the iteration are made of
     kept: np.ndarray  # the frame before the piece
     error: np.ndarray  # estimated error of each state of a tangent
     d: np.ndarray  # tangents: rows of a place for time and the state
@@ -60,8 +59,7 @@ def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks
     d = np.zeros((k, 1 + n_x))
     d[:, 1:] = frame
     return Tangents(
-        w=np.zeros(8 * n_rows),
-        J=np.zeros(n * n_x),
+        w=lane_rows(n_rows),
         kept=d.ravel().copy(),
         error=np.zeros(n_x),
         d=d.ravel(),
@@ -69,7 +67,7 @@ def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks
         alive=np.ones(k, dtype=np.int64),
         norms=np.ones(k),
         logs=np.zeros(k),
-        b=np.zeros(16),
+        b=lane_rows(2),
         before=np.zeros(n_x),
         after=np.zeros(n_x),
         gradient=np.zeros(1 + n_x),
@@ -89,18 +87,14 @@ def carry(f, g, variant, k, x, o, y, h, root):
     Give back their largest estimated error in units of what is tolerated: above 1 the piece is too long for
     them, and they have been left where they were.
     """
-    n_x, w, at = o.n_q + o.n, y.w, len(k.w)
-    width, dense = 1 + n_x, len(k.J) == o.n * n_x
-    for i in range(8 * o.first if dense else 0, 8 * (o.first + width)):
+    n_x, w = o.n_q + o.n, y.w
+    width = 1 + n_x
+    for i in range(8 * (o.first + width)):  # the factored matrices, and the state's increments
         w[i] = k.w[i]
     g.variation(variant, w, x.s, x.p, x.m)
     g.divergence(w)
     basis(root, y.b)
     trace = _integral(w, len(w) - 8, h, y.b)
-    if dense:  # the step's middle serves all stages better than its beginning does
-        for i in range(len(k.J)):
-            y.J[i] = w[at + 8 * i + MIDDLE]
-        f.factor(variant, w, y.J, h)
     y.real[THETA] = 0.0
     worst, last = 0.0, len(y.alive) - 1
     for i in range(len(y.d)):
@@ -130,13 +124,12 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
     """Error of the tangent d whose increments are in the lane buffer, in units of what is tolerated."""
     n_x, state = o.n_q + o.n, 8 * (o.first + 1)
     width, begin, end = 8 * n_x, 0.0, 0.0
-    J = y.J if len(k.J) == len(y.J) else k.J
     for r in range(n_x):
         begin = max(begin, abs(y.weight[r] * d[1 + r]))
         end = max(end, abs(y.weight[r] * (d[1 + r] + y.w[state + 8 * r + 6])))
         y.error[r] = d[1 + o.n_q + r] if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
     limit *= max(min(begin, end), 1e-300)  # what shrinks must be known relative to what is left
-    size = f.estimate(variant, y.w, J, y.weight, y.error, h)
+    size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
     if size > limit:  # again, with the error added: sharper for stiff parts (see step)
         for r in range(n_x):
             y.w[state + 8 * r + 7] = y.error[r]
@@ -146,7 +139,7 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
             y.error[r] = speed if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
         for r in range(n_x):
             y.w[state + 8 * r + 7] = 0.0
-        size = f.estimate(variant, y.w, J, y.weight, y.error, h)
+        size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
     return size / limit
 
 

@@ -19,7 +19,7 @@ from jointplay.analysis.request import quantity
 from jointplay.analysis.starts import End
 from jointplay.analysis.sweeps.bifurcation import assembled, planned
 from jointplay.analysis.sweeps.sweep import Sweep, chain
-from jointplay.analysis.tangents import tangent_map
+from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import changed
 from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
@@ -171,7 +171,7 @@ class CellSweep:
                 continue
             warm([scene])
             if self.record.kind in TANGENT:
-                tangent_map(scene, 1e-9 * scene.period, self.record.integrator.rtol)
+                warm_tangents(scene)
 
     def assemble(self, read: gather.Read) -> xr.Dataset:
         """Put the answers together; `read` goes through them."""

@@ -11,6 +11,7 @@ from jointplay.study.chaos import ChaosTestStudy, DimensionStudy, LyapunovStudy,
 from jointplay.study.initial_states import BasinsStudy, SensitivityStudy
 from jointplay.study.kinds import ResponseStudy, SectionStudy, Study
 from jointplay.study.paper import ClaimsStudy, ReadingsStudy
+from jointplay.study.precision import PrecisionStudy
 from jointplay.study.scheme import SchemeStudy
 from jointplay.study.stress import StressStudy
 from jointplay.study.sweeps import BifurcationStudy
@@ -31,5 +32,6 @@ KINDS: dict[str, type[Study]] = {
     "periodic_orbit": OrbitStudy,
     "continuation": BranchStudy,
     "stress": StressStudy,
+    "work_precision": PrecisionStudy,
 }
 StudyFile = Annotated[reduce(or_, KINDS.values()), Field(discriminator="kind")]

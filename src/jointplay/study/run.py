@@ -13,6 +13,7 @@ from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
 from jointplay.analysis.paper.claims import claims
 from jointplay.analysis.paper.readings import readings
 from jointplay.analysis.poincare import poincare
+from jointplay.analysis.precision.work_precision import work_precision
 from jointplay.analysis.scheme.scheme_comparison import scheme_comparison
 from jointplay.analysis.signals.chaos_test import chaos_test
 from jointplay.analysis.signals.dimension import dimension
@@ -43,6 +44,7 @@ ANALYSES: dict[str, Callable[..., xr.Dataset]] = {
     "periodic_orbit": periodic_orbit,
     "continuation": continuation,
     "stress": stress,
+    "work_precision": work_precision,
 }
 
 

@@ -31,6 +31,7 @@ from jointplay.mechanism.records import Plane, Section
 from jointplay.mechanism.scene import Scene
 
 CALM = 400  # nominal periods of a system that nothing drives
+STILL = 1e-6  # of a state's scale: what moves less in a return, at its rate of passage, is at rest
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,8 @@ class SectionMap:
         span, found = end - self.begin, bundle.state
         rate = bundle.rate()
         if self.place is not None:  # the passage, to rounding
+            if abs(rate[self.place]) * span < STILL * self.scale[self.place]:
+                return Image(STATUS.index("not_converged"), lost)
             late = (found[self.place] - self._target(ahead, turns)) / rate[self.place]
             found, span = found - late * rate, span - late
         events = rows[rows[:, 0] == 1.0, 1:]

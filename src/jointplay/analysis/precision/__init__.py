@@ -1,0 +1,1 @@
+"""Error against run time: the method and its peers on the same equations."""
