@@ -17,7 +17,7 @@ from typing import Any, Self
 from jointplay.study.cells import Strand
 from jointplay.study.journal import KEY, Entry, code, write_part
 
-BATCH = 0.2  # s; cells shorter than this share a part of the journal
+BATCH = 0.5  # s; cells shorter than this share a part of the journal
 WATCH = 0.25  # s between looks whether the parent is still there
 DIED = "the worker process died twice at this cell, as when memory runs out"
 
