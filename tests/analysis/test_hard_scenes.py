@@ -16,7 +16,7 @@ from jointplay.numerics.modes import STICK
 # the cone's two zeros closer than a step sees: it stuck on, and pulled
 DOUBLE_ROOT = (59, 108, 685, 944, 1192)
 # the root of one guard found beyond that of another
-OVERTAKEN = (109, 972, 1050, 1403)
+OVERTAKEN = (109, 972, 1050)
 # starts on the bush, rounding in place of a gap, a force or a sliding speed
 ROUNDING = (37, 52, 80, 84, 104, 116, 175, 292)
 
