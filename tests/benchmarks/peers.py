@@ -12,9 +12,14 @@ from __future__ import annotations
 import argparse
 import time
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 
 import numpy as np
+
+from jointplay.analysis.precision.contenders import Ours
+from jointplay.analysis.precision.measure import time_at
+from jointplay.analysis.words import EVENTS
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
 
 from . import systems
 from .heyoka_peer import Heyoka
@@ -29,30 +34,6 @@ TOLERANCES = {
     "DOP853": (1e-5, 1e-7, 1e-9, 1e-11),
 }
 ERRORS = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
-KINDS = ("contact", "separation", "reopening", "slip_reversal", "stick_onset", "slip_onset", "impact")
-
-
-def jointplay_run(case, rtol):
-    """End state (6,), CPU seconds and evaluations of this package; the events are kept as an attribute.
-
-    What is timed is the integration, as for the peers: assembling and allocating come before.
-    """
-    from jointplay.analysis.run import Request, functions, memory
-    from jointplay.mechanism import catalog
-    from jointplay.mechanism.assemble import assemble
-    from jointplay.numerics import flow
-    from jointplay.numerics.interface import direct
-    from jointplay.numerics.memory import EVALUATIONS, LOGGED
-
-    scene = assemble(catalog.chunmei2002(clearance=case.e, gear_ratio=case.i))
-    k, x, o = memory(scene, Request(case.t_end, rtol, events=True, log_from=0.0))
-    f, run = functions(scene.structure), direct(flow.flow)
-    began = time.process_time()
-    run(f, k, x, o)
-    seconds = time.process_time() - began
-    log = x.log[: x.count[LOGGED]]
-    jointplay_run.events = [KINDS[int(kind)] for kind in log[:, 2]]
-    return x.s[1:7].copy(), seconds, int(x.count[EVALUATIONS])
 
 
 class Jointplay:
@@ -65,8 +46,9 @@ class Jointplay:
 
     def timed(self, case):
         """CPU seconds, end state, evaluations and event kinds."""
-        state, seconds, evaluations = jointplay_run(case, self.tol)
-        return seconds, state, evaluations, jointplay_run.events
+        scene = assemble(catalog.chunmei2002(clearance=case.e, gear_ratio=case.i))
+        found = Ours(scene, self.tol, case.t_end).run()
+        return found.seconds, found.state, int(found.evaluations), [EVENTS[kind] for _, kind in found.events]
 
 
 class Peer:
@@ -92,6 +74,11 @@ class Row:
     events: int = 0
     trouble: str = ""
     times: list = field(default_factory=list)
+
+    @property
+    def agreement(self):
+        """Whether it was timed and met truth's events."""
+        return "same" if self.times and not self.trouble else "other_events"
 
     @property
     def median(self):
@@ -137,20 +124,6 @@ def compare(case, entries, rounds, budget):
     return rows
 
 
-def time_at(rows, error):
-    """CPU time at an error, log over log between the runs no other run beats; nan beyond the tightest."""
-    good = sorted((row for row in rows if row.times and not row.trouble), key=lambda row: row.median)
-    front = []
-    for row in good:
-        if not front or row.error < front[-1].error:
-            front.append(row)
-    if not front or front[-1].error > error:
-        return float("nan")
-    errors = [np.log(row.error) for row in reversed(front)]
-    times = [np.log(row.median) for row in reversed(front)]
-    return float(np.exp(np.interp(np.log(error), errors, times)))
-
-
 def show(case, rows):
     """Print the rows of a case and the comparison at equal error."""
     print(f"\ncase {case.name}: i = {case.i:g}, e = {case.e:g} m, {len(case.events)} events")
@@ -180,8 +153,7 @@ def main():
     parser.add_argument("--budget", type=float, default=60.0, help="CPU seconds of timed runs a case")
     parser.add_argument("--only", nargs="*", default=list(TOLERANCES), choices=list(TOLERANCES))
     asked = parser.parse_args()
-    names = [name for name in asked.only if name != "jointplay" or find_spec("jointplay")]
-    entries = list(contenders(names))
+    entries = list(contenders(asked.only))
     for name in asked.cases:
         case = systems.load(name)
         show(case, compare(case, entries, asked.rounds, asked.budget))

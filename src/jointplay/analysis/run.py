@@ -154,10 +154,10 @@ def _rest(scene: Scene, rtol: float) -> float:
     return max(max(rtol, NOISE) * scene.creep, rounding)
 
 
-def _margins(scene: Scene, rtol: float, n_contacts: int, n_resets: int) -> np.ndarray:
+def _margins(scene: Scene, rtol: float, rest: float, n_contacts: int, n_resets: int) -> np.ndarray:
     """What of each guard is within the tolerance of zero: gap, force, sliding speed; of others nothing."""
     found = np.zeros((n_contacts, 4))
-    found[:, 2] = _rest(scene, rtol)
+    found[:, 2] = rest
     for j, (e, K) in enumerate(zip(scene.clearances, scene.stiffnesses, strict=True)):
         play = max(rtol * e, 16 * EPS * scene.reach)
         found[j, :2] = 2 * e * play, K * play
@@ -171,14 +171,14 @@ def memory(scene: Scene, request: Request):
     module = cache.structure_module(scene.structure)
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
-    state = np.concatenate([[0.0], scene.state])
+    state, rest = np.concatenate([[0.0], scene.state]), _rest(scene, request.rtol)
     x = arrays.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
     width = 1 + n_q + n + n_contacts + sizes["powers"]
     x = x._replace(
         absolute=request.rtol * scene.absolute,
         relative=request.rtol * scene.relative,
         turning=scene.turning.copy(),
-        margin=_margins(scene, request.rtol, n_contacts, sizes["resets"]),
+        margin=_margins(scene, request.rtol, rest, n_contacts, sizes["resets"]),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
@@ -196,7 +196,7 @@ def memory(scene: Scene, request: Request):
         h_max=float(scene.h_max),
         newton=NEWTON,
         near=1e-7 * scene.period,
-        rest=_rest(scene, request.rtol),
+        rest=rest,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),

@@ -82,7 +82,7 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     for k, a in enumerate(dynamics.a):
         store(f"out_rate_{k}", a, rows["rate"] + k)
     for j in range(len(system.contacts)):
-        for place, value in _guards(dynamics, j, variant).items():
+        for place, value in guards(dynamics, j, variant).items():
             store(f"out_guard_{j}_{place}", value, rows["guard"] + 4 * j + place)
     for k, reset in enumerate(system.resets):
         store(f"out_reset_{k}", reset.guard, rows["reset"] + k)
@@ -93,17 +93,17 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     return lanes(f"rate_{variant}", layout, dynamics.tape.program(results), stores)
 
 
-def _guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, object]:
+def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
     """Guards of a contact by place: 0 gap or u, 1 the law's F_n, 2 v_t, 3 the cone (f F_n)^2 - F_t^2."""
     contact = dynamics.system.contacts[j]
-    guards = {0: contact.u if contact.gap is None else contact.gap}
+    found = {0: contact.u if contact.gap is None else contact.gap}
     if not contact.pulls or (contact.sticks and variant == "stick"):
-        guards[1] = contact.F_n
+        found[1] = contact.F_n
     if contact.sticks and variant != "free":
-        guards[2] = contact.v_t
+        found[2] = contact.v_t
     if contact.sticks and variant == "stick":
-        guards[3] = (contact.coulomb * dynamics.F_n[j]) ** 2 - dynamics.F_t[j] ** 2
-    return guards
+        found[3] = (contact.coulomb * dynamics.F_n[j]) ** 2 - dynamics.F_t[j] ** 2
+    return found
 
 
 def _dense(layout: Layout, dynamics: Dynamics) -> dict[int, Expr]:

@@ -25,7 +25,7 @@ from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.study import gather
-from jointplay.study.journal import CRASHED, Entry, key_of
+from jointplay.study.journal import CRASHED, Entry, key_of, refuse_lost
 from jointplay.study.kinds import Study
 from jointplay.study.points import points
 from jointplay.study.run import analysed
@@ -213,6 +213,7 @@ class ChainSweep:
     def assemble(self, read: gather.Read) -> xr.Dataset:
         """Put the answers together; `read` goes through them."""
         answers = dict(read())
+        refuse_lost(len(set(self.places.values()) - answers.keys()))
         return assembled(self.sweep, {index: answers[key] for index, key in self.places.items()})
 
 

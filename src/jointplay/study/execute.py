@@ -25,7 +25,7 @@ from jointplay.errors import InputError, Problem
 from jointplay.study import inside, store
 from jointplay.study.cells import CellSweep, ChainSweep, Strand, part, redone, remaining, swept
 from jointplay.study.file import Loaded
-from jointplay.study.journal import Journal
+from jointplay.study.journal import Journal, refuse_lost
 from jointplay.study.pool import Pool
 from jointplay.study.run import named, run
 
@@ -162,8 +162,7 @@ def _one_analysis(
             strands = inside.strands(study.record, call, function, cells)
             _run(_missing(strands, journal, say), journal, pool, progress, say)
             answers = journal.load(strand.key for strand in strands)
-            if lost := len(strands) - len(answers):
-                raise OSError(f"the answers of {lost} cells cannot be read back; run again")
+            refuse_lost(len(strands) - len(answers))
             return [answers[strand.key] for strand in strands]
 
         with cells_run_by(keep):

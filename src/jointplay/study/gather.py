@@ -16,6 +16,7 @@ import xarray as xr
 
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.words import STATUS
+from jointplay.study.journal import refuse_lost
 from jointplay.study.layout import Field, Plain, shared, thawed
 from jointplay.study.points import Points
 from jointplay.study.survey import Form, Survey
@@ -66,8 +67,7 @@ def dataset(kind: str, points: Points, keys: Sequence[str], read: Read) -> xr.Da
     survey = Survey(keys)
     for key, answer in read():
         survey.see(key, answer)
-    if lost := int((survey.status < 0).sum()):
-        raise OSError(f"the answers of {lost} cells cannot be read back; run again")
+    refuse_lost(int((survey.status < 0).sum()))
     stack = _Stack(points, survey)
     for key, answer in read():
         if "dataset" in answer:

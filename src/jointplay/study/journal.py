@@ -231,6 +231,12 @@ def _which(told: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {told.get(key, 'unknown')}" for name, key in names.items())
 
 
+def refuse_lost(count: int) -> None:
+    """Raise an `OSError` where the answers of some cells are not there."""
+    if count:
+        raise OSError(f"the answers of {count} cells cannot be read back; run again")
+
+
 def header() -> dict[str, Any]:
     """What a journal says of the code that computed its cells."""
     software = {"version": provenance.version("jointplay"), "git": provenance.git_describe()}

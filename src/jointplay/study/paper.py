@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from jointplay.analysis.paper.character import TOLERANCE
 from jointplay.analysis.paper.claims import DAMPING_RATIOS
 from jointplay.analysis.paper.reading_list import PANELS, READINGS
 from jointplay.analysis.paper.readings import misfits, strangers
-from jointplay.errors import InputError, Problem, join
+from jointplay.errors import Problem
 from jointplay.mechanism.base import Number, Positive, Record, measured
-from jointplay.study import fits
-from jointplay.study.kinds import Count, Several, Study
+from jointplay.study.kinds import Count, Several
+from jointplay.study.particular import OneStudy, under_analysis
 
 _Ratio = Annotated[Number, Field(ge=0, le=1)]
 
@@ -76,21 +75,13 @@ class ClaimsAnalysis(PaperAnalysis):
     )
 
 
-class PaperStudy(Study):
+class PaperStudy(OneStudy):
     """What studies of the whole paper share: one mechanism as printed, from which many are made."""
 
-    vary: ClassVar[dict] = {}  # type: ignore[misc]
     analysis: PaperAnalysis
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> PaperStudy:
-        problems = [*misfits(self.mechanism), *self._own_problems(), *fits.unsuited_figure(self)]
-        if problems:
-            raise InputError(problems)
-        return self
-
     def _own_problems(self) -> list[Problem]:
-        return []
+        return misfits(self.mechanism)
 
 
 class ReadingsStudy(PaperStudy):
@@ -100,8 +91,8 @@ class ReadingsStudy(PaperStudy):
     analysis: ReadingsAnalysis = ReadingsAnalysis()
 
     def _own_problems(self) -> list[Problem]:
-        found = strangers(self.analysis.panels, self.analysis.readings)
-        return [replace(problem, key=join("analysis", problem.key)) for problem in found]
+        strange = strangers(self.analysis.panels, self.analysis.readings)
+        return super()._own_problems() + under_analysis(strange)
 
 
 class ClaimsStudy(PaperStudy):

@@ -20,14 +20,36 @@ class ParticularStudy(Study):
 
     @model_validator(mode="after")
     def _fits_together(self) -> ParticularStudy:
-        problems = [*fits.problems(self), *self._own_problems()]
+        problems = [*self._usual_problems(), *self._own_problems()]
         if problems:
             raise InputError(problems)
         return self
+
+    def _usual_problems(self) -> list[Problem]:
+        return fits.problems(self)
 
     def _own_problems(self) -> list[Problem]:
         try:
             type(self).wrong(self.mechanism, **self.keywords())
         except InputError as error:
-            return [replace(problem, key=join("analysis", problem.key)) for problem in error.problems]
+            return under_analysis(error.problems)
         return []
+
+
+class OneStudy(ParticularStudy):
+    """A study that makes all its motions of one mechanism as it is: nothing varies, no section, no record."""
+
+    vary: ClassVar[dict] = {}  # type: ignore[misc]
+
+    def _usual_problems(self) -> list[Problem]:
+        return fits.unsuited_figure(self)
+
+
+def under_analysis(problems: list[Problem]) -> list[Problem]:
+    """Problems of an analysis function's keywords, by the places of these in a study."""
+    return [
+        problem
+        if problem.key.startswith("mechanism")
+        else replace(problem, key=join("analysis", problem.key))
+        for problem in problems
+    ]

@@ -86,10 +86,8 @@ def _sweep(study: Loaded) -> CellSweep | ChainSweep | inside.Inside:
 
 def _left(strand: Strand, index: dict[str, int]) -> int:
     """Cells of a strand that a run would compute."""
-    done = {key for key in strand.keys if index.get(key, CRASHED) != CRASHED}
-    first = next((i for i, key in enumerate(strand.keys) if key not in done), len(strand.keys))
-    carried = isinstance(strand, Chain) and strand.carried
-    return len(strand.keys) - (first if carried else len(done))
+    rest = strand.left({key for key in strand.keys if index.get(key, CRASHED) != CRASHED}, {})
+    return len(rest.keys) if rest else 0
 
 
 def _longest(left: list[int], jobs: int) -> int:

@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import ClassVar, Literal
+from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from jointplay.analysis.checks import together
 from jointplay.analysis.precision import work_precision as compared
-from jointplay.analysis.precision.plan import PEERS, Plan, check
-from jointplay.errors import InputError, join
-from jointplay.mechanism.assemble import assemble
+from jointplay.analysis.precision.plan import PEERS, wrong
 from jointplay.mechanism.base import Positive, Record, measured
-from jointplay.study import fits
-from jointplay.study.kinds import Count, Integrator, Study, _list, _Start
+from jointplay.study.kinds import Count, Integrator, _list, _Start
+from jointplay.study.particular import OneStudy
 
 
 class PrecisionAnalysis(Record):
@@ -53,29 +49,10 @@ class PrecisionAnalysis(Record):
         return f"{self.turns:g} turns at {len(self.tolerances)} tolerances, beside {', '.join(self.peers)}"
 
 
-class PrecisionStudy(Study):
+class PrecisionStudy(OneStudy):
     """Error against run time and evaluations."""
 
     kind: Literal["work_precision"]
     integrator: Integrator = Integrator(rtol=compared.RTOL)
-    vary: ClassVar[dict] = {}  # type: ignore[misc]
     analysis: PrecisionAnalysis = PrecisionAnalysis()
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> PrecisionStudy:
-        asked, found = self.keywords(), fits.unsuited_figure(self)
-        initial, plan = asked.pop("initial", None), Plan.of(asked)
-        try:
-            together(
-                lambda: check(self.mechanism, plan, asked["turns"], asked["rtol"], asked.get("max_steps")),
-                lambda: assemble(self.mechanism, initial),
-            )
-        except InputError as error:
-            found += [replace(one, key=_place(one.key)) for one in error.problems]
-        if found:
-            raise InputError(found)
-        return self
-
-
-def _place(key: str) -> str:
-    return key if key.startswith("mechanism") else join("analysis", key)
+    wrong = wrong

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any, ClassVar, Literal
+from typing import Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from jointplay.analysis.scheme import scheme_comparison as compared
 from jointplay.analysis.scheme.scheme_plan import Plan
 from jointplay.analysis.scheme.waveform import elastic_problems
-from jointplay.errors import InputError, join
+from jointplay.errors import Problem
 from jointplay.mechanism.base import NonNegative, Positive, Record, measured
-from jointplay.study import fits
-from jointplay.study.kinds import Count, Integrator, Several, Study
+from jointplay.study.kinds import Count, Integrator, Several
+from jointplay.study.particular import OneStudy, under_analysis
 
 
 def _list(default: tuple[Any, ...], accepts: str) -> Any:
@@ -59,19 +58,13 @@ class SchemeAnalysis(Record):
         return f"single turns after {', '.join(map(str, self.start_turn))} turns, clearances {clearances} m"
 
 
-class SchemeStudy(Study):
+class SchemeStudy(OneStudy):
     """The paper's own scheme against the monolithic method."""
 
     kind: Literal["scheme_comparison"]
     integrator: Integrator = Integrator(rtol=compared.RTOL)
-    vary: ClassVar[dict] = {}  # type: ignore[misc]
     analysis: SchemeAnalysis = SchemeAnalysis()
 
-    @model_validator(mode="after")
-    def _fits_together(self) -> SchemeStudy:
-        keys = dict(self.analysis) | dict(self.integrator)
-        plan = [replace(each, key=join("analysis", each.key)) for each in Plan(**keys).problems()]
-        problems = [*elastic_problems(self.mechanism), *plan, *fits.unsuited_figure(self)]
-        if problems:
-            raise InputError(problems)
-        return self
+    def _own_problems(self) -> list[Problem]:
+        plan = Plan(**dict(self.analysis) | dict(self.integrator))
+        return under_analysis([*elastic_problems(self.mechanism), *plan.problems()])

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import ClassVar, Literal
+from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from jointplay.analysis.stress import stress as stressed
 from jointplay.analysis.stress.scenes import VARIANTS
-from jointplay.errors import InputError, join
 from jointplay.mechanism.base import Record
-from jointplay.study import fits
-from jointplay.study.kinds import Count, Integrator, Several, Study
+from jointplay.study.kinds import Count, Integrator, Several
+from jointplay.study.particular import OneStudy
 
 
 class StressAnalysis(Record):
@@ -47,25 +45,10 @@ class StressAnalysis(Record):
         return f"{self.scenes} scenes of seed {self.seed} from number {self.first}, {self.turns} turns each"
 
 
-class StressStudy(Study):
+class StressStudy(OneStudy):
     """Scenes far outside ordinary use, each run at two tolerances."""
 
     kind: Literal["stress"]
     integrator: Integrator = Integrator(max_steps=stressed.MAX_STEPS)
-    vary: ClassVar[dict] = {}  # type: ignore[misc]
     analysis: StressAnalysis
-
-    @model_validator(mode="after")
-    def _fits_together(self) -> StressStudy:
-        problems = fits.unsuited_figure(self)
-        try:
-            stressed.wrong(self.mechanism, **self.keywords())
-        except InputError as error:
-            problems += [replace(one, key=_place(one.key)) for one in error.problems]
-        if problems:
-            raise InputError(problems)
-        return self
-
-
-def _place(key: str) -> str:
-    return key if key.startswith("mechanism") else join("analysis", key)
+    wrong = stressed.wrong

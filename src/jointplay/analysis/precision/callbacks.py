@@ -32,25 +32,37 @@ class Callbacks(NamedTuple):
 
 def callbacks(f: Functions, planned: bool) -> Callbacks:
     """Compile the callbacks of a structure, from its functions."""
-    evaluate = _evaluation(f.rate, f.trig)
-    derivatives = _by_differences(evaluate) if planned else _written_out(f.jacobian, f.trig)
-    return Callbacks(_rates(evaluate), _watched(evaluate), derivatives, _changed(f.contacts, f.trig))
+    placed = _placing(f.trig)
+    evaluate = _evaluation(f.rate, placed)
+    derivatives = _by_differences(evaluate) if planned else _written_out(f.jacobian, placed)
+    return Callbacks(_rates(evaluate), _watched(evaluate), derivatives, _changed(f.contacts, placed))
 
 
 def _compiled(*arguments, gives=void):
     return numba.njit(gives(whole, vector, float64, vector, *arguments), **UNCACHED)
 
 
-def _evaluation(rate, trig):
-    """Evaluate at (t, y), from lanes without increments."""
+def _placing(trig):
+    """Move the base point to (t, y); give back it, the parameters and the masks."""
 
     @numba.njit(**UNCACHED)
-    def evaluate(place, b, t, y):
+    def placed(place, b, t, y):
         s, p, m = b[place[S] : place[P]], b[place[P] : place[M]], b[place[M] : place[END]]
         s[0] = t
         for r in range(place[N_Q] + place[N]):
             s[1 + r] = y[r]
         trig(s, p)
+        return s, p, m
+
+    return placed
+
+
+def _evaluation(rate, placed):
+    """Evaluate at (t, y), from lanes without increments."""
+
+    @numba.njit(**UNCACHED)
+    def evaluate(place, b, t, y):
+        s, p, m = placed(place, b, t, y)
         rate(place[VARIANT], b[: place[S]], s, p, m)
 
     return evaluate
@@ -84,17 +96,13 @@ def _watched(evaluate):
     return watched
 
 
-def _written_out(jacobian, trig):
+def _written_out(jacobian, placed):
     """Write dy'/dy to `out`, from the structure's Jacobian, of which `scratch` holds the rows."""
 
     @_compiled(vector, matrix)
     def written_out(place, b, t, y, scratch, out):
         n_q, n_x = place[N_Q], place[N_Q] + place[N]
-        s, p, m = b[place[S] : place[P]], b[place[P] : place[M]], b[place[M] : place[END]]
-        s[0] = t
-        for r in range(n_x):
-            s[1 + r] = y[r]
-        trig(s, p)
+        s, p, m = placed(place, b, t, y)
         jacobian(place[VARIANT], s, p, m, scratch)
         for i in range(n_x):
             for k in range(n_x):
@@ -123,16 +131,12 @@ def _by_differences(evaluate):
     return by_differences
 
 
-def _changed(contacts, trig):
+def _changed(contacts, placed):
     """Change modes where a guard has fallen to zero; give back the kind of event."""
 
     @_compiled(int64, whole, whole, whole, float64, vector, gives=int64)
     def changed(place, b, t, y, guard, flags, modes, fired, rest, out):
-        s, p, m = b[place[S] : place[P]], b[place[P] : place[M]], b[place[M] : place[END]]
-        s[0] = t
-        for r in range(place[N_Q] + place[N]):
-            s[1 + r] = y[r]
-        trig(s, p)
+        s, p, m = placed(place, b, t, y)
         return follow(contacts, guard // 4, guard % 4, flags, modes, fired, m, s, p, rest, out)
 
     return changed

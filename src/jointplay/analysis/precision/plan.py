@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
-from jointplay.analysis.checks import whole
-from jointplay.analysis.request import RTOL
-from jointplay.analysis.request import check as check_run
-from jointplay.errors import InputError, Problem, unknown
+from jointplay.analysis.checks import refused, together, whole
+from jointplay.analysis.request import RTOL, check
+from jointplay.errors import Problem, unknown
+from jointplay.mechanism.assemble import assemble
 
 PEERS = {
     "heyoka": "heyoka",
@@ -80,18 +80,18 @@ def several(given: Any) -> tuple[Any, ...]:
     return (given,) if alone else tuple(given)
 
 
-def check(mechanism: Any, plan: Plan, turns: Any, rtol: Any, max_steps: Any) -> None:
-    """Refuse what makes no sense, all at once, before anything is followed.
+def wrong(
+    mechanism: Any, *, turns: Any, rtol: Any, initial: Any = None, max_steps: Any = None, **plan: Any
+) -> None:
+    """Refuse keywords of `work_precision` that make no sense, all at once, before anything is followed.
 
     Raises
     ------
     InputError
         Listing every problem.
     """
-    found = list(plan.problems())
-    try:
-        check_run(mechanism, turns, None, 0, rtol, max_steps)
-    except InputError as error:
-        found = error.problems + found
-    if found:
-        raise InputError(found)
+    together(
+        lambda: check(mechanism, turns, None, 0, rtol, max_steps),
+        lambda: refused(Plan.of(plan).problems()),
+        lambda: assemble(mechanism, initial),
+    )

@@ -134,17 +134,15 @@ def assignments(structure: Linkage | Oscillator, variant: int) -> tuple[Any, lis
     from sympy import cos, sin
 
     from jointplay.codegen.dynamics import Dynamics, variants
+    from jointplay.codegen.module import guards
     from jointplay.equations.write import system as written
 
     system = written(structure)
-    solved = Dynamics(system, variants(system)[variant])
+    word = variants(system)[variant]
+    solved = Dynamics(system, word)
     results = {f"out_rate_{k}": value for k, value in enumerate(solved.a)}
-    for j, contact in enumerate(system.contacts):
-        results[f"out_guard_{4 * j}"] = contact.u if contact.gap is None else contact.gap
-        results[f"out_guard_{4 * j + 1}"] = contact.F_n
-        if contact.sticks:
-            results[f"out_guard_{4 * j + 2}"] = contact.v_t
-            results[f"out_guard_{4 * j + 3}"] = (contact.coulomb * solved.F_n[j]) ** 2 - solved.F_t[j] ** 2
+    for j in range(len(system.contacts)):
+        results |= {f"out_guard_{4 * j + place}": value for place, value in guards(solved, j, word).items()}
     first = 4 * len(system.contacts)
     results |= {f"out_guard_{first + k}": reset.guard for k, reset in enumerate(system.resets)}
     angles = [pair for a in system.angles for pair in ((a.sin, sin(a.value)), (a.cos, cos(a.value)))]

@@ -13,7 +13,7 @@ from typing import Any
 import xarray as xr
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.precision.plan import PEERS, Plan, check, several
+from jointplay.analysis.precision.plan import PEERS, Plan, wrong
 from jointplay.mechanism.assemble import assemble
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
@@ -75,8 +75,9 @@ def work_precision(
     from jointplay.analysis.precision.report import dataset
     from jointplay.analysis.precision.truth import Truth
 
-    plan = Plan(several(tolerances), several(peers), rounds, budget)
-    check(mechanism, plan, turns, rtol, max_steps)
+    asked_for = {"tolerances": tolerances, "peers": peers, "rounds": rounds, "budget": budget}
+    wrong(mechanism, turns=turns, rtol=rtol, initial=initial, max_steps=max_steps, **asked_for)
+    plan = Plan.of(asked_for)
     scene, limit = assemble(mechanism, initial), asked.steps(max_steps)
     end = turns * scene.period
     truth = Truth.of(scene, rtol, end, limit)

@@ -10,20 +10,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from itertools import chain
 from typing import Any
 
 import xarray as xr
 
-from jointplay.analysis.cells import run_cells
+from jointplay.analysis.cells import run_cells, warm
+from jointplay.analysis.checks import refused, together, whole
 from jointplay.analysis.request import check
-from jointplay.analysis.run import Request, follow
 from jointplay.analysis.stress.growth import largest_growth
 from jointplay.analysis.stress.motion import move, sizes
 from jointplay.analysis.stress.report import dataset
 from jointplay.analysis.stress.scenes import VARIANTS, Case, draw, misfits, strangers
 from jointplay.analysis.stress.verdict import CAUSES, VERDICTS, judge
-from jointplay.analysis.tangents import scales
-from jointplay.errors import InputError, Problem
+from jointplay.analysis.tangents import warm_tangents
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism
@@ -33,7 +33,6 @@ TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
 PATIENCE = 4  # steps that the second run may take, relative to the first's
 TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
 LOOKED = 200  # scenes that are looked through for structures to compile
-INSTANT = 1e-9  # of a turn: a run that only loads what is compiled
 
 
 def stress(
@@ -111,16 +110,12 @@ def wrong(
     InputError
         Listing every problem.
     """
-    found = [*misfits(mechanism), *strangers(tuple(variants))]
-    for key in ("scenes", "listed"):
-        if not (isinstance(counts.get(key, 1), int) and counts.get(key, 1) >= 1):
-            found.append(Problem(key, counts[key], "a whole number greater than 0 is accepted"))
-    try:
-        check(catalog.chunmei2002(), turns, None, 0, rtol, max_steps)
-    except InputError as error:
-        found += error.problems
-    if found:
-        raise InputError(found)
+    positive = (whole(key, counts[key], 1) for key in ("scenes", "listed") if key in counts)
+    together(
+        lambda: refused(iter([*misfits(mechanism), *strangers(tuple(variants))])),
+        lambda: refused(chain.from_iterable(positive)),
+        lambda: check(catalog.chunmei2002(), turns, None, 0, rtol, max_steps),
+    )
 
 
 def cell(
@@ -135,7 +130,7 @@ def cell(
     """Draw one scene, run it twice, judge it."""
     case = draw(printed, number, seed, variants)
     scene = scene_of(case)
-    load(scene)  # what that costs is no part of its time
+    warm([scene])  # what that costs is no part of its time
     loose = move(scene, turns, rtol, max_steps)
     tight = move(scene, turns, TIGHTER * rtol, PATIENCE * max_steps)
     unit, reached = sizes(scene, tight), min(loose.turns, tight.turns)
@@ -160,19 +155,10 @@ def scene_of(case: Case) -> Scene:
     return assemble(case.mechanism, case.initial, powers=True)
 
 
-def load(scene: Scene) -> None:
-    """Load what is compiled for a scene, or compile it."""
-    follow(scene, Request(INSTANT * scene.period, max_steps=1))
-
-
 def _warm(cells: list[dict[str, Any]]) -> None:
     """Compile what the scenes need, once a structure, so that workers find it on the disk."""
-    seen = set()
-    for one in cells[:LOOKED]:
-        case = draw(*(one[key] for key in ("printed", "number", "seed", "variants")))
-        scene = scene_of(case)
-        if scene.structure not in seen:
-            seen.add(scene.structure)
-            load(scene)
-            plain = assemble(case.mechanism, case.initial)
-            largest_growth(plain, scales(plain), INSTANT, one["rtol"], 1)
+    drawn = (draw(*(one[key] for key in ("printed", "number", "seed", "variants"))) for one in cells[:LOOKED])
+    cases = {scene_of(case).structure: case for case in drawn}.values()
+    warm(map(scene_of, cases))
+    for case in cases:
+        warm_tangents(assemble(case.mechanism, case.initial))
