@@ -1,0 +1,110 @@
+"""Scenes that pay for one part each, and how a turn of them is measured.
+
+Each changes one thing of the paper's mechanism at gear ratio 3.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from functools import partial
+from statistics import median
+
+import numpy as np
+
+from jointplay.analysis.exponents.stretching import framed
+from jointplay.analysis.run import Request, counts, functions, memory
+from jointplay.codegen import cache
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+
+SAMPLES = 720  # of a turn, where it is recorded
+
+
+@dataclass(frozen=True)
+class Part:
+    """What a scene has that the plain one has not."""
+
+    changes: dict = field(default_factory=dict)
+    recorded: bool = False
+    powers: bool = False
+    vectors: int | None = 0  # exponents; None: as many as the state has components
+
+
+SCENES = {
+    "plain": Part(),
+    "free of friction": Part({"friction": 0.0}),
+    "sticking (f = 0.3)": Part({"friction": 0.3}),
+    "gravity off": Part({"gravity": 0.0}),
+    "one elastic link": Part({"elastic": ("coupler",)}),
+    "three elastic links": Part({"elastic": ("crank", "coupler", "rocker")}),
+    "recorded, 720 a turn": Part(recorded=True),
+    "and its energy balance": Part(recorded=True, powers=True),
+    "one exponent": Part(vectors=1),
+    "all exponents": Part(vectors=None),
+}
+
+
+def measured(turns=40, rounds=7, rtol=1e-8):
+    """Of each scene, what a turn takes: counts, CPU time in µs, and that over the plain scene's.
+
+    All run in one process, taking turns: load comes and goes, and hits those of one round alike. Medians; a
+    first run, which loads or compiles, is not timed.
+    """
+    runs = {name: prepared(part, turns, rtol) for name, part in SCENES.items()}
+    found = {name: run()[1] for name, run in runs.items()}
+    times = {name: [] for name in runs}
+    for _ in range(rounds):
+        for name, run in runs.items():
+            times[name].append(run()[0])
+    return {name: _of_a_turn(found[name], times[name], times["plain"], turns) for name in runs}
+
+
+def _of_a_turn(found, times, plain, turns):
+    attempts = found["n_steps"] + found["n_rejected"] + found["n_failed"]
+    whole = {"evaluations": found["n_evaluations"], "attempts": attempts, "events": found["n_events"]}
+    ratios = [each / base for each, base in zip(times, plain, strict=True)]
+    cost = {"CPU µs": 1e6 * median(times) / turns, "of plain": median(ratios)}
+    return {name: number / turns for name, number in whole.items()} | cost
+
+
+def prepared(part, turns, rtol):
+    """A function that runs a scene and gives CPU seconds and counts."""
+    scene = assemble(catalog.chunmei2002(gear_ratio=3.0, **part.changes), powers=part.powers)
+    end, record = turns * scene.period, {}
+    if part.recorded:
+        at = np.linspace(0.0, end, SAMPLES * turns + 1)
+        record = {"at": at, "events": True, "log_from": 0.0}
+    request = Request(end, rtol, **record)
+    if part.vectors == 0:
+        return partial(followed, scene, request)
+    return partial(with_tangents, scene, request, part.vectors)
+
+
+def followed(scene, request):
+    """A run of the flow."""
+    from jointplay.numerics.interface import direct
+    from jointplay.numerics.memory import LOGGED
+
+    flow = cache.method("flow")
+    f, run, (k, x, o) = functions(scene.structure), direct(flow.flow), memory(scene, request)
+    began, code = time.process_time(), flow.FULL
+    while code == flow.FULL:
+        code = run(f, k, x, o, None, None)
+        x.count[LOGGED] = 0
+    seconds = time.process_time() - began
+    if code != flow.OK:
+        raise RuntimeError(f"the run ended with {code}")
+    return seconds, counts(x)
+
+
+def with_tangents(scene, request, vectors):
+    """A run of the flow with that many exponents, None: all."""
+    bundle = framed(scene, request, vectors or len(scene.state))
+    began = time.process_time()
+    while (status := bundle.advance()) == bundle.full:
+        bundle.taken()
+    seconds = time.process_time() - began
+    if status:
+        raise RuntimeError(f"the run ended with {status}")
+    return seconds, counts(bundle.x)
