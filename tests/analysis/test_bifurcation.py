@@ -26,6 +26,13 @@ def keys(mechanism, **keywords):
     return {problem.key: problem.expected for problem in error.value.problems}
 
 
+def test_integrals_over_time_are_refused():
+    """A diagram keeps points of attractors, of which the way there is no part."""
+    refused = keys(LINKAGE, over={"clearance": [3e-5]}, record=["angle", "energy_residual"])
+    assert list(refused) == ["record[1]"]
+    assert "integral" in refused["record[1]"]
+
+
 @pytest.fixture(scope="module")
 def linkage():
     """A small sweep of the linkage, up and down."""

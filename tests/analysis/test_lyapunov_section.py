@@ -125,7 +125,7 @@ def test_both_estimates_of_the_chaotic_linkage():
     ],
 )
 def test_both_estimates_of_test_systems(system, keywords):
-    found = jp.lyapunov(system, exponents=1, turns=1500, transient=50, twin_turns=400, **keywords)
+    found = jp.lyapunov(system, exponents=1, turns=1500, transient=50, twin_turns=800, **keywords)
     assert abs(float(found.growth_difference)) < 3
     assert float(found.map_exponent) == float(found.lyapunov_exponent_per_turn[0])
 

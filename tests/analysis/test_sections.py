@@ -72,6 +72,16 @@ def test_event_sections_are_the_events(section, kind):
     assert np.abs(found.section_penetration).max() < 1e-14
 
 
+def test_integrals_are_those_of_a_run_from_its_start():
+    """Section points know the work since the start of the run, as samples at the same times do."""
+    flows = ["energy_residual", "drive_work", "joint_work"]
+    cut = jp.poincare(LOOSE, jp.ContactSection(), duration=0.3, rtol=1e-10, record=flows)
+    history = jp.simulate(LOOSE, duration=0.3, at=cut.time.values, rtol=1e-10, record=flows)
+    for word in flows[1:]:
+        assert cut[word].values == pytest.approx(history[word].values, rel=1e-9)
+    assert np.abs(cut.energy_residual).max() < 1e-9 * np.abs(cut.drive_work).max()
+
+
 LONG = pytest.mark.long
 PLANES = [
     ("angular_velocity", {"link": "rocker"}, 0.0, "down"),

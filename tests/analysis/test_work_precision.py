@@ -72,7 +72,7 @@ def test_differences_by_lanes_are_the_jacobian():
     f, away = functions(equations.scene.structure), 1e-7 * equations.scene.absolute
     exact, found = np.empty((2, 6, 6))
     equations.jacobian(t, y, exact)
-    by_differences = callbacks._by_differences(callbacks._evaluation(f.rate, f.trig))
+    by_differences = callbacks._by_differences(callbacks._evaluation(f.rate, callbacks._placing(f.trig)))
     by_differences(equations.place, equations.b, t, y, away, found)
     assert found == pytest.approx(exact, rel=1e-5, abs=1e-6 * np.abs(exact).max())
 

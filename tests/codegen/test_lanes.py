@@ -7,7 +7,7 @@ import pytest
 
 from jointplay.codegen.source import MAX_TURN
 from jointplay.equations.oscillators import SYSTEMS
-from jointplay.numerics.step import TURN
+from jointplay.numerics.control import TURN
 
 from ..equations.both import bent_pair, bent_state, pair, point
 from ..linkages import scattered

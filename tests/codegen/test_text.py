@@ -86,7 +86,7 @@ def test_a_rigid_link_costs_nothing():
     assert here.structure == assemble(rigid.replace(elastic=("coupler",)).replace(elastic=())).structure
     assert not re.search(r"\bd?eta_", text(here.structure))
     bent = assemble(rigid.replace(elastic=("coupler",)))
-    names = set(re.findall(r"[A-Za-z]\w*", text(bent.structure)))
+    names = local_names(bent)
     words = ("eta", "deta", "S", "I", "k", "c", "start", "end", "gauge")
     assert {name for name in names if name.startswith(tuple(f"{word}_coupler_" for word in words))}
     assert not {name for name in names if re.fullmatch(rf"({'|'.join(words)})_(crank|rocker)_\d", name)}
@@ -94,5 +94,10 @@ def test_a_rigid_link_costs_nothing():
 
 def test_undamped_links_have_no_damping():
     bent = assemble(catalog.chunmei2002(elastic=("coupler",), damping_ratio=0.0))
-    assert "    c_coupler_0 =" not in text(bent.structure)
-    assert "    c_coupler_0 =" in text(assemble(catalog.chunmei2002(elastic=("coupler",))).structure)
+    assert "c_coupler_0" not in local_names(bent)
+    assert "c_coupler_0" in local_names(assemble(catalog.chunmei2002(elastic=("coupler",))))
+
+
+def local_names(scene):
+    """Names that functions of a scene's module assign, without the number of the variant."""
+    return {name.split("__")[0] for name in re.findall(r"^ +(\w+) =", text(scene.structure), re.MULTILINE)}

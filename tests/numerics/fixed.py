@@ -19,6 +19,8 @@ def follow(system, duration, h, initial=None):
     scene = assemble(system, initial)
     k, x, o = run.memory(scene, run.Request(duration, rtol=LOOSE))
     x.real[memory.H] = h
-    code = flow.flow(run.functions(scene.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE))
+    code = flow.flow(
+        run.functions(scene.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE), None, None
+    )
     assert code == flow.OK
     return x.s[1 : 1 + len(x.absolute)].copy(), x.count[:5].tolist()

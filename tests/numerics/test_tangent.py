@@ -164,7 +164,7 @@ def test_tangents_leave_the_motion_alone():
     scene = assemble(catalog.chunmei2002(**RUBBING))
     request = run.Request(3 * scene.period, 1e-8)
     k, x, o = run.memory(scene, request)
-    flow.flow(run.functions(scene.structure), k, x, o)
+    flow.flow(run.functions(scene.structure), k, x, o, None, None)
     for count in (1, 6):
         bundle = tangents.Bundle(scene, request, np.eye(6)[:count])
         bundle.y.real[tangent.LIMIT] = np.inf

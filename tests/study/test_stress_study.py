@@ -80,7 +80,7 @@ def test_its_figure(found):
     figure = figures.draw(found)
     times, residuals = figure.axes
     shown = np.concatenate([line.get_ydata() for line in times.lines])
-    assert sorted(shown) == pytest.approx(sorted(1e3 * found.wall_time.values))
+    assert sorted(shown) == pytest.approx(sorted(1e3 * found.cpu_time.values))
     assert sum(patch.get_height() for patch in residuals.patches) == pytest.approx(4)
     (legend,) = figure.legends
     assert sum(int(text.get_text().split("(")[1][:-1]) for text in legend.get_texts()) == 4

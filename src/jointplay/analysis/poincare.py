@@ -12,7 +12,7 @@ import xarray as xr
 from jointplay.analysis import request as asked
 from jointplay.analysis.quantities import Quantities, dataset, flags, scalars
 from jointplay.analysis.run import Request, follow
-from jointplay.analysis.words import EVENTS, recorded
+from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
@@ -60,7 +60,9 @@ def poincare(
     """
     asked.check(mechanism, turns, duration, transient, rtol, max_steps)
     names = recorded(record, mechanism)
-    scene = assemble(mechanism, initial, asked.quantity(section, mechanism))
+    scene = assemble(
+        mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
+    )
     counted = isinstance(section, CrankAngle) and turns is not None
     begin = transient * scene.period
     end = begin + (duration if turns is None else turns * scene.period)

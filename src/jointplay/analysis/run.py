@@ -10,6 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from jointplay.analysis import margins
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.scene import Scene
@@ -17,10 +18,6 @@ from jointplay.mechanism.scene import Scene
 CHUNK = 50_000  # attempts between two looks at the progress
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
-EPS = float(np.finfo(float).eps)
-NOISE = 1e-12  # sliding speeds are known no better than this tolerance has them
-ROUNDINGS = 64  # nor than so many roundings of the links' speeds, of which they are differences
-APPROACH = 0.01  # of these: normal speeds, of which the rounding of the normal's direction makes sliding ones
 NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
 
 
@@ -105,13 +102,15 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     from jointplay.numerics import memory as arrays
     from jointplay.numerics.interface import direct
 
-    began, flow, f = time.perf_counter(), cache.method("flow"), functions(scene.structure)
+    began = time.perf_counter()
+    cache.prepare("flow")
     k, x, o = memory(scene, request)
+    f, flow = functions(scene.structure), cache.method("flow")
     start, parts, run = _row(x), [], direct(flow.flow)
     while True:
         attempts = int(x.count[[arrays.STEPS, arrays.REJECTED, arrays.FAILED]].sum())
         limit = min(request.max_steps, attempts + CHUNK)
-        code = run(f, k, x, o._replace(max_steps=limit))
+        code = run(f, k, x, o._replace(max_steps=limit), None, None)
         parts.append(x.log[: x.count[arrays.LOGGED]].copy())
         x.count[arrays.LOGGED] = 0
         if progress is not None:
@@ -147,23 +146,6 @@ def functions(structure: Linkage | Oscillator) -> tuple:
     return pointers(module, cache.algebra_module(sizes["positions"], sizes["speeds"]))
 
 
-def _rest(scene: Scene, rtol: float) -> float:
-    """Sliding speed that is within the tolerance of zero, or within rounding."""
-    turning = max((scene.reach / e for e in scene.clearances), default=0.0)
-    rounding = EPS * scene.reach * 2 * math.pi / scene.period * (ROUNDINGS + APPROACH * turning)
-    return max(max(rtol, NOISE) * scene.creep, rounding)
-
-
-def _margins(scene: Scene, rtol: float, rest: float, n_contacts: int, n_resets: int) -> np.ndarray:
-    """What of each guard is within the tolerance of zero: gap, force, sliding speed; of others nothing."""
-    found = np.zeros((n_contacts, 4))
-    found[:, 2] = rest
-    for j, (e, K) in enumerate(zip(scene.clearances, scene.stiffnesses, strict=True)):
-        play = max(rtol * e, 16 * EPS * scene.reach)
-        found[j, :2] = 2 * e * play, K * play
-    return np.concatenate([found.ravel(), np.zeros(n_resets)])
-
-
 def memory(scene: Scene, request: Request):
     """Arrays and options of a run."""
     from jointplay.numerics import memory as arrays
@@ -171,14 +153,15 @@ def memory(scene: Scene, request: Request):
     module = cache.structure_module(scene.structure)
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
-    state, rest = np.concatenate([[0.0], scene.state]), _rest(scene, request.rtol)
+    state, rest = np.concatenate([[0.0], scene.state]), margins.rest(scene, request.rtol)
     x = arrays.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
     width = 1 + n_q + n + n_contacts + sizes["powers"]
     x = x._replace(
         absolute=request.rtol * scene.absolute,
         relative=request.rtol * scene.relative,
         turning=scene.turning.copy(),
-        margin=_margins(scene, request.rtol, rest, n_contacts, sizes["resets"]),
+        margin=margins.guards(scene, rest, n_contacts, sizes["resets"]),
+        cone=margins.cones(scene),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),

@@ -62,6 +62,7 @@ class Bundle:
     def __post_init__(self):
         from jointplay.numerics import tangent
 
+        cache.prepare("tangent_flow")
         rows = cache.variation_module(self.scene.structure).ROWS
         self.k, self.x, self.o = memory(self.scene, self.request)
         frame = np.asarray(self.frame, dtype=float)

@@ -1,5 +1,6 @@
 """The words of a dataset: every variable with its dimensions, units and long name."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from jointplay.errors import InputError, Problem, unknown
@@ -57,9 +58,14 @@ LINKAGE = tuple(name for name in WORDS if name not in (*BALANCE, *ENERGIES, "sta
 
 
 def recorded(
-    record: tuple[str, ...] | list[str] | None, mechanism: Mechanism | TestSystem, key: str = "record"
+    record: Sequence[str] | None,
+    mechanism: Mechanism | TestSystem,
+    key: str = "record",
+    integrals: bool = True,
 ) -> tuple[str, ...]:
     """Names to record: those asked for, checked, or the usual ones that the mechanism has.
+
+    Without `integrals`, what only a run from its start on can know is refused.
 
     Raises
     ------
@@ -77,6 +83,9 @@ def recorded(
             wrong.append(unknown(f"{key}[{i}]", name, name, known, "quantity"))
         elif WORDS[name].of in absent:
             wrong.append(Problem(f"{key}[{i}]", name, f"accepted only where {absent[WORDS[name].of]}"))
+        elif name in BALANCE and not integrals:
+            expected = "a quantity of the state is accepted, no integral over time"
+            wrong.append(Problem(f"{key}[{i}]", name, expected))
     if wrong:
         raise InputError(wrong, "")
     return tuple(dict.fromkeys(record))

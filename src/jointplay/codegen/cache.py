@@ -22,6 +22,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 from functools import cache, lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -30,6 +31,8 @@ from types import ModuleType
 ROOMS = ("equations", "codegen", "numerics")
 FLAGS = ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_DISABLE_JIT")
 GENERATED = "jointplay.codegen.generated"
+_compiling: dict[str, subprocess.Popen] = {}
+_lock = threading.Lock()
 
 
 @lru_cache(maxsize=1)
@@ -79,22 +82,34 @@ def activate() -> None:
     os.environ["JOINTPLAY_KERNELS"] = str(folder())
 
 
-def method(name: str) -> ModuleType:
-    """A compiled loop of the method (`jointplay.numerics`), loaded from where another process has put it."""
-    module, built = f"jointplay.numerics.{name}", folder() / f"{name}.built"
+def prepare(name: str) -> None:
+    """Begin to compile a loop of the method beside what this process does, if no process ever has."""
     compiles = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
-    if compiles and module not in sys.modules and not built.exists() and folder().parent == root():
+    known = f"jointplay.numerics.{name}" in sys.modules or _built(name).exists()
+    with _lock:
+        if known or name in _compiling or not compiles or folder().parent != root():
+            return
         paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]
         own = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), "JOINTPLAY_CACHE": str(root())}
-        done = subprocess.run(
-            [sys.executable, "-c", f"import {module}"],
+        _compiling[name] = subprocess.Popen(
+            [sys.executable, "-c", f"import jointplay.numerics.{name}"],
             env=os.environ | own,
-            capture_output=True,
-            check=False,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
         )
-        if done.returncode == 0:
-            built.touch()
-    return importlib.import_module(module)  # where that failed: compiled here, or what is wrong is said
+
+
+def method(name: str) -> ModuleType:
+    """A compiled loop of the method (`jointplay.numerics`), loaded from where another process has put it."""
+    prepare(name)
+    with _lock:
+        if name in _compiling and _compiling.pop(name).wait() == 0:
+            _built(name).touch()
+        return importlib.import_module(f"jointplay.numerics.{name}")  # where that failed: compiled here
+
+
+def _built(name: str) -> Path:
+    return folder() / f"{name}.built"
 
 
 def structure_module(structure) -> ModuleType:

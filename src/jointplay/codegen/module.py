@@ -10,6 +10,8 @@ CONTACTS, RESETS                  their names; of a contact with the flags PULLS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
 
+import re
+
 from sympy import Expr, Integer
 
 from ..equations.system import System
@@ -133,9 +135,15 @@ def _choice(name: str, arguments: str, functions: list[str], first: int = 0) -> 
     """A function of the variant, 0 free, 1 slip, 2 stick, that holds the bodies of several (a call costs)."""
     lines = [f"{_door(name)}\ndef {name}(variant, {arguments}):"]
     for number, function in enumerate(functions, start=first):
-        body = function.rstrip().split("\n")[1:]
+        body = _renamed(function.rstrip(), number).split("\n")[1:]
         lines += [f"    if variant == {number}:", *(f"    {line}" for line in body)]
     return "\n".join(lines if functions else [*lines, "    pass"]) + "\n\n"
+
+
+def _renamed(function: str, number: int) -> str:
+    """Its local names with a number, so that none is assigned twice: such names cost time to compile."""
+    names = "|".join(sorted(set(re.findall(r"^ +(\w+) =", function, re.M))))
+    return re.sub(rf"\b({names})\b", rf"\1__{number}", function) if names else function
 
 
 def _door(name: str) -> str:

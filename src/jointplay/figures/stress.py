@@ -20,7 +20,7 @@ BINS = np.logspace(-17, 0, 69)  # of energy residuals; what is smaller is drawn 
 
 @style.paper()
 def stress(dataset: Dataset) -> Figure:
-    """Draw the wall time of a turn over the contact's stiffness, and the energy residuals, by verdict.
+    """Draw the processor time of a turn over the contact's stiffness, and the energy residuals, by verdict.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def stress(dataset: Dataset) -> Figure:
 
 
 def time_panel(ax: Axes, dataset: Dataset) -> None:
-    """Draw wall times over the number of radians that the contact swings in a turn."""
-    x, y = dataset["stiffness_number"].values, 1e3 * dataset["wall_time"].values
+    """Draw processor times over the number of radians that the contact swings in a turn."""
+    x, y = dataset["stiffness_number"].values, 1e3 * dataset["cpu_time"].values
     for word, chosen in verdicts(dataset):
         marker, colour, size = LOOKS[word]
         look = {"marker": marker, "color": colour, "markersize": size, "markeredgewidth": 0.7}
@@ -52,7 +52,7 @@ def time_panel(ax: Axes, dataset: Dataset) -> None:
         xscale="log",
         yscale="log",
         xlabel="Contact vibration in a turn (rad)",
-        ylabel="Wall time of a turn (ms)",
+        ylabel="Processor time of a turn (ms)",
     )
     parts.heading(ax, "(a)")
     ax.figure.legend(loc="outside upper center", ncols=len(LOOKS), handletextpad=0.2, columnspacing=1.2)

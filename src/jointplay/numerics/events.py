@@ -5,13 +5,25 @@ step's beginning to the root with the method itself, so that the state at the ev
 accuracy and no interpolant's: Newton on the length, one or two short solves from an excellent prediction.
 """
 
-from .interface import compiled, inlined
+from .interface import compiled, inlined, inner
 from .memory import EVALUATIONS
-from .modes import PULLS, inside
+from .modes import CONE, FORCE, PULLS, STICK, inside
 from .polynomial import basis, bernstein, first_root, value
 from .step import converge
 
 REFINEMENTS = 8
+ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
+
+
+@inner
+def blur(w, row, lane, x):
+    """Set the margins of cones at a lane: rounding of a normal force counts by that force.
+
+    `row` is the lane row of the first guard.
+    """
+    for j in range(len(x.modes)):
+        if x.modes[j] == STICK:
+            x.margin[4 * j + CONE] = x.cone[j] * abs(w[8 * (row + 4 * j + FORCE) + int(lane)])
 
 
 @compiled
@@ -21,7 +33,7 @@ def side_of(g, modes, flags):
     return inside(modes[j], g % 4, flags[j] & PULLS) if j < len(modes) else 1
 
 
-@compiled
+@inner
 def start_of(w, at, g, side, fired, margin):
     """How guard g, of lane row w[at:], starts: multiplicity of its zero there, and the level it is to leave.
 
@@ -37,10 +49,10 @@ def start_of(w, at, g, side, fired, margin):
 
 
 @inlined
-def first_event(w, row, modes, flags, fired, margin, b, stack):
+def first_event(w, row, modes, flags, fired, margin, doubt, b, stack):
     """The guard that first leaves its side within the step in w, and where in [0, 1]; -1 and 2.0 if none.
 
-    `row` is the lane row of the first guard.
+    `row` is the lane row of the first guard. What goes beyond by less than `doubt` margins does not count.
     """
     which, earliest = -1, 2.0
     for g in range(len(fired)):
@@ -48,6 +60,7 @@ def first_event(w, row, modes, flags, fired, margin, b, stack):
         if side != 0:
             at = 8 * (row + g)
             multiplicity, level = start_of(w, at, g, side, fired, margin)
+            level -= side * doubt * margin[g]
             degree = bernstein(w, at, multiplicity, b)
             lowest = 0.0
             for i in range(degree + 1):
@@ -59,7 +72,7 @@ def first_event(w, row, modes, flags, fired, margin, b, stack):
     return which, earliest
 
 
-@compiled
+@inner
 def aim(w, at, side, place, multiplicity, level, margin, b):
     """Level at which the guard of lane row w[at:] is left, if it was found beyond `level` at `place`.
 
@@ -70,13 +83,13 @@ def aim(w, at, side, place, multiplicity, level, margin, b):
     return 0.0 if side * value(b, begin, degree, 0.5 * place, b[8:]) > margin else level
 
 
-@compiled
-def locate(f, variant, k, x, o, h, place, row, multiplicity, level, small):
+@inner
+def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
     """Shorten the step in k.whole, of length h, to the root near `place` of (lane row `row`) - level.
 
     Gives back the shortened step's length, the place of the root in units of it (1 to rounding), and
     whether it was found (a root that only the step's polynomial has is not). The shortened step is in k.w.
-    What differs from the level by less than `small` is rounding.
+    The row may be that of a guard, which has a margin, or of none (-1).
     """
     length, w, b = place * h, k.w, k.b
     for _ in range(REFINEMENTS):
@@ -93,7 +106,9 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level, small):
         correction = (level - b[degree]) / slope if slope != 0.0 else 0.0
         if abs(correction) < 1e-6:
             return length, 1.0 + correction, True
-        if abs(b[degree] - level) < small:
+        if variant == 2:  # a contact sticks
+            blur(w, o.guards, 6.0, x)
+        if guard >= 0 and abs(b[degree] - level) < ROUNDING * x.margin[guard]:
             return length, 1.0, True
         length *= 1.0 + min(max(correction, -0.5), 0.5)
     return length, 1.0, False

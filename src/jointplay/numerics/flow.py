@@ -7,13 +7,14 @@ never an exception.
 
 import numpy as np
 from numba import int64, typeof
+from numba.core.types import none
 
-from .events import aim, first_event, locate, side_of, start_of, state_at
-from .interface import FUNCTIONS, compiled, entry, inlined
+from .control import ORDER, after_whole, bounded, learn_start, shorter
+from .events import ROUNDING, aim, blur, first_event, locate, side_of, start_of, state_at
+from .interface import FUNCTIONS, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
     CONTRACTION,
-    ERROR_PAST,
     EVALUATIONS,
     EVENT_ROW,
     EVENTS,
@@ -44,7 +45,7 @@ from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, 
 from .record import gains, note, sample, work_at
 from .saltation import leap, meet
 from .sections import count_section, keep, sections
-from .step import ORDER, TURN, attempt, next_length, shorter
+from .step import attempt
 from .tangent import ROWS, carry, mark
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
@@ -56,7 +57,6 @@ FULL = -1  # the log is full: empty it and call again
 ROOM = 24  # log rows that one step may need
 CHATTER_COUNT = 12
 TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
-ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
 HUGE = 1e12
 
 
@@ -67,17 +67,6 @@ def _new_base(f, weight, x, n_x):
     mask(x.modes, x.m)
     for r in range(n_x):
         weight[r] = 1.0 / (x.absolute[r] + x.relative[r] * abs(x.s[1 + r]))
-
-
-@inlined
-def _length(s, turning, h, n_q, t_end):
-    """Length of the next attempt: the controller's, within the angles' bound and the end of the run."""
-    for r in range(n_q):
-        speed = turning[r] * abs(s[1 + n_q + r])
-        if speed * h > 0.8 * TURN:
-            h = 0.8 * TURN / speed
-    left = t_end - s[0]
-    return left if left < 1.001 * h else h
 
 
 @inlined
@@ -92,7 +81,7 @@ def _commit(w, s, gain, work, b, at, n_x, place, time):
         gain[i] = 0.0
 
 
-@compiled
+@inner
 def _event(f, k, x, o, guard):
     """Change mode, or jump, at the base point; count events that crowd."""
     count, real, time = x.count, x.real, x.s[0]
@@ -132,7 +121,9 @@ def _reach(f, variant, k, x, o, h):
     (0: at its start, 1: at its end to rounding), and whether that is sure: a long step may have promised
     another event than the short one to it shows.
     """
-    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, k.b, k.stack)
+    if variant == 2:  # a contact sticks
+        blur(k.w, o.guards, 7.0, x)
+    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, 0.0, k.b, k.stack)
     if guard < 0:
         if len(x.work) > 0:
             f.rate(variant, k.w, x.s, x.p, x.m)
@@ -143,16 +134,16 @@ def _reach(f, variant, k, x, o, h):
         # a guard that has just fired leaves its root: a step that is too long shows it coming back at once
         return guard, h, 0.0, not (x.fired[guard] and h > 1e-3 * o.near)
     keep(k.w, 8 * (o.first + 1), k.whole)
-    row, side, small = o.guards + guard, side_of(guard, x.modes, x.flags), ROUNDING * x.margin[guard]
+    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
     multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
     if level != 0.0:
         level = aim(k.w, 8 * row, side, place, multiplicity, level, x.margin[guard], k.b)
-    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, small)
-    _, earlier = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, k.b, k.stack)
+    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard)
+    _, earlier = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, ROUNDING, k.b, k.stack)
     return guard, length, root, solved and (root - earlier) * length <= instant + TOGETHER * length
 
 
-@inlined
+@spliced
 def _advance(f, variant, k, x, o, guard, length, root):
     """Take the step in k.w up to its place `root`: sections, samples, then the new base point."""
     count, n_x, at = x.count, o.n_q + o.n, 8 * (o.first + 1)
@@ -178,33 +169,7 @@ def _advance(f, variant, k, x, o, guard, length, root):
         note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
 
 
-@inlined
-def _control(real, count, variant, h, error):
-    """Length of the step after a whole one; lengths at which the iteration failed are approached slowly."""
-    error = max(error, 1e-10)
-    steady = count[SMOOTH] == 1 and real[H_REJECTED] == 0.0
-    proposed = next_length(h, error, real[H_PAST], real[ERROR_PAST], steady)
-    real[H] = min(proposed, real[H_LIMIT])
-    if error > 1e-3 or real[H] > real[H_VARIANT + variant]:  # else something else kept the step short
-        real[H_VARIANT + variant] = real[H]
-    real[H_LIMIT] *= 1.05
-    real[H_PAST], real[ERROR_PAST], real[H_REJECTED] = h, max(error, 1e-2), 0.0
-    count[SMOOTH] = 1
-
-
-@compiled
-def _learn_start(real, variant, h, error):
-    """Keep a length for the next step after an event like this one, where a transient asks for a short one.
-
-    The transient makes the error of low order.
-    """
-    if error < 1e-3:
-        real[H_START + variant] = 0.0
-    elif real[H_REJECTED] > 0.0 or real[H_START + variant] > 0.0:
-        real[H_START + variant] = h * min((0.5 / error) ** 0.25, 2.0)
-
-
-@compiled
+@inner
 def _trouble(s, n_x):
     """Why no step is short enough: the state grew beyond measure, or the iteration does not converge."""
     for r in range(1 + n_x):
@@ -213,7 +178,7 @@ def _trouble(s, n_x):
     return NOT_CONVERGED
 
 
-@compiled
+@inner
 def _start(f, x, rest, out):
     """Set the contact modes that belong to the initial state."""
     f.trig(x.s, x.p)
@@ -232,7 +197,7 @@ def _start(f, x, rest, out):
     x.count[STARTED] = 1
 
 
-@inlined
+@spliced
 def _go_on(f, variant, k, x, o, g, y, h, error):
     """Take an accurate attempt up to its first event, tangents with it, or shorten the next one."""
     count, real = x.count, x.real
@@ -252,7 +217,7 @@ def _go_on(f, variant, k, x, o, g, y, h, error):
     if root > 0.0:
         _advance(f, variant, k, x, o, guard, length, root)
     if guard < 0:
-        _control(real, count, variant, h, error)
+        after_whole(real, count, variant, h, error)
         if y is not None and strain > 0.0:
             real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
     else:
@@ -266,12 +231,11 @@ def _go_on(f, variant, k, x, o, g, y, h, error):
     count[FRESH] = 0
 
 
-@compiled
 def run(f, k, x, o, g, y):
-    """Run until the end, a full log, or trouble; give back which (OK, FULL, …).
+    """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on.
 
-    With tangents y, and a structure's derivatives g, these are carried along (numerics.tangent); where both
-    are None, nothing of that is compiled.
+    With tangents y, and a structure's derivatives g, these are carried along (numerics.tangent_flow); where
+    both are None, nothing of that is compiled.
     """
     count, real = x.count, x.real
     if not count[STARTED]:
@@ -289,7 +253,7 @@ def run(f, k, x, o, g, y):
         if not count[FRESH]:
             _new_base(f, k.weight, x, o.n_q + o.n)
             count[FRESH] = 1
-        h = _length(x.s, x.turning, min(real[H], o.h_max), o.n_q, o.t_end)
+        h = bounded(x.s, x.turning, min(real[H], o.h_max), o.n_q, o.t_end)
         error = attempt(f, variant, k, x, o, h)
         if error < 0.0:
             count[FAILED] += 1
@@ -300,7 +264,7 @@ def run(f, k, x, o, g, y):
             real[H] = shorter(real, h, error)
         else:
             if x.s[0] == real[T_EVENT]:
-                _learn_start(real, variant, h, error)
+                learn_start(real, variant, h, error)
             _go_on(f, variant, k, x, o, g, y, h, error)
             if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER
@@ -308,7 +272,4 @@ def run(f, k, x, o, g, y):
             return _trouble(x.s, o.n_q + o.n)
 
 
-@entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS))
-def flow(f, k, x, o):
-    """Follow a motion: `run` without tangents. Call again to go on."""
-    return run(f, k, x, o, None, None)
+flow = entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, none, none))(run)  # without tangents

@@ -7,13 +7,13 @@ the first took most of a vector away (Giraud et al. 2005).
 
 from math import log, sqrt
 
-from .interface import compiled
+from .interface import compiled, inner
 
 AGAIN = 0.05  # share of its length that a vector must keep to need no second pass: rounding grows 20 fold
 LOST = 1e-9  # share below which a jump of lower rank has taken a vector's own direction away
 
 
-@compiled
+@inner
 def _product(d, a, b, width, weight):
     """Inner product of the vectors that begin at d[a] and d[b]; two sums, neither waiting for the other."""
     total, other = 0.0, 0.0
@@ -25,7 +25,7 @@ def _product(d, a, b, width, weight):
     return total + other
 
 
-@compiled
+@inner
 def _reduce(d, i, width, weight, alive):
     """Take from vector i what lies along those before it; the lengths before and after."""
     at = i * width
@@ -65,7 +65,7 @@ def orthonormalise(d, width, weight, alive, norms, logs, lossy):
             d[at + r] *= factor
 
 
-@compiled
+@inner
 def determinant(S, n):
     """Determinant of the n by n matrix in S, row by row; S is spent."""
     found = 1.0

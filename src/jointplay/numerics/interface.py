@@ -120,7 +120,11 @@ def direct(function):
 
 
 compiled = numba.njit(**POLICY)
-inlined = numba.njit(inline="always", **POLICY)  # once an attempt: an array is seven arguments of a call
+# called by compiled code alone: the doors to Python would be a third of the time to compile
+inner = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **POLICY)
+# once an attempt: a call hands over seven numbers for each array
+inlined = numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **POLICY)
+spliced = numba.njit(inline="always", **POLICY)  # the same before types are known: long bodies compile faster
 
 
 def entry(signature):

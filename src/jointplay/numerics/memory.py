@@ -12,7 +12,7 @@ from .polynomial import STACK
 
 # Places in Trajectory.count
 STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
-CLOSE, FRESH, SMOOTH, SIDE, STARTED, COUNTERS = range(8, 14)
+CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, COUNTERS = range(8, 15)
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
 H_VARIANT, H_START, NUMBERS = 10, 13, 16  # of each variant: last length, length of the step after an event
@@ -51,6 +51,7 @@ class Trajectory(NamedTuple):
     flags: np.ndarray  # PULLS, STICKS of each contact
     fired: np.ndarray  # multiplicity with which each guard starts at zero
     margin: np.ndarray  # what of each guard is within the tolerance of zero; 0: nothing is
+    cone: np.ndarray  # margin of each contact's cone over its normal force
     count: np.ndarray
     real: np.ndarray
     at: np.ndarray  # sample times, ascending
@@ -130,6 +131,7 @@ def trajectory(
         flags=np.zeros(n_contacts, dtype=np.int64),
         fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
         margin=np.zeros(4 * n_contacts + n_resets),
+        cone=np.zeros(n_contacts),
         count=np.zeros(COUNTERS, dtype=np.int64),
         real=np.zeros(NUMBERS),
         at=np.zeros(0),

@@ -4,14 +4,14 @@ As a parameter changes, one of them reaches zero and a new contact begins (grazi
 step's polynomial, found as its derivative's roots, so that none is stepped over.
 """
 
-from .interface import compiled
+from .interface import inner
 from .memory import MISS_ROW
 from .modes import FREE, GAP
 from .polynomial import basis, bernstein, first_root, keep_right
 from .record import note
 
 
-@compiled
+@inner
 def misses(k, x, o, h, end):
     """Log the closest approaches of every open gap within the step of length h, up to its place `end`."""
     for g in range(len(x.fired)):
@@ -22,7 +22,7 @@ def misses(k, x, o, h, end):
             _of_gap(k, x, o, h, end, row, 1.0, j)
 
 
-@compiled
+@inner
 def _of_gap(k, x, o, h, end, row, rising, contact):
     """`rising`: sign of the guard's slope on the way to contact. The gap goes where events have kinds."""
     b, whole = k.b, 0 * o.n  # no root is divided out; a variable, for the reason that interface gives

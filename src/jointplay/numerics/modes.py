@@ -10,7 +10,7 @@ Reference: Filippov, Differential Equations with Discontinuous Righthand Sides (
 (2004).
 """
 
-from .interface import compiled
+from .interface import compiled, inner
 
 FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT = range(6)
 ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT = range(7)
@@ -40,15 +40,15 @@ def mask(modes, m):
         m[3 * j + 2] = 1.0 if mode == STICK else 0.0
 
 
-@compiled
+@inner
 def inside(mode, guard, pulls):
     """The side (+1, -1) on which a guard stays in this mode; 0 if it is not watched."""
     if mode == FREE:
         return -1 if guard == GAP else 0
     if mode == RELEASED:
         return 1 if guard == GAP else (-1 if guard == FORCE else 0)
-    if guard == GAP:
-        return 1 if pulls else 0
+    if guard == GAP:  # also where the force goes first: past the bush's centre it turns too fast to be seen
+        return 1
     if guard == FORCE:  # nothing that pulls sticks
         return 1 if mode == STICK or not pulls else 0
     if guard == SLIDE:
@@ -56,14 +56,14 @@ def inside(mode, guard, pulls):
     return 1 if mode == STICK else 0
 
 
-@compiled
+@inner
 def _look(contacts, modes, m, s, p, out):
     """Six numbers a contact (u, v_n, v_t, F_n, F_t, v_t') with `modes` in force."""
     mask(modes, m)
     contacts(max(variant_of(modes), 1), s, p, m, out)
 
 
-@compiled
+@inner
 def _settle(contacts, j, modes, m, s, p, out):
     """Decide the mode of contact j, which touches with v_t = 0, from both one-sided accelerations."""
     before = modes[j]
@@ -83,7 +83,7 @@ def _settle(contacts, j, modes, m, s, p, out):
         modes[j] = SLIP_POSITIVE if plus > 0.0 else SLIP_NEGATIVE
 
 
-@compiled
+@inner
 def touch(contacts, j, flags, modes, m, s, p, rest, out):
     """Contact j begins: slip direction by the sign of v_t, or by its acceleration where v_t is at rest."""
     modes[j] = CONTACT
@@ -96,7 +96,7 @@ def touch(contacts, j, flags, modes, m, s, p, rest, out):
             modes[j] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
 
 
-@compiled
+@inner
 def _loosen(contacts, except_for, modes, fired, m, s, p, out):
     """Sticking contacts whose cone was left by a jump elsewhere begin to slip."""
     for _ in range(len(modes)):
@@ -113,7 +113,7 @@ def _loosen(contacts, except_for, modes, fired, m, s, p, out):
             return
 
 
-@compiled
+@inner
 def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     """Change modes after a guard of contact j fired at the base point; give back the kind of event.
 
@@ -130,10 +130,11 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     elif before == RELEASED:
         kind = REOPENING
         modes[j] = FREE
+    elif not flags[j] & PULLS and guard in (GAP, FORCE):
+        modes[j] = RELEASED
+        fired[4 * j + FORCE] = 1
     elif guard == GAP:
         modes[j] = FREE
-    elif guard == FORCE and not flags[j] & PULLS:
-        modes[j] = RELEASED
     elif guard == SLIDE:
         _settle(contacts, j, modes, m, s, p, out)
         kind = STICK_ONSET if modes[j] == STICK else SLIP_REVERSAL

@@ -12,6 +12,7 @@ polynomial of degree 6 through the seven stages and its other roots.
 import numpy as np
 
 from .interface import compiled
+from .lanes import mapped
 from .radau import NODES
 
 DEGREE = 7
@@ -41,6 +42,11 @@ BARYCENTRIC = np.array([1 / np.prod([x - y for y in NODES if y != x]) for x in N
 @compiled
 def basis(x, out):
     """Lagrange basis polynomials of the eight nodes at x, in out[8:]."""
+    if x == 1.0:
+        for j in range(8):
+            out[8 + j] = 0.0
+        out[14] = 1.0
+        return
     left = 1.0
     for j in range(8):
         out[8 + j] = BARYCENTRIC[j] * left
@@ -57,14 +63,12 @@ def bernstein(g, at, multiplicity, b):
 
     The outer ones are the values at both ends: taken as they are, so that rounding makes no root there.
     """
-    for i in range(8):
-        b[i] = 0.0
     if multiplicity == 0:
-        for j in range(8):
-            for i in range(8):
-                b[i] += TO_BERNSTEIN[8 * j + i] * g[at + j]
+        mapped(b, 0, g, at, TO_BERNSTEIN)
         b[0], b[7] = g[at + 7], g[at + 6]
         return 7
+    for i in range(8):
+        b[i] = 0.0
     for j in range(7):  # it starts at zero by definition, whatever rounding or tolerance made of that
         value = (g[at + j] - g[at + 7]) / NODES[j]
         if multiplicity == 2:

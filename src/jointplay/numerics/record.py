@@ -1,12 +1,12 @@
 """What a run writes down: samples at asked times, and a log of steps, events and section points."""
 
 from .events import state_at
-from .interface import compiled
+from .interface import inner
 from .memory import COLUMNS, LOGGED
 from .radau import COLLOCATION
 
 
-@compiled
+@inner
 def gains(w, row, h, gain):
     """Increments h A P of the work at the stages of a step, its powers P in lane rows from `row` on."""
     for r in range(len(gain) // 8):
@@ -17,7 +17,7 @@ def gains(w, row, h, gain):
             gain[8 * r + i] = h * total
 
 
-@compiled
+@inner
 def work_at(gain, b, work, out):
     """Write the work at the place whose Lagrange basis stands in b[8:]."""
     for r in range(len(work)):
@@ -27,7 +27,7 @@ def work_at(gain, b, work, out):
         out[r] = total
 
 
-@compiled
+@inner
 def write(row, time, place, w, at, s, n_x, b, modes, gain, work):
     """One record: time, state at `place` of the step whose increments begin at w[at], modes, work."""
     row[0] = time
@@ -38,7 +38,7 @@ def write(row, time, place, w, at, s, n_x, b, modes, gain, work):
     work_at(gain, b, work, row[to + len(modes) :])
 
 
-@compiled
+@inner
 def log(rows, count, tag, contact, kind, time, place, w, at, s, n_x, b, modes, gain, work):
     """Add a log row: what it is of, then the record."""
     row = rows[count[LOGGED]]
@@ -47,7 +47,7 @@ def log(rows, count, tag, contact, kind, time, place, w, at, s, n_x, b, modes, g
     count[LOGGED] += 1
 
 
-@compiled
+@inner
 def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
     """Asked times from number i on that lie within the step of length h, up to `end`; the next number."""
     while i < len(times) and times[i] <= end:
@@ -56,7 +56,7 @@ def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
     return i
 
 
-@compiled
+@inner
 def note(k, x, o, tag, contact, kind, time, place):
     """Add a row to the log."""
     at, n_x = 8 * (o.first + 1), o.n_q + o.n

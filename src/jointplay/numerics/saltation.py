@@ -15,12 +15,12 @@ from math import log
 import numpy as np
 
 from .frame import determinant, orthonormalise
-from .interface import compiled
+from .interface import inner
 from .modes import STICK, mask, variant_of
 from .tangent import GRAZING, HELD, JUMPS, ONSET, SALTATION, VOLUME
 
 
-@compiled
+@inner
 def _rates(f, variant, x, o, y, out):
     """Rate of the state at the base point."""
     first, n_x = o.first, o.n_q + o.n
@@ -34,7 +34,7 @@ def _rates(f, variant, x, o, y, out):
         out[o.n_q + r] = y.w[8 * (first + 1 + n_x + r) + 7]
 
 
-@compiled
+@inner
 def _stuck(modes):
     held = 0
     for mode in modes:
@@ -42,7 +42,7 @@ def _stuck(modes):
     return held
 
 
-@compiled
+@inner
 def meet(f, g, variant, x, o, y, guard):
     """Note what the jump at an event needs of the side before it."""
     f.trig(x.s, x.p)
@@ -53,7 +53,7 @@ def meet(f, g, variant, x, o, y, guard):
     y.real[ONSET] = _stuck(x.modes)
 
 
-@compiled
+@inner
 def leap(f, g, x, o, y, guard):
     """Take the tangents through an event that has just been handled."""
     n_x, reset, real = o.n_q + o.n, guard >= 4 * len(x.modes), y.real
@@ -78,7 +78,7 @@ def leap(f, g, x, o, y, guard):
         orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, lossy)
 
 
-@compiled
+@inner
 def _through(y, d, n_q, n_x, slope, reset, saltation):
     """Replace a tangent by what the jump makes of it."""
     width, delay = 1 + n_x, 0.0
@@ -103,7 +103,7 @@ def _through(y, d, n_q, n_x, slope, reset, saltation):
         d[1 + n_q + r] = new[r]
 
 
-@compiled
+@inner
 def _volume(y, n_q, n_x, slope, later, reset, lossy):
     """ln |det S| of the jump."""
     if lossy:

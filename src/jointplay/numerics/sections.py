@@ -7,8 +7,8 @@ the quantity is. A jump across the level, as of a force at contact, is a crossin
 """
 
 from .events import locate
-from .interface import compiled
-from .memory import LEVEL, SECTION_ROW, SECTIONS, SIDE, T_SECTION
+from .interface import inner
+from .memory import LEVEL, PASSED, SECTION_ROW, SECTIONS, SIDE, T_SECTION
 from .polynomial import bernstein, first_root, keep_right
 from .radau import NODES
 from .record import note
@@ -16,14 +16,14 @@ from .record import note
 SECTIONS_A_STEP = 8
 
 
-@compiled
+@inner
 def keep(w, at, target):
     """Copy increments out of the lane buffer."""
     for i in range(len(target)):
         target[i] = w[at + i]
 
 
-@compiled
+@inner
 def _bring_back(source, w, at, h):
     """Copy the increments of a step of length h back to the lane buffer, the time's at w[at]."""
     for i in range(8):
@@ -32,7 +32,7 @@ def _bring_back(source, w, at, h):
         w[at + 8 + i] = source[i]
 
 
-@compiled
+@inner
 def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
     """Place of the next crossing of `level` from `side`, after one at `after` (< 0: none); 2.0 if none."""
     degree = bernstein(w, 8 * row, multiplicity, b)
@@ -44,24 +44,26 @@ def _next_crossing(w, row, multiplicity, b, stack, level, after, side):
     return place if after < 0.0 or place > 1.0 else after + place * (1.0 - after)
 
 
-@compiled
+@inner
 def sections(f, variant, k, x, o, h, end):
     """Level crossings within the step, up to the place `end`; each is located by a step of its own."""
     count, real, at = x.count, x.real, 8 * (o.first + 1)
     row, place = o.guards + len(x.fired), -1.0
     whole = 0 * o.n  # no root is divided out; a variable, for the reason that interface gives
+    none = whole - 1  # it is no guard's row
     if count[SIDE] == 0:
         ahead = o.period == 0.0 and (k.w[8 * row + 7] - real[LEVEL]) * o.direction >= 0.0
         count[SIDE] = o.direction if ahead else -o.direction
     for _ in range(SECTIONS_A_STEP):
         after = place if o.period == 0.0 else -1.0
-        place = _next_crossing(k.w, row, whole, k.b, k.stack, real[LEVEL], after, count[SIDE])
+        level = real[LEVEL] + count[PASSED] * o.period * o.direction  # a sum would drift
+        place = _next_crossing(k.w, row, whole, k.b, k.stack, level, after, count[SIDE])
         if place > end or (o.stop_after and count[SECTIONS] >= o.stop_after):
             return
         if count[SIDE] == -o.direction and x.s[0] + place * h - real[T_SECTION] > 1e-3 * o.near:
             keep(k.w, at, k.whole)
-            near, level = max(place, 1e-12), real[LEVEL]
-            length, root, sure = locate(f, variant, k, x, o, h, near, row, whole, level, 0.0)
+            near = max(place, 1e-12)
+            length, root, sure = locate(f, variant, k, x, o, h, near, row, whole, level, none)
             if not sure:  # the step's own polynomial is the best that there is
                 _bring_back(k.whole, k.w, at - 8, h)
                 length, root = h, place
@@ -71,10 +73,10 @@ def sections(f, variant, k, x, o, h, end):
             f.rate(variant, k.w, x.s, x.p, x.m)
         if o.period == 0.0:
             count[SIDE] = -count[SIDE]
-        real[LEVEL] += o.period * o.direction
+        count[PASSED] += 1
 
 
-@compiled
+@inner
 def count_section(k, x, o, time, place, contact, kind):
     """A section point: logged after the first `skip`."""
     x.count[SECTIONS] += 1

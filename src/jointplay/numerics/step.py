@@ -10,18 +10,14 @@ done with them. The increments live in the lane buffer `w`, those of the last ac
 where the next are extrapolated.
 """
 
-import numpy as np
-
-from .interface import compiled, inlined
-from .memory import CONTRACTION, ERROR_REJECTED, EVALUATIONS, H_PAST, H_REJECTED, SMOOTH
+from .control import TURN
+from .interface import inlined, inner
+from .memory import CONTRACTION, EVALUATIONS, H_PAST, SMOOTH
 
 ITERATIONS = 10
 ROUNDED = 0.5  # updates that stop shrinking below this many tolerated errors: what is left is rounding
 STALE = 0.1  # largest last update, in tolerated errors: guards are those of the iterate before it
-ORDER = 8  # of the error estimate in h
-SAFETY = 0.82  # lengths aim at a fifth of the tolerated error, which goes up and down with a vibration
 LATE = 4  # stage whose Jacobian serves the iteration: it is the late stages that are far from the base point
-TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
 
 
 @inlined
@@ -88,7 +84,7 @@ def _turned(w, turning, at, n_q):
     return not largest <= TURN
 
 
-@compiled
+@inner
 def _estimate_again(f, variant, k, x, o, h):
     """The estimate with f(x + error) in the place of f(x): sharper for stiff parts of a first step."""
     w, s, error, n_x, state = k.w, x.s, k.error, o.n_q + o.n, 8 * (o.first + 1)
@@ -107,27 +103,3 @@ def _estimate_again(f, variant, k, x, o, h):
         f.rate(variant, w, s, x.p, x.m)
         x.count[EVALUATIONS] += 1
     return size
-
-
-@compiled
-def next_length(h, error, h_past, error_past, steady):
-    """Length of the next step by predictive control (Gustafsson) from the errors of two accepted steps."""
-    if steady:
-        shrinking = (h_past / h) ** 2
-        error = max(error, error * error / error_past * shrinking * shrinking * shrinking * shrinking)
-    return h * min(max(SAFETY * error ** (-1.0 / ORDER), 0.2), 6.0)
-
-
-@compiled
-def shorter(real, h, error):
-    """Length to try after an attempt of length h was rejected, by the order that two such have shown.
-
-    Where a fast transient is stepped over, shorter steps do not help until they resolve it.
-    """
-    order = float(ORDER)
-    if real[H_REJECTED] > h and error < np.inf:
-        order = np.log(real[ERROR_REJECTED] / error) / np.log(real[H_REJECTED] / h)
-    real[H_REJECTED], real[ERROR_REJECTED] = h, error
-    if not error < np.inf or order < 1.5:
-        return h * (0.1 if error > 2.0 else 0.5)
-    return h * max(0.1, 0.9 * error ** (-1.0 / min(order, float(ORDER))))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .frame import orthonormalise
-from .interface import compiled
+from .interface import inlined, inner
 from .memory import lane_rows
 from .polynomial import basis
 from .radau import COLLOCATION
@@ -80,7 +80,7 @@ def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks
     )
 
 
-@compiled
+@inlined
 def carry(f, g, variant, k, x, o, y, h, root):
     """Take the tangents along the step in k.w, of length h, up to its place `root`.
 
@@ -119,7 +119,7 @@ def carry(f, g, variant, k, x, o, y, h, root):
     return worst
 
 
-@compiled
+@inlined
 def _estimate(f, g, variant, k, o, y, d, h, limit):
     """Error of the tangent d whose increments are in the lane buffer, in units of what is tolerated."""
     n_x, state = o.n_q + o.n, 8 * (o.first + 1)
@@ -143,7 +143,7 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
     return size / limit
 
 
-@compiled
+@inlined
 def _integral(w, at, h, b):
     """Integral of the lane row at w[at] up to the place whose basis stands in b[8:]."""
     total = 0.0
@@ -157,7 +157,7 @@ def _integral(w, at, h, b):
     return h * total
 
 
-@compiled
+@inlined
 def _solve(f, g, variant, k, o, y, d, h):
     """Stage increments of the tangent d, in the lane buffer; whether the iteration converged."""
     w, real = y.w, y.real
@@ -184,7 +184,7 @@ def _solve(f, g, variant, k, o, y, d, h):
     return False
 
 
-@compiled
+@inlined
 def _move(w, at, d, n_x, b):
     """The tangent at the place whose basis stands in b[8:], from its increments at w[at]."""
     if b[14] == 1.0:  # the step's end
@@ -198,7 +198,7 @@ def _move(w, at, d, n_x, b):
         d[1 + r] = total
 
 
-@compiled
+@inner
 def _by_volume(y, n_x, trace, span):
     """Where a whole frame's volume shrinks faster than steps resolve, it gives the last direction's growth.
 
@@ -215,7 +215,7 @@ def _by_volume(y, n_x, trace, span):
     y.real[UNRESOLVED] += span
 
 
-@compiled
+@inlined
 def mark(x, y):
     """Record a row where a block ends."""
     if not x.s[0] >= y.real[NEXT]:

@@ -9,8 +9,4 @@ from .tangent import tangents
 
 TANGENTS = typeof(tangents(np.zeros((1, 1)), np.ones(1), 1, 1, 1))
 
-
-@entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, VARIATIONS, TANGENTS))
-def flow(f, k, x, o, g, y):
-    """Follow a motion and its tangents. Call again to go on."""
-    return run(f, k, x, o, g, y)
+flow = entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, VARIATIONS, TANGENTS))(run)

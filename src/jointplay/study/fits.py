@@ -67,7 +67,8 @@ def _impossible_start(study: Study) -> list[Problem]:
 
 def _unknown_words(study: Study) -> list[Problem]:
     try:
-        recorded(study.analysis.record, study.mechanism, "analysis.record")
+        whole = study.kind in ("response", "section")
+        recorded(study.analysis.record, study.mechanism, "analysis.record", integrals=whole)
     except InputError as error:
         return error.problems
     return []

@@ -20,7 +20,7 @@ HEAD = (
 )
 HEAD += ("energy", "ms a turn", "excess")
 CODES = ("verdict", "scene_status", "variant", "geometry", "start")
-FIGURES = ("stiffness", "damping", "disagreement", "growth", "energy_residual", "wall_time", "excess")
+FIGURES = ("stiffness", "damping", "disagreement", "growth", "energy_residual", "cpu_time", "excess")
 
 
 def stress_summary(dataset: xr.Dataset) -> str:
@@ -35,13 +35,13 @@ def stress_summary(dataset: xr.Dataset) -> str:
     -------
     str
     """
-    ok, times = dataset["scene_status"].values == 0, dataset["wall_time"].values
+    ok, times = dataset["scene_status"].values == 0, dataset["cpu_time"].values
     median = float(np.nanmedian(times)) if np.isfinite(times).any() else np.nan
     slow = int(np.count_nonzero(ok & (times > 100 * median)))
     told = [f"{dataset.sizes['scene']} scenes: {_counts(dataset['verdict'])}"]
     told.append(f"ended with {_counts(dataset['scene_status'])}")
     told.append(
-        f"wall time of a turn: median {1e3 * median:.3g} ms; {slow} that ended ok took over 100 times that"
+        f"processor time of a turn: median {1e3 * median:.3g} ms; {slow} that ended ok took over 100 times it"
     )
     for word in ("slowest", "worst"):
         rows = (_row(dataset.sel(scene=number)) for number in dataset[word].values)
@@ -82,7 +82,7 @@ def _counts(codes: xr.DataArray) -> str:
 
 def _row(one: xr.Dataset) -> str:
     words = (_meanings(one[name])[int(one[name])] for name in CODES)
-    scale = {"wall_time": 1e3}
+    scale = {"cpu_time": 1e3}
     figures = (_figure(float(one[name]) * scale.get(name, 1.0)) for name in FIGURES)
     return ROW.format(int(one["scene"]), *words, *figures)
 

@@ -31,7 +31,7 @@ from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import dataset, flags
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes, changed
-from jointplay.analysis.words import BALANCE, STATUS, recorded
+from jointplay.analysis.words import STATUS, recorded
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
 
 STEP = 0.02
@@ -119,7 +119,7 @@ def continuation(
         max_steps=max_steps,
     )
     (axis,) = axes(mechanism, {parameter: list(range)}, "range")
-    names = [name for name in recorded(record, mechanism) if name not in BALANCE]
+    names = recorded(record, mechanism)
     began = time.perf_counter()
     maps = partial(_map, mechanism, parameter, section, period, rtol, max_steps)
     at_start = placed(changed(mechanism, {parameter: value}), initial, section)

@@ -10,7 +10,7 @@ from jointplay.analysis import request as asked
 from jointplay.analysis.checks import refused, together, whole
 from jointplay.analysis.starts import state_names
 from jointplay.analysis.vary import axes
-from jointplay.analysis.words import BALANCE, recorded
+from jointplay.analysis.words import recorded
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import MAIN_JOINT, CrankAngle, Mechanism, Plane, TestSystem
@@ -28,12 +28,16 @@ def check_orbit(mechanism: Any, section: Any, record: Any, **given: Any) -> None
         lambda: asked.check(
             mechanism, given["period"], None, given["transient"], given["rtol"], given["max_steps"]
         ),
-        lambda: refused(orbit_problems(mechanism, section, record, **given)),
-        lambda: recorded(record, mechanism) if isinstance(mechanism, Mechanism | TestSystem) else None,
+        lambda: refused(orbit_problems(mechanism, section, **given)),
+        lambda: (
+            recorded(record, mechanism, integrals=False)
+            if isinstance(mechanism, Mechanism | TestSystem)
+            else None
+        ),
     )
 
 
-def orbit_problems(mechanism: Any, section: Any, record: Any, **given: Any) -> Iterator[Problem]:
+def orbit_problems(mechanism: Any, section: Any, **given: Any) -> Iterator[Problem]:
     """What is wrong with the keywords that are an orbit's own."""
     yield from _section_problems(section, mechanism)
     if not _between(given["tolerance"], 0, 1):
@@ -42,9 +46,6 @@ def orbit_problems(mechanism: Any, section: Any, record: Any, **given: Any) -> I
     for key in ("period", "max_iterations", "samples_per_turn", "max_points", "max_branches"):
         if key in given:
             yield from whole(key, given[key], 1)
-    for i, name in enumerate(record or ()):
-        if name in BALANCE:
-            yield Problem(f"record[{i}]", name, "a quantity of the state is accepted, no integral over time")
 
 
 def _section_problems(section: Any, mechanism: Any) -> Iterator[Problem]:

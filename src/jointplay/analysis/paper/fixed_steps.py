@@ -52,7 +52,7 @@ def step_bound(scene: Scene) -> Bound:
 
 def _turning(scene: Scene, rows: np.ndarray) -> Bound:
     """The step in which the fastest angle, or a forcing's phase, turns as far as the equations hold."""
-    from jointplay.numerics.step import TURN
+    from jointplay.numerics.control import TURN
 
     n_q = len(scene.turning)
     speeds = np.abs(rows[:, 1 + n_q : 1 + 2 * n_q]) * scene.turning

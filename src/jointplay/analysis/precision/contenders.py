@@ -58,7 +58,7 @@ class Ours:
         events: list[Event] = []
         began, code = time.process_time(), flow.FULL
         while code == flow.FULL:
-            code = run(f, k, x, o)
+            code = run(f, k, x, o, None, None)
             events += [(int(row[1]), int(row[2])) for row in x.log[: x.count[at.LOGGED]]]
             x.count[at.LOGGED] = 0
         seconds, steps = time.process_time() - began, int(x.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())

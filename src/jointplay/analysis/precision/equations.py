@@ -27,7 +27,7 @@ def starting_modes(scene: Scene) -> np.ndarray:
 
     flow = cache.method("flow")
     k, x, o = memory(scene, Request(0.0))
-    direct(flow.flow)(functions(scene.structure), k, x, o)
+    direct(flow.flow)(functions(scene.structure), k, x, o, None, None)
     return x.modes.copy()
 
 

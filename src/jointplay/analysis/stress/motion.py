@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,7 @@ class Motion:
         Largest energy unaccounted for, over the energy that flowed.
     counts : dict
         Steps and evaluations.
-    wall_time : float
+    wall_time, cpu_time : float
         s.
     turns : float
         Nominal turns that it reached.
@@ -45,6 +46,7 @@ class Motion:
     residual: float
     counts: dict[str, int]
     wall_time: float
+    cpu_time: float
     turns: float
 
 
@@ -52,8 +54,9 @@ def move(scene: Scene, turns: int, rtol: float, max_steps: int) -> Motion:
     """Follow a scene, assembled with the work of its parts, over nominal turns."""
     end = turns * scene.period
     times = np.linspace(0.0, end, turns * SAMPLES + 1)
+    began = time.thread_time()
     records = follow(scene, Request(end, rtol, at=times, log_from=0.0, events=True, max_steps=max_steps))
-    rows = records.samples
+    rows, spent = records.samples, time.thread_time() - began
     return Motion(
         records.status,
         rows[:, 1 : 1 + len(scene.state)],
@@ -61,6 +64,7 @@ def move(scene: Scene, turns: int, rtol: float, max_steps: int) -> Motion:
         residual(scene, records),
         records.counts,
         records.wall_time,
+        spent,
         float(rows[-1, 0] / scene.period) if len(rows) else 0.0,
     )
 

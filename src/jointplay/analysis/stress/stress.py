@@ -79,9 +79,9 @@ def stress(
     xarray.Dataset
         Over ``scene``: ``verdict`` (flags ok, sensitive, stopped, unconfirmed, suspect: see
         `jointplay.analysis.stress.verdict`), ``cause`` and ``excess`` of a suspicion, ``disagreement``,
-        ``growth``, ``energy_residual``, ``scene_status``, ``tight_status``, counts, ``wall_time`` of a turn
-        (s), the numbers drawn. Over ``rank``: ``slowest``, ``worst`` and their study lines. ``status`` is ok
-        unless a scene crashed.
+        ``growth``, ``energy_residual``, ``scene_status``, ``tight_status``, counts, ``wall_time`` and
+        ``cpu_time`` of a turn (s), the numbers drawn. Over ``rank``: ``slowest``, ``worst`` and their study
+        lines. ``status`` is ok unless a scene crashed.
 
     Raises
     ------
@@ -135,8 +135,8 @@ def cell(
     tight = move(scene, turns, TIGHTER * rtol, PATIENCE * max_steps)
     unit, reached = sizes(scene, tight), min(loose.turns, tight.turns)
 
-    def growth() -> float:
-        return largest_growth(assemble(case.mechanism, case.initial), unit, reached, rtol, max_steps)
+    def growth(closer: int) -> float:
+        return largest_growth(assemble(case.mechanism, case.initial), unit, reached, rtol, max_steps, closer)
 
     found = asdict(judge(loose, tight, unit, (rtol, TIGHTER * rtol), growth))
     found |= {"verdict": VERDICTS.index(found["verdict"]), "cause": CAUSES.index(found["cause"])}
@@ -146,8 +146,9 @@ def cell(
         "turns": loose.turns,
     }
     found |= {"tight_status": tight.status, "tight_n_steps": tight.counts["n_steps"]} | loose.counts
-    time = loose.wall_time / loose.turns if loose.turns else math.nan
-    return found | {"status": loose.status, "wall_time": time}
+    turns = loose.turns or math.nan
+    times = {"wall_time": loose.wall_time / turns, "cpu_time": loose.cpu_time / turns}
+    return found | {"status": loose.status} | times
 
 
 def scene_of(case: Case) -> Scene:

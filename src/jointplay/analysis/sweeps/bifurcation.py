@@ -217,7 +217,7 @@ def names(record: Sequence[str] | None, model: Mechanism | TestSystem) -> tuple[
     """
     if record is None and isinstance(model, Mechanism):
         return tuple(name for name in USUAL if name in recorded(None, model))
-    return recorded(record, model)
+    return recorded(record, model, integrals=False)
 
 
 def _placed(model: Mechanism | TestSystem, begun: tuple[Any, ...], i: int, section: Section) -> None:

@@ -1,0 +1,50 @@
+"""What of each guard is zero to rounding or to the tolerance, so that neither makes an event."""
+
+import math
+
+import numpy as np
+
+from jointplay.equations.structure import Oscillator, parameter_names
+from jointplay.mechanism.scene import Scene
+
+EPS = float(np.finfo(float).eps)
+NOISE = 1e-12  # sliding speeds are known no better than this tolerance has them
+ROUNDINGS = 64  # nor than so many roundings of the links' speeds, of which they are differences
+APPROACH = 0.1  # of these: normal speeds, of which the rounding of the normal's direction makes sliding ones
+ROUNDED_GAP = 16  # roundings of the mechanism's reach within which a gap is zero
+
+
+def _rounding(scene: Scene) -> float:
+    """Rounding of a relative speed at a contact, m/s, at the nominal speed or that of the start."""
+    turning = max((scene.reach / e for e in scene.clearances), default=0.0)
+    speeds = scene.state[len(scene.turning) :][scene.turning > 0] if scene.reach else ()
+    fastest = max(2 * math.pi / scene.period, float(np.max(np.abs(speeds), initial=0.0)))
+    return EPS * scene.reach * fastest * (ROUNDINGS + APPROACH * turning)
+
+
+def rest(scene: Scene, rtol: float) -> float:
+    """Sliding speed that is within the tolerance of zero, or within rounding."""
+    return max(max(rtol, NOISE) * scene.creep, _rounding(scene))
+
+
+def cones(scene: Scene) -> np.ndarray:
+    """What rounding of a normal force F_n makes of (f F_n)^2 - F_t^2 near zero, over F_n, N."""
+    found = np.zeros(len(scene.joints))
+    if isinstance(scene.structure, Oscillator):
+        return found
+    named = dict(zip(parameter_names(scene.structure), scene.numbers, strict=True))
+    for j, name in enumerate(scene.joints):
+        f, K, C = (named[f"{letter}_{name}"] for letter in "fKC")
+        force = K * ROUNDED_GAP * EPS * scene.reach + C * _rounding(scene)
+        found[j] = 2 * f * (1 + f) * force
+    return found
+
+
+def guards(scene: Scene, still: float, n_contacts: int, n_resets: int) -> np.ndarray:
+    """What of each guard is within the tolerance of zero: gap, force, sliding speed; of others nothing."""
+    found = np.zeros((n_contacts, 4))
+    found[:, 2] = still
+    for j, (e, K) in enumerate(zip(scene.clearances, scene.stiffnesses, strict=True)):
+        play = ROUNDED_GAP * EPS * scene.reach
+        found[j, :2] = 2 * e * play, K * play
+    return np.concatenate([found.ravel(), np.zeros(n_resets)])

@@ -1,0 +1,86 @@
+"""Lengths of steps: predictive control by the errors of accepted steps, and what sets it aside.
+
+After a rejection the observed order says how much shorter; after an event the first length is the one that
+served after the last event into the same mode. References: Gustafsson, ACM Trans. Math. Softw. 20 (1994)
+496-517; Hairer and Wanner (see radau), section IV.8.
+"""
+
+import numpy as np
+
+from .interface import inlined, inner
+from .memory import (
+    ERROR_PAST,
+    ERROR_REJECTED,
+    H_LIMIT,
+    H_PAST,
+    H_REJECTED,
+    H_START,
+    H_VARIANT,
+    SMOOTH,
+    H,
+)
+
+ORDER = 8  # of the error estimate in h
+SAFETY = 0.82  # lengths aim at a fifth of the tolerated error, which goes up and down with a vibration
+TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
+
+
+@inlined
+def bounded(s, turning, h, n_q, t_end):
+    """Length of the next attempt: the controller's, within the angles' bound and the end of the run."""
+    for r in range(n_q):
+        speed = turning[r] * abs(s[1 + n_q + r])
+        if speed * h > 0.8 * TURN:
+            h = 0.8 * TURN / speed
+    left = t_end - s[0]
+    return left if left < 1.001 * h else h
+
+
+@inlined
+def after_whole(real, count, variant, h, error):
+    """Length of the step after a whole one; lengths at which the iteration failed are approached slowly."""
+    error = max(error, 1e-10)
+    steady = count[SMOOTH] == 1 and real[H_REJECTED] == 0.0
+    proposed = _proposed(h, error, real[H_PAST], real[ERROR_PAST], steady)
+    real[H] = min(proposed, real[H_LIMIT])
+    if error > 1e-3 or real[H] > real[H_VARIANT + variant]:  # else something else kept the step short
+        real[H_VARIANT + variant] = real[H]
+    real[H_LIMIT] *= 1.05
+    real[H_PAST], real[ERROR_PAST], real[H_REJECTED] = h, max(error, 1e-2), 0.0
+    count[SMOOTH] = 1
+
+
+@inner
+def _proposed(h, error, h_past, error_past, steady):
+    """Length of the next step by predictive control (Gustafsson) from the errors of two accepted steps."""
+    if steady:
+        shrinking = (h_past / h) ** 2
+        error = max(error, error * error / error_past * shrinking * shrinking * shrinking * shrinking)
+    return h * min(max(SAFETY * error ** (-1.0 / ORDER), 0.2), 6.0)
+
+
+@inner
+def shorter(real, h, error):
+    """Length to try after an attempt of length h was rejected, by the order that two such have shown.
+
+    Where a fast transient is stepped over, shorter steps do not help until they resolve it.
+    """
+    order = float(ORDER)
+    if real[H_REJECTED] > h and error < np.inf:
+        order = np.log(real[ERROR_REJECTED] / error) / np.log(real[H_REJECTED] / h)
+    real[H_REJECTED], real[ERROR_REJECTED] = h, error
+    if not error < np.inf or order < 1.5:
+        return h * (0.1 if error > 2.0 else 0.5)
+    return h * max(0.1, 0.9 * error ** (-1.0 / min(order, float(ORDER))))
+
+
+@inner
+def learn_start(real, variant, h, error):
+    """Keep a length for the next step after an event like this one, where a transient asks for a short one.
+
+    The transient makes the error of low order.
+    """
+    if error < 1e-3:
+        real[H_START + variant] = 0.0
+    elif real[H_REJECTED] > 0.0 or real[H_START + variant] > 0.0:
+        real[H_START + variant] = h * min((0.5 / error) ** 0.25, 2.0)
