@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from jointplay.analysis.precision.contenders import Ours
-from jointplay.analysis.precision.measure import time_at
+from jointplay.analysis.precision.measure import SHORT, time_at
 from jointplay.analysis.words import EVENTS
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
@@ -89,6 +89,8 @@ class Row:
         """Run once: the first run compiles and is judged, the others are timed."""
         try:
             seconds, state, self.evaluations, kinds = self.contender.timed(case)
+            if seconds < SHORT and not first:
+                seconds = self.contender.timed(case)[0]
         except Exception as trouble:  # a peer may fail in any way of its own; the table says how
             self.trouble = f"{type(trouble).__name__}: {trouble}"[:60]
             return

@@ -49,19 +49,17 @@ class Ours:
         from jointplay.numerics import memory as at
         from jointplay.numerics.interface import direct
 
-        flow = cache.method("flow")
-        f, run, (k, x, o) = (
-            functions(self.scene.structure),
-            direct(flow.flow),
-            memory(self.scene, self.request),
-        )
+        flow, (k, x, o) = cache.method("flow"), memory(self.scene, self.request)
+        f, run = functions(self.scene.structure), direct(flow.flow)
         events: list[Event] = []
-        began, code = time.process_time(), flow.FULL
+        seconds, code = 0.0, flow.FULL
         while code == flow.FULL:
+            began = time.process_time()
             code = run(f, k, x, o, None, None)
+            seconds += time.process_time() - began
             events += [(int(row[1]), int(row[2])) for row in x.log[: x.count[at.LOGGED]]]
             x.count[at.LOGGED] = 0
-        seconds, steps = time.process_time() - began, int(x.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())
+        steps = int(x.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())
         state = x.s[1 : 1 + len(self.scene.state)].copy()
         return Outcome(STATUS[code], state, seconds, float(x.count[at.EVALUATIONS]), steps, events)
 
