@@ -80,3 +80,16 @@ def test_margins_of_sliding_speeds_follow_the_start():
     )
     rests = [memory(scene, Request(1.0, 1e-12))[2].rest for scene in (slow, fast)]
     assert rests[1] > 100 * rests[0]
+
+
+def test_a_loose_tolerance_meets_every_flight_across_a_bush():
+    """A bush of 0.2 um, the journal pressed in much further: flights of a millionth of a turn."""
+    case = draw(catalog.chunmei2002(), 356, 0, ("rigid", "no_tension", "frictionless"))
+    scene = assemble(case.mechanism, case.initial)
+    tight, *others = (
+        follow(scene, Request(2 * scene.period, rtol, events=True, log_from=-1.0)).events
+        for rtol in (1e-9, 1e-5, 1e-4)
+    )
+    assert len(tight) == 43
+    assert all(loose[:, 1].tolist() == tight[:, 1].tolist() for loose in others)
+    assert all(np.abs(loose[:, 2] - tight[:, 2]).max() < 1e-4 * scene.period for loose in others)

@@ -27,6 +27,13 @@ def rest(scene: Scene, rtol: float) -> float:
     return max(max(rtol, NOISE) * scene.creep, _rounding(scene))
 
 
+def bushes(scene: Scene, n_contacts: int) -> np.ndarray:
+    """Squares of the clearances, m^2; infinite of a contact that is no joint's."""
+    found = np.full(n_contacts, np.inf)
+    found[: len(scene.clearances)] = np.square(scene.clearances)
+    return found
+
+
 def cones(scene: Scene) -> np.ndarray:
     """What rounding of a normal force F_n makes of (f F_n)^2 - F_t^2 near zero, over F_n, N."""
     found = np.zeros(len(scene.joints))

@@ -161,6 +161,7 @@ def memory(scene: Scene, request: Request):
         relative=request.rtol * scene.relative,
         turning=scene.turning.copy(),
         margin=margins.guards(scene, rest, n_contacts, sizes["resets"]),
+        bush=margins.bushes(scene, n_contacts),
         cone=margins.cones(scene),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),

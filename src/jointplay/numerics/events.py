@@ -5,14 +5,35 @@ step's beginning to the root with the method itself, so that the state at the ev
 accuracy and no interpolant's: Newton on the length, one or two short solves from an excellent prediction.
 """
 
+import numpy as np
+
 from .interface import compiled, inlined, inner
 from .memory import EVALUATIONS
-from .modes import CONE, FORCE, PULLS, STICK, inside
+from .modes import CONE, FORCE, PULLS, RELEASED, STICK, inside
 from .polynomial import basis, bernstein, first_root, value
 from .step import converge
 
 REFINEMENTS = 8
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
+
+
+@inner
+def swings(w, row, x):
+    """Whether a journal in contact may have passed the bush's centre in the step: the force turns there.
+
+    A flight across a bush that is small beside the penetration lies between two stages, unseen. On a line
+    past the centre r changes fivefold at least among the stages; it may change twofold, r^2 (known from the
+    guard r^2 - e^2) fourfold. `row` is the lane row of the first guard.
+    """
+    for j in range(len(x.modes)):
+        if x.modes[j] > RELEASED:
+            least, most = np.inf, 0.0
+            for i in range(8):
+                square = w[8 * (row + 4 * j) + i] + x.bush[j]
+                least, most = min(least, square), max(most, square)
+            if 4.0 * least < most:
+                return True
+    return False
 
 
 @inner

@@ -10,7 +10,7 @@ from numba import int64, typeof
 from numba.core.types import none
 
 from .control import ORDER, after_whole, bounded, learn_start, shorter
-from .events import ROUNDING, aim, blur, first_event, locate, side_of, start_of, state_at
+from .events import ROUNDING, aim, blur, first_event, locate, side_of, start_of, state_at, swings
 from .interface import FUNCTIONS, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
@@ -262,6 +262,9 @@ def run(f, k, x, o, g, y):
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = shorter(real, h, error)
+        elif swings(k.w, o.guards, x):
+            count[FAILED] += 1
+            real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0
         else:
             if x.s[0] == real[T_EVENT]:
                 learn_start(real, variant, h, error)
