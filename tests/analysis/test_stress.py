@@ -119,6 +119,7 @@ def test_chaos_is_sensitive_and_nothing_worse():
     assert verdict(loose, tight, unit, lambda _: 1.0) == ("suspect", "states")
 
 
+@pytest.mark.long
 def test_growth_is_the_largest_between_any_two_times(monkeypatch):
     """Lorenz's system in three blocks, against derivatives of the flow over each of them.
 
@@ -135,6 +136,7 @@ def test_growth_is_the_largest_between_any_two_times(monkeypatch):
     assert found > 2 * max(np.linalg.norm(each, 2) for each in (*maps, chains[2]))
 
 
+@pytest.mark.long
 def test_growth_is_looked_at_more_closely(monkeypatch):
     scene, unit = assemble(catalog.lorenz(), (5.0, 8.0, 15.0)), np.array([1.0, 3.0, 0.5])
     found = []
