@@ -14,7 +14,7 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.modes import STICK
 
 # structures of their own: a quarter of a minute each to compile
-ELASTIC = tuple(pytest.param(number, marks=pytest.mark.long) for number in (37, 1372, 4354))
+OWN = tuple(pytest.param(number, marks=pytest.mark.long) for number in (37, 1372, 4354))
 # the cone's two zeros closer than a step sees: it stuck on, and pulled
 DOUBLE_ROOT = (59, 108, 685, 944, 1192)
 # the root of one guard found beyond that of another
@@ -22,7 +22,7 @@ OVERTAKEN = (109, 972, 1050)
 # flight across a bush much smaller than the penetration: the force turns faster than a step sees
 ACROSS = (4019,)
 # starts on the bush, rounding in place of a gap, a force, a sliding speed or a cone (the last three)
-ROUNDING = (52, 80, 84, 104, 116, 175, 292, 1266, 1900, 2589, *ELASTIC)
+ROUNDING = (52, 80, 84, 104, 116, 175, 292, 1266, 1900, 2589, *OWN)
 # separations whose gap and force are zero together, the order of roundings deciding
 TOGETHER = (18, 258, 393)
 
