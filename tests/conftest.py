@@ -14,8 +14,9 @@ from jointplay.mechanism.records import CrankAngle
 def pytest_configure(config):
     if not hasattr(config, "workerinput"):  # the process that starts the others
         cache.prepare("tangent_flow")
-        system, crank = catalog.chunmei2002(), quantity(CrankAngle(), catalog.chunmei2002())
-        for scene in (assemble(system), assemble(system, None, crank), assemble(system, powers=True)):
+        system = catalog.chunmei2002()
+        plain, turn = assemble(system), quantity(CrankAngle(), system)
+        for scene in (plain, assemble(system, None, turn), assemble(system, powers=True)):
             functions(scene.structure)
-        cache.variation_module(assemble(system).structure)
+        cache.variation_module(plain.structure)
         cache.method("tangent_flow")

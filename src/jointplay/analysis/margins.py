@@ -22,6 +22,11 @@ def _rounding(scene: Scene) -> float:
     return EPS * scene.reach * fastest * (ROUNDINGS + APPROACH * turning)
 
 
+def _play(scene: Scene) -> float:
+    """Rounding of a gap, m."""
+    return ROUNDED_GAP * EPS * scene.reach
+
+
 def rest(scene: Scene, rtol: float) -> float:
     """Sliding speed that is within the tolerance of zero, or within rounding."""
     return max(max(rtol, NOISE) * scene.creep, _rounding(scene))
@@ -40,18 +45,17 @@ def cones(scene: Scene) -> np.ndarray:
     if isinstance(scene.structure, Oscillator):
         return found
     named = dict(zip(parameter_names(scene.structure), scene.numbers, strict=True))
+    play, speed = _play(scene), _rounding(scene)
     for j, name in enumerate(scene.joints):
         f, K, C = (named[f"{letter}_{name}"] for letter in "fKC")
-        force = K * ROUNDED_GAP * EPS * scene.reach + C * _rounding(scene)
-        found[j] = 2 * f * (1 + f) * force
+        found[j] = 2 * f * (1 + f) * (K * play + C * speed)
     return found
 
 
 def guards(scene: Scene, still: float, n_contacts: int, n_resets: int) -> np.ndarray:
     """What of each guard is within the tolerance of zero: gap, force, sliding speed; of others nothing."""
     found = np.zeros((n_contacts, 4))
-    found[:, 2] = still
+    found[:, 2], play = still, _play(scene)
     for j, (e, K) in enumerate(zip(scene.clearances, scene.stiffnesses, strict=True)):
-        play = ROUNDED_GAP * EPS * scene.reach
         found[j, :2] = 2 * e * play, K * play
     return np.concatenate([found.ravel(), np.zeros(n_resets)])
