@@ -52,6 +52,7 @@ def test_the_conclusions_on_one_panel(brief):
     assert found.distance.values.max() < 1e-6
 
 
+@pytest.mark.long
 def test_a_failed_run_leaves_its_conclusion_undecidable(brief):
     found = run(max_steps=2000)
     assert STATUS[int(found.status)] == "step_limit"

@@ -135,6 +135,7 @@ def test_the_paper_s_inertia_terms_in_a_closed_loop():
     assert 1e-6 < apart(both, "reaction", pin="A") < 1e-4
 
 
+@pytest.mark.long
 def test_the_paper_s_inertia_terms_with_play():
     """Deflection differs by 2e-4, contact force by 2.5e-4, the force at A by 1e-3; same contacts."""
     both = orders(["deflection", "reaction", "normal_force"])

@@ -25,7 +25,11 @@ def turns(name, count):
 
 
 @pytest.mark.parametrize(
-    "name", ["A", "B", "C", "B_sticking", "C_without_tension", "C_constant_speed", "damped_at_BC_sticking"]
+    "name",
+    [
+        *("A", "B", "C", "B_sticking", "C_without_tension", "C_constant_speed"),
+        pytest.param("damped_at_BC_sticking", marks=pytest.mark.long),
+    ],
 )
 def test_balance_over_fifty_turns(name):
     found = motion(name, 1e-10, duration=turns(name, 50), at=None, record=BALANCE)
