@@ -13,10 +13,12 @@ from jointplay.mechanism.records import CrankAngle
 
 def pytest_configure(config):
     if not hasattr(config, "workerinput"):  # the process that starts the others
-        cache.prepare("tangent_flow")
+        for loop in ("tangent_flow", "ensemble.flow"):
+            cache.prepare(loop)
         system = catalog.chunmei2002()
         plain, turn = assemble(system), quantity(CrankAngle(), system)
         for scene in (plain, assemble(system, None, turn), assemble(system, powers=True)):
             functions(scene.structure)
         cache.variation_module(plain.structure)
-        cache.method("tangent_flow")
+        for loop in ("tangent_flow", "ensemble.flow"):
+            cache.method(loop)

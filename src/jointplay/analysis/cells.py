@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 from joblib import Parallel, delayed
 
+from jointplay.analysis.ensemble import follow_ensemble
 from jointplay.analysis.run import Request, follow
 from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
@@ -93,7 +94,10 @@ def guarded(function: Callable[..., dict[str, Any]], cell: dict[str, Any]) -> di
         return {"status": STATUS.index("crashed"), "trouble": f"{type(error).__name__}: {error}"}
 
 
-def warm(scenes: Iterable[Scene]) -> None:
+def warm(scenes: Iterable[Scene], ensemble: bool = False) -> None:
     """Compile what these scenes need, once a structure, so that workers find it on the disk."""
     for scene in {scene.structure: scene for scene in scenes}.values():
-        follow(scene, Request(duration=1e-9 * scene.period, max_steps=1))
+        brief = Request(duration=1e-9 * scene.period, max_steps=1)
+        if ensemble:
+            follow_ensemble([scene], [brief])
+        follow(scene, brief)

@@ -130,6 +130,27 @@ def variation_module(structure) -> ModuleType:
     return _module(f"variation {structure!r}", lambda: _variation_text(structure, sizes))
 
 
+def ensemble_module(structure) -> ModuleType | None:
+    """The compiled equations of a structure for eight trajectories at once; None if they are not made so."""
+    module = _module(f"ensemble {structure!r}", lambda: _ensemble_text(structure))
+    return module if module.SUITS else None
+
+
+def ensemble_algebra() -> ModuleType:
+    """The compiled algebra of the method for eight trajectories at once."""
+    return _module(
+        "ensemble algebra", lambda: importlib.import_module(".ensemble.algebra", __package__).text()
+    )
+
+
+def _ensemble_text(structure) -> str:
+    from ..equations.write import system
+    from .ensemble.equations import suits, text
+
+    equations = system(structure)
+    return text(equations) if suits(equations) else "SUITS = False\n"
+
+
 def _structure_text(structure) -> str:
     from ..equations.write import system
     from .module import text

@@ -43,15 +43,15 @@ def variants(system: System) -> tuple[str, ...]:
 
 
 def masks(system: System, variant: str) -> list[Mask]:
-    """Masks of every contact; a lone contact needs none but its slip direction, `any` keeps them all."""
-    alone, result = len(system.contacts) == 1 and variant != "any", []
+    """Masks of every contact; a lone one needs only slip. `any` keeps all, `touch` all but stick."""
+    alone, result = len(system.contacts) == 1 and variant not in ("any", "touch"), []
     for contact in system.contacts:
         touch, slip, stick = (
             Symbol(f"{word}_{contact.name}", real=True) for word in ("touch", "slip", "stick")
         )
         if variant == "free":
             touch = slip = stick = Integer(0)
-        elif variant == "slip" or not contact.sticks:
+        elif variant in ("slip", "touch") or not contact.sticks:
             touch, stick = (Integer(1) if alone else touch), Integer(0)
         elif alone:
             touch, stick = Integer(1), Integer(1)

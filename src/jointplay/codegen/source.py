@@ -153,14 +153,15 @@ def _rotation(angle, layout: Layout) -> list[str]:
     return [
         f"        d = {' + '.join(parts)}",
         "        dd = d * d",
-        f"        ds = d * ({_horner(SIN)})",
-        f"        dc = {_horner(COS)}",
+        f"        ds = d * ({horner(SIN)})",
+        f"        dc = {horner(COS)}",
         f"        {s} = base_{s} * dc + base_{c} * ds",
         f"        {c} = base_{c} * dc - base_{s} * ds",
     ]
 
 
-def _horner(coefficients: list[float]) -> str:
+def horner(coefficients: list[float]) -> str:
+    """A polynomial in dd, lowest coefficient first."""
     text = repr(coefficients[-1])
     for value in reversed(coefficients[:-1]):
         text = f"{value!r} + dd * ({text})"

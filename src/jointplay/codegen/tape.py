@@ -11,6 +11,8 @@ from sympy import Expr, Integer, Symbol, cse, sympify
 
 from ..equations.system import TIME, System
 
+FLOW = Symbol("flow", real=True)
+
 
 class Tape:
     """Assignments in the order in which they were made, with derivatives memoised."""
@@ -19,6 +21,8 @@ class Tape:
         self.values: dict[Symbol, Expr] = {}
         self._named: dict[Expr, Symbol] = {}
         self._slopes: dict[tuple[Symbol, Symbol], Expr] = {}
+        # the flow changes every position at its speed, speeds not at all
+        self._ways = {FLOW: dict(zip(system.positions, system.speeds, strict=False))}
         self._trig = {a.sin: (a, a.cos) for a in system.angles} | {a.cos: (a, -a.sin) for a in system.angles}
         for symbol, value in system.definitions:
             self.define(symbol, value)
@@ -38,7 +42,7 @@ class Tape:
         return self._named[value]
 
     def derivative(self, value: Expr, x: Symbol) -> Expr:
-        """d value / d x through every assignment (x: a position, a speed, or time)."""
+        """d value / d x through every assignment (x: a position, a speed, time, or `FLOW`)."""
         total = Integer(0)
         for s in sorted(sympify(value).free_symbols, key=str):
             slope = self._slope(s, x)
@@ -47,11 +51,12 @@ class Tape:
         return total
 
     def _slope(self, s: Symbol, x: Symbol) -> Expr:
-        if s == x:
-            return Integer(1)
+        way = self._ways.get(x, {x: Integer(1)})
+        if s in way:
+            return way[s]
         if s in self._trig:
             angle, other = self._trig[s]
-            return other * (angle.rate if x == TIME else int(angle.position == x))
+            return other * (angle.rate if x == TIME else way.get(angle.position, Integer(0)))
         if s not in self.values:
             return Integer(0)
         if (s, x) not in self._slopes:

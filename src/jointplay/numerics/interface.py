@@ -101,13 +101,13 @@ class Pointer(types.WrapperAddressProtocol):
         return self._signature
 
 
-def pointers(*modules, kind=Functions):
-    """The functions of modules as the flow takes them: addresses; themselves where nothing is compiled."""
+def pointers(*modules, kind=Functions, signatures=SIGNATURES):
+    """The functions of modules as a loop takes them: addresses; themselves where nothing is compiled."""
     found = {
         name: getattr(module, name) for module in modules for name in kind._fields if hasattr(module, name)
     }
     if not numba.config.DISABLE_JIT:
-        found = {name: Pointer(function, SIGNATURES[name]) for name, function in found.items()}
+        found = {name: Pointer(function, signatures[name]) for name, function in found.items()}
     return kind(**found)
 
 

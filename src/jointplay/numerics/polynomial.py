@@ -20,7 +20,7 @@ HALVINGS = 40
 STACK = 10 * (HALVINGS + 2) + 8
 
 
-def _bernstein(nodes: np.ndarray) -> np.ndarray:
+def to_bernstein(nodes: np.ndarray) -> np.ndarray:
     """Matrix from values at nodes to Bernstein coefficients, in extended precision."""
     n = len(nodes) - 1
     x = nodes.astype(np.longdouble)
@@ -34,8 +34,8 @@ def _bernstein(nodes: np.ndarray) -> np.ndarray:
     return inverse.astype(float)
 
 
-TO_BERNSTEIN = _bernstein(NODES).T.copy().ravel()
-TO_BERNSTEIN_6 = _bernstein(NODES[:DEGREE]).T.copy().ravel()
+TO_BERNSTEIN = to_bernstein(NODES).T.copy().ravel()
+TO_BERNSTEIN_6 = to_bernstein(NODES[:DEGREE]).T.copy().ravel()
 BARYCENTRIC = np.array([1 / np.prod([x - y for y in NODES if y != x]) for x in NODES])
 
 

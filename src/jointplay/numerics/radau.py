@@ -16,11 +16,11 @@ STAGES = 7
 LANES = 8
 
 
-def _nodes() -> np.ndarray:
-    """Roots of d^6/dx^6 (x^6 (x-1)^7), the last one 1, polished in extended precision."""
-    p = np.polynomial.Polynomial.fromroots([0.0] * 6 + [1.0] * 7)
+def nodes(stages: int) -> np.ndarray:
+    """Roots of d^(s-1)/dx^(s-1) (x^(s-1) (x-1)^s), the last one 1, polished in extended precision."""
+    p = np.polynomial.Polynomial.fromroots([0.0] * (stages - 1) + [1.0] * stages)
     coefficients = np.round(p.coef).astype(np.longdouble)
-    for _ in range(6):
+    for _ in range(stages - 1):
         coefficients = coefficients[1:] * np.arange(1, len(coefficients))
     slope = coefficients[1:] * np.arange(1, len(coefficients))
     x = np.sort(np.roots(coefficients[::-1].astype(float)).real).astype(np.longdouble)
@@ -30,7 +30,7 @@ def _nodes() -> np.ndarray:
     return x
 
 
-def _inverse(M: np.ndarray) -> np.ndarray:
+def inverse(M: np.ndarray) -> np.ndarray:
     """Inverse in extended precision: double, then Newton-Schulz."""
     wide = np.clongdouble if np.iscomplexobj(M) else np.longdouble
     X = np.linalg.inv(M.astype(complex if np.iscomplexobj(M) else float)).astype(wide)
@@ -40,16 +40,22 @@ def _inverse(M: np.ndarray) -> np.ndarray:
     return X
 
 
-def _eigen(M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def collocation(c: np.ndarray) -> np.ndarray:
+    """Matrix A of the method with nodes c, which integrates polynomials up to each node."""
+    k = np.arange(len(c))
+    return (c[:, None] ** (k + 1) / (k + 1)) @ inverse(c[:, None] ** k)
+
+
+def eigen(M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Eigenvalues (the real one, then those with positive imaginary part) and all eigenvectors, polished."""
     values, vectors = np.linalg.eig(M.astype(float))
-    order = sorted(range(STAGES), key=lambda i: (abs(values[i].imag), values[i].imag < 0))
+    order = sorted(range(len(M)), key=lambda i: (abs(values[i].imag), values[i].imag < 0))
     values, vectors = values[order].astype(np.clongdouble), vectors[:, order].astype(np.clongdouble)
     for _ in range(3):
-        E = _inverse(vectors) @ M @ vectors
+        E = inverse(vectors) @ M @ vectors
         values = np.diag(E).copy()
-        gaps = values[None, :] - values[:, None] + np.eye(STAGES)
-        vectors = vectors @ (np.eye(STAGES) + (E - np.diag(values)) / gaps)
+        gaps = values[None, :] - values[:, None] + np.eye(len(M))
+        vectors = vectors @ (np.eye(len(M)) + (E - np.diag(values)) / gaps)
     return values, vectors
 
 
@@ -63,7 +69,7 @@ def _lanes(columns: dict[int, np.ndarray]) -> np.ndarray:
 
 def _transforms(V: np.ndarray, A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """W from Z (Z to eigenbasis), Z from W, and A Z from W."""
-    U = _inverse(V)
+    U = inverse(V)
     to_eigen, to_stage = np.zeros((LANES, STAGES)), np.zeros((STAGES, LANES))
     for lane, k in enumerate((0, 1, 3, 5)):
         to_eigen[lane], to_eigen[lane + 4] = U[k].real, U[k].imag
@@ -82,20 +88,19 @@ def _error_weights(c: np.ndarray, inverse_A: np.ndarray, gamma: float) -> np.nda
     """e of the estimate h f(0)/gamma + sum e_i Z_i: an embedded formula of order 7."""
     k = np.arange(STAGES)
     powers = np.array([c**n for n in k])
-    full = _inverse(powers) @ (1 / (k + np.longdouble(1)))
-    moved = _inverse(powers) @ (1 / (k + np.longdouble(1)) - (k == 0) / gamma)
+    full = inverse(powers) @ (1 / (k + np.longdouble(1)))
+    moved = inverse(powers) @ (1 / (k + np.longdouble(1)) - (k == 0) / gamma)
     return inverse_A.T @ (moved - full)
 
 
-_c = _nodes()
-_V = np.array([_c**k for k in range(STAGES)]).T
-_A = np.array([_c ** (k + 1) / (k + 1) for k in range(STAGES)]).T @ _inverse(_V)
-_values, _vectors = _eigen(_inverse(_A))
+_c = nodes(STAGES)
+_A = collocation(_c)
+_values, _vectors = eigen(inverse(_A))
 
 NODES = np.append(_c.astype(float), 0.0)
 GAMMA = float(_values[0].real)
 EIGEN_RE = _values[[0, 1, 3, 5]].real.astype(float)
 EIGEN_IM = np.append(0.0, _values[[1, 3, 5]].imag.astype(float))
 TO_EIGEN, TO_STAGE, TO_MOVED = _transforms(_vectors, _A)
-ERROR = np.append(_error_weights(_c, _inverse(_A), _values[0].real).astype(float), 0.0)
+ERROR = np.append(_error_weights(_c, inverse(_A), _values[0].real).astype(float), 0.0)
 COLLOCATION = _lanes(dict(enumerate(_A.T)))

@@ -55,6 +55,9 @@ class Strand(Protocol):
     def only(self, key: str) -> Strand:
         """Give the strand that ends with the cell of this key."""
 
+    def sample(self) -> Strand:
+        """Give what is run to tell what a cell costs."""
+
     def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Strand | None:
         """Give what is left to run, where the cells in `done` are finished; None if nothing is."""
 
@@ -78,6 +81,10 @@ class Cell:
         notes.put(self.key, guarded(self.function, self.keywords))
 
     def only(self, _: str) -> Cell:
+        """Give itself."""
+        return self
+
+    def sample(self) -> Cell:
         """Give itself."""
         return self
 
@@ -107,7 +114,8 @@ class Chain:
         def told(answer: Entry) -> None:
             notes.put(at[0], answer)
             at[0] = next(keys, "")
-            notes.begin(at[0])
+            if not (self.plan.ensemble and at[0]):  # of an ensemble all are computed when the first is told
+                notes.begin(at[0])
 
         chain(self.mechanism, self.changes, self.start, self.plan, self.carried, self.end, told)
 
@@ -115,6 +123,10 @@ class Chain:
         """Give the chain up to a point; the point alone where none depends on another."""
         last = self.keys.index(key)
         return self._at(range(last + 1) if self.carried else [last])
+
+    def sample(self) -> Chain:
+        """Give the first point; of an ensemble all, since they run at once."""
+        return self if self.plan.ensemble else self._at([0])
 
     def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Chain | None:
         """Give what is to run still: a carried point depends on those before it."""

@@ -11,7 +11,7 @@ from jointplay.analysis.states import basins as reached
 from jointplay.analysis.states import sensitivity
 from jointplay.errors import Problem
 from jointplay.mechanism.base import Flag, Name, Number, Positive, Record, measured, named
-from jointplay.study.kinds import Analysis, Count, Integrator, Several
+from jointplay.study.kinds import Analysis, Count, EnsembleIntegrator, Integrator, Several
 from jointplay.study.particular import ParticularStudy
 
 _ACCEPTS = "a table of two coordinates, each a rising list of numbers or a table of start, stop and num,"
@@ -164,5 +164,6 @@ class BasinsStudy(StartsStudy):
     """Which attractor each start of a plane reaches."""
 
     kind: Literal["basins"]
+    integrator: EnsembleIntegrator = EnsembleIntegrator()
     analysis: BasinsAnalysis
     wrong = reached.wrong

@@ -52,6 +52,18 @@ class Integrator(Record):
     max_steps: Several | None = None
 
 
+class EnsembleIntegrator(Integrator):
+    """How accurately the motions are followed, and whether eight at once.
+
+    Parameters
+    ----------
+    ensemble : bool
+        Eight motions at once: two to three times as fast.
+    """
+
+    ensemble: Flag = False
+
+
 class Initial(Record):
     """Where a linkage starts: the ideal mechanism's position and speeds at a crank angle, or as written out.
 

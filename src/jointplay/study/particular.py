@@ -10,7 +10,7 @@ from pydantic import model_validator
 
 from jointplay.errors import InputError, Problem, join
 from jointplay.study import fits
-from jointplay.study.kinds import Study
+from jointplay.study.kinds import EnsembleIntegrator, Study
 
 
 class ParticularStudy(Study):
@@ -47,9 +47,9 @@ class OneStudy(ParticularStudy):
 
 def under_analysis(problems: list[Problem]) -> list[Problem]:
     """Problems of an analysis function's keywords, by the places of these in a study."""
-    return [
-        problem
-        if problem.key.startswith("mechanism")
-        else replace(problem, key=join("analysis", problem.key))
-        for problem in problems
-    ]
+    found = []
+    for problem in problems:
+        table = "integrator" if problem.key in EnsembleIntegrator.model_fields else "analysis"
+        own = problem.key.startswith("mechanism")
+        found.append(problem if own else replace(problem, key=join(table, problem.key)))
+    return found

@@ -15,7 +15,7 @@ from jointplay.mechanism.base import Positive, Record, measured
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 from jointplay.study import fits
 from jointplay.study import vary as varied
-from jointplay.study.kinds import Count, Initial, Integrator, Several, Study, _list, _Start
+from jointplay.study.kinds import Count, EnsembleIntegrator, Initial, Several, Study, _list, _Start
 
 _Direction = Literal["up", "down", "reset"]
 
@@ -89,7 +89,7 @@ class BifurcationStudy(Study):
     """Motions over one parameter, or two."""
 
     kind: Literal["bifurcation"]
-    integrator: Integrator = Integrator(rtol=RTOL)
+    integrator: EnsembleIntegrator = EnsembleIntegrator(rtol=RTOL)
     vary: varied.Vary = varied.vary_field()
     analysis: BifurcationAnalysis = BifurcationAnalysis()
 
@@ -109,6 +109,9 @@ class BifurcationStudy(Study):
         there = self.model_copy(update={"mechanism": model})
         checks = (fits._misplaced_section, fits._unknown_words, fits._misplaced_figure)
         found = [problem for check in checks for problem in check(there)]
+        how = self.integrator
+        unfit = swept.alone(model, how.ensemble, how.rtol, self.analysis.direction)
+        found += [replace(problem, key="integrator.ensemble") for problem in unfit]
         found += [p for key, start in self._starts() for p in _impossible(model, key, start)]
         known = [] if fits._unknown_words(there) else [*swept.names(self.analysis.record, model)]
         known += placed(model, None).states if "state_value" in known else ()

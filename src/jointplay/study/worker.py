@@ -85,13 +85,16 @@ class Notes:
     def __init__(self, folder: str | None, limit: float | None = None) -> None:
         self.folder = None if folder is None else Path(folder)
         self.end = math.inf if limit is None else time.monotonic() + limit
+        self.late = False
         self.answers: dict[str, Entry] = {}
         self.written = time.monotonic()
         self.mark = self.folder and self.folder / f"{os.getpid()}-{uuid.uuid4().hex[:8]}.at"
         self.file = self.mark and self.mark.open("wb", buffering=0)  # once: to open one takes 0.2 ms
 
     def begin(self, key: str) -> None:
-        """Say that a cell is begun."""
+        """Say that a cell is begun; not after the time is up, if any has been finished."""
+        if self.late:
+            raise _TimeIsUp
         if self.file:
             self.file.seek(0)
             self.file.write(f"{key:{KEY}}".encode())
@@ -101,8 +104,7 @@ class Notes:
         self.answers[key] = answer
         if time.monotonic() - self.written >= BATCH:
             self._write()
-        if time.monotonic() >= self.end:
-            raise _TimeIsUp
+        self.late = time.monotonic() >= self.end
 
     def _write(self) -> None:
         if self.folder and self.answers:

@@ -8,10 +8,15 @@ import tempfile
 from statistics import median
 
 SIMULATE = "import jointplay as jp; jp.simulate(jp.catalog.chunmei2002(gear_ratio=3.0{}), turns=1)"
+LANES = (
+    "import jointplay as jp; jp.bifurcation(jp.catalog.chunmei2002(gear_ratio=3.0), direction='reset', "
+    "over={'clearance': [2e-5, 3e-5]}, turns=1, transient=0, n_jobs=1, ensemble=True)"
+)
 FIRST = {
     "imports alone": "import jointplay as jp; jp.simulate",
     "rigid": SIMULATE.format(""),
     "elastic coupler": SIMULATE.format(", elastic=('coupler',)"),
+    "an ensemble": LANES,
 }
 
 

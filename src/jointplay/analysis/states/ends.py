@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import request as asked
+from jointplay.analysis.ensemble import follow_ensemble
 from jointplay.analysis.exponents.growth import STATE
 from jointplay.analysis.period import period
 from jointplay.analysis.run import Records, Request, follow
@@ -34,7 +35,10 @@ BAD, STOPPED = STATUS.index("bad_parameters"), STATUS.index("not_converged")
 
 @dataclass(frozen=True)
 class Watch:
-    """How long ends are looked for: turns of transient, turns looked at, further tries; tolerances."""
+    """How long ends are looked for: turns of transient, turns looked at, further tries; tolerances.
+
+    `ensemble`: eight motions at once (analysis.ensemble).
+    """
 
     transient: int
     turns: int
@@ -42,6 +46,7 @@ class Watch:
     tolerance: float
     rtol: float
     max_steps: int | None = None
+    ensemble: bool = False
 
 
 def ends(mechanism, initial, joint, names, values, watch: Watch) -> dict[str, Any]:
@@ -54,38 +59,43 @@ def ends(mechanism, initial, joint, names, values, watch: Watch) -> dict[str, An
         the section, one period of them or the last that were looked at; ``status``.
     """
     starts = Starts(mechanism, initial, names, joint)
-    found = [end(starts.scene, starts(value), watch) for value in values]
+    found = reached(starts.scene, [starts(value) for value in values], watch)
     status, periods, states = zip(*found, strict=True)
     return {"status": 0, "node_status": np.array(status), "period": np.array(periods), "states": list(states)}
 
 
-def end(base: Scene, start: Scene | None, watch: Watch) -> tuple[int, int, np.ndarray]:
-    """Status, period and section states of the end of one motion.
+def reached(base: Scene, starts: list[Scene | None], watch: Watch) -> list[tuple[int, int, np.ndarray]]:
+    """Status, period and section states of the ends of motions.
 
     Parameters
     ----------
     base : Scene
         With the crank angle at which all motions are cut.
-    start : Scene or None
-        Where this one starts, with its own crank angle.
+    starts : list of Scene or None
+        Where each starts, with its own crank angle.
     watch : Watch
         For how long.
     """
     nothing = np.zeros((0, len(base.state)))
-    if start is None:
-        return BAD, 0, nothing
-    scene, drop, seen = start, watch.transient, nothing
-    for _ in range(1 + watch.patience):
-        states, status = cut(base, scene, drop, watch)
-        if status:
-            return status, 0, nothing
-        points = features(base, states)
-        found = reduced(points, period(points, watch.tolerance / STRICTER), watch.tolerance)
-        if found:
-            return 0, found, states[-found:]
-        seen = np.concatenate([seen, states])[-max(POINTS, watch.turns) :]
-        scene, drop = replace(base, state=states[-1]), 0
-    return 0, 0, seen
+    found = {n: (BAD, 0, nothing) for n, start in enumerate(starts) if start is None}
+    left = {n: (start, nothing) for n, start in enumerate(starts) if start is not None}
+    for again in range(1 + watch.patience):
+        cuts = cut(base, [scene for scene, _ in left.values()], 0 if again else watch.transient, watch)
+        for (n, (_, seen)), (states, status) in zip([*left.items()], cuts, strict=True):
+            repeats = 0 if status else _period(base, states, watch)
+            if status or repeats:
+                found[n] = (status, repeats, nothing if status else states[-repeats:])
+                del left[n]
+            else:
+                seen = np.concatenate([seen, states])[-max(POINTS, watch.turns) :]
+                left[n] = replace(base, state=states[-1]), seen
+    found |= {n: (0, 0, seen) for n, (_, seen) in left.items()}
+    return [found[n] for n in range(len(starts))]
+
+
+def _period(base: Scene, states: np.ndarray, watch: Watch) -> int:
+    points = features(base, states)
+    return reduced(points, period(points, watch.tolerance / STRICTER), watch.tolerance)
 
 
 def reduced(points: np.ndarray, found: int, tolerance: float) -> int:
@@ -100,19 +110,28 @@ def reduced(points: np.ndarray, found: int, tolerance: float) -> int:
     return found
 
 
-def cut(base: Scene, start: Scene, drop: int, watch: Watch) -> tuple[np.ndarray, int]:
-    """States at the section after `drop` turns, shape (turns, states), and the status."""
+def cut(base: Scene, starts: list[Scene], drop: int, watch: Watch) -> list[tuple[np.ndarray, int]]:
+    """Of each start, states at the section after `drop` turns, shape (turns, states), and the status."""
+    requests = [_request(base, start, drop, watch) for start in starts]
+    if watch.ensemble:
+        records = follow_ensemble(starts, requests)
+    else:
+        records = [follow(*pair) for pair in zip(starts, requests, strict=True)]
+    return [_states(base, each, watch) for each in records]
+
+
+def _request(base: Scene, start: Scene, drop: int, watch: Watch) -> Request:
     turns = drop + watch.turns
     limit = {"rtol": watch.rtol, "max_steps": asked.steps(watch.max_steps)}
-    by_angle = base.structure.section is not None
-    if by_angle:
-        fields = asked.section_fields(CrankAngle(angle=base.crank_angle), start, drop)
-        request = Request(asked.SLACK * turns * base.period, stop_after=turns, **fields, **limit)
-    else:
+    if base.structure.section is None:
         at = base.period * np.arange(drop + 1, turns + 1)
-        request = Request(at[-1], at=at, **limit)
-    records = follow(start, request)
-    states = _rows(records, by_angle, len(base.state))
+        return Request(at[-1], at=at, **limit)
+    fields = asked.section_fields(CrankAngle(angle=base.crank_angle), start, drop)
+    return Request(asked.SLACK * turns * base.period, stop_after=turns, **fields, **limit)
+
+
+def _states(base: Scene, records: Records, watch: Watch) -> tuple[np.ndarray, int]:
+    states = _rows(records, base.structure.section is not None, len(base.state))
     if records.status or len(states) < watch.turns:
         return states, records.status or STOPPED
     return _wrapped(base, states), 0

@@ -9,7 +9,7 @@ phase is no state and the section is at another phase than the start, they last 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,8 @@ import numpy as np
 
 from jointplay.analysis import contacts
 from jointplay.analysis import request as asked
+from jointplay.analysis.cells import guarded
+from jointplay.analysis.ensemble import follow_ensemble
 from jointplay.analysis.exponents.stretching import leading
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import Quantities
@@ -32,6 +34,7 @@ RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fi
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
+Settling = Generator[tuple[Scene, Request], Records, dict[str, Any]]  # asks for runs, gives back the answer
 EXPONENTS = (
     *("lyapunov_exponent", "lyapunov_standard_error"),
     *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
@@ -52,6 +55,7 @@ class Plan:
     lyapunov_turns: int = 200
     rtol: float = RTOL
     max_steps: int | None = None
+    ensemble: bool = False
 
 
 def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[str, Any]:
@@ -78,17 +82,56 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     InputError
         If the start or the section does not fit the mechanism; numerical trouble is a status instead.
     """
+    settling, records = _settling(mechanism, start, plan), None
+    while True:
+        try:
+            records = follow(*settling.send(records))
+        except StopIteration as end:
+            return end.value
+
+
+def settle_together(points: Sequence[tuple[Mechanism | TestSystem, Any]], plan: Plan) -> list[dict[str, Any]]:
+    """Settle from several starts, each of a mechanism of its own, eight at once where that can be.
+
+    As `settle`, one by one; a point whose input is refused has only a ``status`` and ``trouble``.
+    """
+    found: dict[int, dict[str, Any]] = {}
+    settling = [_settling(mechanism, start, plan) for mechanism, start in points]
+    records: dict[int, Records | None] = dict.fromkeys(range(len(points)))
+    while records:
+        asked_for = {}
+        for n, each in records.items():
+            answer = guarded(_next, {"settling": settling[n], "records": each})
+            if "asked" in answer:
+                asked_for[n] = answer["asked"]
+            else:
+                found[n] = answer
+        followed = follow_ensemble(*zip(*asked_for.values(), strict=True)) if asked_for else []
+        records = dict(zip(asked_for, followed, strict=True))
+    return [found[n] for n in range(len(points))]
+
+
+def _next(settling: Settling, records: Records | None) -> dict[str, Any]:
+    """What is asked for next, or the answer."""
+    try:
+        return {"asked": settling.send(records)}
+    except StopIteration as end:
+        return end.value
+
+
+def _settling(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> Settling:
+    """Ask for runs, one after another, and describe the last."""
     scene = placed(mechanism, start, plan.section)
     steps = 0
     if plan.transient:
-        dropped = _run(scene, plan, plan.transient, watched=False)
+        dropped = yield from _run(scene, plan, plan.transient, watched=False)
         if dropped.status:
             return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
         scene, steps = (
             moved(scene, _state(scene, plan, _last(scene, plan, dropped))),
             dropped.counts["n_steps"],
         )
-    records = _run(scene, plan, plan.turns, watched=True)
+    records = yield from _run(scene, plan, plan.turns, watched=True)
     if records.status:
         return _failed(records, f"in the {plan.turns} turns looked at", steps)
     found = _described(scene, plan, records)
@@ -109,8 +152,8 @@ def counted(scene: Scene, section: Section) -> bool:
     return crank_place(scene) is not None or abs(off - round(off)) < 1e-12
 
 
-def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Records:
-    """Follow the scene for some turns; watched: with events and section points."""
+def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Generator[tuple, Records, Records]:
+    """Ask for some turns of the scene; watched: with events and section points."""
     whole, fields = counted(scene, plan.section), asked.section_fields(plan.section, scene, 0)
     end = turns * scene.period
     if whole:
@@ -118,9 +161,8 @@ def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Records:
     else:
         fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
-    records = follow(
-        scene, Request(rtol=plan.rtol, max_steps=asked.steps(plan.max_steps), **looked, **fields)
-    )
+    limit = {"rtol": plan.rtol, "max_steps": asked.steps(plan.max_steps)}
+    records = yield scene, Request(**limit, **looked, **fields)
     if whole and not records.status and len(records.sections) < (turns if watched else 1):
         return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
     return records

@@ -14,12 +14,12 @@ from typing import Any
 
 from jointplay.analysis.cells import guarded, run_cells
 from jointplay.analysis.starts import End, same_states
-from jointplay.analysis.sweeps.attractor import Plan, settle
+from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
 from jointplay.analysis.vary import Axis, changed
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 DIRECTIONS = ("up", "down", "reset")
-BLOCK = 8  # points of a reset sweep in one cell
+BLOCK, TOGETHER = 8, 32  # points of a reset sweep in one cell, one by one or as an ensemble
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,8 @@ class Sweep:
         *others, last = (range(n) for n in self.shape[: len(self.axes)])
         for *other, (d, way), s in product(*others, enumerate(self.directions), range(len(self.starts))):
             indices = [(*other, n, d, s) for n in (reversed(last) if way == "down" else last)]
-            size = BLOCK if way == "reset" else len(indices)
+            block = TOGETHER if self.plan.ensemble else BLOCK
+            size = block if way == "reset" else len(indices)
             for at in range(0, len(indices), size):
                 yield way != "reset", s, indices[at : at + size]
 
@@ -131,6 +132,8 @@ def chain(
     dict
         ``status`` 0 and ``answers``, one a point as `settle` gives them.
     """
+    if plan.ensemble and not carried:
+        return {"status": 0, "answers": _together(mechanism, changes, start, plan, told)}
     answers = []
     for change in changes:
         answer = guarded(
@@ -146,3 +149,17 @@ def chain(
 def _point(mechanism, change: Mapping[str, float], start: Any, end: End | None, plan: Plan) -> dict[str, Any]:
     here = changed(mechanism, change)
     return settle(here, end if end is not None and same_states(here, end) else start, plan)
+
+
+def _together(mechanism, changes, start: Any, plan: Plan, told) -> list[dict[str, Any]]:
+    """All points of a reset sweep's cell, eight at once."""
+    made = [guarded(_changed, {"mechanism": mechanism, "change": change}) for change in changes]
+    settled = iter(settle_together([(each["made"], start) for each in made if "made" in each], plan))
+    answers = [next(settled) if "made" in each else each for each in made]
+    for answer in answers if told is not None else ():
+        told(answer)
+    return answers
+
+
+def _changed(mechanism, change: Mapping[str, float]) -> dict[str, Any]:
+    return {"made": changed(mechanism, change)}

@@ -1,0 +1,176 @@
+"""The method for eight trajectories at once, written out: one text for all structures.
+
+    predict(w)   stages from the last step's polynomial, or as they are where an iteration goes on
+    factor(w)    inverses of lambda I - h J_z - (h^2/lambda) J_q, the real one and the complex ones
+    solve(w)     one update of Newton's iteration in the eigenbasis
+    judge(w)     error, guards, section; which lanes may go on plainly
+    settle(w)    the next length, and the new base point where a step is TAKEN
+
+Rows: numerics.ensemble.layout. Reference: Hairer and Wanner, Solving Ordinary Differential Equations II,
+section IV.8.
+"""
+
+from ...numerics.ensemble import layout as r
+from ...numerics.ensemble.radau import EIGEN, GAMMA, MONOMIAL, NODES, STAGES, TO_EIGEN, TO_STAGE
+from .control import judge, settle
+from .text import at, door, lanes, stage, total
+
+HEADER = '''"""Generated: the method for eight trajectories at once; do not edit."""
+from math import sqrt
+
+from jointplay.numerics.ensemble.layout import CALL
+from jointplay.numerics.interface import entry
+
+'''
+N, S = range(r.N), range(STAGES)
+
+
+def text() -> str:
+    """Source of the module."""
+    parts = {"predict": _predict(), "factor": _factor(), "solve": _solve()}
+    parts |= {"judge": judge(), "settle": settle()}
+    return HEADER + "\n\n" + "\n\n\n".join(door(*part) for part in parts.items()) + "\n"
+
+
+def _predict() -> list[str]:
+    """The last step's polynomial beyond its end (OFFSET 1), or within it (0); else no change."""
+    out = []
+    for k in N:
+        lines = [f"p{j} = {stage(r.PAST, j, k)}" for j in S]
+        lines += [f"m{n} = {total(MONOMIAL[n], (f'p{j}' for j in S))}" for n in S]
+        lines += [f"ratio, off = {at(r.H)} / {at(r.H_PAST)}, {at(r.OFFSET)}"]
+        for j in S:
+            value = f"m{STAGES - 1}"
+            for n in reversed(S[:-1]):
+                value = f"m{n} + x * ({value})"
+            lines += [f"x = {float(NODES[j])!r} * ratio + off", f"new = x * ({value}) - off * p{STAGES - 1}"]
+            lines += [f"new = new if {at(r.SMOOTH)} > 0.0 else 0.0", f"old = {stage(r.Z, j, k)}"]
+            lines += [f"z{j} = old if {at(r.JOINED)} > 0.0 else new", f"{stage(r.Z, j, k)} = z{j}"]
+        names = [f"z{j}" for j in S]
+        lines += [f"{stage(r.W, j, k)} = {total(TO_EIGEN[j], names)}" for j in S]
+        out += lanes(*lines)
+    return out
+
+
+def _entries() -> list[str]:
+    """h J_z and h^2 J_q."""
+    lines = [f"h = {at(r.H)}"]
+    for k in N:
+        for j in N:
+            lines += [
+                f"q{k}{j} = h * h * {at(r.JACOBIAN, 2 * r.N * k + j)}",
+                f"v{k}{j} = h * {at(r.JACOBIAN, 2 * r.N * k + r.N + j)}",
+            ]
+    return lines
+
+
+def _minor(i: int, j: int) -> tuple[list[int], list[int]]:
+    """Rows and columns of the signed minor that entry (i, j) of the adjugate is."""
+    rows, columns = [x for x in N if x != j], [x for x in N if x != i]
+    return rows, (columns if (i + j) % 2 == 0 else columns[::-1])
+
+
+def _factor() -> list[str]:
+    """Inverses of the real matrix and of the complex ones, of three unknowns: by cofactors."""
+    lines = _entries()
+    for k in N:
+        for j in N:
+            diagonal = f"{GAMMA!r} " if k == j else ""
+            lines.append(f"e{k}{j} = {diagonal}- v{k}{j} - {1 / GAMMA!r} * q{k}{j}")
+    for i in N:
+        for j in N:
+            (a, b), (c, d) = _minor(i, j)
+            lines.append(f"a{i}{j} = e{a}{c} * e{b}{d} - e{a}{d} * e{b}{c}")
+    lines.append("det = 1.0 / (" + " + ".join(f"e0{k} * a{k}0" for k in N) + ")")
+    lines += [f"{at(r.INVERSE, 3 * i + j)} = a{i}{j} * det" for i in N for j in N]
+    out = lanes(*lines)
+    for n, (re, im) in enumerate(EIGEN[1:]):
+        out += lanes(*_entries(), *_complex(n, re, im))
+    return out
+
+
+def _times(a: str, b: str) -> tuple[str, str]:
+    """Real and imaginary part of a product."""
+    return f"{a}r * {b}r - {a}i * {b}i", f"{a}r * {b}i + {a}i * {b}r"
+
+
+def _complex(n: int, re: float, im: float) -> list[str]:
+    """The inverse for the pair of eigenvalues re +- i im."""
+    lines, size = [], re * re + im * im
+    for k in N:
+        for j in N:
+            real, imaginary = (f"{re!r} ", f"{im!r} + ") if k == j else ("", "")
+            lines += [
+                f"e{k}{j}r = {real}- v{k}{j} - {re / size!r} * q{k}{j}",
+                f"e{k}{j}i = {imaginary}{im / size!r} * q{k}{j}",
+            ]
+    for i in N:
+        for j in N:
+            (a, b), (c, d) = _minor(i, j)
+            first, second = _times(f"e{a}{c}", f"e{b}{d}"), _times(f"e{a}{d}", f"e{b}{c}")
+            lines += [f"a{i}{j}{part} = {x} - ({y})" for part, x, y in zip("ri", first, second, strict=True)]
+    terms = [_times(f"e0{k}", f"a{k}0") for k in N]
+    lines += [f"d{part} = " + " + ".join(f"({term[p]})" for term in terms) for p, part in enumerate("ri")]
+    lines += ["size = 1.0 / (dr * dr + di * di)", "dr, di = dr * size, - di * size"]
+    for i in N:
+        for j in N:
+            place = r.PAIRS + 18 * n + 6 * i + 2 * j
+            lines += [f"{at(place + p)} = {value}" for p, value in enumerate(_times(f"a{i}{j}", "d"))]
+    return lines
+
+
+def _solve() -> list[str]:
+    """Residuals in the eigenbasis (in the place of F), the three systems, the update and its size."""
+    out = [line for k in N for line in lanes(*_residual(k))]
+    real = [f"r{k} = {stage(r.F, 0, k)}" for k in N]
+    for k in N:
+        row = " + ".join(f"{at(r.INVERSE, 3 * k + j)} * r{j}" for j in N)
+        real.append(f"{stage(r.F, 0, k)} = {row}")
+    out += lanes(*real, *_pair(0)) + lanes(*_pair(1))
+    out += [line for k in N for line in lanes(*_updated(k))]
+    return out + lanes(*_size())
+
+
+def _residual(k: int) -> list[str]:
+    """T F - Lambda W of unknown k, T the way to the eigenbasis."""
+    F = [f"f{j}" for j in S]
+    lines = [f"f{j} = {stage(r.F, j, k)}" for j in S] + [f"w{j} = {stage(r.W, j, k)}" for j in S]
+    sums = [total(TO_EIGEN[j], F) for j in S]
+    lines.append(f"{stage(r.F, 0, k)} = {sums[0]} - {GAMMA!r} * w0")
+    for n, (re, im) in enumerate(EIGEN[1:]):
+        a, b = 1 + 2 * n, 2 + 2 * n
+        lines.append(f"{stage(r.F, a, k)} = {sums[a]} - {re!r} * w{a} + {im!r} * w{b}")
+        lines.append(f"{stage(r.F, b, k)} = {sums[b]} - {re!r} * w{b} - {im!r} * w{a}")
+    return lines
+
+
+def _pair(n: int) -> list[str]:
+    """One complex system."""
+    a, b = 1 + 2 * n, 2 + 2 * n
+    lines = [f"r{k}, i{k} = {stage(r.F, a, k)}, {stage(r.F, b, k)}" for k in N]
+    for k in N:
+        row = [[at(r.PAIRS + 18 * n + 6 * k + 2 * j + part) for part in (0, 1)] for j in N]
+        real = " + ".join(f"{c} * r{j} - {s} * i{j}" for j, (c, s) in enumerate(row))
+        imaginary = " + ".join(f"{c} * i{j} + {s} * r{j}" for j, (c, s) in enumerate(row))
+        lines += [f"{stage(r.F, a, k)} = {real}", f"{stage(r.F, b, k)} = {imaginary}"]
+    return lines
+
+
+def _updated(k: int) -> list[str]:
+    """W and Z of unknown k after the update, which stays in the place of F, by stages."""
+    lines = [f"d{j} = {stage(r.F, j, k)}" for j in S]
+    lines += [f"{stage(r.W, j, k)} = {stage(r.W, j, k)} + d{j}" for j in S]
+    lines += [f"u{j} = {total(TO_STAGE[j], (f'd{n}' for n in S))}" for j in S]
+    lines += [f"{stage(r.Z, j, k)} = {stage(r.Z, j, k)} + u{j}" for j in S]
+    return [*lines, *(f"{stage(r.F, j, k)} = u{j}" for j in S)]
+
+
+def _size() -> list[str]:
+    """Size of the update in units of the tolerated error."""
+    lines = []
+    for k in N:
+        squares = " + ".join(f"{stage(r.F, j, k)} * {stage(r.F, j, k)}" for j in S)
+        lines.append(f"e = {at(r.FLOOR)} + {at(r.TOLERANCE)} * abs({at(r.SPEED, k)})")
+        lines.append(f"n{k} = ({squares}) / (e * e)")
+    mean = f"(n0 + n1 + n2) * {1 / (3 * STAGES)!r}"
+    return [*lines, f"{at(r.SIZE_BEFORE)} = {at(r.SIZE)}", f"{at(r.SIZE)} = sqrt({mean})"]

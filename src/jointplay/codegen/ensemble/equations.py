@@ -1,0 +1,191 @@
+"""The text of a structure's equations for eight trajectories at once (rows: numerics.ensemble.layout).
+
+    prepare(w)    what follows from parameters alone
+    jacobian(w)   d rate / d state at the predicted late stage
+    rates(w)      rates, times h, and guards at all stages
+    finish(w)     the same at the last stage alone
+    base(w)       the same at the base point, for lanes that are NEW there
+
+All lanes take the equations of slip, where masks tell contact from flight: M a_0 = Q - N F_n - T F_t. Lanes
+that stick choose a = a_0 - y dF instead, with y = M^-1 T and dF = (T a_0 + T' w) / (T y), so that
+T a + T' w = 0. Their Jacobian is that of a_0 less y (T da_0 + d(T' w)) / (T y), where what only positions
+change of T and dF is left out: of the order of h^2 in Newton's matrix, whose iteration tells how it fares.
+"""
+
+from sympy import Expr, Integer, Symbol
+
+from ...equations.system import System
+from ...numerics.ensemble import layout as r
+from ...numerics.ensemble.radau import LATE, NODES, STAGES, A
+from ..dynamics import Dynamics
+from ..source import Layout, Program, expression, used
+from ..tape import FLOW
+from .text import at, choose, door, lanes, rotation, stage, total
+
+HEADER = '''"""Generated from the equations, for eight trajectories at once; do not edit."""
+from math import sqrt, tanh
+
+from jointplay.numerics.ensemble.layout import CALL
+from jointplay.numerics.interface import entry, inner
+
+'''
+N = range(r.N)
+ENTRIES = [(k, i) for k in N for i in range(2 * r.N)]  # of the Jacobian
+
+
+def suits(system: System) -> bool:
+    """Whether eight can run at once: three angles that turn freely, the crank first, and one contact."""
+    angles = tuple(angle.position for angle in system.angles)
+    free = all(angle.rate == 0 and angle.offset == 0 for angle in system.angles)
+    turning = free and angles == system.positions and len(angles) == len(system.speeds) == r.N
+    alone = len(system.contacts) == 1 and not system.resets and not system.powers
+    return turning and alone and system.section in (None, system.positions[0])
+
+
+def text(system: System) -> str:
+    """Source of the module of a system (that `suits`)."""
+    writer, dynamics = Writer(system), Dynamics(system, "touch")
+    bodies = [_rate(writer, dynamics), _slopes(writer, dynamics), writer.prepare(), *_doors()]
+    rows = f"SUITS = True\nROWS = {writer.first + len(writer.constants)}\n"
+    return HEADER + rows + "\n\n" + "\n\n\n".join(bodies) + "\n"
+
+
+class Writer:
+    """Bodies of one structure, at the point X, Y; `constants` are rows of what parameters alone make."""
+
+    def __init__(self, system: System):
+        self.system, self.layout = system, Layout(system)
+        self.constants: dict[Expr, int] = {}
+        self.first = r.NUMBERS + len(system.parameters)
+
+    def body(self, name: str, program: Program, stores: dict[int, str]) -> str:
+        """A function that stores in rows what has these names; of lanes that stick, with `held_` before."""
+        program, loads = self._hoisted(program)
+        names = {str(symbol) for symbol, _ in program}
+        lines = [f"stick = {at(r.MASK, 2)}", *loads, *self._point(program)]
+        lines += [f"{symbol} = {expression(value)}" for symbol, value in program]
+        for row, value in stores.items():
+            chosen = f"held_{value} if stick > 0.0 else {value}" if f"held_{value}" in names else value
+            lines.append(f"{at(row)} = {chosen}")
+        return "\n".join(["@inner", f"def {name}(w):", *lanes(*lines)])
+
+    def _hoisted(self, program: Program) -> tuple[Program, list[str]]:
+        """The program without what parameters alone make, and the lines that load this."""
+        parameters, known, rest = {*self.system.parameters}, {}, []
+        for symbol, value in program:
+            closed = value.xreplace(known)
+            if closed.free_symbols and closed.free_symbols <= parameters and "out_" not in str(symbol):
+                known[symbol] = closed
+            else:
+                rest.append((symbol, value))
+        lines = []
+        for symbol in used(rest, known):
+            place = self.constants.setdefault(known[symbol], len(self.constants))
+            lines.append(f"{symbol} = {at(self.first, place)}")
+        return rest, lines
+
+    def _point(self, program: Program) -> list[str]:
+        """Parameters, masks and the state that a program reads."""
+        system = self.system
+        rows = {s: at(r.NUMBERS, k) for k, s in enumerate(system.parameters)}
+        rows |= {s: at(r.MASK, k) for s, k in self.layout.masks.items()}
+        rows |= {s: at(r.Y, k) for k, s in enumerate(system.speeds)}
+        rows |= {s: f"{at(r.POSITION, k)} + {at(r.X, k)}" for k, s in enumerate(system.positions)}
+        lines = [f"{s} = {rows[s]}" for s in used(program, rows)]
+        for angle in system.angles:
+            if used(program, (angle.sin, angle.cos)):
+                k = system.positions.index(angle.position)
+                lines += rotation(angle.sin, angle.cos, k, at(r.X, k))
+        return lines
+
+    def prepare(self) -> str:
+        """What parameters alone make."""
+        lines = self._point([(Symbol("constant"), value) for value in self.constants])
+        lines += [f"{at(self.first, k)} = {expression(value)}" for value, k in self.constants.items()]
+        return door("prepare", lanes(*(lines or ["pass"])))
+
+
+def _rate(writer: Writer, dynamics: Dynamics) -> str:
+    """Accelerations and guards: gap (or u), normal force, sliding speed, cone."""
+    contact, a = writer.system.contacts[0], dynamics.a
+    results = {f"out_a{k}": a[k] for k in N}
+    results |= {"out_g0": contact.u if contact.gap is None else contact.gap, "out_g1": contact.F_n}
+    if contact.sticks:
+        column, share = _grip(dynamics)
+        drag = dynamics.tape.let("held_F", (_dot(contact.tangential, a) + _bias(dynamics)) * share)
+        results |= {f"held_out_a{k}": a[k] - column[k] * drag for k in N}
+        results |= {"out_g2": contact.v_t, "out_g3": Integer(0)}
+        results["held_out_g3"] = (contact.coulomb * contact.F_n) ** 2 - (contact.drag + drag) ** 2
+    stores = {r.RATE + k: f"out_a{k}" for k in N}
+    stores |= {r.WATCHED + g: f"out_g{g}" for g in range(4) if f"out_g{g}" in results}
+    return writer.body("rate", dynamics.tape.program(results), stores)
+
+
+def _slopes(writer: Writer, dynamics: Dynamics) -> str:
+    """d rate / d state."""
+    contact, tape, results = writer.system.contacts[0], dynamics.tape, {}
+    turning = [tape.derivative(_bias(dynamics), w) for w in writer.system.speeds] if contact.sticks else []
+    found = dynamics.jacobian()
+    entries = {place: found.get(place, Integer(0)) for place in ENTRIES}
+    if contact.sticks:
+        column, share = _grip(dynamics)
+        for i in range(2 * r.N):
+            J = [entries[k, i] for k in N]
+            drag = tape.let(f"held_F{i}", (_dot(contact.tangential, J) + [0, 0, 0, *turning][i]) * share)
+            results |= {f"held_out_{k}_{i}": J[k] - column[k] * drag for k in N}
+    results |= {f"out_{k}_{i}": value for (k, i), value in entries.items()}
+    stores = {r.JACOBIAN + 2 * r.N * k + i: f"out_{k}_{i}" for k, i in ENTRIES}
+    return writer.body("slopes", tape.program(results), stores)
+
+
+def _grip(dynamics: Dynamics) -> tuple[list[Expr], Expr]:
+    """y = M^-1 T and 1 / (T y)."""
+    T = dynamics.system.contacts[0].tangential
+    column = dynamics.inverse_mass(list(T), "column")
+    return column, dynamics.tape.let("grip", 1 / _dot(T, column))
+
+
+def _bias(dynamics: Dynamics) -> Expr:
+    """T' w: what of v_t' needs no acceleration."""
+    contact = dynamics.system.contacts[0]
+    return dynamics.tape.derivative(contact.v_t, FLOW) + contact.drift
+
+
+def _dot(row: tuple[Expr, ...], x: list[Expr]) -> Expr:
+    return sum((entry * value for entry, value in zip(row, x, strict=True)), Integer(0))
+
+
+def _fetch(j: int) -> list[str]:
+    """X and Y at stage j: increments of the angles, speeds."""
+    lines = []
+    for k in N:
+        z = [stage(r.Z, n, k) for n in range(STAGES)]
+        moved = total(A[j], z)
+        lines.append(f"{at(r.X, k)} = {at(r.H)} * ({float(NODES[j])!r} * {at(r.SPEED, k)} + {moved})")
+        lines.append(f"{at(r.Y, k)} = {at(r.SPEED, k)} + {z[j]}")
+    return lines
+
+
+def _take(j: int) -> list[str]:
+    """Rates times h, and guards, of stage j."""
+    lines = [f"{stage(r.F, j, k)} = {at(r.H)} * {at(r.RATE, k)}" for k in N]
+    return lines + [f"{at(r.WATCHES, 4 * j + g)} = {at(r.WATCHED, g)}" for g in range(4)]
+
+
+def _doors() -> list[str]:
+    """Which body at which point."""
+    rates = [*lanes(*_fetch(0)), "    rate(w)"]
+    for j in range(STAGES):
+        rates += lanes(*_take(j), *_fetch((j + 1) % STAGES)) + ["    rate(w)"] * (j < STAGES - 1)
+    here = [f"{at(r.X, k)} = 0.0" for k in N] + [f"{at(r.Y, k)} = {at(r.SPEED, k)}" for k in N]
+    taken = [f"fresh = {at(r.NEW)}"]
+    for k in N:
+        taken += choose(at(r.ACCELERATION, k), at(r.RATE, k), "fresh > 0.0")
+    for g in range(4):
+        taken += choose(at(r.GUARD, g), at(r.WATCHED, g), "fresh > 0.0")
+    return [
+        door("jacobian", [*lanes(*_fetch(LATE)), "    slopes(w)"]),
+        door("rates", rates),
+        door("finish", [*lanes(*_fetch(STAGES - 1)), "    rate(w)"]),
+        door("base", [*lanes(*here), "    rate(w)", *lanes(*taken, f"{at(r.NEW)} = 0.0")]),
+    ]

@@ -1,0 +1,55 @@
+"""Lines of loops over eight lanes: where numbers lie, sums, choices.
+
+What differs by lane is chosen, with both values loaded first, so that nothing is a branch; and no product
+with a mask stands for a choice, since a finished lane's NaN would survive it.
+"""
+
+from collections.abc import Iterable
+
+from ...numerics.ensemble import layout as r
+from ..source import horner
+
+SIN = [1.0, -1 / 6, 1 / 120, -1 / 5040]  # to rounding at usual lengths, to 1e-11 at the longest turn
+COS = [1.0, -1 / 2, 1 / 24, -1 / 720, 1 / 40320]
+
+
+def at(row: int, k: int = 0) -> str:
+    """Lane i of a row."""
+    return f"w[{8 * (row + k)} + i]"
+
+
+def stage(block: int, j: int, k: int) -> str:
+    """Stage j of unknown k."""
+    return at(block, r.N * j + k)
+
+
+def lanes(*lines: str) -> list[str]:
+    """A loop over the lanes; a short one would be unrolled, and then not vectorised: join it to others."""
+    return ["    for i in range(8):", *(f"        {line}" for line in lines)]
+
+
+def total(factors: Iterable[float], names: Iterable[str]) -> str:
+    """Sum of factor * name."""
+    return " + ".join(f"{float(factor)!r} * {name}" for factor, name in zip(factors, names, strict=True))
+
+
+def choose(place: str, value: str, condition: str) -> list[str]:
+    """`place` becomes `value` in lanes where the condition holds."""
+    return [f"old, value = {place}, {value}", f"{place} = value if {condition} else old"]
+
+
+def rotation(s: str, c: str, k: int, d: str) -> list[str]:
+    """Sine and cosine of angle k beside the base point's, by `d`."""
+    return [
+        f"d = {d}",
+        "dd = d * d",
+        f"ds = d * ({horner(SIN)})",
+        f"dc = {horner(COS)}",
+        f"bs, bc = {at(r.SINE, k)}, {at(r.COSINE, k)}",
+        f"{s}, {c} = bs * dc + bc * ds, bc * dc - bs * ds",
+    ]
+
+
+def door(name: str, lines: list[str]) -> str:
+    """A function that the loop calls."""
+    return "\n".join(["@entry(CALL)", f"def {name}(w):", *lines])

@@ -1,0 +1,232 @@
+"""What one lane of an ensemble does where its attempt is not taken plainly.
+
+As numerics.events and numerics.flow have it for one trajectory: the first guard that leaves its side on the
+step's polynomial (with its margin), the step again up to that root, the check that no other guard leaves
+earlier. The steps to a root are attempts like any others, beside those of other lanes; the last correction,
+1e-5 of the step at most, is by Taylor's series.
+"""
+
+from math import inf
+
+from ..events import ROUNDING
+from ..interface import inlined, inner
+from ..memory import SECTION_ROW
+from . import layout as c
+from .guards import aimed, coefficients, first, margin, misses, passing
+from .radau import MAX_TURN, NEWTON, STAGES, STALE
+from .record import note, record_end
+
+ORDER = 6  # of the error estimate in h
+REFINEMENTS = 8
+TOGETHER, NEAR_ROOT = 1e-6, 1e-5  # of a step
+AT_START = 1e-8  # of a step: no section is looked for nearer to its base point
+STEPPING, ROOT, SECTION, DONE = range(4)  # phases of a lane
+OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)  # those of numerics.flow
+
+
+@inlined
+def special(k, j, i):
+    """An attempt of lane i that is not plain. True: an event follows when it is settled."""
+    w, h, phase = k.w, k.w[8 * c.H + i], k.whole[8 * c.PHASE + i]
+    verdict = _verdict(w, i)
+    if verdict == 0:
+        w[8 * c.JOINED + i] = 1.0
+        return False
+    if verdict < 0:
+        _failed(k, j, i, h if phase == STEPPING else k.real[8 * c.LENGTH + i], True)
+        return False
+    if phase == SECTION:
+        return _crossed(k, j, i)
+    if phase == ROOT:
+        return _located(k, j, i)
+    error = w[8 * c.ERROR + i]
+    if not error < 1.0:
+        factor = max(0.1, 0.9 * error ** (-1.0 / ORDER)) if error < 1e10 else 0.1
+        _shorten(k, j, i, factor * h, c.C_REJECTED, True)
+        return False
+    if w[8 * c.SWINGS + i] > 0.0:
+        _failed(k, j, i, h, False)
+        return False
+    if k.whole[8 * c.FRESH + i]:
+        _learn(k, i, h, error)
+    return _reach(k, j, i)
+
+
+@inner
+def _verdict(w, i):
+    """Of the iteration: 1 converged, 0 worth going on with, -1 not."""
+    size, before = w[8 * c.SIZE + i], w[8 * c.SIZE_BEFORE + i]
+    if not (w[8 * c.TURNED + i] <= MAX_TURN and size < 1e10):
+        return -1
+    if size < c.NOTHING:
+        return 1
+    theta = size / before
+    if size <= STALE and theta < 0.99 and size * theta <= NEWTON * (1.0 - theta):
+        return 1
+    again = theta < 0.7 and w[8 * c.WAS_JOINED + i] == 0.0 and size * theta * theta * theta <= NEWTON
+    return 0 if again else -1
+
+
+@inner
+def bounded(w, i, h):
+    """Length of the next attempt, within the angles' bound and the end of the run."""
+    fast = max(abs(w[8 * c.SPEED + i]), max(abs(w[8 * c.SPEED + 8 + i]), abs(w[8 * c.SPEED + 16 + i])))
+    h = min(h, 0.8 * MAX_TURN / fast)
+    left = w[8 * c.END + i] - w[8 * c.T + i]
+    return left if left < 1.001 * h else h
+
+
+@inner
+def _shorten(k, j, i, h, kind, smooth):
+    """Try again with length h; `kind` is what is counted."""
+    w, job = k.w, k.whole[8 * c.JOB + i]
+    j.count[job, kind] += 1
+    k.whole[8 * c.PHASE + i] = STEPPING
+    w[8 * c.LEFT + i] -= 1.0
+    w[8 * c.H_CONTROL + i], w[8 * c.REJECTION + i], w[8 * c.ODD + i] = h, 1.0, 1.0
+    if not smooth:
+        w[8 * c.SMOOTH + i] = 0.0
+    w[8 * c.H_NEXT + i] = bounded(w, i, h)
+    if not h > 1e-15 * max(abs(w[8 * c.T + i]), j.real[job, c.J_NEAR]):
+        k.whole[8 * c.PHASE + i] = DONE
+        j.count[job, c.C_STATUS] = _trouble(w, i)
+
+
+@inner
+def _failed(k, j, i, h, smooth):
+    """Length h is too long: the iteration does not converge, or the journal swings (numerics.events)."""
+    k.w[8 * c.H_LIMIT + i] = 0.75 * h
+    _shorten(k, j, i, 0.5 * h, c.C_FAILED, smooth and h > 0.2 * k.w[8 * c.H_PAST + i])
+
+
+@inner
+def _trouble(w, i):
+    for r in range(c.POSITION, c.POSITION + 2 * c.N):
+        if not abs(w[8 * r + i]) < 1e12:
+            return DIVERGED
+    return NOT_CONVERGED
+
+
+@inner
+def _learn(k, i, h, error):
+    """Length of the next step after an event like this one (numerics.control.learn_start)."""
+    at = 8 * (c.H_START + int(k.w[8 * c.VARIANT + i])) + i
+    if error < 1e-3:
+        k.real[at] = 0.0
+    elif k.w[8 * c.REJECTION + i] > 0.0 or k.real[at] > 0.0:
+        k.real[at] = h * min((0.5 / error) ** 0.25, 2.0)
+    k.whole[8 * c.FRESH + i] = 0
+
+
+@inner
+def _reach(k, j, i):
+    """How far an accurate attempt may be taken. True: its event is at the base point."""
+    w, h, g, place = k.w, k.w[8 * c.H + i], -1, 2.0
+    if w[8 * c.LOW + i] < 0.0:  # else the lanes have seen that none leaves
+        g, place = first(k, i, 0.0)
+    if g < 0:
+        return _accept(k, j, i, g, 0.0, False)
+    near = j.real[k.whole[8 * c.JOB + i], c.J_NEAR]
+    if place * h <= 1e-15 * max(abs(w[8 * c.T + i]), near):
+        if w[8 * (c.FIRED + g) + i] > 0.0 and h > 1e-3 * near:
+            _shorten(k, j, i, 0.5 * h, c.C_FAILED, False)
+            return False
+        k.whole[8 * c.AT + i] = g
+        w[8 * c.STEPS + i] += 1.0
+        w[8 * c.LEFT + i] -= 1.0
+        return True
+    k.whole[8 * c.AT + i], k.real[8 * c.LENGTH + i] = g, h
+    k.real[8 * c.LEVEL + i], w[8 * c.KEEP + i] = aimed(k, i, g, place), 1.0
+    _again(k, i, ROOT, place * h)
+    return False
+
+
+@inner
+def _again(k, i, phase, h):
+    """The next attempt is the same step, shorter."""
+    w = k.w
+    k.whole[8 * c.PHASE + i], k.whole[8 * c.TRIES + i] = phase, 0
+    w[8 * c.SMOOTH + i], w[8 * c.OFFSET + i], w[8 * c.ODD + i], w[8 * c.H_NEXT + i] = 1.0, 0.0, 1.0, h
+
+
+@inner
+def _located(k, j, i):
+    """An attempt that was to end at a guard's root. True: it does."""
+    w, h, g, least = k.w, k.w[8 * c.H + i], k.whole[8 * c.AT + i], k.real[8 * c.LEVEL + i]
+    coefficients(w, 8 * (c.WATCHES + g), w[8 * (c.GUARD + g) + i], i, k.b)
+    off, slope = least - k.b[STAGES], STAGES * (k.b[STAGES] - k.b[STAGES - 1])
+    correction = off / slope if slope != 0.0 else 0.0
+    there = abs(off) < ROUNDING * margin(w, i, g)
+    if abs(correction) < NEAR_ROOT or there:
+        correction = correction if abs(correction) < NEAR_ROOT else 0.0
+        earlier = 2.0
+        if w[8 * c.LOW + i] < 0.0:
+            _, earlier = first(k, i, ROUNDING)
+        if 1.0 + correction - earlier <= TOGETHER + 10.0 * correction * correction:
+            return _accept(k, j, i, g, correction * h, False)
+        k.whole[8 * c.TRIES + i] = REFINEMENTS
+    _nearer(k, j, i, h * (1.0 + min(max(correction, -0.5), 0.5)))
+    return False
+
+
+@inner
+def _nearer(k, j, i, h):
+    """Another attempt at a root, of length h; after too many a shorter step."""
+    k.whole[8 * c.TRIES + i] += 1
+    if k.whole[8 * c.TRIES + i] > REFINEMENTS:
+        _shorten(k, j, i, 0.5 * k.real[8 * c.LENGTH + i], c.C_FAILED, False)
+    else:
+        k.w[8 * c.H_NEXT + i] = h
+
+
+@inner
+def _accept(k, j, i, guard, later, looked):
+    """Take the step (up to a guard's root if guard >= 0), unless a section lies in it. True: an event."""
+    w, h = k.w, k.w[8 * c.H + i]
+    place = 2.0 if looked else passing(k, i, 1.0 + later / h)
+    if guard < 0:
+        w[8 * c.KEEP + i] = 1.0
+    k.whole[8 * c.AT + i] = guard
+    if place <= 1.0:
+        k.real[8 * c.DELTA + i] = later
+        if k.whole[8 * c.PHASE + i] == STEPPING:
+            k.real[8 * c.LENGTH + i] = h
+        for at in range(i, 8 * c.NUMBERS, 8):
+            k.stash[at] = w[at]
+        _again(k, i, SECTION, max(place, 0.1 * AT_START) * h)
+        return False
+    if w[8 * c.PASSES + i] > 0.0:
+        misses(k, j, i, 1.0 + later / h)
+    w[8 * c.TAKEN + i], w[8 * c.LATER + i] = 1.0, later
+    w[8 * c.WHOLE + i] = 1.0 if guard < 0 else 0.0
+    k.whole[8 * c.PHASE + i] = STEPPING
+    return guard >= 0
+
+
+@inner
+def _crossed(k, j, i):
+    """An attempt that was to end at the section. True: an event follows the step that it lies in."""
+    w, job, h = k.w, k.whole[8 * c.JOB + i], k.w[8 * c.H + i]
+    later = (w[8 * c.AHEAD + i] - w[8 * c.POSITION + i] - w[8 * c.X + i]) / w[8 * c.Y + i]
+    if not abs(later) < max(NEAR_ROOT * h, AT_START * k.real[8 * c.LENGTH + i]):
+        _nearer(k, j, i, h + min(max(later, -0.5 * h), 0.5 * h))
+        return False
+    j.count[job, c.C_SECTIONS] += 1
+    if j.count[job, c.C_SECTIONS] > j.whole[job, c.J_SKIP]:
+        record_end(k, i, j.log[j.place[c.LOGGED], c.COLUMNS :], later)
+        note(k, j, i, SECTION_ROW, -1.0, 0.0)
+    k.whole[8 * c.PASSED + i] += 1
+    passed = k.whole[8 * c.PASSED + i] * j.real[job, c.J_PERIOD] * w[8 * c.DIRECTION + i]
+    w[8 * c.AHEAD + i] = j.real[job, c.J_LEVEL] + passed if j.real[job, c.J_PERIOD] > 0.0 else inf
+    _bring_back(k, i)
+    return _accept(k, j, i, k.whole[8 * c.AT + i], k.real[8 * c.DELTA + i], True)
+
+
+@inner
+def _bring_back(k, i):
+    """The step that a section was found in, as far as settling it needs it."""
+    for r in (c.H, c.ERROR, c.WAS_JOINED, c.PASSES):
+        k.w[8 * r + i] = k.stash[8 * r + i]
+    for first_row, end in ((c.X, c.JACOBIAN), (c.Z, c.W), (c.WATCHES, c.NUMBERS)):
+        for at in range(8 * first_row + i, 8 * end, 8):
+            k.w[at] = k.stash[at]

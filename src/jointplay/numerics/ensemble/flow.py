@@ -1,0 +1,122 @@
+"""The loop over an ensemble: eight trajectories at once, finished ones replaced, until none waits.
+
+A pass is one attempt of every lane, in lanes (codegen.ensemble); what is not plain goes through `attempts`,
+events through numerics.modes, as those of one trajectory do.
+"""
+
+import numpy as np
+from numba import int64, typeof
+
+from ..interface import FUNCTIONS, entry, inlined
+from ..memory import lane_rows
+from ..polynomial import STACK
+from . import layout as c
+from .attempts import OK, special
+from .lane import ends, enter, event, leave
+
+FULL = -1  # the log is full: empty it and call again
+ROOM = 32  # log rows that one pass may need
+
+
+def jobs(states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.ndarray, rows: int) -> c.Jobs:
+    """Trajectories that wait: their states, parameters, and what each is asked for (layout)."""
+    n = len(states)
+    return c.Jobs(
+        state=np.ascontiguousarray(states),
+        numbers=np.ascontiguousarray(numbers),
+        real=real,
+        whole=whole,
+        count=np.zeros((n, c.COUNTS), dtype=np.int64),
+        log=np.zeros((rows + ROOM, c.COLUMNS + c.RECORD)),
+        start=np.zeros((n, c.RECORD)),
+        final=np.zeros((n, c.RECORD)),
+        place=np.zeros(3, dtype=np.int64),
+    )
+
+
+def lanes(rows: int, parameters: int) -> c.Lanes:
+    """Eight empty lanes of a structure with so many rows and parameters."""
+    k = c.Lanes(
+        w=lane_rows(rows),
+        whole=np.zeros(8 * c.LANE_WHOLES, dtype=np.int64),
+        real=np.zeros(8 * c.LANE_REALS),
+        stash=lane_rows(c.NUMBERS),
+        b=np.zeros(16),
+        stack=np.zeros(STACK),
+        s=np.zeros(1 + 4 * c.N),
+        p=np.zeros(parameters),
+        m=np.zeros(3),
+        out=np.zeros(6),
+        modes=np.zeros(1, dtype=np.int64),
+        flags=np.zeros(1, dtype=np.int64),
+        fired=np.zeros(4, dtype=np.int64),
+    )
+    k.whole[8 * c.JOB : 8 * c.JOB + 8] = -1
+    return k
+
+
+@inlined
+def _refill(f, k, j):
+    """Fill free lanes with what waits; how many lanes run, and whether any is new."""
+    running, new = 0, False
+    for i in range(8):
+        if k.whole[8 * c.JOB + i] < 0 and j.place[c.NEXT] < len(j.state):
+            enter(f, k, j, i, j.place[c.NEXT])
+            j.place[c.NEXT] += 1
+            new = True
+        if k.whole[8 * c.JOB + i] >= 0:
+            running += 1
+    return running, new
+
+
+@inlined
+def _attempt(g, w):
+    """One attempt of every lane: three updates, which nearly all need; the rest go on in the next."""
+    g.predict(w)
+    g.jacobian(w)
+    g.factor(w)
+    for _ in range(c.UPDATES):
+        g.rates(w)
+        g.solve(w)
+    g.finish(w)
+    g.judge(w)
+
+
+def run(f, g, k, j):
+    """Run until all trajectories are done (OK) or the log is FULL: then empty it and call again."""
+    w, ended = k.w, True
+    while True:
+        if ended:
+            ended = False
+            running, new = _refill(f, k, j)
+            if running == 0:
+                return OK
+            if new:
+                g.prepare(w)
+                g.base(w)
+        if j.place[c.LOGGED] + ROOM > len(j.log):
+            return FULL
+        _attempt(g, w)
+        j.place[c.PASSED_BY] += 1
+        odd, events = 0, 0
+        for i in range(8):
+            if w[8 * c.PLAIN + i] == 0.0 and k.whole[8 * c.JOB + i] >= 0:
+                odd |= 1 << i
+                if special(k, j, i):
+                    events |= 1 << i
+        g.settle(w)
+        if odd:
+            for i in range(8):
+                if odd >> i & 1:
+                    if events >> i & 1:
+                        event(f, k, j, i)
+                    if ends(k, j, i):
+                        leave(k, j, i)
+                        ended = True
+            if events:
+                g.base(w)
+
+
+JOBS = typeof(jobs(np.zeros((1, 6)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1), dtype=np.int64), 1))
+LANES = typeof(lanes(1, 1))
+flow = entry(int64(FUNCTIONS, c.FUNCTIONS, LANES, JOBS))(run)

@@ -1,0 +1,112 @@
+"""Guards and the section of one lane of an ensemble: where the step's polynomial has them leave their side.
+
+As numerics.events for one trajectory, with the margins that guards have there; polynomials are of degree 5.
+"""
+
+from ..interface import inner
+from ..memory import MISS_ROW
+from ..modes import GAP
+from ..polynomial import first_root, keep_right, value
+from . import layout as c
+from .radau import NODES, STAGES, TO_BERNSTEIN, A
+from .record import note, record_within
+
+
+@inner
+def coefficients(w, at, start, i, b):
+    """Bernstein coefficients of what is `start` at the base and w[at], w[at + 32], … at the stages."""
+    for n in range(STAGES + 1):
+        b[n] = TO_BERNSTEIN[n, 0] * start
+        for s in range(STAGES):
+            b[n] += TO_BERNSTEIN[n, s + 1] * w[at + 32 * s + i]
+    b[0], b[STAGES] = start, w[at + 32 * (STAGES - 1) + i]
+
+
+@inner
+def margin(w, i, g):
+    """What of guard g is within the tolerance of zero."""
+    if g == 3:
+        return w[8 * c.CONE + i] * abs(w[8 * (c.GUARD + 1) + i])
+    return w[8 * (c.MARGIN + g) + i]
+
+
+@inner
+def level(w, i, g):
+    """The level that guard g is to leave (numerics.events.start_of)."""
+    start, side, most = w[8 * (c.GUARD + g) + i], w[8 * (c.SIDE + g) + i], margin(w, i, g)
+    if w[8 * (c.FIRED + g) + i] > 0.0 or 0.0 <= -side * start <= most:
+        return start - side * most
+    return 0.0
+
+
+@inner
+def first(k, i, doubt):
+    """The guard that first leaves its side, and where in [0, 1]; -1 and 2.0 if none."""
+    w, b, which, earliest = k.w, k.b, -1, 2.0
+    for g in range(4):
+        side = w[8 * (c.SIDE + g) + i]
+        if side != 0.0:
+            least = level(w, i, g) - side * doubt * margin(w, i, g)
+            coefficients(w, 8 * (c.WATCHES + g), w[8 * (c.GUARD + g) + i], i, b)
+            lowest = 0.0
+            for n in range(STAGES + 1):
+                b[n] -= least
+                lowest = min(lowest, side * b[n])
+            if lowest < 0.0:
+                place = first_root(b, STAGES, int(side), k.stack)
+                if place < earliest:
+                    which, earliest = g, place
+    return which, earliest
+
+
+@inner
+def aimed(k, i, g, place):
+    """The level that is left at `place`: zero where the guard has been inside between (events.aim)."""
+    least, side = level(k.w, i, g), k.w[8 * (c.SIDE + g) + i]
+    if least != 0.0:
+        coefficients(k.w, 8 * (c.WATCHES + g), k.w[8 * (c.GUARD + g) + i], i, k.b)
+        if side * value(k.b, 0, STAGES, 0.5 * place, k.b[8:]) > margin(k.w, i, g):
+            return 0.0
+    return least
+
+
+@inner
+def passing(k, i, end):
+    """Place up to `end` where the crank passes the section's level; 2.0 if it does not."""
+    w, h = k.w, k.w[8 * c.H + i]
+    if not w[8 * c.CROSSED + i] >= 0.0:
+        return 2.0
+    start = w[8 * c.POSITION + i] - w[8 * c.AHEAD + i]
+    for n in range(STAGES + 1):
+        k.b[n] = start * TO_BERNSTEIN[n, 0]
+    for s in range(STAGES):
+        x = NODES[s] * w[8 * c.SPEED + i]
+        for n in range(STAGES):
+            x += A[s, n] * w[8 * (c.Z + c.N * n) + i]
+        for n in range(STAGES + 1):
+            k.b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
+    k.b[0], k.b[STAGES] = start, start + w[8 * c.X + i]
+    place = first_root(k.b, STAGES, -int(w[8 * c.DIRECTION + i]), k.stack)
+    return place if place <= end else 2.0
+
+
+@inner
+def misses(k, j, i, end):
+    """Log the closest approaches of the open gap within the step, up to its place `end` (numerics.misses)."""
+    b, degree = k.b, STAGES - 1
+    coefficients(k.w, 8 * (c.WATCHES + GAP), k.w[8 * (c.GUARD + GAP) + i], i, b)
+    for n in range(STAGES + 1):
+        b[8 + n] = b[n]
+    for n in range(STAGES):
+        b[n] = b[n + 1] - b[n]
+    place, side = 0.0, 1 if b[0] > 0.0 else -1
+    while degree > 0:
+        root = first_root(b, degree, side, k.stack)
+        at = place + root * (1.0 - place)
+        if root > 1.0 or at > end:
+            return
+        if side > 0:
+            gap = value(b, 8, STAGES, at, k.stack)
+            record_within(k, i, j.log[j.place[c.LOGGED], c.COLUMNS :], at)
+            note(k, j, i, MISS_ROW, 0.0, -gap)
+        degree, place, side = keep_right(b, degree, root), at, -side
