@@ -103,6 +103,7 @@ def stiffer(clearance, modulus):
     return float(np.abs(one.angle - other.angle).max())
 
 
+@pytest.mark.long
 def test_a_stiff_link_moves_as_a_rigid_one():
     """The difference falls as 1/E, with play; in a closed loop it is nothing but the start's."""
     far, near = (stiffer(2.9e-5, modulus) for modulus in (2.1e15, 2.1e17))

@@ -31,6 +31,7 @@ def kept(joints, elastic, turns, e=2.9e-5):
     return np.abs(found.energy.values / float(found.energy[0]) - 1).max(), int(found.n_events)
 
 
+@pytest.mark.long
 def test_contacts_and_an_elastic_link_keep_energy_over_ten_turns():
     error, events = kept("B", ("coupler",), 10)
     assert events > 1000

@@ -27,8 +27,8 @@ def turns(name, count):
 @pytest.mark.parametrize(
     "name",
     [
-        *("A", "B", "C", "B_sticking", "C_without_tension", "C_constant_speed"),
-        pytest.param("damped_at_BC_sticking", marks=pytest.mark.long),
+        *("A", "B", "C", "B_sticking", "C_constant_speed"),
+        *(pytest.param(n, marks=pytest.mark.long) for n in ("C_without_tension", "damped_at_BC_sticking")),
     ],
 )
 def test_balance_over_fifty_turns(name):

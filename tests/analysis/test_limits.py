@@ -22,6 +22,7 @@ def mirrored(speed):
     return upper, upper.replace(speed=-speed, gravity=-upper.gravity, branch="lower")
 
 
+@pytest.mark.long
 def test_the_image_of_a_mechanism_moves_as_the_image_of_its_motion():
     found, image = (jp.simulate(m, duration=0.15, rtol=1e-11, record=WORDS) for m in mirrored(83.8))
     assert list(found.event_kind) == list(image.event_kind)

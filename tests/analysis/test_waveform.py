@@ -99,7 +99,9 @@ def rubbing(**friction):
     [
         (LOOSE, 0.0, 0, 4.9e-4),
         (rubbing(coefficient=0.3), 1.0, 2, 3e-4),
-        (rubbing(law="tanh", velocity=0.5, coefficient=0.3), 1.0, 2, 3e-4),
+        pytest.param(
+            rubbing(law="tanh", velocity=0.5, coefficient=0.3), 1.0, 2, 3e-4, marks=pytest.mark.long
+        ),
     ],
     ids=["flight", "contact", "friction that follows the speed"],
 )
