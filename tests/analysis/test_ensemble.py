@@ -199,6 +199,18 @@ def test_hard_scenes_lose_no_event(number):
     assert np.abs(found.events[:few, 2] - truth.events[:few, 2]).max() < 1e-3 * each.period
 
 
+def test_structures_do_not_mix():
+    scenes = [scene(3e-5, 3.0, 0.1), scene(3e-5, 3.0, 0.0), scene(4e-5, 3.0, 0.1)]
+    assert scenes[0].structure != scenes[1].structure
+    requests = [asked(each, 0.3) for each in scenes]
+    for each, request, found in zip(
+        scenes, requests, ensemble.follow_ensemble(scenes, requests), strict=True
+    ):
+        (alone,) = ensemble.follow_ensemble([each], [request])
+        assert found.events.tobytes() == alone.events.tobytes()
+        assert found.samples.tobytes() == alone.samples.tobytes()
+
+
 PLANE = {"journal_x": np.linspace(-0.5, 0.5, 3), "journal_y": np.linspace(-0.5, 0.5, 3)}
 
 
