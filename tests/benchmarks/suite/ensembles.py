@@ -28,7 +28,7 @@ class Ensemble:
     """CPU time, alternating, medians; the median error of end states against rtol 1e-11, two turns on."""
 
     params = (list(LOADS), list(TOLERANCES), list(FOUND))
-    param_names = ("load", "rtol", "of a turn")
+    param_names = ("load", "rtol", "what")
     unit = ""
 
     def setup_cache(self):
@@ -36,7 +36,7 @@ class Ensemble:
 
     setup_cache.timeout = 3600
 
-    def track(self, found, load, rtol, quantity):
+    def track_turn(self, found, load, rtol, quantity):
         return float(f"{found[load, rtol][quantity]:.3g}")
 
 
