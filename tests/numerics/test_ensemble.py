@@ -41,7 +41,7 @@ def same(a, b):
 
 
 @pytest.fixture(scope="module")
-def crowd():
+def company():
     """Twenty trajectories that stick, slip and fly, of different lengths and tolerances."""
     rng = np.random.default_rng(3)
     scenes = [
@@ -52,30 +52,30 @@ def crowd():
     return scenes, requests, follow_ensemble(scenes, requests)
 
 
-def test_order_does_not_matter(crowd):
-    scenes, requests, records = crowd
+def test_order_does_not_matter(company):
+    scenes, requests, records = company
     order = np.random.default_rng(4).permutation(len(scenes))
     shuffled = follow_ensemble([scenes[n] for n in order], [requests[n] for n in order])
     assert all(same(records[n], other) for n, other in zip(order, shuffled, strict=True))
 
 
-def test_company_does_not_matter(crowd):
-    scenes, requests, records = crowd
+def test_company_does_not_matter(company):
+    scenes, requests, records = company
     assert any(4.0 in each.events[:, -1] for each in records), "some stick"
     for n in range(0, 20, 3):
         assert same(follow_ensemble([scenes[n]], [requests[n]])[0], records[n])
 
 
 @pytest.mark.parametrize("others", range(1, 8))
-def test_lane_does_not_matter(crowd, others):
-    scenes, requests, records = crowd
+def test_lane_does_not_matter(company, others):
+    scenes, requests, records = company
     found = follow_ensemble([scenes[1]] * others + [scenes[4]], [requests[1]] * others + [requests[4]])
     assert same(found[-1], records[4])
     assert all(same(each, records[1]) for each in found[:-1])
 
 
-def test_finished_lanes_are_refilled(crowd):
-    scenes, requests, records = crowd
+def test_finished_lanes_are_refilled(company):
+    scenes, requests, records = company
     short = [replace(requests[0], duration=requests[0].duration * f) for f in np.linspace(0.01, 0.3, 30)]
     found = follow_ensemble([scenes[0]] * 30 + [scenes[2]], [*short, requests[2]])
     assert [each.samples[0, 0] for each in found[:-1]] == [each.duration for each in short]
