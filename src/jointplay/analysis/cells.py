@@ -100,4 +100,5 @@ def warm(scenes: Iterable[Scene], ensemble: bool = False) -> None:
         brief = Request(duration=1e-9 * scene.period, max_steps=1)
         if ensemble:
             follow_ensemble([scene], [brief])
-        follow(scene, brief)
+        else:
+            follow(scene, brief)

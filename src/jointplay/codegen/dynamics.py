@@ -113,7 +113,7 @@ class Dynamics:
         """Accelerations and held forces for right-hand sides of the two rows (see the module's text)."""
         a = self.inverse_mass(push, name)
         right = [
-            self.tape.let(f"{name}_h{j}", self.masks[j].stick * _dot(self._row(j), a) + value)
+            self.tape.let(f"{name}_h{j}", self.masks[j].stick * dot(self._row(j), a) + value)
             for j, value in zip(self.held, hold, strict=True)
         ]
         forces = _eliminate(self.tape, self._complement, right, f"{name}_F")
@@ -136,7 +136,7 @@ class Dynamics:
         return [
             [
                 self.tape.let(
-                    f"S_{i}_{j}", self.masks[i].stick * _dot(self._row(i), y) + self._released(i, int(i == j))
+                    f"S_{i}_{j}", self.masks[i].stick * dot(self._row(i), y) + self._released(i, int(i == j))
                 )
                 for j, y in zip(self.held, self._columns, strict=True)
             ]
@@ -146,7 +146,7 @@ class Dynamics:
     def creep(self, j: int) -> Expr:
         """v_t' of contact j in this variant."""
         contact = self.system.contacts[j]
-        return _dot(contact.tangential, self.a) + self._bias(j)
+        return dot(contact.tangential, self.a) + self._bias(j)
 
     def jacobian(self) -> dict[tuple[int, int], Expr]:
         """d a_k / d x_i, x the positions and then the speeds; closes the tape to further derivatives."""
@@ -199,7 +199,7 @@ class Dynamics:
     def _holding(self, push: list[Expr], hold: list[Expr], name: str) -> list[Expr]:
         """Held forces for right-hand sides of the two rows, without the accelerations."""
         right = [
-            self.masks[j].stick * _dot(y, push) + value
+            self.masks[j].stick * dot(y, push) + value
             for j, y, value in zip(self.held, map(tuple, self._columns), hold, strict=True)
         ]
         return _eliminate(self.tape, self._complement, right, f"{name}_F")
@@ -226,8 +226,7 @@ class Dynamics:
         for j, F in grip.items():
             push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
         hold = [
-            self.masks[j].stick * (_dot(self._row(j), a) + self._bias(j))
-            + self._released(j, self.slipping[j])
+            self.masks[j].stick * (dot(self._row(j), a) + self._bias(j)) + self._released(j, self.slipping[j])
             for j in self.held
         ]
         return push, hold
@@ -268,7 +267,8 @@ class InverseMass:
         return x
 
 
-def _dot(row: tuple[Expr, ...], x: list[Expr]) -> Expr:
+def dot(row: tuple[Expr, ...], x: list[Expr]) -> Expr:
+    """Sum of products."""
     return sum((entry * value for entry, value in zip(row, x, strict=True)), Integer(0))
 
 

@@ -45,6 +45,7 @@ from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, 
 from .record import gains, note, sample, work_at
 from .saltation import leap, meet
 from .sections import count_section, keep, sections
+from .status import CHATTER, CHATTER_COUNT, DIVERGED, FULL, HUGE, NOT_CONVERGED, OK, STEP_LIMIT
 from .step import attempt
 from .tangent import ROWS, carry, mark
 
@@ -52,12 +53,8 @@ WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
 OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
 
-OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)
-FULL = -1  # the log is full: empty it and call again
 ROOM = 24  # log rows that one step may need
-CHATTER_COUNT = 12
 TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
-HUGE = 1e12
 
 
 @inlined

@@ -7,7 +7,7 @@ step's polynomial, found as its derivative's roots, so that none is stepped over
 from .interface import inner
 from .memory import MISS_ROW
 from .modes import FREE, GAP
-from .polynomial import basis, bernstein, first_root, keep_right
+from .polynomial import basis, bernstein, next_extremum
 from .record import note
 
 
@@ -29,16 +29,14 @@ def _of_gap(k, x, o, h, end, row, rising, contact):
     degree = bernstein(k.w, row, whole, b) - 1
     for i in range(degree + 1):
         b[i] = b[i + 1] - b[i]
-    place, side = 0.0, 1 if b[0] > 0.0 else -1
-    while degree > 0:
-        root = first_root(b, degree, side, k.stack)
-        at = place + root * (1.0 - place)
-        if root > 1.0 or at > end:
-            return
+    side = 1 if b[0] > 0.0 else -1
+    at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
+    while at <= 1.0:
         if side * rising > 0.0 and x.s[0] + h * at >= o.log_from:
             basis(at, b)
             gap = 0.0
             for i in range(8):
                 gap += b[8 + i] * k.w[row + i]
             note(k, x, o, MISS_ROW, float(contact), -rising * gap, x.s[0] + h * at, at)
-        degree, place, side = keep_right(b, degree, root), at, -side
+        side = -side
+        at, degree = next_extremum(b, degree, at, side, end, k.stack)

@@ -168,3 +168,16 @@ def first_root(b, n, inside, stack):
         stack[top], stack[top + 1] = stack[top] + half, half
         depth += 1
     return 2.0
+
+
+@compiled
+def next_extremum(b, degree, place, side, end, stack):
+    """Where a quantity turns next after `place`, up to `end` (2.0: nowhere), and the degree that b has then.
+
+    b is its derivative on [place, 1], which begins on the side `side`, and becomes that beyond the extremum.
+    """
+    root = first_root(b, degree, side, stack) if degree > 0 else 2.0
+    at = place + root * (1.0 - place)
+    if root > 1.0 or at > end:
+        return 2.0, degree
+    return at, keep_right(b, degree, root)

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import float64, int64
 
-from .flow import DIVERGED, HUGE, OK, OPTIONS, TRAJECTORY, WORK
+from .flow import OPTIONS, TRAJECTORY, WORK
 from .interface import FUNCTIONS, compiled, entry, inlined
 from .memory import EVALUATIONS, STEPS
 from .modes import (
@@ -31,6 +31,7 @@ from .modes import (
     mask,
     variant_of,
 )
+from .status import DIVERGED, HUGE, OK
 
 LOOKS = 3  # at a stage: at most free flight, a contact with the wrong slip, the right one
 

@@ -7,6 +7,7 @@ References: Hairer and Wanner, Solving Ordinary Differential Equations II, secti
 numerics.control (lengths), numerics.events (margins of guards; what swings).
 """
 
+from ...numerics.control import SAFETY
 from ...numerics.ensemble import layout as r
 from ...numerics.ensemble.radau import (
     ERROR,
@@ -23,7 +24,6 @@ from ...numerics.ensemble.radau import (
 )
 from .text import at, choose, lanes, rotation, stage, total
 
-SAFETY = 0.82  # as numerics.control
 N, S = range(r.N), range(STAGES)
 
 

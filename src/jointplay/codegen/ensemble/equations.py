@@ -17,7 +17,7 @@ from sympy import Expr, Integer, Symbol
 from ...equations.system import System
 from ...numerics.ensemble import layout as r
 from ...numerics.ensemble.radau import LATE, NODES, STAGES, A
-from ..dynamics import Dynamics
+from ..dynamics import Dynamics, dot
 from ..source import Layout, Program, expression, used
 from ..tape import FLOW
 from .text import at, choose, door, lanes, rotation, stage, total
@@ -112,7 +112,7 @@ def _rate(writer: Writer, dynamics: Dynamics) -> str:
     results |= {"out_g0": contact.u if contact.gap is None else contact.gap, "out_g1": contact.F_n}
     if contact.sticks:
         column, share = _grip(dynamics)
-        drag = dynamics.tape.let("held_F", (_dot(contact.tangential, a) + _bias(dynamics)) * share)
+        drag = dynamics.tape.let("held_F", (dot(contact.tangential, a) + _bias(dynamics)) * share)
         results |= {f"held_out_a{k}": a[k] - column[k] * drag for k in N}
         results |= {"out_g2": contact.v_t, "out_g3": Integer(0)}
         results["held_out_g3"] = (contact.coulomb * contact.F_n) ** 2 - (contact.drag + drag) ** 2
@@ -131,7 +131,7 @@ def _slopes(writer: Writer, dynamics: Dynamics) -> str:
         column, share = _grip(dynamics)
         for i in range(2 * r.N):
             J = [entries[k, i] for k in N]
-            drag = tape.let(f"held_F{i}", (_dot(contact.tangential, J) + [0, 0, 0, *turning][i]) * share)
+            drag = tape.let(f"held_F{i}", (dot(contact.tangential, J) + [0, 0, 0, *turning][i]) * share)
             results |= {f"held_out_{k}_{i}": J[k] - column[k] * drag for k in N}
     results |= {f"out_{k}_{i}": value for (k, i), value in entries.items()}
     stores = {r.JACOBIAN + 2 * r.N * k + i: f"out_{k}_{i}" for k, i in ENTRIES}
@@ -142,17 +142,13 @@ def _grip(dynamics: Dynamics) -> tuple[list[Expr], Expr]:
     """y = M^-1 T and 1 / (T y)."""
     T = dynamics.system.contacts[0].tangential
     column = dynamics.inverse_mass(list(T), "column")
-    return column, dynamics.tape.let("grip", 1 / _dot(T, column))
+    return column, dynamics.tape.let("grip", 1 / dot(T, column))
 
 
 def _bias(dynamics: Dynamics) -> Expr:
     """T' w: what of v_t' needs no acceleration."""
     contact = dynamics.system.contacts[0]
     return dynamics.tape.derivative(contact.v_t, FLOW) + contact.drift
-
-
-def _dot(row: tuple[Expr, ...], x: list[Expr]) -> Expr:
-    return sum((entry * value for entry, value in zip(row, x, strict=True)), Integer(0))
 
 
 def _fetch(j: int) -> list[str]:

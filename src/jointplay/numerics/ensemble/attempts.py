@@ -11,6 +11,7 @@ from math import inf
 from ..events import ROUNDING
 from ..interface import inlined, inner
 from ..memory import SECTION_ROW
+from ..status import DIVERGED, HUGE, NOT_CONVERGED
 from . import layout as c
 from .guards import aimed, coefficients, first, margin, misses, passing
 from .radau import MAX_TURN, NEWTON, STAGES, STALE
@@ -21,7 +22,6 @@ REFINEMENTS = 8
 TOGETHER, NEAR_ROOT = 1e-6, 1e-5  # of a step
 AT_START = 1e-8  # of a step: no section is looked for nearer to its base point
 STEPPING, ROOT, SECTION, DONE = range(4)  # phases of a lane
-OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)  # those of numerics.flow
 
 
 @inlined
@@ -102,7 +102,7 @@ def _failed(k, j, i, h, smooth):
 @inner
 def _trouble(w, i):
     for r in range(c.POSITION, c.POSITION + 2 * c.N):
-        if not abs(w[8 * r + i]) < 1e12:
+        if not abs(w[8 * r + i]) < HUGE:
             return DIVERGED
     return NOT_CONVERGED
 

@@ -10,11 +10,11 @@ from numba import int64, typeof
 from ..interface import FUNCTIONS, entry, inlined
 from ..memory import lane_rows
 from ..polynomial import STACK
+from ..status import FULL, OK
 from . import layout as c
-from .attempts import OK, special
+from .attempts import special
 from .lane import ends, enter, event, leave
 
-FULL = -1  # the log is full: empty it and call again
 ROOM = 32  # log rows that one pass may need
 
 

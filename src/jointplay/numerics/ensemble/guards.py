@@ -6,7 +6,7 @@ As numerics.events for one trajectory, with the margins that guards have there; 
 from ..interface import inner
 from ..memory import MISS_ROW
 from ..modes import GAP
-from ..polynomial import first_root, keep_right, value
+from ..polynomial import first_root, next_extremum, value
 from . import layout as c
 from .radau import NODES, STAGES, TO_BERNSTEIN, A
 from .record import note, record_within
@@ -99,14 +99,12 @@ def misses(k, j, i, end):
         b[8 + n] = b[n]
     for n in range(STAGES):
         b[n] = b[n + 1] - b[n]
-    place, side = 0.0, 1 if b[0] > 0.0 else -1
-    while degree > 0:
-        root = first_root(b, degree, side, k.stack)
-        at = place + root * (1.0 - place)
-        if root > 1.0 or at > end:
-            return
+    side = 1 if b[0] > 0.0 else -1
+    at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
+    while at <= 1.0:
         if side > 0:
             gap = value(b, 8, STAGES, at, k.stack)
             record_within(k, i, j.log[j.place[c.LOGGED], c.COLUMNS :], at)
             note(k, j, i, MISS_ROW, 0.0, -gap)
-        degree, place, side = keep_right(b, degree, root), at, -side
+        side = -side
+        at, degree = next_extremum(b, degree, at, side, end, k.stack)

@@ -5,12 +5,11 @@ from math import inf
 from ..interface import inner
 from ..memory import EVENT_ROW
 from ..modes import CONTACT, FREE, PULLS, RELEASED, follow, inside, mask, touch
+from ..status import CHATTER, CHATTER_COUNT, STEP_LIMIT
 from . import layout as c
-from .attempts import CHATTER, DONE, STEP_LIMIT, STEPPING, bounded
+from .attempts import DONE, STEPPING, bounded
 from .radau import STAGES
 from .record import note, record
-
-CHATTER_COUNT = 12  # as in numerics.flow
 
 
 @inner
