@@ -3,6 +3,8 @@
 Meanwhile the structures that most tests use are compiled here, and not by every worker once more.
 """
 
+import pytest
+
 from jointplay import catalog
 from jointplay.analysis.request import quantity
 from jointplay.analysis.run import functions
@@ -22,3 +24,10 @@ def pytest_configure(config):
         cache.variation_module(plain.structure)
         for loop in ("tangent_flow", "ensemble.flow"):
             cache.method(loop)
+
+
+def pytest_collection_modifyitems(items):
+    """Long tests end too, after half an hour where they name no limit of their own."""
+    for item in items:
+        if item.get_closest_marker("long") and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(1800))

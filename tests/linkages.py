@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.mechanism import catalog
-from jointplay.mechanism.parts import Beam, Contact, Friction, Link
+from jointplay.mechanism.beam import Beam, Link
+from jointplay.mechanism.parts import Contact, Friction
 from jointplay.mechanism.records import ConstantSpeed, Mechanism
 
 from .reference.bodies import Bodies, Parameters

@@ -30,6 +30,13 @@ out = np.zeros(2)
 state_at(np.arange(8.0), 0, np.ones(2), 1, 0.5, np.zeros(16), out)
 print(json.dumps(out.tolist()))
 """
+WARM = """
+from jointplay import catalog
+from jointplay.analysis.cells import warm
+from jointplay.mechanism.assemble import assemble
+warm(map(assemble, (catalog.duffing(), catalog.lorenz(), catalog.duffing(damping=0.1))))
+print("null")
+"""
 BALL = {"system": "duffing()", "duration": 3.0, "record": ["state_value"]}
 LINKAGE = {
     "system": "chunmei2002(gear_ratio=3.0, friction=0)",
@@ -102,6 +109,14 @@ def unedited(copy, ask, what, file, old, new):
     assert ask(copy, what) != first
     folders = {path.relative_to(copy / "cache").parts[0] for path in compiled(copy)}
     assert len(folders) == 2
+
+
+def test_what_is_warmed_is_made_by_no_other_process(copy):
+    answer(copy, WARM, NUMBA_DISABLE_JIT="1")
+    files = compiled(copy)
+    for system in ("duffing()", "lorenz()"):
+        run(copy, BALL | {"system": system, "duration": 0.01}, NUMBA_DISABLE_JIT="1")
+    assert compiled(copy) == files
 
 
 @pytest.mark.long

@@ -9,35 +9,33 @@ result, `jp.figure` draws one; wrong input raises `jp.InputError`. SI units thro
 Public names load on first use, so that the command line starts fast.
 """
 
+import os
+import sys
 from importlib import import_module
 
+# `python -m jointplay` has put the current folder first on the path: what lies beside a study is no library
+if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].removeprefix("-m") == __name__:
+    try:
+        sys.path.remove(here := os.getcwd())
+        if os.path.samefile(here, os.path.dirname(__path__[0])):
+            sys.path.insert(sys.path.index(os.path.dirname(os.__file__)) + 2, here)  # behind Python's own
+    except (OSError, ValueError):  # the folder is gone, or was kept off the path
+        pass
+
 from jointplay.codegen.cache import activate
+from jointplay.kinds import KINDS
 
 __version__ = "0.1.0"
 
 _HOME = {
-    "simulate": "analysis.simulate",
-    "poincare": "analysis.poincare",
-    "bifurcation": "analysis.sweeps.bifurcation",
-    "lyapunov": "analysis.exponents.lyapunov",
-    "sensitivity": "analysis.states.sensitivity",
-    "basins": "analysis.states.basins",
-    "chaos_test": "analysis.signals.chaos_test",
-    "spectrum": "analysis.signals.spectrum",
-    "dimension": "analysis.signals.dimension",
-    "periodic_orbit": "analysis.orbits.periodic_orbit",
-    "continuation": "analysis.orbits.continuation",
+    **{row.home.partition(":")[2]: row.home.removeprefix(".") for row in KINDS.values()},
     "growth": "analysis.exponents.growth",
-    "readings": "analysis.paper.readings",
-    "claims": "analysis.paper.claims",
     "waveform": "analysis.scheme.waveform",
-    "scheme_comparison": "analysis.scheme.scheme_comparison",
-    "stress": "analysis.stress.stress",
-    "work_precision": "analysis.precision.work_precision",
     "open": "study.store:open_result",
-    "cell": "study.single",
+    "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",
     "InputError": "errors",
+    "ModelWarning": "errors",
     "catalog": "mechanism.catalog:",
     **dict.fromkeys(
         (

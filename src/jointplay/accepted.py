@@ -9,17 +9,36 @@ import math
 import numbers
 import types
 import typing
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.errors import NOTHING, SHOWN, InputError, Problem, join, unknown
 
 _UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
 _BOUNDS = {"gt": "greater than", "ge": "of at least", "lt": "less than", "le": "at most"}
 
 
-def problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:
+def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
+    """Turn a pydantic ``ValidationError`` into an `InputError`.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        What pydantic raised.
+    model : type, optional
+        The model that was validated: gives the known keys, and nouns and units of its fields.
+    root : str, optional
+        Put before every key, as ``mechanism`` in ``mechanism.links[0].mass``.
+    """
+    details = error.errors(include_url=False)
+    nested = (detail.get("ctx", {}).get("error") for detail in details)
+    more = max(0, len(details) - SHOWN) + sum(getattr(each, "more", 0) for each in nested)
+    told = (problem for detail in details[:SHOWN] for problem in _problems(detail, model, root))
+    return InputError(told, root, more)
+
+
+def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:
     """Turn one of pydantic's error details, on input for a model, into problems with keys under a root."""
     spot = _Spot(model)
     kind, given, context = detail["type"], detail["input"], detail.get("ctx", {})
@@ -61,10 +80,11 @@ def _walk(location: Iterable[Any], spot: _Spot, key: str) -> tuple[str, _Spot]:
 
 @dataclass(frozen=True)
 class _Spot:
-    """A place in a model: the type expected there and the nearest pydantic field."""
+    """A place in a model: the type expected there, the nearest field, what is said of the list it is in."""
 
     annotation: Any = None
     field: Any = None
+    around: Mapping[str, Any] | None = None
 
     def step(self, element: Any) -> tuple[_Spot, bool]:
         members = _members(self.annotation)
@@ -74,7 +94,7 @@ class _Spot:
             return self._inside(items[0] if items else None), True
         if len(members) > 1:
             tagged = [member for member in members if element in _tags(member)]
-            return _Spot(tagged[0] if tagged else None, self.field), False
+            return _Spot(tagged[0] if tagged else None, self.field, self._said), False
         member = _bare(members[0]) if members else None
         if element in (fields := _fields(member)):
             return _Spot(fields[element].annotation, fields[element]), True
@@ -84,15 +104,24 @@ class _Spot:
     def _inside(self, annotation: Any) -> _Spot:
         """Give the place of an item: what a field says goes for its items, unless they are records."""
         records = any(_fields(_bare(member)) for member in _members(annotation))
-        return _Spot(annotation, None if records else self.field)
+        return _Spot(annotation) if records else _Spot(annotation, self.field, self._said)
+
+    @property
+    def _said(self) -> dict[str, Any]:
+        """Noun, units and words of the place, where something says them: its field, or its type."""
+        found = dict(self.around or {})
+        for mark in (self.field, *_marks(self.annotation)):
+            extra = getattr(mark, "json_schema_extra", None)
+            if isinstance(extra, Mapping):
+                found |= extra | {"noun": mark.description or ""}
+        return found
 
     def keys(self) -> list[str]:
         return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
 
     def accepted(self, given: Any = NOTHING) -> str:
         """Say what is accepted here; empty if the model does not tell."""
-        extra = getattr(self.field, "json_schema_extra", None)
-        extra = extra if isinstance(extra, Mapping) else {}
+        extra = self._said
         bare = [_bare(member) for member in _members(self.annotation)]
         if "accepts" in extra:
             return f"{extra['accepts']} is accepted"
@@ -104,9 +133,7 @@ class _Spot:
         if bare in ([float], [int]):
             return self._number(bare[0], extra, given)
         if bare == [str]:
-            return (
-                f"a {self.field.description}, as text, is accepted" if "noun" in extra else "text is accepted"
-            )
+            return f"a {extra['noun']}, as text, is accepted" if extra.get("noun") else "text is accepted"
         if len(bare) > 1:
             kinds = [kind for member in bare for kind in _kinds(member)]
             return f"a table of kind {' or '.join(map(repr, kinds))} is accepted" if kinds else ""
@@ -114,19 +141,26 @@ class _Spot:
 
     def _number(self, kind: type, extra: Mapping[str, Any], given: Any) -> str:
         plain = "whole number" if kind is int else "number"
-        noun = self.field.description if "units" in extra else plain
+        noun = extra["noun"] if "units" in extra else plain
         units = extra.get("units", "1")
         bounds = _bounds(getattr(self.field, "metadata", ())) | _bounds([self.annotation])
         limits = " and ".join(f"{_BOUNDS[name]} {value:g}" for name, value in bounds.items())
         unit = "" if units == "1" else f" {units}" if limits else f" in {units}"
         form = "" if _is_number(given) or given is NOTHING or noun == plain else f", as a {plain},"
-        endless = _is_number(given) and not math.isfinite(given) and not {"lt", "le"} & bounds.keys()
+        endless = _is_number(given) and not _finite(given) and not {"lt", "le"} & bounds.keys()
         words = " ".join(["finite"] * (endless or not limits) + [noun] + [limits] * bool(limits))
         return f"{_article(words)} {words}{unit}{form} is accepted"
 
 
 def _is_number(given: Any) -> bool:
     return isinstance(given, numbers.Number) and not isinstance(given, bool)
+
+
+def _finite(given: Any) -> bool:
+    try:
+        return math.isfinite(given)
+    except (OverflowError, TypeError):  # beyond a float; complex
+        return False
 
 
 def _article(words: str) -> str:
@@ -161,6 +195,15 @@ def _kinds(model: Any) -> list[str]:
     """List the values of the field `kind`, which tells the records of a family apart."""
     field = _fields(model).get("kind")
     return list(typing.get_args(_bare(field.annotation))) if field else []
+
+
+def _marks(annotation: Any) -> Iterator[Any]:
+    """What `Annotated` says of a type, or of the members of a union."""
+    if typing.get_origin(annotation) is typing.Annotated:
+        yield from _marks(typing.get_args(annotation)[0])
+        yield from typing.get_args(annotation)[1:]
+    elif typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        yield from (mark for member in typing.get_args(annotation) for mark in _marks(member))
 
 
 def _bounds(marks: Iterable[Any]) -> dict[str, float]:

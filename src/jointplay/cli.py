@@ -9,12 +9,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from jointplay.errors import InputError
+from jointplay.errors import InputError, Problem
+from jointplay.terminal import harmless_output
 
 DONE, FAILED, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 130
 BACKENDS = ("loky", "threading", "dask")
 
 
+@harmless_output()
 def main(argv: list[str] | None = None) -> int:
     """Run one verb.
 
@@ -28,17 +30,22 @@ def main(argv: list[str] | None = None) -> int:
     int
         0 done, 1 numerical failure or a result that could not be stored, 2 wrong input, 130 interrupted.
     """
+    _open_streams()
     arguments = _parser().parse_args(argv)
     with _interrupts() as pressed:
         try:
-            return arguments.verb(arguments)
+            code = arguments.verb(arguments)
+            if sys.stdout is not None:
+                sys.stdout.flush()  # what cannot be written is told here, and not as Python ends
+            return code
         except KeyboardInterrupt as error:
             return _interrupted(*error.args[:1])
         except BrokenPipeError:  # the reader of a pipe has left, such as `| head`
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _drop_output()
             return DONE
         except OSError as error:
             print(f"not done: {error}", file=sys.stderr)
+            _drop_output()
             return FAILED
         except InputError as error:
             return _refused(error)
@@ -51,9 +58,32 @@ def main(argv: list[str] | None = None) -> int:
             raise
 
 
+def _open_streams() -> None:
+    """Have somewhere to write, and no character that cannot be written.
+
+    A stream that the caller has closed would else lend its number to the next file that is opened, for others
+    to write into.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _drop_output() -> None:
+    """Leave aside what cannot be written, which Python would try once more as it ends."""
+    try:
+        sys.stdout.flush()
+    except (OSError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _refused(error: InputError) -> int:
-    count = len(error.problems)
-    print("wrong input:" if count == 1 else f"wrong input, {count} problems:", file=sys.stderr)
+    print("wrong input:" if error.count == 1 else f"wrong input, {error.count} problems:", file=sys.stderr)
     print("\n".join(f"  {line}" for line in str(error).splitlines()), file=sys.stderr)
     return WRONG_INPUT
 
@@ -66,12 +96,17 @@ def _interrupted(how: str = "start over") -> int:
 
 @contextmanager
 def _interrupts() -> Iterator[list[bool]]:
-    """Note that Ctrl-C was pressed, beside raising KeyboardInterrupt as always."""
+    """Note that Ctrl-C was pressed, beside raising KeyboardInterrupt as always.
+
+    What keeps what it has so far (analysis.looks) is asked to end first, and interrupted by a second Ctrl-C.
+    """
     pressed: list[bool] = []
 
     def note(*_: object) -> None:
         pressed.append(True)
-        raise KeyboardInterrupt
+        looks = sys.modules.get("jointplay.analysis.looks")
+        if looks is None or not looks.stop():
+            raise KeyboardInterrupt
 
     def again(lost) -> None:  # an interrupt that a callback of the compiler could not pass on
         if issubclass(lost.exc_type, KeyboardInterrupt):
@@ -94,15 +129,14 @@ def _interrupts() -> Iterator[list[bool]]:
 
 def run(arguments: argparse.Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
-    from jointplay.study.execute import complete, going_on
+    from jointplay.jobs.pool import Pool, share_of
+    from jointplay.study.execute import complete, going_on, writable
     from jointplay.study.file import load
-    from jointplay.study.pool import Pool, share_of
     from jointplay.study.progress import Progress
-    from jointplay.study.store import check_writable
 
     study, share = load(arguments.study, arguments.set), share_of(arguments.part)
     pool = Pool.checked(arguments.jobs, arguments.backend, arguments.scheduler)
-    out = check_writable(arguments.out)
+    out = writable(study, arguments.out, share, not arguments.no_figure)
     print(f"{study.record.name}: {study.record.heading}", flush=True)
     try:
         with Progress(study.record.name) as progress:
@@ -123,14 +157,16 @@ def _say(line: str) -> None:
 def _finished(outcome, options: dict, no_figure: bool) -> int:
     """Tell what came of a run, and draw it."""
     from jointplay.study.status import explain
-    from jointplay.study.tables import SUMMARIES, write_table
+    from jointplay.study.tables import summary, write_table
 
     dataset, path = outcome.dataset, outcome.path
     print(f"result  {path}", flush=True)
     for table in write_table(dataset, path.with_suffix(".txt")):
         print(f"table   {table}", flush=True)
-    if (summary := SUMMARIES.get(dataset.attrs.get("kind"))) is not None:
-        _say(summary(dataset))
+    if text := summary(dataset):
+        _say(text)
+    if "warning" in dataset.attrs:
+        print(f"warning {dataset.attrs['warning']}", file=sys.stderr)
     failure = explain(dataset)
     if failure:
         print(f"stopped early; what was computed is stored\n  {failure}", file=sys.stderr)
@@ -162,19 +198,19 @@ def _pictured(dataset, options: dict) -> dict | None:
 def merge(arguments: argparse.Namespace) -> int:
     """Put the parts of a study together that `run --part` computed, store the result and draw its figure."""
     from jointplay.study.execute import merge as merge_parts
+    from jointplay.study.execute import writable
     from jointplay.study.file import load
-    from jointplay.study.store import check_writable
 
     study = load(arguments.study, arguments.set)
-    outcome = merge_parts(study, check_writable(arguments.out))
+    outcome = merge_parts(study, writable(study, arguments.out, drawn=not arguments.no_figure), _say)
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
 
 def plan(arguments: argparse.Namespace) -> int:
     """Say what a study with cells would compute: how many, side by side or not, how long, how much."""
+    from jointplay.jobs.pool import check_jobs
     from jointplay.study.file import load
     from jointplay.study.plan import plan as lines
-    from jointplay.study.run import check_jobs
 
     check_jobs(arguments.jobs)
     for line in lines(load(arguments.study, arguments.set), Path(arguments.out), arguments.jobs):
@@ -199,7 +235,13 @@ def reproduce(arguments: argparse.Namespace) -> int:
     from jointplay.study.reproduce import reproduce as reproduce_studies
 
     say = partial(print, flush=True)
-    outcomes = reproduce_studies(arguments.names, arguments.jobs, arguments.out, say=say)
+    try:
+        outcomes = reproduce_studies(
+            arguments.names, arguments.jobs, arguments.out, fresh=arguments.fresh, say=say
+        )
+    except KeyboardInterrupt:
+        kept = any(Path(arguments.out).glob("*.journal"))
+        raise KeyboardInterrupt(*["go on; finished cells are kept"] * kept) from None
     failed = [outcome for outcome in outcomes if outcome.failure]
     print(f"{len(outcomes) - len(failed)} of {len(outcomes)} studies done; results in {arguments.out}")
     for outcome in failed:
@@ -224,13 +266,18 @@ def figure(arguments: argparse.Namespace) -> int:
     options = figure_options(dataset, arguments.kind, arguments.set)
     if arguments.over:
         options["over"] = open_result(arguments.over)
-    stem = Path(arguments.out or arguments.result)
-    targets = (
-        [stem] if arguments.out and stem.suffix else [stem.with_suffix(".pdf"), stem.with_suffix(".png")]
-    )
-    check_writable(targets[0].parent)
+    targets = _targets(arguments.out, Path(arguments.result))
+    check_writable(targets[0].parent, files=[target.name for target in targets])
     _draw(dataset, options, targets)
     return DONE
+
+
+def _targets(out: str | None, result: Path) -> list[Path]:
+    """Files of a picture: as told, or PDF and PNG."""
+    stem = result if out is None else Path(out)
+    if stem.name in ("", ".."):
+        raise InputError([Problem("--out", out, "the name of a file is accepted")])
+    return [stem] if out and stem.suffix else [stem.with_suffix(end) for end in (".pdf", ".png")]
 
 
 def export(arguments: argparse.Namespace) -> int:
@@ -238,7 +285,7 @@ def export(arguments: argparse.Namespace) -> int:
     from jointplay.study.export import export as write
     from jointplay.study.store import open_result
 
-    target = arguments.out or Path(arguments.result).with_suffix(".mat")
+    target = Path(arguments.result).with_suffix(".mat") if arguments.out is None else arguments.out
     print(f"written {write(open_result(arguments.result), target, arguments.over)}")
     return DONE
 
@@ -258,18 +305,23 @@ def schema(arguments: argparse.Namespace) -> int:
 
     from jointplay.study.schema import schema as study_schema
 
-    print(json.dumps(study_schema(), indent=2, ensure_ascii=False))
+    print(json.dumps(study_schema(), indent=2))
     return DONE
 
 
 def cache(arguments: argparse.Namespace) -> int:
-    """List the compiled kernels on the disk, or remove those that no longer match the sources."""
-    from jointplay.codegen import cache as kernels
+    """List the compiled kernels on the disk, verify those in use, or remove those of older sources."""
+    from jointplay.codegen import upkeep
 
+    if arguments.all and arguments.action != "prune":
+        raise InputError([Problem("--all", arguments.action, "accepted beside prune only")])
+    if arguments.action == "verify":
+        sound, removed = upkeep.verify()
+        print(f"{sound} files of the kernels in use are sound, {removed} were not and are removed")
+        return FAILED if removed else DONE
     if arguments.action == "prune":
-        removed = kernels.prune()
-        print(f"removed {len(removed)} of the cached kernel folders")
-    for entry in kernels.entries():
+        print(f"removed {len(upkeep.prune(arguments.all))} of the cached kernel folders")
+    for entry in upkeep.entries():
         print(entry)
     return DONE
 
@@ -298,7 +350,7 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument("--backend", default="loky", choices=BACKENDS, help="processes, threads or a cluster")
     one.add_argument("--scheduler", metavar="ADDRESS", help="of a dask cluster, such as tcp://host:8786")
     one.add_argument("--part", metavar="I/N", help="compute part I of N only, to be put together by merge")
-    one.add_argument("--fresh", action="store_true", help="drop the cells that an earlier run finished")
+    _add_fresh(one)
     _add_set(one)
 
     for name, function in (("plan", plan), ("status", status), ("merge", merge)):
@@ -321,6 +373,7 @@ def _parser() -> argparse.ArgumentParser:
     one.add_argument(
         "--out", default="results/paper", metavar="DIR", help="where results go (default: results/paper)"
     )
+    _add_fresh(one)
 
     one = _verb(verbs, "check", check)
     one.add_argument("study", metavar="STUDY.toml")
@@ -344,7 +397,8 @@ def _parser() -> argparse.ArgumentParser:
 
     _verb(verbs, "schema", schema)
     one = _verb(verbs, "cache", cache)
-    one.add_argument("action", nargs="?", choices=["list", "prune"], default="list")
+    one.add_argument("action", nargs="?", choices=["list", "prune", "verify"], default="list")
+    one.add_argument("--all", action="store_true", help="prune: remove the kernels in use as well")
     return parser
 
 
@@ -357,6 +411,10 @@ def _verb(verbs, name: str, function) -> argparse.ArgumentParser:
 
 def _add_jobs(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="worker processes (default: 2)")
+
+
+def _add_fresh(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--fresh", action="store_true", help="drop the cells that an earlier run finished")
 
 
 def _add_set(

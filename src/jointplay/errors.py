@@ -9,8 +9,11 @@ from __future__ import annotations
 import difflib
 import numbers
 import reprlib
+from collections import UserString
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import islice
 from typing import Any
 
 
@@ -22,8 +25,18 @@ class _Nothing:
 
 
 NOTHING = _Nothing()
-_SHORT = reprlib.Repr()
+
+
+class _Short(reprlib.Repr):
+    def repr_int(self, x: int, level: int) -> str:  # Python itself refuses to write thousands of digits
+        return (
+            repr(x) if abs(x) < 10**self.maxlong else f"<a number of {int(x.bit_length() / 3.3219)} digits>"
+        )
+
+
+_SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = 120
+SHOWN = 100  # problems that a message names one by one
 
 
 @dataclass(frozen=True)
@@ -42,7 +55,7 @@ class Problem:
 
     key: str
     given: Any
-    expected: str
+    expected: str | UserString
 
     def __str__(self) -> str:
         key = self.key if self.key.isprintable() and self.key == self.key.strip() else repr(self.key)
@@ -50,7 +63,7 @@ class Problem:
 
 
 class InputError(ValueError):
-    """The input is wrong; `problems` lists everything that is wrong with it.
+    """The input is wrong; `problems` lists what is wrong with it, and its text the first hundred of that.
 
     Parameters
     ----------
@@ -58,21 +71,37 @@ class InputError(ValueError):
         At least one.
     root : str, optional
         The part of every key that names the thing being built; `under` puts another in its place.
+    more : int, optional
+        How many problems there are beside these, where there are too many to list.
     """
 
-    def __init__(self, problems: Iterable[Problem], root: str = "") -> None:
-        self.problems: list[Problem] = list({str(problem): problem for problem in problems}.values())
-        self.root = root
-        super().__init__(self.problems, root)  # what pickle hands back to __init__, in a worker or here
+    def __init__(self, problems: Iterable[Problem], root: str = "", more: int = 0) -> None:
+        rest = iter(problems)  # to compare more of them than are shown would take long
+        self.problems: list[Problem] = list(
+            {str(problem): problem for problem in islice(rest, SHOWN)}.values()
+        )
+        self.problems += rest
+        self.root, self.more = root, more
+        super().__init__(self.problems, root, more)  # what pickle hands back to __init__, in a worker or here
+
+    @property
+    def count(self) -> int:
+        """How many problems there are."""
+        return len(self.problems) + self.more
 
     def __str__(self) -> str:
-        return "\n".join(map(str, self.problems))
+        left = self.count - len(self.problems[:SHOWN])
+        return "\n".join([*map(str, self.problems[:SHOWN]), *([f"and {left} more"] if left else [])])
 
     def under(self, root: str) -> InputError:
         """Give the same problems with their keys under another root, such as ``mechanism``."""
         tails = (problem.key.removeprefix(self.root) for problem in self.problems)
         moved = (replace(p, key=join(root, tail)) for p, tail in zip(self.problems, tails, strict=True))
-        return InputError(moved, root)
+        return InputError(moved, root, self.more)
+
+
+class ModelWarning(UserWarning):
+    """A result is computed, but lies beyond what its model describes."""
 
 
 def refuse(given: Any, expected: str, key: str = "") -> InputError:
@@ -82,7 +111,7 @@ def refuse(given: Any, expected: str, key: str = "") -> InputError:
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
     """Suggest the nearest known name, as `` did you mean 'clearance'?``; empty if none is near."""
-    near = difflib.get_close_matches(str(word), list(known), n=1, cutoff=0.6)
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6) if isinstance(word, str) else []
     return f" did you mean {near[0]!r}?" if near else ""
 
 
@@ -100,9 +129,19 @@ def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str 
     what : str
         What the name should be the name of: ``key``, ``link``, ``joint``, ...
     """
-    known = list(known)
-    names = ", ".join(known) if known else "none"
-    return Problem(key, given, f"no such {what}:{did_you_mean(word, known)} accepted: {names}")
+    return Problem(key, given, _NoSuch(what, word, list(known)))
+
+
+class _NoSuch(UserString):
+    """What to say of a name that is not known; made when it is asked for, as to compare names takes long."""
+
+    def __init__(self, what: str, word: object, known: list[str]) -> None:
+        self.what, self.word, self.known = what, word, known
+
+    @cached_property
+    def data(self) -> str:
+        names = ", ".join(self.known) if self.known else "none"
+        return f"no such {self.what}:{did_you_mean(self.word, self.known)} accepted: {names}"
 
 
 def join(root: str, tail: str) -> str:
@@ -111,25 +150,8 @@ def join(root: str, tail: str) -> str:
     return root + tail if not root or not tail or tail.startswith("[") else f"{root}.{tail}"
 
 
-def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
-    """Turn a pydantic ``ValidationError`` into an `InputError`.
-
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        What pydantic raised.
-    model : type, optional
-        The model that was validated: gives the known keys, and nouns and units of its fields.
-    root : str, optional
-        Put before every key, as ``mechanism`` in ``mechanism.links[0].mass``.
-    """
-    from jointplay.accepted import problems
-
-    details = error.errors(include_url=False)
-    return InputError((problem for detail in details for problem in problems(detail, model, root)), root)
-
-
 def _shown(given: Any) -> str:
     if getattr(given, "ndim", None) == 0 and hasattr(given, "item"):
         given = given.item()
-    return repr(given) if isinstance(given, numbers.Number) else _SHORT.repr(given)
+    plain = isinstance(given, numbers.Number) and not isinstance(given, int)
+    return repr(given) if plain else _SHORT.repr(given)

@@ -5,6 +5,7 @@ Nothing here comes from the package: roots are bracketed by sampling and found b
 
 import math
 
+import mpmath as mp
 import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
@@ -178,3 +179,95 @@ def distinct(section, tolerance=1e-6):
         if not any(np.abs(point - other).max() < tolerance for other in found):
             found.append(point)
     return len(found)
+
+
+class Rebounds:
+    """x'' = F(t) between rigid walls, with every impact of a complete chatter, until its limit is known.
+
+    Impacts are bracketed in floats, and found with 50 digits; very short rebounds begin with their leading
+    order. Where they are over the body rests on its wall until F turns away from it (at the next of the times
+    that `release` gives). `walls` has the level and side (+1 above the body) of each, in the package's order.
+    """
+
+    TINY = 1e-27  # speed of the last impact of a chatter
+
+    def __init__(self, x, rate, F, release, walls, restitution):
+        self.x, self.rate, self.F, self.release = x, rate, F, release
+        self.walls, self.r, self.wall, self.events = walls, restitution, None, []
+
+    def run(self, t, x, v, until):
+        """Events up to a time: (time, wall, kind, speed before it)."""
+        with mp.workdps(50):
+            self.t, self.at, self.v = map(mp.mpf, (t, x, v))
+            while self._impact(until):
+                if abs(self.v) < self.TINY and self._push() > 0:
+                    self._rest()
+            return [event for event in self.events if event[0] <= until]
+
+    def _place(self, t):
+        slope = self.v - self.rate(self.t)
+        return self.at + slope * (t - self.t) + self.x(t) - self.x(self.t)
+
+    def _push(self):
+        """Force against the wall that was met last."""
+        return 0 if self.wall is None else self.walls[self.wall][1] * self.F(self.t)
+
+    def _impact(self, until):
+        hop = 2 * abs(self.v) / self._push() if self._push() > 0 and self.v else mp.inf
+        if hop < 1e-6 * self._push():
+            level = self.walls[self.wall][0]
+            found, wall = mp.findroot(lambda t: self._place(t) - level, self.t + hop), self.wall
+        else:
+            found, wall = self._bracketed(min(0.03, float(hop) / 20), until)
+        if found is None or found > until:
+            return False
+        speed = self.v + self.rate(found) - self.rate(self.t)
+        self.t, self.at, self.v, self.wall = found, self.walls[wall][0], -self.r * speed, wall
+        self.events.append((float(found), wall, "impact", float(abs(speed))))
+        return True
+
+    def _bracketed(self, step, until):
+        before = self.t + step / 10
+        while before < until:
+            after, step = before + step, min(1.1 * step, 0.03)
+            for wall, (level, side) in enumerate(self.walls):
+                if side * (self._place(after) - level) > 0:
+                    return mp.findroot(lambda t: self._place(t) - level, (before, after), "anderson"), wall  # noqa: B023
+            before = after
+        return None, None
+
+    def _rest(self):
+        self.v = mp.mpf(0)
+        self.events.append((float(self.t), self.wall, "rest", 0.0))
+        self.t = self.release(self.t)
+        self.events.append((float(self.t), self.wall, "separation", 0.0))
+
+
+def rattle(gap, restitution, start, until):
+    """Events of the impact pair from start = (t, y, v)."""
+    half = mp.mpf(gap) / 2
+    turn = lambda t: (mp.floor(t / mp.pi) + 1) * mp.pi  # noqa: E731
+    pair = Rebounds(
+        lambda t: -mp.sin(t), lambda t: -mp.cos(t), mp.sin, turn, [(half, 1), (-half, -1)], restitution
+    )
+    return pair.run(*start, until)
+
+
+def bounce(acceleration, restitution, start, until):
+    """Events of the bouncing ball from start = (t, y, v), by its height over the table."""
+    g = 1 / mp.mpf(acceleration)
+
+    def release(t):
+        first = mp.asin(g) if g <= 1 else mp.inf
+        return first + 2 * mp.pi * mp.ceil((t - first) / (2 * mp.pi)) if g <= 1 else mp.inf
+
+    ball = Rebounds(
+        lambda t: -g * t**2 / 2 - mp.sin(t),
+        lambda t: -g * t - mp.cos(t),
+        lambda t: mp.sin(t) - g,
+        release,
+        [(mp.mpf(0), -1)],
+        restitution,
+    )
+    t, y, v = start
+    return ball.run(t, y - mp.sin(t), v - mp.cos(t), until)

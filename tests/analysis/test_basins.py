@@ -107,24 +107,31 @@ def test_ends_are_matched_whatever_their_order():
         assert [found.labels[i] for i in found.shown_by] == [1, 2, 3, 4, 5]
 
 
+def test_periodic_ends_belong_to_the_first_that_is_within_the_tolerance():
+    chain = [np.array([[x]]) for x in (0.0, 0.8, 1.6)]
+    found = match(np.ones(3, dtype=int), chain, 1.0)
+    assert found.labels.tolist() == [1, 1, 2]
+    assert found.shown_by.tolist() == [0, 2]
+
+
 def test_the_distance_of_sets_is_that_of_the_loneliest_point():
     one, other = np.array([[[0.0, 0], [1, 0], [0, 0]]]), np.array([[0.0, 0], [1, 0.2], [3, 0]])
     assert set_distance(one, other).tolist() == [2.0]
     assert set_distance(np.array([other]), one[0]).tolist() == [2.0]
 
 
-def test_starts_that_cannot_be_and_chatter_have_no_attractor():
+def test_starts_that_cannot_be_have_no_attractor_and_those_that_come_to_rest_have():
     walls = jp.basins(
         catalog.impact_pair(1.0, 0.8), plane={"y": [0.0, 0.7], "v": [0.1, 1.0]}, turns=4, n_jobs=1
     )
     assert walls.node_status.values[1].tolist() == [STATUS.index("bad_parameters")] * 2
     assert walls.attractor.values[1].tolist() == [0, 0]
     assert (float(walls.fraction.sum()), float(walls.fraction_none)) == (1.0, 0.0)  # of those that start
-    chatter = jp.basins(
+    rested = jp.basins(
         catalog.impact_pair(0.2, 0.6), plane={"y": [-0.095, 0.0], "v": [0.3, 1.0]}, turns=8, n_jobs=1
     )
-    assert (chatter.node_status == STATUS.index("chatter")).any()
-    assert (chatter.attractor.values == 0).tolist() == (chatter.node_status.values != 0).tolist()
+    assert not rested.node_status.values.any()
+    assert rested.attractor.values.all()
 
 
 def test_all_failed_is_a_status():
@@ -206,6 +213,13 @@ def test_random_pairs_of_cantors_set_have_its_exponent():
     found, error = exponent(rows)
     assert found == pytest.approx(1 - CANTOR, abs=max(3 * error, 0.02))
     assert error < 0.05
+
+
+def test_random_pairs_begin_at_half_a_mean_step_of_the_grid():
+    points, distances = random_pairs({"x": np.linspace(-1.0, 1.0, 5), "y": np.linspace(0.0, 9.0, 3)}, 4)
+    assert distances == pytest.approx([3 / 16, 3 / 32, 3 / 64, 3 / 128, 3 / 256])
+    apart = (points[:, 1:] - points[:, :1]) / [2.0, 9.0]
+    assert np.linalg.norm(apart, axis=-1) == pytest.approx(np.broadcast_to(distances, (4, 5)))
 
 
 def test_distances_of_pairs_are_in_lengths_of_the_axes():

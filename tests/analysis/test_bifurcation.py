@@ -11,12 +11,13 @@ from jointplay import catalog
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import sweep
 from jointplay.errors import InputError
+from jointplay.mechanism.closure import ideal_state
 from jointplay.mechanism.records import ContactSection, CrankAngle
 
 PAIR = catalog.impact_pair(3.0, 0.8)
 LINKAGE = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 SHORT = {"turns": 12, "transient": 40, "n_jobs": 1}
-CHATTER, STEP_LIMIT, BAD = 3, 2, 5
+STEP_LIMIT, BAD = 2, 5
 
 
 def keys(mechanism, **keywords):
@@ -90,7 +91,8 @@ def test_a_point_starts_where_its_neighbour_ends(linkage, way):
 def test_the_end_lies_on_the_section_to_the_last_bit(linkage):
     assert (linkage.end_state.sel(state="theta_crank") == 0.0).all()
     section = CrankAngle(angle=4.0)
-    begin = linkage.end_state.values[0, 0] + [4.0, *5 * [0.0]]
+    angles, speeds = ideal_state(LINKAGE, 4.0)
+    begin = [*angles.values(), *speeds.values()]
     assert placed(LINKAGE, begin, section).crank_angle == 4.0
     found = jp.bifurcation(LINKAGE, over={"clearance": [2e-5, 2.9e-5]}, section=section, **SHORT)
     assert (found.end_state.sel(state="theta_crank") == 4.0).all()
@@ -168,12 +170,11 @@ def test_a_point_that_fails_has_no_values_and_the_next_starts_from_the_last_good
     assert lost.mode_word == ""
 
 
-def test_chatter_and_a_limit_on_steps_are_told_and_the_sweep_lives():
+def test_rest_is_no_trouble_a_limit_on_steps_is_told_and_the_sweep_lives():
     pair = catalog.impact_pair(3.0, 0.8)
     found = jp.bifurcation(pair, over={"restitution": [0.8, 0.0]}, initial=[0.0, 1.3], **SHORT)
-    assert found.cell_status.values[:, 0].tolist() == [CHATTER, 0]
-    assert found.trouble.values[0, 0] == "chatter in the 40 turns dropped"
-    assert found.period.values[:, 0].tolist() == [-1, 1]
+    assert found.cell_status.values[:, 0].tolist() == [0, 0]
+    assert found.period.values[:, 0].tolist() == [1, 1]
     assert (found.n_steps > 0).all()
     later = jp.bifurcation(
         pair, over={"gap": [3.0]}, max_steps=1000, **SHORT, exponents=1, lyapunov_turns=900

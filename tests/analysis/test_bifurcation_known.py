@@ -69,7 +69,7 @@ def test_the_symmetric_motion_ends_at_its_fold_and_the_way_back_is_another():
     assert (up.period.values[there] == 1).all()
     beyond = up.isel(gap=~there)
     assert not (np.isin(beyond.mode_word, ["ul", "lu"]) & (beyond.period == 1)).any()
-    assert not (off(down, 0.6)[there] < 1e-3).any()  # NaN where the motion ended in chatter
+    assert not (off(down, 0.6)[there] < 1e-3).any()
 
 
 def test_motions_that_coexist_are_found_from_their_starts():

@@ -14,7 +14,7 @@ from jointplay.analysis.paper.claims import claims, starts
 from jointplay.analysis.paper.grades import CLAIMS, GRADES, Ratio, grade, graded
 from jointplay.analysis.paper.peaks import irregularity, mean, peaks, vibration
 from jointplay.analysis.paper.reading_list import PANELS
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.words import EVENTS, STATUS
 from jointplay.errors import InputError
 
 PRINTED = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
@@ -96,6 +96,15 @@ def test_ends_are_compared_as_sets_of_points():
     assert math.isnan(module._distance(first, {"status": 2}))
 
 
+def test_ends_are_compared_by_their_last_points():
+    """What only one of them passed before its end counts in neither."""
+    early, last = (np.full((50, 2), each) for each in (3.0, 0.0))
+    passed, stays = ({"points": np.concatenate(parts)} for parts in ([early, early, last], [early, early]))
+    assert module._distance(passed, {"points": last}) == 0.0
+    assert module._distance({"points": last}, passed) == 0.0
+    assert module._distance(passed, stays) == pytest.approx(3.0 * math.sqrt(2))
+
+
 def test_peaks_hold_both_sides_of_every_event():
     """At gear ratio 15 the motor calms the crank in a microsecond: samples miss what an impact does."""
     mechanism = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=15.0)
@@ -105,6 +114,10 @@ def test_peaks_hold_both_sides_of_every_event():
     assert found["peak_crank_acceleration"][0][0] >= after
     sampled = jp.simulate(mechanism, turns=1, samples_per_turn=3000)
     assert found["peak_force"][0][0] >= float(np.hypot(sampled.normal_force, sampled.tangential_force).max())
+    contacts = own.event_time[own.event_kind == EVENTS.index("contact")] / own.turn_period_nominal
+    counted = float(np.sum(contacts >= 0.005)) / 0.995
+    assert counted > 1
+    assert found["impacts"][0] == (pytest.approx(counted), 0.0)
 
 
 def test_mean_and_standard_error():
@@ -233,6 +246,10 @@ def test_damping_that_lowers_every_deflection():
     assert graded("deflection", data)[0] == "reproduced"
     data["irregularity"].loc[{"window": "start_up"}] = math.nan  # a window of one turn has none
     assert graded("deflection", data)[0] == "reproduced"
+    for name in ("peak_deflection", "rms_deflection", "vibration"):
+        data[name].loc[{"links": "elastic 0.01", "window": "start_up"}] = 1.0
+        assert graded("deflection", data)[0] == "partly"
+        data[name].loc[{"links": "elastic 0.01", "window": "start_up"}] = 0.5
     data["irregularity"] = data["irregularity"] * 1e-5  # regular before and after
     assert graded("deflection", data)[0] == "partly"
 

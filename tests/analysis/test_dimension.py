@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import sem
 
 import jointplay as jp
 from jointplay import catalog
@@ -90,6 +91,24 @@ def test_the_standard_error_covers_the_scatter_of_repeated_sets():
     found = [measured(random.uniform(size=(800, 2)), (1e-3, 3e-2))[2] for _ in range(20)]
     scatter = np.std([one.dimension for one in found], ddof=1)
     assert 1 < np.mean([one.standard_error for one in found]) / scatter < 3
+
+
+def test_the_standard_error_is_that_of_the_slopes_of_four_quarters():
+    points = uniform(2000, 2)
+    at, sums, slope = measured(points)
+    used = at[(sums >= SHARES[0]) & (sums <= SHARES[1])]
+    slopes = [
+        np.polyfit(np.log(used), np.log(pairs.correlation_sum(part, used, 1)), 1)[0]
+        for part in points.reshape(4, 500, 2)
+    ]
+    assert slope.standard_error == pytest.approx(sem(slopes))
+
+
+@pytest.mark.parametrize(("count", "known"), [(11, math.nan), (12, 2.0)])
+def test_twelve_radii_in_the_range_make_a_slope(count, known):
+    at = np.geomspace(0.1, 1.0, count)
+    slope = pairs.dimension(uniform(100, 2), at, 0.1 * at**2, (1e-4, 0.2), 1)
+    assert slope.dimension == pytest.approx(known, nan_ok=True)
 
 
 def test_coordinates():

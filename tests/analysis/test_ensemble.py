@@ -17,13 +17,13 @@ from jointplay.analysis.stress.scenes import draw
 from jointplay.analysis.sweeps import sweep
 from jointplay.analysis.words import STATUS
 from jointplay.cli import main
+from jointplay.equations.write import system
 from jointplay.errors import InputError
+from jointplay.jobs.worker import Task, work
 from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.study.cells import ChainSweep
+from jointplay.mechanism.assemble import assemble, linkage
 from jointplay.study.file import validate
-from jointplay.study.kinds import EnsembleIntegrator
-from jointplay.study.worker import Task, work
+from jointplay.study.run import first_work
 
 OTHERS = [pytest.param(number, marks=pytest.mark.long) for number in (258, 356, 972, 1266)]  # two structures
 STATE = slice(3, 9)  # of a row of events or sections: contact, kind, time, angles, speeds, mode
@@ -276,6 +276,32 @@ def test_lanes_are_refused_where_they_cannot_be(mechanism, plane, rtol):
         basins(mechanism, plane=plane, rtol=rtol, ensemble=True)
 
 
+@pytest.mark.parametrize(
+    ("changes", "fit"),
+    [
+        *(({"clearance": {joint: 3e-5}}, True) for joint in "OABC"),
+        ({"drive": None}, True),
+        ({"clearance": {"B": 3e-5, "C": 3e-5}}, False),
+        ({"clearance": 0}, False),
+        ({"speed": 10.0}, False),
+        ({"elastic": ["coupler"]}, False),
+    ],
+)
+def test_the_structure_says_whether_lanes_are_refused(changes, fit):
+    mechanism = catalog.chunmei2002(**changes)
+    assert (ensemble.ensemble_fits(mechanism, True, 1e-6) == []) == fit
+    assert not ensemble.ensemble_fits(mechanism, False, 1e-12)
+    if fit:
+        found = system(linkage(mechanism))
+        angles = tuple(angle.position for angle in found.angles)
+        assert all(angle.rate == 0 and angle.offset == 0 for angle in found.angles)
+        assert angles == found.positions
+        assert len(angles) == len(found.speeds) == 3
+        assert len(found.contacts) == 1
+        assert not found.resets
+        assert not found.powers
+
+
 def test_studies_take_lanes_where_they_are_used():
     table = {
         "name": "a",
@@ -333,7 +359,7 @@ def test_a_study_in_lanes_is_planned_and_run(tmp_path, capsys):
 def test_what_was_computed_at_once_is_kept_at_once():
     """A task whose time is up ends between two cells; those of an ensemble are finished together."""
     record = validate(tomllib.loads(STUDY))
-    strands = ChainSweep(record).strands
+    strands = first_work(record).strands
     assert len(work(Task(strands, None, limit=0.0)).answers) == 3
-    apart = ChainSweep(record.model_copy(update={"integrator": EnsembleIntegrator(rtol=1e-7)})).strands
+    apart = first_work(record.model_copy(update={"integrator": type(record.integrator)(rtol=1e-7)})).strands
     assert len(work(Task(apart, None, limit=0.0)).answers) == 1

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import jointplay as jp
 from jointplay import catalog
 
-CONTACT, SEPARATION, REOPENING, IMPACT = 0, 1, 2, 6
+CONTACT, SEPARATION, REOPENING, IMPACT, REST = 0, 1, 2, 6, 7
 OK, CHATTER = 0, 3
 FEW = settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 
@@ -73,10 +73,10 @@ def test_gear_flanks(load, amplitude, frequency, damping, rtol):
 @FEW
 @given(st.floats(0.2, 4.0), st.floats(0.0, 1.0), starts, tolerances)
 def test_walls_with_restitution(gap, restitution, start, rtol):
-    """Every sample up to the end of the run (or of its chatter) lies between the walls."""
+    """Every sample up to the end of the run lies between the walls."""
     found = response(catalog.impact_pair(gap, restitution), rtol, initial=start, turns=20)
     assert (np.abs(found.state_value.sel(state="y").values) < gap / 2 + 1e-12 + 1e-2 * rtol).all()
-    assert (found.event_kind == IMPACT).all()
+    assert np.isin(found.event_kind, (IMPACT, REST, SEPARATION)).all()
 
 
 @FEW
@@ -85,7 +85,7 @@ def test_the_ball_stays_above_the_table(acceleration, restitution, height, rtol)
     ball = catalog.bouncing_ball(acceleration, restitution)
     found = response(ball, rtol, initial=(height, 0.0), turns=20)
     above = found.state_value.sel(state="y").values - np.sin(found.time.values)
-    assert (above > -1e-11 - 1e-2 * rtol).all()
+    assert (above > -1e-11 - rtol).all()  # at rest it follows the table to the tolerance of a position
 
 
 SYSTEMS = {
@@ -149,13 +149,6 @@ def test_samples_at_events_lie_on_the_wall(name):
     half = 1.0 if name == "gear" else 0.2
     on_the_wall = found.event_kind.values != (SEPARATION if name == "not_pulling" else -1)
     assert np.abs(y[on_the_wall]) == pytest.approx(half, abs=1e-11)
-
-
-def test_chatter_ends_the_samples():
-    found = jp.simulate(catalog.impact_pair(0.2, 0.6), turns=5, initial=(0.0, 0.4), samples_per_turn=100)
-    assert int(found.status) == CHATTER
-    assert found.time.values[-1] <= found.event_time.values[-1]
-    assert found.sizes["time"] < 501
 
 
 def test_step_limit():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.exponents.growth import BATCHES, Turn, growth, standard_error
+from jointplay.analysis.exponents.growth import ALIGN, BATCHES, Turn, growth, standard_error
 from jointplay.analysis.request import quantity
 from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
@@ -136,6 +136,12 @@ def test_the_distance_does_not_matter():
 def test_one_run_is_like_the_next():
     first, again = (growth(catalog.duffing(), turns=20, transient=0) for _ in range(2))
     assert first.growth_of_turn.values.tolist() == again.growth_of_turn.values.tolist()
+
+
+def test_progress_is_the_share_of_turns_that_are_done():
+    told, turns = [], ALIGN + 5
+    growth(catalog.duffing(), turns=5, transient=0, progress=told.append)
+    assert sorted({*told} - {0.0}) == [(done + 1) / turns for done in range(turns)]
 
 
 @pytest.mark.parametrize("transient", [0, 5])

@@ -25,6 +25,8 @@ ACROSS = (4019,)
 ROUNDING = (52, 80, 84, 104, 116, 175, 292, 1266, 1900, 2589, *OWN)
 # separations whose gap and force are zero together, the order of roundings deciding
 TOGETHER = (18, 258, 393)
+# a stick ends where its force does: the cone is zero within the rounding of both
+CONES = (624, 1574, 1801)
 
 
 def run(number, rtol):
@@ -66,6 +68,12 @@ def test_located_events_are_taken(number):
         begin = found.events[:, 1] == EVENTS.index("contact")
         assert told["normal_velocity"][1][begin, 0].min() > 0.0
         assert found.counts["n_failed"] < 20
+
+
+@pytest.mark.parametrize("number", CONES)
+def test_cones_left_within_their_rounding_halve_no_steps(number):
+    _, found = run(number, 1e-10)
+    assert found.counts["n_failed"] < 0.025 * found.counts["n_steps"]
 
 
 @pytest.mark.long  # its structure, elastic and without tension, is compiled for it alone

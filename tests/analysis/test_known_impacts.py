@@ -11,12 +11,14 @@ from jointplay import catalog
 from .exact_maps import TAU, Flight, Symmetric, distinct, impacts, strobed, symmetry_lost
 
 PAIRS = [(3.6, 0.8), (20.0, 0.8), (8.0, 0.6)]
-CHATTER, OK = 3, 0
+OK = 0
 
 
 def pair(gap, restitution, start, **length):
     """A response of the rattling mass at rtol 1e-12."""
-    options = {"rtol": 1e-12, "samples_per_turn": 20} | length
+    options = {"rtol": 1e-12} | length
+    if not {"at", "steps"} & length.keys():
+        options["samples_per_turn"] = 20
     return jp.simulate(catalog.impact_pair(gap, restitution), initial=start, **options)
 
 
@@ -122,41 +124,6 @@ def test_elastic_walls_give_no_energy():
         flight = Flight(time[i], y[i], v[i])
         work[i + 1] = (flight.at(time[i + 1])[1] ** 2 - v[i] ** 2) / 2
     assert v**2 / 2 - v[0] ** 2 / 2 == pytest.approx(np.cumsum(work), abs=1e-9)
-
-
-def end_of_chatter(gap, restitution, start, until):
-    """Time at which the exact motion's impacts accumulate; None if they do not."""
-    flight, last = Flight(0.0, *start), -1.0
-    while True:
-        t, side = flight.leaves(gap / 2)
-        if t > until:
-            return None
-        if t - last < 1e-6:
-            return t + (t - last) * restitution / (1 - restitution)
-        last, flight = t, Flight(t, side * gap / 2, -restitution * flight.at(t)[1])
-
-
-@pytest.mark.parametrize("gap", [0.2, 0.4, 0.8, 1.0, 1.2])
-def test_chatter_is_recognised(gap):
-    """At r = 0.6 impacts accumulate from some starts (from all within a few periods at the narrow gaps)."""
-    chattered = 0
-    for start in np.linspace(-2, 2, 15):
-        truth = end_of_chatter(gap, 0.6, (0.0, start), 5 * TAU)
-        found = pair(gap, 0.6, (0.0, start), turns=5, rtol=1e-8)
-        assert int(found.status) == (OK if truth is None else CHATTER)
-        assert found.sizes["event"] < 200
-        if truth is not None:
-            assert found.event_time.values[-1] == pytest.approx(truth, abs=1e-5)
-            assert np.isfinite(found.state_value.values).all()
-            chattered += 1
-    assert chattered > 0 or gap > 0.4
-
-
-@pytest.mark.parametrize("gap", [0.4, 3.0])
-def test_no_restitution_at_all(gap):
-    found = pair(gap, 0.0, (0.0, 1.3), turns=20)
-    assert int(found.status) == CHATTER
-    assert found.sizes["event"] < 40
 
 
 @pytest.mark.parametrize(

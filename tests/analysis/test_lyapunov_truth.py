@@ -9,15 +9,13 @@ from scipy.linalg import expm
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.analysis.run import Request
 from jointplay.analysis.words import EVENTS
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.frame import orthonormalise
 
-from .exact_maps import TAU, Flight, Symmetric, distinct, strobed, symmetry_lost
+from .exact_maps import TAU, Symmetric, distinct, strobed, symmetry_lost
 
 GEAR = {"mean_load": 0.1, "amplitude": 0.2, "damping": 0.05}
-CHATTER = 3
 
 
 def henon_exponents(steps, weight=(1.0, 1.0)):
@@ -133,27 +131,6 @@ def test_coexisting_motions():
         assert exponents.sum() == pytest.approx(2 * impacts * math.log(0.8) / (places * TAU), abs=1e-10)
         if places == 1:
             assert exponents == pytest.approx([math.log(0.8) / math.pi] * 2, abs=1e-10)
-
-
-@pytest.mark.parametrize("gap", [0.2, 0.4, 0.8, 1.0, 1.2])
-def test_chatter(gap):
-    """From the lower wall at t = 1 with v = 1.3, r = 0.6: recognised where the impacts accumulate."""
-    flight, last, ends = Flight(1.0, -gap / 2, 1.3), 1.0, None
-    while ends is None:
-        t, side = flight.leaves(gap / 2)
-        ends = t + (t - last) * 0.6 / 0.4 if t - last < 1e-6 else None
-        last, flight = t, Flight(t, side * gap / 2, -0.6 * flight.at(t)[1])
-    scene = assemble(catalog.impact_pair(gap, 0.6), (-gap / 2, 1.3))
-    bundle = tangents.Bundle(scene, Request(100 * TAU), np.eye(2))
-    bundle.x.s[0] = 1.0
-    assert bundle.advance() == CHATTER
-    assert bundle.time == pytest.approx(ends, abs=1e-5)
-
-
-def test_an_exponent_beyond_chatter_is_not_told():
-    found = jp.lyapunov(catalog.impact_pair(0.2, 0.6), exponents=2, turns=50, initial=(0.0, 0.0))
-    assert int(found.status) == CHATTER
-    assert float(found.block_time[-1]) < 25 * TAU
 
 
 def jump(system, start, kind):

@@ -127,8 +127,8 @@ def test_everything_wrong_is_told_at_once():
             tolerance=-1.0,
         )
     keys = [problem.key for problem in caught.value.problems]
-    names = "clearance start_turn windows_per_turn steps tolerances rtol passes repeats tolerance"
-    assert keys == ["mechanism.elastic", *names.split()]
+    names = "clearance[0] start_turn[0] windows_per_turn steps tolerances rtol passes repeats tolerance"
+    assert sorted(keys) == sorted(["mechanism.elastic", *names.split()])
 
 
 def test_a_step_too_large_for_any_case_is_refused():

@@ -31,6 +31,19 @@ def linkage(**changes):
 DRIVEN = catalog.chunmei2002(2.9e-4, speed=80.0)
 
 
+@pytest.mark.parametrize(("mechanism", "speed"), [(linkage(), None), (DRIVEN, 80.0)])
+def test_the_crank_is_seen_where_it_is_a_state_and_where_the_drive_holds_it(mechanism, speed):
+    starts = Starts(mechanism, {"crank_angle": 0.7}, ("crank_angle", "crank_speed"))
+    states = starts.scene.state + np.arange(3.0)[:, None]
+    seen = starts.seen(states)
+    assert seen.shape == (3, 2)
+    if speed is None:
+        assert seen[:, 0].tolist() == states[:, starts.states.index("theta_crank")].tolist()
+        assert seen[:, 1].tolist() == states[:, starts.states.index("w_crank")].tolist()
+    else:
+        assert seen == pytest.approx(np.tile([0.7, speed], (3, 1)))
+
+
 @pytest.mark.parametrize("name", CHAOTIC)
 def test_chaotic_neighbours_part_at_the_largest_exponent(name):
     system, exponent = CHAOTIC[name]

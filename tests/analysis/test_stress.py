@@ -219,12 +219,26 @@ def test_a_scene_that_crashes_is_suspect(monkeypatch):
     assert "oh" in str(found.trouble[0].values)
 
 
+def test_one_scene_that_crashes_is_told_by_the_status(monkeypatch):
+    left = [ZeroDivisionError("oh")]
+
+    def broken_once(*given):
+        if left:
+            raise left.pop()
+        return move(*given)
+
+    monkeypatch.setattr(stress, "move", broken_once)
+    found = jp.stress(scenes=2, first=70, variants=("rigid",), n_jobs=1, max_steps=200)
+    assert STATUS[int(found.status)] == STATUS[int(found.scene_status[0])] == "crashed"
+    assert STATUS[int(found.scene_status[1])] != "crashed"
+
+
 @pytest.mark.parametrize(
     ("options", "word"),
     [
         ({"variants": ("rigit",)}, r"variants\[0\].*did you mean 'rigid'"),
         ({"variants": ()}, "variants: .*at least one"),
-        ({"scenes": 0}, "scenes: .*1 or more"),
+        ({"scenes": 0}, "scenes: .*at least 1"),
         ({"rtol": 1.0}, "rtol"),
         ({"mechanism": catalog.duffing()}, "mechanism.*motor-driven"),
         ({"mechanism": catalog.chunmei2002(speed=80.0)}, "mechanism.*motor-driven"),

@@ -49,6 +49,9 @@ def test_corners_are_every_combination_of_ends():
     ends = (ranges.STIFFNESS, (0.0, ranges.DAMPING[1]), ranges.CLEARANCE, ranges.GEAR_RATIO, ranges.FRICTION)
     assert len(seen) == 32
     assert all({one[i] for one in seen} == set(span) for i, span in enumerate(ends))
+    beyond = draw(PRINTED, 64, 0, ("rigid",)).mechanism
+    assert beyond.joint("B").clearance not in ranges.CLEARANCE
+    assert beyond.drive.gear_ratio not in ranges.GEAR_RATIO
 
 
 @pytest.fixture(scope="module")
@@ -93,3 +96,14 @@ def test_special_places_are_special(cases):
             g = abs(p * np.exp(1j * crank) + q * np.exp(1j * coupler) - s * np.exp(1j * rocker))
             sides = sorted([p, q, s, g])
             assert sides[0] + sides[3] == pytest.approx(sides[1] + sides[2], rel=1e-9) or p > min(q, s)
+
+
+def test_change_points_lie_at_both_ends_of_the_grounds_range(cases):
+    ends = []
+    for case in cases:
+        if case.geometry == "change_point":
+            p, q, s = (case.mechanism.link(name).length for name in ("crank", "coupler", "rocker"))
+            angles = [case.initial["angle"][name] for name in ("crank", "coupler", "rocker")]
+            g = abs(np.exp(1j * np.array(angles)) @ [p, q, -s])
+            ends += [k for k, end in enumerate((p + abs(q - s), q + s - p)) if math.isclose(g, end)]
+    assert 0.3 < np.mean(ends) < 0.7

@@ -133,3 +133,13 @@ def test_paths_that_lead_nowhere_are_refused_by_changed_too():
         changed(LINKAGE, {"joints.B.contact.stifness": 1.0})
     with pytest.raises(InputError, match="clearance"):
         changed(LINKAGE, {"clearence": 1.0})
+
+
+def test_what_counts_can_be_varied_though_axes_hold_floats():
+    elastic = LINKAGE.replace(elastic=("coupler",))
+    (axis,) = axes(elastic, {"elements": [2.0, 1.0]})
+    assert axis.values == (1, 2)
+    found = changed(elastic, {"elements": 2.0}).link("coupler").beam
+    assert (found.shapes, found.elements) == ("hermite", 2)
+    assert changed(elastic, {"links.coupler.beam.modes": 3.0}).link("coupler").beam.modes == 3
+    assert "a whole number of elements" in problems(elastic, {"elements": [2.5]})["over.elements[0]"]

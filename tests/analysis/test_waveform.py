@@ -13,8 +13,8 @@ from jointplay.analysis.scheme.scheme_truth import Case, Truth
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.parts import Friction
 
-IDEAL = jp.catalog.chunmei2002(gear_ratio=3.0, clearance=0, elastic=("coupler",), order="paper")
-LOOSE = jp.catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",), order="paper")
+IDEAL = jp.catalog.chunmei2002(gear_ratio=3.0, clearance=0, elastic=("coupler",), elements=2, order="paper")
+LOOSE = jp.catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",), elements=2, order="paper")
 RIGID = jp.catalog.chunmei2002(gear_ratio=3.0)
 
 
@@ -55,6 +55,14 @@ def test_what_is_told_of_the_passes(ideal):
         assert change[done - 2] > 1e-10 >= change[done - 1]
         assert np.all(change[done - 1 :] == found.last_change[turn].item())
     assert found.change[1, 1] < found.change[0, 1]  # the second turn starts from the first's end, not anew
+
+
+def test_one_turn_whose_passes_do_not_agree_shows_in_the_status(ideal):
+    before = ideal[0].change.values[:, 3]  # the second turn starts closer to its answer
+    between = float(np.sqrt(before.prod()))
+    found = jp.waveform(IDEAL, turns=2, step=1e-5, passes=4, tolerance=between)
+    assert found.converged.values.tolist() == [0, 1]
+    assert found.status == 4
 
 
 def test_the_first_pass_is_the_rigid_motion():

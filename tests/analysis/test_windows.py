@@ -97,8 +97,8 @@ def test_there_are_at_least_as_many_samples_as_asked_for(first, last, count):
 def test_windows_that_make_no_sense_are_refused(linkage, windows):
     with pytest.raises(InputError) as caught:
         jp.simulate(linkage, windows=windows)
-    assert [problem.key for problem in caught.value.problems] == ["windows"]
-    assert "pairs of turns" in caught.value.problems[0].expected
+    assert {problem.key.partition("[")[0] for problem in caught.value.problems} == {"windows"}
+    assert all("pairs of turns" in problem.expected for problem in caught.value.problems)
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,7 @@ def test_differences_by_lanes_are_the_jacobian():
     assert found == pytest.approx(exact, rel=1e-5, abs=1e-6 * np.abs(exact).max())
 
 
+@pytest.mark.peer
 @pytest.mark.parametrize("mode", [FREE, SLIP_NEGATIVE, STICK])
 def test_heyoka_s_expressions_are_the_compiled_equations(mode):
     heyoka = pytest.importorskip("heyoka")
@@ -94,6 +96,26 @@ def test_heyoka_s_expressions_are_the_compiled_equations(mode):
     equations.roots(t, y, guard)
     assert found[:6] == pytest.approx(rate, rel=1e-10)
     assert found[6:] == pytest.approx(guard, rel=1e-10)
+
+
+@pytest.mark.peer
+@pytest.mark.long  # its structure, with two clearances, is compiled for it alone
+@pytest.mark.parametrize("modes", [(STICK, SLIP_POSITIVE), (SLIP_POSITIVE, STICK)])
+def test_heyoka_s_expressions_tell_which_of_two_joints_sticks(modes):
+    heyoka = pytest.importorskip("heyoka")
+    from jointplay.analysis.precision.taylor import expressions, slips
+
+    scene = assemble(LINKAGE.replace(clearance={"B": 2.9e-5, "C": 2.9e-5}))
+    t, *y = follow(scene, Request(0.3 * scene.period, at=[0.3 * scene.period])).samples[0, :11]
+    equations, y = Equations(scene, 1e-9), np.array(y)
+    equations._enter(np.array(modes))
+    states, rates, guards = expressions(equations)
+    slipping = np.trim_zeros(np.array(slips(equations.key)), "b")
+    found = heyoka.cfunc([*rates, *guards], states)(y, pars=slipping)
+    rate, guard = np.empty(10), np.empty(equations.guards)
+    equations.rate(t, y, rate)
+    equations.roots(t, y, guard)
+    assert found == pytest.approx([*rate, *guard], rel=1e-9)
 
 
 def test_errors_fall_with_the_tolerance(compared):
@@ -129,6 +151,16 @@ def test_jumps_of_the_state_are_followed_too():
     scene = assemble(PAIR)
     ours = Ours(scene, 1e-8, 2 * scene.period).run()
     assert 2 * found.evaluations.sel(solver="jointplay", rtol=1e-8) == ours.evaluations
+
+
+def test_our_seconds_are_those_of_the_integration():
+    ours = Ours(assemble(PAIR), 1e-8, 2000 * assemble(PAIR).period)
+    ours.run()  # whatever is made or loaded once
+    began = time.process_time()
+    seconds = ours.run().seconds
+    whole = time.process_time() - began
+    assert 0.0 < seconds <= whole
+    assert Ours(ours.scene, 1e-8, 200 * ours.scene.period).run().seconds < seconds
 
 
 def test_other_equations_are_told_by_the_state(monkeypatch):
@@ -181,6 +213,12 @@ def test_what_is_not_installed_is_named(monkeypatch):
     found = jp.work_precision(PAIR, turns=1, tolerances=1e-6, peers=("heyoka", "DOP853"), rounds=0)
     assert found.attrs["not_installed"] == "heyoka"
     assert list(found.solver.values) == ["jointplay", "DOP853"]
+
+
+def test_progress_is_the_share_of_runs_then_of_rounds():
+    told = []
+    jp.work_precision(PAIR, turns=1, tolerances=(1e-5, 1e-7), peers=(), rounds=2, progress=told.append)
+    assert sorted({*told} - {0.0}) == pytest.approx([0.3, 0.6, 0.8, 1.0])
 
 
 def test_what_does_not_fit_the_budget_is_not_run():
@@ -259,5 +297,6 @@ def test_everything_wrong_is_told_at_once():
             max_steps=0,
         )
     keys = [problem.key for problem in caught.value.problems]
-    assert keys == ["turns", "rtol", "max_steps", "tolerances", "peers[1]", "peers[2]", "rounds", "budget"]
+    names = "turns tolerances rounds budget rtol max_steps peers[1] peers[2]"
+    assert keys == names.split()
     assert "did you mean 'LSODA'" in str(caught.value)

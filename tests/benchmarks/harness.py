@@ -22,10 +22,12 @@ from statistics import median
 from typing import NamedTuple
 from unittest.mock import patch
 
-from jointplay.study import cells, gather
-from jointplay.study.execute import execute
+from jointplay.analysis.cells import in_memory
+from jointplay.analysis.sweeps import gather
+from jointplay.jobs.pool import Pool
+from jointplay.study import run
+from jointplay.study.execute import complete
 from jointplay.study.file import Loaded, load, validate
-from jointplay.study.pool import Pool
 from jointplay.study.source import parse
 
 LINKAGE = """\
@@ -99,11 +101,11 @@ def _run(study, jobs):
     with ExitStack() as patched:
         out = patched.enter_context(tempfile.TemporaryDirectory())
         if jobs == 1:  # workers have their own copy
-            patched.enter_context(patch.object(cells, "analysed", partial(timed, cells.analysed)))
-            patched.enter_context(patch.object(cells, "changed", partial(timed, cells.changed)))
-            patched.enter_context(patch.object(cells, "_answer", partial(answer, cells._answer)))
+            patched.enter_context(patch.object(run, "answer", partial(answer, run.answer)))
+            patched.enter_context(patch.object(run, "computed", partial(timed, run.computed)))
+            patched.enter_context(patch.object(run, "changed", partial(timed, run.changed)))
         began = _clocks()
-        found = execute(study, Path(out), Pool(jobs)).dataset
+        found = complete(study, Path(out), Pool(jobs)).dataset
         return Run(*_since(began), *inside, float(found["wall_time"].sum()))
 
 
@@ -165,9 +167,9 @@ def _many(n):
         study = load(path)
         read = time.perf_counter() - began
         before, one = _held(), _one(study.record)
-        with patch.object(cells, "_answer", partial(_nothing, one)):
+        with patch.object(run, "answer", partial(_nothing, one)):
             began = _clocks()
-            found = execute(study, Path(folder), Pool(1)).dataset
+            found = complete(study, Path(folder), Pool(1)).dataset
             wall, cpu = _since(began)
         print(f"many        {n} empty cells of {len(one.variables)} variables: {read:.1f} s to read ", end="")
         print(f"the study, {wall:.1f} s to run it, {cpu:.1f} s of CPU time; {_held():.0f} MB, ", end="")
@@ -175,7 +177,7 @@ def _many(n):
 
 
 def _one(record):
-    return cells.analysed(record.model_copy(update={"vary": {}}), jobs=1)
+    return run.computed(record.model_copy(update={"vary": {}}), partial(in_memory, 1))
 
 
 def _nothing(dataset, record, changes):
@@ -193,7 +195,7 @@ def memory():
 def _memory(transient, n):
     study = _study(IMPACTS.format(transient=transient, n=n))
     with tempfile.TemporaryDirectory() as out:
-        execute(study, Path(out), Pool(2))
+        complete(study, Path(out), Pool(2))
     print(f"memory      {transient:>6} transient turns, {n:>4} cells: {_held():.0f} MB, ", end="")
     print(f"the largest worker {max(map(_held, _children())):.0f} MB")
 

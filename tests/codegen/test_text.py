@@ -13,7 +13,7 @@ from jointplay.equations.oscillators import SYSTEMS
 from jointplay.equations.structure import parameter_names
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.parts import Beam
+from jointplay.mechanism.beam import Beam
 
 from ..plain import plain, text
 from .samples import ARGUMENTS, oscillator

@@ -5,9 +5,9 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-STATUS = ("ok", "diverged", "step_limit", "chatter", "not_converged", "bad_parameters", "crashed", "not_run")
-MODES = ("free", "released", "slip_positive", "slip_negative", "stick", "contact")
-EVENTS = ("contact", "separation", "reopening", "slip_reversal", "stick_onset", "slip_onset", "impact")
+from jointplay.analysis.words import EVENTS, MODES, STATUS
+from jointplay.numerics.codes import Mode
+
 PERIOD, CLEARANCE, STIFFNESS, DAMPING, MASS = 0.075, 2.9e-5, 1e8, 3000.0, 1.0
 WORDS = {
     "angle": ("rad", "link angle"),
@@ -68,7 +68,7 @@ def over_joint(time, x, y, vx, vy) -> dict[str, np.ndarray]:
         "contact_angle": np.arctan2(y, x),
         "normal_force": force,
         "tangential_force": 0.01 * force,
-        "mode": np.where(touching, 5, 0).astype(np.int8),
+        "mode": np.where(touching, Mode.CONTACT, Mode.FREE).astype(np.int8),
     }
 
 

@@ -11,7 +11,7 @@ from jointplay.errors import InputError
 from jointplay.figures import style, sweeps
 from jointplay.figures.bifurcation import diagram
 
-MEANINGS = "ok diverged step_limit chatter not_converged bad_parameters crashed not_run"
+MEANINGS = "ok diverged step_limit chatter not_converged bad_parameters crashed not_run interrupted"
 CLEARANCES = np.geomspace(1e-5, 9e-4, 5)
 
 
@@ -37,8 +37,8 @@ def sweep(directions=("up", "down"), starts=1, exponents=1, over=("clearance",))
         "period": named(dims, np.resize([1, 2, 0, -1, 12], numbers().shape), "1", "period"),
         "impacts": named((*dims, "joint"), numbers()[..., None], "1", "contacts begun a turn"),
         "smallest_missed_gap": named((*dims, "joint"), numbers()[..., None] * 1e-6, "m", "smallest gap"),
-        "status": ((), np.int8(0), {"flag_values": np.arange(8), "flag_meanings": MEANINGS}),
-        "cell_status": (dims, bad, {"flag_values": np.arange(8), "flag_meanings": MEANINGS}),
+        "status": ((), np.int8(0), {"flag_values": np.arange(9), "flag_meanings": MEANINGS}),
+        "cell_status": (dims, bad, {"flag_values": np.arange(9), "flag_meanings": MEANINGS}),
     }
     if exponents:
         values = np.sin(numbers("exponent"))

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import warnings
 
 import matplotlib as mpl
 import pytest
@@ -10,6 +11,7 @@ from synthetic import oscillator, response, section
 
 from jointplay import figures
 from jointplay.errors import InputError
+from jointplay.kinds import KINDS
 
 
 def keys(options: dict, dataset=None) -> dict[str, str]:
@@ -30,7 +32,7 @@ def test_kind_follows_the_dataset():
     assert panels(figures.draw(response().drop_dims(["joint", "event"]))) == 1
 
 
-OF_A_MOTION = (*figures.SUITED["response"], *figures.SUITED["section"])
+OF_A_MOTION = (*KINDS["response"].figures, *KINDS["section"].figures)
 
 
 @pytest.mark.parametrize("kind", OF_A_MOTION)
@@ -40,6 +42,13 @@ def test_every_kind_draws_a_response_with_a_section(kind):
     lowest = figure.axes[-1:] if kind == "contact_angle" else figure.axes  # its panels share the time axis
     assert all(ax.get_xlabel().endswith(")") for ax in lowest)
     assert all(ax.get_ylabel().endswith(")") for ax in figure.axes)
+
+
+@pytest.mark.parametrize("kind", OF_A_MOTION)
+def test_panels_have_room_beside_their_labels(kind):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        figures.draw(response(), {"kind": kind}).draw_without_rendering()
 
 
 @pytest.mark.parametrize("kind", OF_A_MOTION)
@@ -92,7 +101,7 @@ def test_all_unknown_options_are_reported_at_once():
     assert figures.problems({"kind": "journal_orbit", "turns": 3}) == []
 
 
-@pytest.mark.parametrize("kind", figures.SUITED["response"])
+@pytest.mark.parametrize("kind", KINDS["response"].figures)
 def test_a_section_has_no_histories(kind):
     assert "figure.kind" in keys({"kind": kind}, section(5))
 

@@ -172,6 +172,22 @@ def test_words_stand_for_verdicts_and_no_number_for_the_padding_of_counts():
     np.testing.assert_array_equal(curve(ax).get_ydata(), [7, np.nan, np.nan, 7, np.nan])
 
 
+def test_verdicts_without_words_are_drawn_as_numbers():
+    data = swept("clearance")
+    del data["verdict"].attrs["flag_meanings"]
+    (ax,) = figures.draw(data, quantity="verdict").axes
+    np.testing.assert_array_equal(curve(ax).get_ydata(), [0, 0, 1, 1, 1])
+    assert "regular" not in [label.get_text() for label in ax.get_yticklabels()]
+
+
+def test_the_colours_of_a_map_of_verdicts_are_named_by_their_words():
+    data = swept("gear_ratio", "clearance").rename(verdict="kind_of_motion")
+    data["kind_of_motion"].attrs["flag_meanings"] = "not_decided regular chaotic"
+    _, bar = figures.draw(data, quantity="kind_of_motion").axes
+    ticks = dict(zip(bar.get_xticks(), (label.get_text() for label in bar.get_xticklabels()), strict=True))
+    assert ticks == {-1: "not decided", 0: "regular", 1: "chaotic"}
+
+
 def test_quartiles_reach_around_a_median_and_multipliers_have_a_modulus():
     quarters = np.array([[0.1, 0.5, 0.9], [0.2, 0.3, 0.8]])
     data = swept("friction", kind="chaos_test").assign(

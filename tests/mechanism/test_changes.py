@@ -3,7 +3,7 @@
 import pytest
 from wrong import only, problems_of
 
-from jointplay.mechanism import catalog
+from jointplay.mechanism import catalog, check_section
 from jointplay.mechanism.records import (
     ConstantSpeed,
     ContactSection,
@@ -11,7 +11,6 @@ from jointplay.mechanism.records import (
     Mechanism,
     Plane,
     SeparationSection,
-    check_section,
 )
 
 # Changes

@@ -135,12 +135,6 @@ def test_one_wrong_change(changes, key, words):
     assert words in problem.expected
 
 
-def test_elements_of_sine_shapes(plain):
-    plain["links"][1] |= {"elastic": True, "beam": {"shapes": "sine"}}
-    problem = only(problems_of(Mechanism(**plain).replace, elements=3), "elements")
-    assert "shapes = 'hermite', not 'sine'" in problem.expected
-
-
 def test_a_change_that_a_beam_cannot_bear_names_its_place(plain):
     plain["links"][1] |= {"elastic": True, "beam": {"elements": 4, "modes": 7}, "inertia": 1.9e-3}
     problem = only(problems_of(Mechanism(**plain).replace, elements=3), "mechanism.links[1].beam.modes")

@@ -34,6 +34,12 @@ def test_mass_centre_is_halfway_unless_given():
     assert Link(name="bar", length=0.4, mass=1, inertia=1, centre=-0.1).centre == -0.1
 
 
+def test_all_mass_in_one_point_is_no_link():
+    accepted = "greater than mass × centre² = 1 kg m²"
+    problem = only(problems_of(Link, name="bar", length=2, mass=1, inertia=1), "link.inertia")
+    assert accepted in problem.expected
+
+
 def test_a_link_may_be_massive_beyond_its_pins_but_its_pins_lie_on_it(plain):
     plain["joints"][2]["journal"]["at"] = 0.182
     problem = only(problems_of(Mechanism, **plain), "mechanism.joints[2].journal.at")

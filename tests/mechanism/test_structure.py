@@ -8,7 +8,8 @@ import pytest
 from pydantic import BaseModel
 from wrong import only, problems_of
 
-from jointplay.errors import InputError, from_pydantic
+from jointplay.accepted import from_pydantic
+from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import Drive, Joint, Link, Mechanism, Pin, Section
 

@@ -17,7 +17,7 @@ PLACES = [(0, 8, 16, 24), (40, 8, 24, 0), (3, 21, 11, 45), (55, 0, 47, 20), (8, 
 COUNTS = (0, 1, 5)
 
 
-@numba.njit(**{**POLICY, "cache": False})
+@numba.njit(**POLICY)
 def compiled(which, w, source, table, pairs, factor, to, a, b, c):
     """Carry out one of the operations."""
     other, third = 0.3, 2.5

@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import run
+from jointplay.analysis import pieces, run
 
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
 SOFT = jp.catalog.soft_impact_pair(gap=1.0, stiffness=50.0, damping=1.0)
+
+
+def fixed(attempts):
+    """A pace of so many attempts a piece, however long they take."""
+    found = pieces.Pace()
+    found.size, found.learn = attempts, lambda made, seconds: None
+    return found
 
 
 def records(mechanism, turns):
@@ -31,7 +38,7 @@ def records(mechanism, turns):
 def test_short_logs_and_short_pieces_change_no_bit(monkeypatch, mechanism, turns, rows, attempts):
     whole = records(mechanism, turns)
     monkeypatch.setattr(run, "LOG_ROWS", rows)
-    monkeypatch.setattr(run, "CHUNK", attempts)
+    monkeypatch.setattr(run, "pace", lambda *_: fixed(attempts))
     pieces = records(mechanism, turns)
     assert all(
         np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in zip(whole, pieces, strict=True)

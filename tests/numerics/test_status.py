@@ -12,8 +12,9 @@ from jointplay.analysis.run import Request, functions
 from jointplay.analysis.run import memory as run_memory
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import flow
+from jointplay.numerics.codes import Status
 
-OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = range(5)
+OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = list(Status)[:5]
 PATIENCE = 20.0  # s, compilation included
 
 
@@ -50,21 +51,28 @@ def test_step_limit_keeps_what_was_computed():
 
 
 @pytest.mark.parametrize(("acceleration", "restitution"), [(0.8, 0.5), (0.5, 0.3), (1.03, 0.2)])
-def test_a_ball_that_comes_to_rest_chatters(acceleration, restitution):
+def test_a_ball_that_comes_to_rest_is_no_trouble(acceleration, restitution):
     ball = jp.catalog.bouncing_ball(acceleration=acceleration, restitution=restitution)
     found = run(ball, turns=60, initial=(1.0, 0.0))
-    assert found.status == CHATTER
-    assert 5 < found.n_events < 500
+    assert found.status == OK
+    assert 5 < found.n_events < 1000
 
 
-def test_a_wall_that_swallows_all_speed_chatters():
+def test_a_wall_that_swallows_all_speed_is_no_trouble():
     found = run(jp.catalog.impact_pair(gap=0.5, restitution=0.0), turns=20, initial=(0.0, 0.5))
+    assert found.status == OK
+
+
+def test_events_that_crowd_without_an_end_chatter():
+    """Within 1e-7 of a period that is no period of the system."""
+    pair = jp.catalog.impact_pair(gap=1.0, restitution=1.0)
+    found = run(pair.model_copy(update={"period": 1e9}), duration=100.0, initial=(0.0, 1.0))
     assert found.status == CHATTER
 
 
 @pytest.mark.parametrize(("a", "state"), [(5.0, (1.0, 1.0, 0.0)), (0.2, (1e200, -1e200, 1e200))])
 def test_a_motion_without_bound_diverges(a, state):
-    found = run(jp.catalog.rossler(a=a, b=0.2, c=5.7), duration=1e5, initial=state)
+    found = run(jp.catalog.rossler(a=a, b=0.2, c=5.7), duration=1e5, samples_per_turn=1, initial=state)
     assert found.status == DIVERGED
 
 

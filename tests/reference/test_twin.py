@@ -21,6 +21,7 @@ def scattered(system, seed):
     return system.start() + size * random.standard_normal(2 * system.n)
 
 
+@pytest.mark.peer
 @pytest.mark.parametrize("drive", ["motor", "speed", "none"])
 @pytest.mark.parametrize("mode", ["free", "slip+", "slip-", "stick"])
 @pytest.mark.parametrize("joints", ["O", "A", "B", "C", "BC", "AC", "OABC"])

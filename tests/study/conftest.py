@@ -2,10 +2,9 @@
 
 import pytest
 from matplotlib.figure import Figure
-from study_samples import TEXT, result
+from study_samples import TEXT, result, stand_in
 
 from jointplay import figures
-from jointplay.study import run
 
 
 @pytest.fixture
@@ -33,7 +32,7 @@ def calls(monkeypatch):
         figure.subplots().plot(dataset["normal_force"])
         return figure
 
-    monkeypatch.setitem(run.ANALYSES, "response", analysis)
-    monkeypatch.setitem(run.ANALYSES, "section", analysis)
+    stand_in(monkeypatch, "response", analysis)
+    stand_in(monkeypatch, "section", analysis)
     monkeypatch.setattr(figures, "draw", draw)
     return seen

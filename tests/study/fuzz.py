@@ -24,7 +24,7 @@ from jointplay import cli
 
 LIMIT, RUN_LIMIT = 10.0, 60.0  # s, a file
 RUN_SHARE = 0.25  # of what is accepted
-LINE = re.compile(r"  (?P<key>\S.*?): got (?P<given>.*?); (?P<accepted>.+)")
+LINE = re.compile(r"  ((?P<key>\S.*?): got (?P<given>.*?); (?P<accepted>.+)|and [\d,]+ more)")
 ROOTS = re.compile(r"(kind|name|title|mechanism|vary|integrator|analysis|figure|study file|--set)\b")
 CELLS = 12  # at most, of what is run
 BRIEF = {  # kinds that are run, and what makes them short

@@ -19,7 +19,7 @@ from pathlib import Path
 
 from sweep_samples import CELLS, CHAINS, PLANE, loaded, ran, same
 
-from jointplay.study.journal import Journal
+from jointplay.jobs.journal import Journal
 from jointplay.study.store import open_result
 
 LONGER = {
@@ -53,7 +53,7 @@ def run_and_kill(command, journal, wait):
 
 def twice(journal):
     """Keys that stand in more than one part."""
-    keys = Counter(key for told, _ in journal._sound() for key, _ in told)
+    keys = Counter(key for frame in journal._sound() for key in frame.index)
     return [key for key, count in keys.items() if count > 1]
 
 

@@ -11,7 +11,7 @@ import study_samples
 import sweep_samples
 
 from jointplay import figures
-from jointplay.study.registry import KINDS
+from jointplay.kinds import KINDS
 
 STUDIES = sorted((Path(__file__).parents[2] / "studies").rglob("*.toml"))
 SAMPLES = (study_samples.TEXT, study_samples.WRITTEN_OUT, study_samples.BENT, study_samples.BENT_WRITTEN_OUT)

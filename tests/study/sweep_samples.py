@@ -5,9 +5,9 @@ import signal
 from contextlib import suppress
 from pathlib import Path
 
+from jointplay.jobs.pool import Pool
 from jointplay.study.execute import complete
 from jointplay.study.file import Loaded, validate
-from jointplay.study.pool import Pool
 from jointplay.study.source import override, parse
 
 CELLS = """\

@@ -10,7 +10,7 @@ NO_CLEARANCE = TEXT.replace("clearance = 2.9e-4", "clearance = 0")
 STARTED_AT_B = WRITTEN_OUT + 'section = { kind = "contact", joint = "B" }\n'
 
 CASES = {  # text, change, words that must be said
-    "wrong type": (TEXT, "analysis.turns='two'", "analysis.turns: got 'two'; a whole number of at least 1"),
+    "wrong type": (TEXT, "analysis.turns='two'", "analysis.turns: got 'two'; a number greater than 0"),
     "unknown key": (
         TEXT,
         "mechanism.clearence=1e-4",

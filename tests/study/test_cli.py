@@ -7,11 +7,11 @@ import time
 from pathlib import Path
 
 import pytest
-from study_samples import TEXT, result
+from study_samples import TEXT, result, stand_in
 
 from jointplay import cli, figures
 from jointplay.errors import InputError, Problem
-from jointplay.study import run, store
+from jointplay.study import store
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
 
@@ -53,7 +53,7 @@ def test_changes_and_no_figure(study, calls, tmp_path):
 
 
 def test_a_numerical_failure_is_stored_named_and_exit_1(study, calls, tmp_path, monkeypatch, capsys):
-    monkeypatch.setitem(run.ANALYSES, "response", lambda *_, **__: result(status=2))
+    stand_in(monkeypatch, "response", lambda *_, **__: result(status=2))
     assert cli.main(["run", str(study), "--out", str(tmp_path)]) == 1
     assert int(store.open_result(tmp_path / "small.nc")["status"]) == 2
     said = capsys.readouterr().err
@@ -67,7 +67,7 @@ def test_a_failure_too_early_to_draw_is_still_a_failure(study, calls, tmp_path, 
 
     monkeypatch.setattr(figures, "draw", refuse)
     assert cli.main(["run", str(study), "--out", str(tmp_path)]) == 2
-    monkeypatch.setitem(run.ANALYSES, "response", lambda *_, **__: result(status=1))
+    stand_in(monkeypatch, "response", lambda *_, **__: result(status=1))
     assert cli.main(["run", str(study), "--out", str(tmp_path)]) == 1
     said = capsys.readouterr().err
     assert "diverged" in said
@@ -78,7 +78,7 @@ def test_an_interrupt_is_130_and_leaves_nothing(study, calls, tmp_path, monkeypa
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setitem(run.ANALYSES, "response", stop)
+    stand_in(monkeypatch, "response", stop)
     assert cli.main(["run", str(study), "--out", str(tmp_path / "out")]) == 130
     assert list((tmp_path / "out").iterdir()) == []
     assert "interrupted" in capsys.readouterr().err

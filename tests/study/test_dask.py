@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,11 +16,13 @@ from sweep_samples import loaded as read
 
 import jointplay as jp
 from jointplay import cli
-from jointplay.study import cluster
-from jointplay.study.journal import CRASHED, Journal
-from jointplay.study.pool import Pool
+from jointplay.jobs import cluster
+from jointplay.jobs.journal import Journal
+from jointplay.jobs.pool import Pool
+from jointplay.jobs.strands import CRASHED
 
-pytest.importorskip("distributed")
+distributed = pytest.importorskip("distributed")
+pytestmark = pytest.mark.peer
 ALLOWED = 1  # failures of a task before the scheduler gives it up
 
 
@@ -83,9 +86,9 @@ def _on(address, strands, folder):
 def test_a_chain_travels_back_in_pieces_and_is_the_same(scheduler, tmp_path, monkeypatch):
     parts, write = [], Journal.write
 
-    def noted(journal, entries):
+    def noted(journal, entries, by):
         parts.append(len(entries))
-        write(journal, entries)
+        write(journal, entries, by)
 
     monkeypatch.setattr(Journal, "write", noted)
     monkeypatch.setattr(cluster, "LIMIT", 0.0)  # each cell a piece
@@ -105,6 +108,15 @@ def test_workers_of_other_code_compute_nothing(scheduler, tmp_path, monkeypatch)
     with pytest.raises(OSError, match=r"another is needed.*same version of jointplay"):
         _on(scheduler, [Deadly("a", 0, str(tmp_path / "log"))], tmp_path / "a.journal")
     assert not Journal(tmp_path / "a.journal").index()
+
+
+def test_workers_of_several_kinds_of_processors_are_told_once(tmp_path):
+    said = []
+    here = cluster.Cluster(None, Journal(tmp_path), said.append)
+    for kind in ("zen 1", "zen 1", "lake 2", "zen 1"):
+        here._see(kind)
+    assert len(said) == 1
+    assert "2 kinds of processors (lake 2, zen 1)" in said[0]
 
 
 @pytest.mark.long
@@ -133,6 +145,25 @@ def test_what_did_not_kill_its_worker_is_not_charged(nursery, tmp_path):
     journal, _ = _on(nursery, strands, tmp_path / "a.journal")
     assert not any(journal.index().values())
     assert journal.load("f")["f"]["count"] == 6
+
+
+class _Taken:
+    """A task whose answer arrived, and went with its worker before it was fetched."""
+
+    status = "lost"
+
+    def __init__(self, error):
+        self.error = error
+
+    def result(self):
+        raise self.error
+
+
+def test_an_answer_may_die_with_its_worker_before_it_is_fetched(tmp_path):
+    here = cluster.Cluster(None, Journal(tmp_path), print)
+    assert here._taken(_Taken(distributed.scheduler.KilledWorker("task", None, 1))) is None
+    with pytest.raises(OSError, match="scheduler was lost"):
+        here._taken(_Taken(CancelledError()))
 
 
 def test_without_workers_it_waits_and_says_so(tmp_path, monkeypatch):

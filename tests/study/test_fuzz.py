@@ -15,9 +15,9 @@ from sweep_samples import CELLS, CHAINS
 
 from jointplay import cli
 from jointplay.errors import Problem
+from jointplay.kinds import KINDS
 from jointplay.study import vary
 from jointplay.study.file import validate
-from jointplay.study.registry import KINDS
 
 GRID = "gap = { start = 2.9, stop = 3.1, num = 3 }\nrestitution = [0.7, 0.8]\n"
 ZIPPED = CELLS.replace(GRID, "gap = [2.9, 3.0, 3.1]\nrestitution = [0.7, 0.8, 0.7]\nzip = true\n")
@@ -25,7 +25,7 @@ CASES = CELLS.replace(GRID, "cases = [{ gap = 2.9, restitution = 0.7 }, { gap = 
 SHIPPED = {tomllib.loads(text)["kind"]: text for text in mutations.TEXTS}
 TEXTS = [TEXT, WRITTEN_OUT, BENT, BENT_WRITTEN_OUT, CELLS, CHAINS, ZIPPED, CASES, *SHIPPED.values()]
 SEEDS = st.integers(0, 2**32)
-LINE = re.compile(r"  \S.*?: got .*; .+")
+LINE = re.compile(r"  (\S.*?: got .*; .+|and [\d,]+ more)")
 
 
 def said(path, *words):
@@ -98,7 +98,7 @@ def test_what_is_written_is_what_was_changed(seed):
         (
             TEXT,
             "analysis.turns=1000000000",
-            "analysis.turns: got 1000000000; together with samples_per_turn at",
+            "analysis.turns: got 1000000000.0; together with samples_per_turn at",
         ),
         (SHIPPED["basins"], "analysis.pairs=1000000000", "analysis.pairs: got 1000000000; a whole number"),
     ],
@@ -144,3 +144,10 @@ def test_of_a_long_range_some_values_are_tried_out_and_both_ends(form, tmp_path,
     )
     assert "vary.gap" in said(written(tmp_path, text))
     assert sum(tried) == vary.TRIED
+
+
+def test_a_wall_beyond_the_reach_of_rounding_is_no_traceback(tmp_path):
+    """A unit of the position does not show in its gap."""
+    text = CELLS.replace(GRID, "gap = [2.95, 3.1e30]\n")
+    assert text != CELLS
+    assert said(written(tmp_path, text)) == ""

@@ -9,11 +9,12 @@ import pytest
 import xarray as xr
 from sweep_samples import loaded, ran
 
-from jointplay.study import gather
-from jointplay.study.cells import swept
+from jointplay.analysis.sweeps import gather
+from jointplay.jobs import values
+from jointplay.jobs.layout import packed, thawed, unpacked
 from jointplay.study.execute import journal_of
-from jointplay.study.layout import thawed
-from jointplay.study.pack import packed, unpacked
+from jointplay.study.run import computed, first_work
+from jointplay.study.vary import points
 
 STUDY = """\
 kind = "section"
@@ -89,7 +90,7 @@ def test_packed_answers_come_back_bit_for_bit():
     lost = {"status": 3, "trouble": "no"}
     given = [{"status": 0, "dataset": gather.plain(answer(size))} for size in (3, 5, 3, 4, 5)]
     given[2:2] = [lost, {"status": 0, "points": [1, 2], "dataset": "of another kind"}]
-    found = unpacked(*pickle.loads(pickle.dumps(packed(given))))
+    found = unpacked(*values.read(values.written(packed(given))))
     for one, other in zip(given, found, strict=True):
         assert one.keys() == other.keys()
         if "dataset" not in one or isinstance(one["dataset"], str):
@@ -106,29 +107,39 @@ def test_the_whole_does_not_depend_on_the_order_of_the_answers(tmp_path):
     study = loaded(STUDY)
     whole = ran(study, tmp_path)
     assert len(set(whole["n_turn"].values.tolist())) > 1
-    sweep, journal = swept(study.record), journal_of(tmp_path, "cells")
-    answers = list(journal.answers(cell.key for cell in sweep.strands))
+    work, journal = first_work(study.record), journal_of(tmp_path, "cells")
+    answers = list(journal.answers(cell.key for cell in work.strands))
     for seed in range(4):
         random.Random(seed).shuffle(answers)
-        found = sweep.assemble(lambda: answers)
+        found = computed(study.record, lambda _: lambda: answers)
         assert found.assign_attrs(whole.attrs).identical(whole)
         assert list(found.variables) == list(whole.variables)
         found["time"].attrs["units"] = "mine"
         found["cell_status"].attrs["flag_values"][0] = 9
     with pytest.raises(OSError, match="1 cells"):
-        sweep.assemble(lambda: answers[1:])
+        computed(study.record, lambda _: lambda: answers[1:])
 
 
 def test_answers_are_not_held_while_they_are_put_together():
-    sweep, arrays, alive = swept(loaded(STUDY, "vary.gap={start=1.0, stop=3.0, num=60}").record), [], []
+    record, arrays, alive = loaded(STUDY, "vary.gap={start=1.0, stop=3.0, num=60}").record, [], []
+    keys = [cell.key for cell in first_work(record).strands]
 
     def read():
-        for cell in sweep.strands:
+        for key in keys:
             made = gather.plain(answer())
             arrays.append(weakref.ref(made.values[0]))
             alive.append(sum(each() is not None for each in arrays))
-            yield cell.key, {"status": 0, "dataset": made}
+            yield key, {"status": 0, "dataset": made}
 
-    gather.dataset("section", sweep.points, [cell.key for cell in sweep.strands], read)
+    gather.dataset("section", points(record.mechanism, record.vary), keys, read)
     assert len(alive) == 120
     assert max(alive) <= 2
+
+
+def test_columns_that_are_not_a_layouts_values_are_refused():
+    rest, ((places, layout, columns),) = packed([{"status": 0, "dataset": gather.plain(answer())}] * 2)
+    longer = [np.concatenate([each, each], axis=1) if each.ndim == 2 else each for each in columns]
+    for bad in (columns[:-1], [each[:1] for each in columns], [each[..., None] for each in columns], longer):
+        with pytest.raises(ValueError, match=r"no values of|zip"):
+            unpacked(rest, [(places, layout, bad)])
+    assert unpacked(rest, [(places, layout, columns)])

@@ -1,6 +1,7 @@
 """One analysis with cells inside: killed, resumed, spread over workers, it is the same bit for bit."""
 
 import signal
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,12 +11,15 @@ from jointplay import cli
 from jointplay.analysis import cells
 from jointplay.analysis.states import basins, field
 from jointplay.errors import InputError
-from jointplay.study import execute, inside, worker
-from jointplay.study.journal import CRASHED, Journal
+from jointplay.jobs import worker
+from jointplay.jobs.journal import Journal
+from jointplay.jobs.pool import Pool
+from jointplay.jobs.strands import CRASHED
+from jointplay.kinds import KINDS
+from jointplay.study import cells as keys
+from jointplay.study import execute
 from jointplay.study.plan import plan, status
-from jointplay.study.pool import Pool
-from jointplay.study.registry import KINDS
-from jointplay.study.run import run, takes_jobs
+from jointplay.study.run import hands_out, run
 from jointplay.study.store import open_result
 
 FIELD = PLANE.replace('kind = "basins"\nname = "plane"', 'kind = "sensitivity"\nname = "field"')
@@ -97,6 +101,14 @@ def test_a_damaged_part_costs_its_cells_only(tmp_path, monkeypatch, begun):
     assert any(part.name in line for line in said)
 
 
+def test_cells_that_are_there_already_are_told_and_no_others(tmp_path):
+    said = []
+    kept(PLANE, tmp_path, say=said.append)
+    assert said == []
+    kept(PLANE, tmp_path, say=said.append)
+    assert said == ["journal  6 of 6 cells are there already"]
+
+
 def test_a_block_that_crashed_runs_again(tmp_path, monkeypatch, begun):
     ends, calls = basins.ends, []
 
@@ -137,19 +149,19 @@ def test_other_settings_are_other_cells_and_fresh_drops_them(tmp_path, begun):
     "more", ["analysis.turns=5", "integrator.rtol=1e-7", "mechanism.gap=1.5", "analysis.plane.y=[0.0, 0.1]"]
 )
 def test_keys_are_of_all_that_decides_an_answer(more):
-    assert inside.head(loaded(PLANE).record) != inside.head(loaded(PLANE, more).record)
-    assert inside.head(loaded(PLANE).record) == inside.head(loaded(PLANE, 'name="a"', 'title="b"').record)
+    assert keys.head(loaded(PLANE).record) != keys.head(loaded(PLANE, more).record)
+    assert keys.head(loaded(PLANE).record) == keys.head(loaded(PLANE, 'name="a"', 'title="b"').record)
 
 
 def test_keys_say_how_many_there_are():
     record = loaded(PLANE).record
-    first = [cell.key for cell in inside.strands(record, 0, die, [{}] * 300)]
-    second = [cell.key for cell in inside.strands(record, 1, die, [{}] * 20)]
+    works = [next(cells.handed_out(die, [{}] * count)) for count in (300, 20)]
+    first, second = ([cell.key for cell in keys.keyed(record, work, i)[0]] for i, work in enumerate(works))
     assert len({*first, *second}) == 320
     assert {len(key) for key in (*first, *second)} == {32}
-    assert inside.total(first[7:9]) == 300
-    assert inside.total([*first[:2], second[-1]]) == 320
-    assert inside.total([]) == 0
+    assert keys.counted(first[7:9]) == 300
+    assert keys.counted([*first[:2], second[-1]]) == 320
+    assert keys.counted([]) == 0
 
 
 def test_plan_looks_at_one_cell_and_writes_nothing(tmp_path):
@@ -163,8 +175,8 @@ def test_plan_looks_at_one_cell_and_writes_nothing(tmp_path):
 
 def test_what_hands_out_no_cells_leaves_no_journal(tmp_path):
     text = FIELD[: FIELD.index("[analysis]")] + "[analysis]\nturns = 3\nneighbours = 2\n"
-    assert not inside.divided(loaded(text).record)
-    assert inside.divided(loaded(FIELD).record)
+    assert not hands_out(loaded(text).record)
+    assert hands_out(loaded(FIELD).record)
     kept(text, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["field.nc"]
     with pytest.raises(InputError, match="one analysis"):
@@ -172,7 +184,8 @@ def test_what_hands_out_no_cells_leaves_no_journal(tmp_path):
 
 
 def test_kinds_with_cells_inside_are_those_that_take_jobs():
-    found = {kind for kind in KINDS if takes_jobs(kind)}
+    found = {kind for kind, row in KINDS.items() if hasattr(row.function, "steps")}
+    assert found == {kind for kind, row in KINDS.items() if "n_jobs" in row.function.fields()}
     assert found >= {"basins", "bifurcation", "claims", "readings", "sensitivity"}
     assert not found & {"response", "section", "lyapunov", "periodic_orbit", "continuation"}
 
@@ -185,11 +198,24 @@ def test_varied_analyses_keep_theirs_to_themselves(tmp_path):
     assert np.array_equal(found["attractor"].sel(gap=3.0), alone["attractor"])
 
 
-def test_parts_are_refused_with_a_reason(tmp_path, capsys):
-    path = tmp_path / "a.toml"
+def test_parts_put_together_are_the_whole(tmp_path, capsys):
+    path, words = tmp_path / "plane.toml", ["--out", str(tmp_path), "--no-figure"]
     path.write_text(PLANE)
-    assert cli.main(["run", str(path), "--out", str(tmp_path), "--part", "1/2"]) == 2
-    assert "[vary]" in capsys.readouterr().err
+    for share in ("1/2", "2/2"):
+        assert cli.main(["merge", str(path), *words]) == 2
+        assert "missing" in capsys.readouterr().err
+        assert cli.main(["run", str(path), *words, "--jobs", "1", "--part", share]) == 0
+        assert len(Journal(tmp_path / f"plane.part{share.replace('/', 'of')}.journal").index()) == 3
+    assert cli.main(["merge", str(path), *words]) == 0
+    assert same(open_result(tmp_path / "plane.nc"), run(loaded(PLANE)))
+
+
+def test_parts_of_what_has_no_cells_are_refused_with_a_reason(tmp_path, capsys):
+    path = tmp_path / "a.toml"
+    path.write_text(FIELD[: FIELD.index("[analysis]")] + "[analysis]\nturns = 3\nneighbours = 2\n")
+    for verb in (["run", str(path), "--part", "1/2"], ["merge", str(path)]):
+        assert cli.main([*verb, "--out", str(tmp_path)]) == 2
+        assert "[vary]" in capsys.readouterr().err
 
 
 def test_ctrl_c_says_how_it_goes_on(tmp_path, monkeypatch, capsys):
@@ -209,22 +235,26 @@ def test_ctrl_c_says_how_it_goes_on(tmp_path, monkeypatch, capsys):
     assert "go on" in capsys.readouterr().err
 
 
-def test_a_runner_is_for_its_block_alone_and_not_for_the_cells_of_its_cells():
+def test_who_runs_the_cells_of_an_analysis_does_not_run_the_cells_of_its_cells():
     seen = []
 
-    def runner(function, cells, progress):
-        seen.append(len(cells))
-        return [function(**each) for each in cells]
+    @cells.divided
+    def inner(n, n_jobs, progress):
+        return {"status": 0, "found": (yield from cells.handed_out(leaf, [{"n": n}] * n))}
 
-    def inner(n):
-        return {"status": 0, "found": cells.run_cells(leaf, [{"n": n}] * n, 1)}
+    def outer():
+        return (yield from cells.handed_out(partial(inner, n_jobs=1), [{"n": 2}, {"n": 3}]))
 
-    with cells.cells_run_by(runner):
-        found = cells.run_cells(inner, [{"n": 2}, {"n": 3}])
+    def runner(work):
+        seen.append(len(work.strands))
+        return cells.in_memory(1, work)
+
+    found = cells.driven(lambda progress: outer(), runner)
     assert seen == [2]
     assert [len(each["found"]) for each in found] == [2, 3]
-    assert cells.run_cells(leaf, [{"n": 1}], 1) == [{"status": 0, "n": 1}]
-    assert seen == [2]
+    assert cells.divided(lambda n_jobs, progress: cells.handed_out(leaf, [{"n": 1}]))(n_jobs=1) == [
+        {"status": 0, "n": 1}
+    ]
 
 
 def leaf(n):

@@ -10,9 +10,12 @@ import pytest
 from sweep_samples import die, forked
 
 from jointplay.errors import InputError
-from jointplay.study import journal as journals
-from jointplay.study.frames import MAGIC
-from jointplay.study.journal import CRASHED, Busy, Journal, key_of, write_part
+from jointplay.jobs import journal as journals
+from jointplay.jobs import origin
+from jointplay.jobs.files import Busy
+from jointplay.jobs.frames import MAGIC
+from jointplay.jobs.journal import Journal, write_part
+from jointplay.jobs.strands import CRASHED, key_of
 
 
 def entries(*keys, status=0):
@@ -124,7 +127,7 @@ def test_cells_are_taken_from_another_journal_once(journal, tmp_path):
     other.write(entries("bb"))  # as when a run is killed while it joins parts
     assert [key for key, _ in other.answers(["bb", "ccc"])].count("bb") == 1
     other.compact()
-    assert other.count() == sum(len(told) for told, _ in other._sound()) == 2
+    assert other.count() == sum(len(frame.index) for frame in other._sound()) == 2
 
 
 def test_a_journal_of_another_format_is_refused(journal):
@@ -167,7 +170,7 @@ def test_one_run_at_a_time_and_a_dead_one_holds_nothing(journal):
 def test_cells_of_other_code_are_not_mixed(journal, harm, monkeypatch):
     path = journal.folder / journals.HEADER
     if harm == "kernels":
-        monkeypatch.setattr(journals, "code", lambda: "another")
+        monkeypatch.setattr(origin, "code", lambda: "another")
     elif harm == "unreadable":
         path.write_text("{")
     else:
@@ -178,19 +181,19 @@ def test_cells_of_other_code_are_not_mixed(journal, harm, monkeypatch):
     assert journal.count() == 3
     with journal.held(fresh=True):
         assert journal.index() == {}
-    assert json.loads(path.read_text())["code"] == journals.code()
+    assert json.loads(path.read_text())["code"] == origin.code()
 
 
 def test_the_code_counts_analyses_and_mechanisms_beside_kernels(tmp_path, monkeypatch):
-    for room in (*journals.ROOMS, "figures"):
+    for room in (*origin.ROOMS, "figures"):
         (tmp_path / room).mkdir()
         (tmp_path / room / "a.py").write_text("1")
-    monkeypatch.setattr(journals.provenance, "PACKAGE", tmp_path)
-    digest = journals.code.__wrapped__
+    monkeypatch.setattr(origin, "PACKAGE", tmp_path)
+    digest = origin.code.__wrapped__
     first = digest()
     (tmp_path / "figures" / "a.py").write_text("2")
     assert digest() == first
-    for room in journals.ROOMS:
+    for room in origin.ROOMS:
         (tmp_path / room / "a.py").write_text("2")
         assert digest() not in (first, None)
         first = digest()

@@ -23,9 +23,12 @@ PLANE = {"kind": "plane", "quantity": "y", "value": 0.0}
         (BRANCH | {"analysis": {"range": [6.0, 9.0], "parameter": "gap"}}, ["analysis.start"]),
         (
             BRANCH | {"analysis": {"range": [9.0, 2.0], "parameter": "gap", "step": 2.0, "section": PLANE}},
-            ["analysis.section", "analysis.step", "analysis.range"],
+            ["analysis.range", "analysis.step", "analysis.section"],
         ),
-        (BRANCH | {"analysis": {"range": [2.0, 9.0], "steps": 3}}, ["analysis.steps"]),
+        (
+            BRANCH | {"analysis": {"range": [2.0, 9.0], "steps": 3}},
+            ["analysis.steps", "analysis.range.clearance"],
+        ),
         (ORBIT | {"analysis": {"period": 0}}, ["analysis.period"]),
         (ORBIT | {"analysis": {"initial": [1.0]}}, ["analysis.initial"]),
         (ORBIT | {"analysis": {"record": ["journal_z"]}}, ["analysis.record[0]"]),
@@ -41,6 +44,13 @@ def test_what_does_not_fit_is_told_by_its_key(study, keys):
     with pytest.raises(InputError) as caught:
         validate(study)
     assert [problem.key for problem in caught.value.problems] == keys
+
+
+def test_length_in_words():
+    orbit = validate(ORBIT | {"analysis": {"period": 2, "transient": 30}})
+    assert "periodic_orbit, period 2, after 30 dropped turns" in orbit.summary()
+    branch = validate(BRANCH | {"analysis": {"range": [2.0, 9.0], "parameter": "gap"}})
+    assert "continuation, gap from 2 to 9, period 1" in branch.summary()
 
 
 def test_a_study_runs(tmp_path: Path):

@@ -7,10 +7,9 @@ from jointplay import cli
 from jointplay.analysis import vary
 from jointplay.errors import InputError
 from jointplay.study import cells
-from jointplay.study.cells import swept
 from jointplay.study.plan import plan, status
-from jointplay.study.points import points
-from jointplay.study.run import analysed
+from jointplay.study.run import first_work, run
+from jointplay.study.vary import points
 
 HEAD, TAIL = CELLS.split("[vary]\n")[0], "\n[analysis]\nturns = 5\n"
 
@@ -100,7 +99,7 @@ def test_looking_at_many_values_takes_so_many_looks(monkeypatch):
     vary.axes(record.mechanism, {"gap": [Value(2 + i / 500) for i in range(500)]})
     assert len(made) == 1000
     assert len(compared) < 100
-    assert len({cell.key for cell in swept(record).strands}) == 500
+    assert len({cell.key for cell in first_work(record).strands}) == 500
     assert len(made) == 1500
 
 
@@ -115,7 +114,7 @@ def test_kinds_that_look_at_one_mechanism_do_not_vary_it(kind):
 
 def test_a_cell_is_known_by_what_it_computes_alone():
     def keys(*more):
-        return [strand.key for strand in swept(loaded(CELLS, *more).record).strands]
+        return [strand.key for strand in first_work(loaded(CELLS, *more).record).strands]
 
     whole = keys()
     assert len(set(whole)) == 6
@@ -130,7 +129,7 @@ def test_a_cell_is_known_by_what_it_computes_alone():
 
 def test_a_point_of_a_chain_is_known_by_all_before_it():
     def keys(*more):
-        return [strand.keys for strand in swept(loaded(CHAINS, *more).record).strands]
+        return [strand.keys for strand in first_work(loaded(CHAINS, *more).record).strands]
 
     up, down, reset = keys()
     higher = keys("vary.gap=[2.95, 3.0, 3.05, 3.1, 3.2]")
@@ -171,4 +170,4 @@ def test_a_study_of_one_analysis_has_no_cells(tmp_path):
     study = loaded(f"{HEAD}{TAIL}")
     with pytest.raises(InputError, match="vary"):
         list(plan(study, tmp_path, 2))
-    assert "gap" not in analysed(study.record).dims
+    assert "gap" not in run(study).dims

@@ -17,7 +17,7 @@ def test_the_record_is_plain_json_and_does_not_change_between_runs():
     record = json.loads(first)
     assert record["study"] == {"kind": "response"}
     assert record["study_text"] == "kind = 'response'"
-    assert set(record["environment"]) == {"python", "numpy", "numba", "llvmlite", "platform"}
+    assert set(record["environment"]) == {"python", "numpy", "numba", "llvmlite", "platform", "processor"}
     assert set(record["software"]) == {"name", "version", "git"}
 
 

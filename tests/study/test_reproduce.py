@@ -1,24 +1,29 @@
 """The verb that computes and draws the paper's studies, and the tables that it writes."""
 
 import re
+import signal
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from study_samples import TEXT, result
+from study_samples import TEXT, result, stand_in
+from sweep_samples import PLANE, die, forked, same
 
 from jointplay import cli
+from jointplay.analysis.states import basins
 from jointplay.errors import InputError
+from jointplay.jobs import worker
+from jointplay.jobs.journal import Journal
 from jointplay.study import reproduce as module
-from jointplay.study import run, store
+from jointplay.study import store
 from jointplay.study.file import load
 from jointplay.study.reproduce import choose, find_folder, reproduce
 from jointplay.study.status import explain, failed_cells
 from jointplay.study.tables import claims_table, readings_table
 
 PAPER = Path(__file__).parents[2] / "studies" / "paper"
-FLAGS = "ok diverged step_limit chatter not_converged bad_parameters crashed not_run"
+FLAGS = "ok diverged step_limit chatter not_converged bad_parameters crashed not_run interrupted"
 KIND = 'kind = "claims"\n[mechanism]\ncatalog = "chunmei2002"\n'
 
 
@@ -28,7 +33,7 @@ def graded():
         "flag_values": np.arange(4, dtype=np.int8),
         "flag_meanings": "undecidable not partly reproduced",
     }
-    ok = {"flag_values": np.arange(8, dtype=np.int8), "flag_meanings": FLAGS}
+    ok = {"flag_values": np.arange(9, dtype=np.int8), "flag_meanings": FLAGS}
     data = {
         "grade": ("claim", np.array([2, 3], np.int8), grades),
         "evidence": ("claim", ["ratio 1.29 to 4.6 (16 of 18 above 1); " * 6, "period 1"]),
@@ -45,7 +50,7 @@ def folder(tmp_path, calls, monkeypatch):
     place.mkdir(parents=True)
     for name, text in (("fig03", TEXT), ("fig04", TEXT), ("claims", KIND)):
         (place / f"{name}.toml").write_text(text)
-    monkeypatch.setitem(run.ANALYSES, "claims", lambda *_, **__: graded())
+    stand_in(monkeypatch, "claims", lambda *_, **__: graded())
     monkeypatch.setattr(module.figures, "draw", figure)
     monkeypatch.setattr(module, "_compile", lambda paths: None)
     monkeypatch.chdir(tmp_path)
@@ -104,8 +109,8 @@ def test_a_study_that_fails_is_named_and_the_rest_goes_on(folder, tmp_path, monk
     def crash(*_, **__):
         raise ZeroDivisionError("at the end of the road")
 
-    monkeypatch.setitem(run.ANALYSES, "section", crash)
-    monkeypatch.setitem(run.ANALYSES, "response", lambda *_, **__: result(status=2))
+    stand_in(monkeypatch, "section", crash)
+    stand_in(monkeypatch, "response", lambda *_, **__: result(status=2))
     assert cli.main(["reproduce", "--jobs", "1"]) == 1
     said = capsys.readouterr()
     assert "1 of 6 studies done" in said.out
@@ -157,6 +162,37 @@ def test_in_worker_processes(tmp_path):
     for name in ("one", "two"):
         a, b = (store.open_result(tmp_path / str(jobs) / f"{name}.nc") for jobs in (1, 2))
         xr.testing.assert_identical(a.drop_vars("wall_time"), b.drop_vars("wall_time"))
+
+
+def test_a_killed_run_goes_on_where_it_was(tmp_path, monkeypatch):
+    """Cells that an earlier run finished do not run again, unless they are to be dropped."""
+    place, out, begun, begin = tmp_path / "studies", tmp_path / "out", [], worker.Notes.begin
+    place.mkdir()
+    (place / "plane.toml").write_text(PLANE)
+    monkeypatch.setattr(basins, "BLOCK", 5)
+    monkeypatch.setattr(worker, "BATCH", 0.0)
+
+    def noted(notes, key):
+        begun.append(key)
+        if len(begun) == 3:
+            die()
+        begin(notes, key)
+
+    monkeypatch.setattr(worker.Notes, "begin", noted)
+    assert forked(lambda: reproduce(jobs=1, out=out, folder=place)) == signal.SIGKILL
+    done = Journal(out / "plane.journal").index()
+    assert len(done) == 2
+    begun += [None] * 3
+    (outcome,) = reproduce(jobs=1, out=out, folder=place)
+    assert outcome.failure == ""
+    assert len(begun) == 3 + 4
+    assert not done.keys() & set(begun)
+    reproduce(jobs=1, out=tmp_path / "anew", folder=place)
+    assert same(*(store.open_result(where / "plane.nc") for where in (out, tmp_path / "anew")))
+    begun.clear()
+    begun += [None] * 3
+    reproduce(jobs=1, out=out, folder=place, fresh=True)
+    assert len(begun) == 3 + 6
 
 
 def test_the_studies_of_the_whole_paper_validate():
@@ -224,7 +260,7 @@ def test_the_table_of_readings():
 
 
 def test_failed_cells_are_named():
-    ok = {"flag_values": np.arange(8, dtype=np.int8), "flag_meanings": FLAGS}
+    ok = {"flag_values": np.arange(9, dtype=np.int8), "flag_meanings": FLAGS}
     cells = np.zeros((2, 6), np.int8)
     data = {"status": ((), np.int8(2), ok), "cell_status": (("panel", "reading"), cells, ok)}
     found = xr.Dataset(data, {"panel": ["a", "b"], "reading": list("uvwxyz")})

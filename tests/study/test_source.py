@@ -57,6 +57,12 @@ def test_a_syntax_error_names_its_line():
     assert "turns == 3" in str(error.value)
 
 
+def test_an_error_at_the_end_of_the_text_shows_its_first_line():
+    with pytest.raises(InputError) as error:
+        source.parse("kind = 'response'\nlist = [1,\n2\n")
+    assert [problem.given for problem in error.value.problems] == ["kind = 'response'"]
+
+
 @pytest.mark.parametrize(
     "text", ["a = " + "[" * 5000, "x = 2024-99-99", "a = 1\na = 2", "\0", "a = " + "9" * 5000]
 )

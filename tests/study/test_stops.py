@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from program import jointplay
 
+from jointplay.analysis import looks
+from jointplay.cli import main
 from jointplay.study.status import name_of
 from jointplay.study.store import open_result
 
@@ -53,4 +55,89 @@ def test_an_interrupt_ends_a_run_soon_with_a_sentence(seconds, tmp_path):
     assert process.returncode == 130
     assert "interrupted: run the same command again" in said
     assert "Traceback" not in said
-    assert list((tmp_path / "out").iterdir()) == []
+    assert {path.name for path in (tmp_path / "out").iterdir()} <= {"fig12c.partial.nc"}
+
+
+SYSTEM = """
+[mechanism]
+catalog = "soft_impact_pair"
+gap = 1.0
+stiffness = 50.0
+damping = 1.0
+
+[analysis]
+"""
+KEPT = {
+    "response": ("turns = 1000000\nsamples_per_turn = 2\n", lambda found: found.sizes["time"] > 100),
+    "section": ("turns = 100000000\n", lambda found: found.sizes["turn"] > 100),
+    "lyapunov": ("turns = 100000000\n", lambda found: np.isfinite(found["lyapunov_exponent"]).all()),
+    "continuation": (
+        'parameter = "gap"\nrange = [0.5, 2.0]\ntransient = 20\nstep = 1e-4\nmax_points = 100000\n',
+        lambda found: (
+            (found.sizes["point"] > 1)
+            & bool(np.isfinite(found["orbit_state"][0, : int(found["n_points"][0])]).all())
+        ),
+    ),
+    "sensitivity": (
+        "neighbours = 2\nreferences = 99\nturns = 300\n",
+        lambda found: np.isfinite(found["distance"][0]).all(),
+    ),
+}
+
+
+@pytest.fixture
+def interrupting(monkeypatch):
+    """Ctrl-C when something has been done."""
+
+    def pressed(self, fraction):
+        self.said += fraction > 0
+        if self.said == 5:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr("jointplay.study.progress.Progress.__call__", pressed)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("kind", KEPT)
+def test_what_a_single_analysis_has_is_kept_apart_from_its_result(kind, tmp_path, interrupting, capsys):
+    analysis, worth_keeping = KEPT[kind]
+    study, result = tmp_path / "one.toml", tmp_path / "one.nc"
+    study.write_text(f'kind = "{kind}"\n{SYSTEM}{analysis}')
+    result.write_text("of a run before")
+    assert main(["run", str(study), "--out", str(tmp_path)]) == 130
+    said = capsys.readouterr()
+    assert "one.partial.nc" in said.out
+    assert "interrupted: run the same command again to start over" in said.err
+    found = open_result(tmp_path / "one.partial.nc")
+    assert name_of(found) == "interrupted"
+    assert worth_keeping(found)
+    assert result.read_text() == "of a run before"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_a_run_that_ends_takes_away_what_an_interrupted_one_kept(tmp_path):
+    study, partial = tmp_path / "one.toml", tmp_path / "one.partial.nc"
+    study.write_text(f'kind = "section"\n{SYSTEM}turns = 5\n')
+    partial.write_text("of a run before")
+    assert main(["run", str(study), "--out", str(tmp_path), "--no-figure"]) == 0
+    assert (tmp_path / "one.nc").exists()
+    assert not partial.exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_what_cannot_be_kept_starts_over(tmp_path, interrupting, capsys):
+    study = tmp_path / "one.toml"
+    study.write_text(f'kind = "chaos_test"\n{SYSTEM}turns = 100000000\n')
+    assert main(["run", str(study), "--out", str(tmp_path)]) == 130
+    assert "interrupted: run the same command again to start over" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["one.toml"]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_a_stop_that_nothing_comes_to_interrupts_all_the_same(monkeypatch):
+    monkeypatch.setattr(looks, "PATIENCE", 0.05)
+    with looks.keeping():
+        assert looks.stop()
+        assert not looks.stop()  # the second time is in earnest
+        with pytest.raises(KeyboardInterrupt):
+            time.sleep(60)

@@ -1,5 +1,7 @@
 """Result files: whole or not at all, and the same for the same data."""
 
+import os
+
 import netCDF4
 import numpy as np
 import pytest
@@ -68,6 +70,14 @@ def test_an_interrupt_in_the_middle_leaves_nothing(dataset, tmp_path, monkeypatc
     with pytest.raises(KeyboardInterrupt):
         store.write_result(dataset, tmp_path / "r.nc")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_has_its_name_only_when_it_is_on_the_disk(dataset, tmp_path, monkeypatch):
+    order, sync, replace = [], os.fsync, os.replace
+    monkeypatch.setattr(os, "fsync", lambda *a: (order.append("sync"), sync(*a)))
+    monkeypatch.setattr(os, "replace", lambda *a: (order.append("name"), replace(*a)))
+    store.write_result(dataset, tmp_path / "r.nc")
+    assert order == ["sync", "name", "sync"]
 
 
 def test_what_is_no_result_is_refused(tmp_path):

@@ -17,13 +17,16 @@ from sweep_samples import CELLS, CHAINS, bare, die, forked, loaded, ran, same
 
 import jointplay as jp
 from jointplay import cli
+from jointplay.analysis import quantities
 from jointplay.analysis.sweeps import sweep as chains
 from jointplay.errors import InputError
-from jointplay.study import cells, execute, store, worker
+from jointplay.jobs import worker
+from jointplay.jobs.journal import Journal
+from jointplay.jobs.pool import Pool
+from jointplay.jobs.strands import CRASHED
+from jointplay.study import execute, store
 from jointplay.study.file import load, validate
-from jointplay.study.journal import CRASHED, Journal
-from jointplay.study.pool import Pool
-from jointplay.study.run import run
+from jointplay.study.run import first_work, run
 
 SHIPPED = Path(__file__).parents[2] / "studies"
 STUDIES = {"cells": CELLS, "chains": CHAINS}
@@ -128,7 +131,7 @@ def test_a_killed_run_goes_on_where_it_was(name, moment, whole, tmp_path, monkey
     assert (
         len(begun)
         == len(set(begun))
-        == sum(len(s.keys) for s in cells.swept(study.record).strands) - len(done)
+        == sum(len(s.keys) for s in first_work(study.record).strands) - len(done)
     )
     assert len(done) == {"begin": 0, "put": int(count or 0), "rename": 2}.get(word, len(done) or -1)
     assert same(found, whole[name])
@@ -187,6 +190,26 @@ def test_a_cell_that_fails_is_told_and_the_rest_goes_on(tmp_path, capsys):
     assert (found["cell_status"] == 2).all()
     assert "steps" in str(found["trouble"].values[0, 0])
     assert "step_limit" in capsys.readouterr().err
+
+
+def test_a_cell_beyond_the_model_says_so_and_keeps_its_numbers(tmp_path, monkeypatch):
+    text = (
+        'kind = "response"\nname = "deep"\n[mechanism]\ncatalog = "chunmei2002"\ngear_ratio = 3.0\n'
+        "[vary]\nclearance = [2.9e-4, 1e-4]\n[analysis]\nturns = 0.3\n"
+    )
+    monkeypatch.setattr(quantities, "DEEP", 0.2)
+    found, study = ran(loaded(text), tmp_path), loaded(text)
+    deeper = jp.catalog.chunmei2002(gear_ratio=3.0, clearance=1e-4)
+    with pytest.warns(jp.ModelWarning, match="clearances into its bearing"):
+        alone = jp.simulate(deeper, turns=0.3)
+    assert found["trouble"].values.tolist() == [alone.attrs["warning"], ""]
+    assert not found["cell_status"].any()
+    assert "warning" not in found.attrs
+    numbers = found["journal_x"].sel(clearance=1e-4).values
+    assert numbers[: len(alone["time"])].tobytes() == alone["journal_x"].values.tobytes()
+    journal = execute.journal_of(tmp_path, study.record.name)
+    kept = journal.load(first_work(study.record).strands[i].keys[0] for i in range(2))
+    assert len({answer["dataset"].layout for answer in kept.values()}) == 1
 
 
 def test_a_worker_that_dies_costs_its_cell_a_second_try(tmp_path):
@@ -300,7 +323,7 @@ def test_a_journal_of_other_code_is_refused_by_the_command(tmp_path, capsys, mon
     path.write_text(CELLS)
     words = ["run", str(path), "--out", str(tmp_path), "--jobs", "1"]
     assert cli.main(words) == 0
-    monkeypatch.setattr("jointplay.study.journal.code", lambda: "another")
+    monkeypatch.setattr("jointplay.jobs.origin.code", lambda: "another")
     assert cli.main(words) == 2
     assert "--fresh" in capsys.readouterr().err
     assert cli.main([*words, "--fresh"]) == 0
@@ -315,6 +338,15 @@ def test_dask_is_asked_for_by_its_address(tmp_path, capsys):
     assert "--" in capsys.readouterr().err
     assert cli.main([*words, "--scheduler", "tcp://localhost:1"]) == 2
     assert "--scheduler" in capsys.readouterr().err
+
+
+def test_without_dask_it_is_said_how_to_install_it(tmp_path, capsys, monkeypatch):
+    path = tmp_path / "cells.toml"
+    path.write_text(CELLS)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    words = ["run", str(path), "--out", str(tmp_path), "--backend", "dask"]
+    assert cli.main([*words, "--scheduler", "tcp://localhost:1"]) == 2
+    assert "pip install distributed" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", STUDIES)

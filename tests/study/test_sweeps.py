@@ -138,8 +138,8 @@ def test_what_does_not_fit_the_varied_mechanism_is_told():
     assert "journal_x" in problems(LINKAGE, 'figure.quantity="journal_z"')["figure.quantity"]
     assert problems(PAIR, 'figure.kind="parameter_map"').keys() == {"figure.kind"}
     assert problems(PAIR, "figure.limits=3", "figure.period=1").keys() == {"figure.limits", "figure.period"}
-    assert problems(PAIR, "analysis.initial=[0.0, 1.0]").keys() == {"analysis.starts"}
-    assert problems(PAIR, 'analysis.direction=["up", "up"]').keys() == {"analysis.direction"}
+    assert problems(PAIR, "analysis.initial=[0.0, 1.0]").keys() == {"analysis.initial"}
+    assert problems(PAIR, 'analysis.direction=["up", "up"]').keys() == {"analysis.direction[1]"}
     assert problems(PAIR, 'analysis.section.kind="plane"').keys() == {
         "analysis.section.quantity",
         "analysis.section.value",

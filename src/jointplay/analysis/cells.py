@@ -1,58 +1,101 @@
-"""Many small computations side by side: in worker processes, with kernels compiled before the pool starts.
+"""Analyses that divide their work: they hand out cells, and make their dataset of what these answer.
 
-Who calls an analysis may have its cells run by something else, such as one that keeps what is finished.
+Such an analysis is a generator. It yields `Work`, and is given back what goes through the answers. Whoever
+drives it (`driven`) decides who runs the cells: this process and its workers (`divided`), or a study that
+keeps what is finished.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
-from typing import Any, Protocol
+from collections.abc import Callable, Container, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial, wraps
+from inspect import signature
+from typing import Any, ClassVar
 
-from joblib import Parallel, delayed
+import xarray as xr
 
 from jointplay.analysis.ensemble import follow_ensemble
+from jointplay.analysis.looks import from_progress, look, reported
 from jointplay.analysis.run import Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
+from jointplay.jobs.strands import CRASHED, Entry, Kept, Notes, Strand
+from jointplay.jobs.worker import in_tasks
 from jointplay.mechanism.scene import Scene
+from jointplay.numerics.codes import Status
 
 JOBS = 2
+DIGITS = 7  # of a number in the key of a numbered cell
+
+Read = Callable[[], Iterable[tuple[str, Entry]]]  # goes through the answers by their keys, in any order
 
 
-class Runner(Protocol):
-    """Runs cells in place of the pool."""
+@dataclass(frozen=True)
+class Work:
+    """What an analysis hands out.
 
-    def __call__(
-        self,
-        function: Callable[..., dict[str, Any]],
-        cells: Sequence[dict[str, Any]],
-        progress: Callable[[float], None] | None,
-    ) -> list[dict[str, Any]]:
-        """Give what `run_cells` gives."""
+    Parameters
+    ----------
+    strands : sequence of Strand
+        What is to be run, in any order.
+    shape : dict of str to int
+        Numbers of cells along each dimension.
+    progress : callable, optional
+        To be called with the fraction done.
+    warm : callable
+        Compiles what cells need, so that other processes find it on the disk.
+    numbered : bool
+        Whether keys are numbers of cells, which mean something beside the study alone.
+    """
+
+    strands: Sequence[Strand]
+    shape: dict[str, int]
+    progress: Callable[[float], None] | None = None
+    warm: Callable[[], None] = lambda: None
+    numbered: bool = False
 
 
-_runner: ContextVar[Runner | None] = ContextVar("runner", default=None)
+Steps = Generator[Work, Read, xr.Dataset]
 
 
-@contextmanager
-def cells_run_by(runner: Runner | None) -> Iterator[None]:
-    """Have `run_cells` hand its cells to `runner` inside the block, in this thread; None: to its own pool."""
-    token = _runner.set(runner)
-    try:
-        yield
-    finally:
-        _runner.reset(token)
+@dataclass(frozen=True)
+class Cell:
+    """A strand of one: a call of a function that workers import by name."""
+
+    function: Callable[..., Entry]
+    keywords: dict[str, Any]
+    key: str
+    carried: ClassVar[bool] = False
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Its key alone."""
+        return (self.key,)
+
+    def run(self, notes: Notes) -> None:
+        """Call the function; an error is an answer too."""
+        notes.begin(self.key)
+        notes.put(self.key, guarded(self.function, self.keywords))
+
+    def only(self, _: str) -> Cell:
+        """Give itself."""
+        return self
+
+    def sample(self) -> Cell:
+        """Give itself."""
+        return self
+
+    def left(self, done: Container[str], _: Mapping[str, Entry]) -> Cell | None:
+        """Give itself, if it is not finished."""
+        return None if self.key in done else self
 
 
-def run_cells(
-    function: Callable[..., dict[str, Any]],
+def handed_out(
+    function: Callable[..., Entry],
     cells: Sequence[dict[str, Any]],
-    n_jobs: int | None = None,
     progress: Callable[[float], None] | None = None,
-) -> list[dict[str, Any]]:
-    """Call a function once a cell, each time with the cell's keywords.
+) -> Generator[Work, Read, list[Entry]]:
+    """Hand out a call of a function for each cell.
 
     Parameters
     ----------
@@ -60,10 +103,8 @@ def run_cells(
         Gives back a dict with the key ``status``; importable by name, since workers are processes.
     cells : sequence of dict
         Keywords of the calls.
-    n_jobs : int, optional
-        Worker processes, `JOBS` if left out; 1: this process alone.
     progress : callable, optional
-        Called with the fraction of cells done.
+        To be called with the fraction of cells done.
 
     Returns
     -------
@@ -71,27 +112,61 @@ def run_cells(
         In the order of the cells. A cell that raised has only a ``status`` (``bad_parameters`` where its
         input was refused, ``crashed`` else) and ``trouble``, the error's text.
     """
-    if (runner := _runner.get()) is not None:
-        with cells_run_by(None):  # a cell that has cells of its own runs them where it is
-            return runner(function, cells, progress)
-    n_jobs = JOBS if n_jobs is None else n_jobs
-    pool = Parallel(n_jobs=n_jobs, backend="loky" if n_jobs != 1 else "sequential", return_as="generator")
-    found = []
-    for answer in pool(delayed(guarded)(function, cell) for cell in cells):
-        found.append(answer)
-        if progress is not None:
-            progress(len(found) / len(cells))
-    return found
+    keys = [f"{i:0{DIGITS}x}{len(cells):0{DIGITS}x}" for i in range(len(cells))]
+    made = [Cell(function, each, key) for each, key in zip(cells, keys, strict=True)]
+    read = yield Work(made, {"inside one analysis": len(cells)}, progress, numbered=True)
+    answers = dict(read())
+    return [answers[key] for key in keys]
 
 
-def guarded(function: Callable[..., dict[str, Any]], cell: dict[str, Any]) -> dict[str, Any]:
+@reported
+def driven(steps: Callable[..., Steps], run: Callable[[Work], Read], /, *arguments, **keywords) -> xr.Dataset:
+    """Go through an analysis, whose work `run` does, and give its dataset."""
+    analysis, read = steps(*arguments, **keywords), None
+    while True:
+        try:
+            work = analysis.send(read)
+        except StopIteration as end:
+            return end.value
+        read = run(work)
+
+
+def divided(steps: Callable[..., Steps]) -> Callable[..., xr.Dataset]:
+    """Make an analysis whose work is done by `n_jobs` worker processes; `steps` stays at hand."""
+
+    @wraps(steps)
+    def analysis(*arguments, n_jobs: int | None = None, **keywords):
+        return driven(steps, partial(in_memory, n_jobs), *arguments, n_jobs=n_jobs, **keywords)
+
+    analysis.steps = steps
+    analysis.__signature__ = signature(steps).replace(return_annotation=xr.Dataset)
+    return analysis
+
+
+def in_memory(n_jobs: int | None, work: Work) -> Read:
+    """Do some work with so many processes, `JOBS` if none are named, and keep the answers in memory."""
+    total, tell = sum(len(strand.keys) for strand in work.strands), work.progress or (lambda _: None)
+    kept = Kept(lambda answers: tell(len(answers) / total))
+    jobs = min(JOBS if n_jobs is None else n_jobs, len(work.strands))
+    if jobs > 1:
+        work.warm()
+        in_tasks(work.strands, lambda done: kept.add(done.answers), jobs, look=look)
+    else:
+        for strand in work.strands:
+            strand.run(kept)
+    return kept.answers.items
+
+
+def guarded(function: Callable[..., Entry], cell: dict[str, Any]) -> Entry:
     """Call a function with a cell's keywords; an error becomes a ``status`` with ``trouble``, its text."""
     try:
         return function(**cell)
     except InputError as error:
-        return {"status": STATUS.index("bad_parameters"), "trouble": str(error)}
+        return {"status": int(Status.BAD_PARAMETERS), "trouble": str(error)}
     except Exception as error:
-        return {"status": STATUS.index("crashed"), "trouble": f"{type(error).__name__}: {error}"}
+        if from_progress(error):
+            raise
+        return {"status": CRASHED, "trouble": f"{type(error).__name__}: {error}"}
 
 
 def warm(scenes: Iterable[Scene], ensemble: bool = False) -> None:

@@ -1,7 +1,8 @@
 """What the contacts of a motion did: how often, how long, how hard, in which order, and what they missed.
 
 A contact begins with an event `contact` and ends with a `separation`; a rigid wall's `impact` is both at
-once. Events are recorded with the state and the modes just before them.
+once, and where impacts end in `rest` on it, that lasts until a `separation`. Events are recorded with the
+state and the modes just before them.
 """
 
 from __future__ import annotations
@@ -10,16 +11,24 @@ from itertools import pairwise
 
 import numpy as np
 
-from jointplay.analysis.quantities import RELEASED, Quantities
+from jointplay.analysis.quantities import Quantities
 from jointplay.analysis.run import Records
-from jointplay.analysis.words import EVENTS, MODES
 from jointplay.codegen import cache, outputs
 from jointplay.mechanism.scene import Scene
+from jointplay.numerics.codes import Event, Mode
 
-CONTACT, SEPARATION, IMPACT = (EVENTS.index(name) for name in ("contact", "separation", "impact"))
+CONTACT, SEPARATION, IMPACT, REST = map(int, (Event.CONTACT, Event.SEPARATION, Event.IMPACT, Event.REST))
 JOINT, KIND, TIME = 0, 1, 2  # columns of an event's row; positions, speeds, modes, work follow
 ROW = 2  # where that part of it begins which all rows have
-LETTERS = dict(zip(MODES, "fr+-sc", strict=True))  # of modes in the word of a turn
+LETTERS = {  # of modes in the word of a turn
+    Mode.FREE: "f",
+    Mode.RELEASED: "r",
+    Mode.SLIP_POSITIVE: "+",
+    Mode.SLIP_NEGATIVE: "-",
+    Mode.STICK: "s",
+    Mode.CONTACT: "c",
+    Mode.REST: "h",
+}
 LONGEST, TURNS = 24, 4  # letters of a turn's word, and turns of a period's, that are kept
 CUT = "~"  # the end of a word that was longer
 STEP = 1e-6  # of the period, for the rate of a gap
@@ -43,10 +52,11 @@ def counts(
     joint : int, optional
         Whose events; all if left out.
     """
-    rows = events[np.isin(events[:, KIND], (CONTACT, SEPARATION, IMPACT)) & (events[:, TIME] <= end)]
+    rows = events[np.isin(events[:, KIND], (CONTACT, SEPARATION, IMPACT, REST)) & (events[:, TIME] <= end)]
     rows = rows if joint is None else rows[rows[:, JOINT] == joint]
     hits, rows = np.sum(rows[:, KIND] == IMPACT), rows[rows[:, KIND] != IMPACT]
-    begins, times = rows[:, KIND] == CONTACT, rows[:, TIME]
+    begins, times = rows[:, KIND] != SEPARATION, rows[:, TIME]
+    hits -= np.sum(rows[:, KIND] == REST)  # it begins by impacts
     # a motion that begins in contact separates first
     closed = not begins[0] if len(rows) else closed_at_end
     switches = np.concatenate([[0.0] * int(closed), times, [end]])
@@ -60,7 +70,7 @@ def counts(
 
 def closed(scene: Scene, records: Records, row: np.ndarray) -> np.ndarray:
     """Whether each contact transmits force at a row (time, positions, speeds, modes)."""
-    return Quantities(scene, row[None, :], records.start).modes[0] > RELEASED
+    return Quantities(scene, row[None, :], records.start).modes[0] > Mode.RELEASED
 
 
 def smallest_impact_speed(scene: Scene, records: Records) -> np.ndarray:
@@ -164,7 +174,7 @@ def _turned(turns: list[str]) -> str:
 def _modes(codes: np.ndarray) -> str:
     """Letters of modes, each change once."""
     kept = codes[np.concatenate([[True], codes[1:] != codes[:-1]])]
-    return _cut("".join(LETTERS[MODES[code]] for code in kept[: LONGEST + 1]))
+    return _cut("".join(LETTERS[code] for code in kept[: LONGEST + 1]))
 
 
 def _walls_met(scene: Scene, records: Records, begin: float, end: float) -> str:

@@ -8,17 +8,22 @@ in one joint, rtol from 1e-8 up; whatever else is asked for is followed one by o
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 
 import numpy as np
 
 from jointplay.analysis import margins
+from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.run import Records, Request, follow, functions
 from jointplay.codegen import cache
-from jointplay.errors import Problem
-from jointplay.mechanism.records import ConstantSpeed, Mechanism, TestSystem
+from jointplay.codegen.ensemble import known
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.assemble import linkage
+from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.scene import Scene
+from jointplay.numerics.codes import Row
 
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
 LOG_ROWS = 8192
@@ -28,21 +33,18 @@ ACCEPTED = (
 )
 
 
-def refused(mechanism: Mechanism | TestSystem, asked: bool, rtol: float) -> list[Problem]:
+def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list[Problem]:
     """What forbids to follow motions of a mechanism eight at once, where that is asked for."""
-    loose = isinstance(rtol, int | float) and rtol >= RTOL
-    fit = asked is True and loose and isinstance(mechanism, Mechanism) and _fits(mechanism)
-    return [] if asked is False or fit else [Problem("ensemble", asked, ACCEPTED)]
+    fit = not ensemble or (rtol >= RTOL and isinstance(mechanism, Mechanism) and _fits(mechanism))
+    return [] if fit else [Problem("ensemble", ensemble, ACCEPTED)]
 
 
 def _fits(mechanism: Mechanism) -> bool:
-    """Whether it is of the kind that goes in lanes, as far as shows without its equations."""
-    rigid = not any(link.elastic for link in mechanism.links)
-    crank_first = mechanism.crank in (None, mechanism.links[0].name)
-    free = not isinstance(mechanism.drive, ConstantSpeed)
-    return (
-        rigid and crank_first and free and len(mechanism.links) == 3 and len(mechanism.clearance_joints) == 1
-    )
+    """Whether the structure of its equations goes in lanes."""
+    try:
+        return known(linkage(mechanism))
+    except InputError:
+        return True  # a mechanism that cannot be assembled says so when it is
 
 
 def follow_ensemble(scenes: Sequence[Scene], requests: Sequence[Request]) -> list[Records]:
@@ -77,25 +79,21 @@ def suits(scene: Scene, request: Request) -> bool:
     """Whether this can be followed beside others: one contact and three free angles, at a moderate rtol."""
     from jointplay.numerics.ensemble.radau import MAX_TURN
 
-    asked = not (len(request.at) or request.steps or request.event >= 0)
-    whole = request.log_from <= 0 or not (request.events or request.misses)
-    if len(scene.joints) != 1 or len(scene.state) != 6 or len(scene.turning) != 3:
+    if not known(scene.structure):
         return False
+    asked = not (len(request.at) or request.steps or request.event >= 0 or request.rates)
+    whole = request.log_from <= 0 or not (request.events or request.misses)
     ahead = (request.level - scene.state[0]) * request.direction > 0
     section = request.direction == 0 or (ahead and request.period > MAX_TURN)  # one in a step
     if not (asked and section and whole and request.rtol >= RTOL and scene.h_max == np.inf):
         return False
     same = np.ptp(scene.absolute[3:]) == 0 and np.all(scene.absolute[:3] == 1) and np.all(scene.turning == 1)
-    plain = np.all(scene.relative == np.repeat([0.0, 1.0], 3))
-    if not (same and plain):
-        return False
-    cache.prepare("ensemble.flow")
-    return cache.ensemble_module(scene.structure) is not None
+    return bool(same and np.all(scene.relative == np.repeat([0.0, 1.0], 3)))
 
 
 def _in_lanes(pairs: list[tuple[Scene, Request]]) -> list[Records]:
     """Motions of one structure, in lanes."""
-    from jointplay.numerics.ensemble.layout import LOGGED
+    from jointplay.numerics.ensemble.layout import LOGGED, PASSED_BY, PAUSE
     from jointplay.numerics.interface import direct
 
     began, scenes = time.perf_counter(), [scene for scene, _ in pairs]
@@ -104,11 +102,18 @@ def _in_lanes(pairs: list[tuple[Scene, Request]]) -> list[Records]:
     whole = np.array([_whole(request, flags) for _, request in pairs], dtype=np.int64)
     states, numbers = (np.array([getattr(scene, name) for scene in scenes]) for name in ("state", "numbers"))
     jobs, lanes = flow.jobs(states, numbers, real, whole, LOG_ROWS), flow.lanes(rows, numbers.shape[1])
-    code, parts, run = flow.FULL, [], direct(flow.flow)
-    while code == flow.FULL:
-        code = run(f, g, lanes, jobs)
-        parts.append(jobs.log[: jobs.place[LOGGED]].copy())
-        jobs.place[LOGGED] = 0
+    parts, run, place = [], direct(flow.flow), jobs.place
+
+    def call(pause: int) -> int:
+        place[PAUSE] = pause
+        return run(f, g, lanes, jobs)
+
+    def take() -> None:
+        parts.append(jobs.log[: place[LOGGED]].copy())
+        place[LOGGED] = 0
+
+    own = pace(scenes[0].structure, "ensemble")
+    in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
     each, log = (time.perf_counter() - began) / len(scenes), np.concatenate(parts)
     log = log[np.argsort(log[:, 0], kind="stable")]
     cuts = np.searchsorted(log[:, 0], np.arange(len(scenes) + 1))
@@ -120,6 +125,7 @@ def _kernels(structure) -> tuple:
     from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
     from jointplay.numerics.interface import pointers
 
+    cache.prepare("ensemble.flow")
     module, f = cache.ensemble_module(structure), functions(structure)
     g = pointers(module, cache.ensemble_algebra(), kind=Functions, signatures=SIGNATURES)
     (flags,) = cache.structure_module(structure).CONTACTS.values()
@@ -145,7 +151,7 @@ def _whole(request: Request, flags: int) -> list[int]:
 def _records(jobs, n: int, log: np.ndarray, seconds: float) -> Records:
     from jointplay.numerics.ensemble import layout as c
 
-    kinds = [log[log[:, 0] == tag, 1:] for tag in range(4)]
+    kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     names = ("n_steps", "n_rejected", "n_failed", "n_evaluations", "n_events")
     counts = {name: int(jobs.count[n, place]) for place, name in enumerate(names)}
     status = int(jobs.count[n, c.C_STATUS])

@@ -3,34 +3,46 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis import rates
 from jointplay.analysis import request as asked
-from jointplay.analysis.quantities import Quantities, dataset, flags, scalars
+from jointplay.analysis.keywords import (
+    Before,
+    Duration,
+    Length,
+    Moving,
+    Names,
+    Progress,
+    Rtol,
+    Start,
+    analysis,
+)
+from jointplay.analysis.quantities import beyond_the_model, dataset, flags, scalars
 from jointplay.analysis.run import Request, follow
 from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.mechanism.base import Natural
+from jointplay.mechanism.records import CrankAngle, Section
 
 ONCE_A_TURN = CrankAngle()
 
 
+@analysis(asked.length_fits, asked.section_fits, asked.record_fits, asked.start_fits)
 def poincare(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
-    turns: float | None = None,
-    duration: float | None = None,
-    transient: float = 0,
-    rtol: float = 1e-8,
-    record: Sequence[str] | None = None,
-    initial: Any = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    turns: Length | None = None,
+    duration: Duration | None = None,
+    transient: Before = 0,
+    rtol: Rtol = 1e-8,
+    record: Names | None = None,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Cut a motion with a surface.
 
@@ -58,7 +70,6 @@ def poincare(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    asked.check(mechanism, turns, duration, transient, rtol, max_steps)
     names = recorded(record, mechanism)
     scene = assemble(
         mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
@@ -70,11 +81,12 @@ def poincare(
     if counted:
         fields["stop_after"] = math.ceil(transient) + math.ceil(turns)
         end *= asked.SLACK
-    records = follow(scene, Request(end, rtol, max_steps=asked.steps(max_steps), **fields), progress)
+    request = Request(end, rtol, max_steps=asked.steps(max_steps), rates=rates.needed(names), **fields)
+    records = follow(scene, request, progress)
     rows = records.sections
     if not counted:
         rows = rows[rows[:, 2] >= begin]
-    points = Quantities(scene, rows[:, 2:], records.start)
+    points = rates.quantities(scene, rtol, records, rows[:, 2:])
     variables = points.variables(names, "turn") | scalars(scene, records)
     variables["time"] = ("turn", points.time, {"units": "s", "long_name": "time of the section point"})
     variables["section_joint"] = (
@@ -88,4 +100,4 @@ def poincare(
         {"long_name": "kind of event"} | flags(EVENTS),
     )
     turn = ("turn", np.arange(len(rows)), {"units": "1", "long_name": "section point"})
-    return dataset(scene, variables, {"turn": turn}, "section")
+    return dataset(scene, variables, {"turn": turn}, "section").assign_attrs(beyond_the_model(points))

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+import itertools
+import sys
+import traceback
+import warnings
 from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.words import BALANCE, WORDS
+from jointplay.analysis.words import BALANCE, MODES, RATES, STATUS, WORDS
 from jointplay.codegen import cache, outputs
-from jointplay.mechanism.scene import Scene
-
-RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK = 1, 2, 3, 4
+from jointplay.errors import ModelWarning
+from jointplay.mechanism.scene import DEEP, Scene
+from jointplay.numerics.codes import Mode
 
 
 class Quantities:
-    """Quantities of rows of records (time, positions, speeds, modes, work), computed when asked for."""
+    """Quantities of rows of records (time, positions, speeds, modes, work), computed when asked for.
 
-    def __init__(self, scene: Scene, rows: np.ndarray, start: np.ndarray):
+    Those that depend on accelerations are taken from `sharp` instead, where it is given (analysis.rates).
+    """
+
+    def __init__(self, scene: Scene, rows: np.ndarray, start: np.ndarray, sharp: np.ndarray | None = None):
         self.scene, self.rows, self.start = scene, rows, start
+        self.sharp = rows if sharp is None else sharp
         self.module = cache.structure_module(scene.structure)
         self._n_state = len(self.module.STATE)
 
@@ -29,8 +37,13 @@ class Quantities:
 
     @property
     def modes(self) -> np.ndarray:
-        """Contact modes, shape (rows, contacts)."""
-        return self.rows[:, self._n_state : self._n_state + len(self.scene.joints)].astype(np.int8)
+        """Modes, shape (rows, contacts and rigid walls)."""
+        return self.rows[:, self._n_state : self._n_state + len(self._touching)].astype(np.int8)
+
+    @property
+    def _touching(self) -> tuple[str, ...]:
+        """Names of what has a mode: contacts, then rigid walls."""
+        return (*self.scene.joints, *self.scene.resets)
 
     def variables(self, names: Iterable[str], dim: str, prefix: str = "") -> dict[str, Any]:
         """Named variables over `dim`, as (dims, values, attributes)."""
@@ -39,7 +52,8 @@ class Quantities:
         keys = {
             name: [self._key(name, label) for label in self._labels(word.of)] for name, word in plain.items()
         }
-        found = outputs.evaluate(self.module, [k for ks in keys.values() for k in ks], self._given(self.rows))
+        found = self._evaluated({name: ks for name, ks in keys.items() if name not in RATES}, self.rows)
+        found |= self._evaluated({name: ks for name, ks in keys.items() if name in RATES}, self.sharp)
         values = {
             name: np.stack([self._full(found[key]) for key in ks], -1) for name, ks in keys.items() if ks
         }
@@ -53,6 +67,10 @@ class Quantities:
             for name, word in wanted.items()
             if name in values
         }
+
+    def _evaluated(self, keys: dict[str, list[str]], rows: np.ndarray) -> dict[str, np.ndarray]:
+        wanted = [key for each in keys.values() for key in each]
+        return outputs.evaluate(self.module, wanted, self._given(rows)) if wanted else {}
 
     def _labels(self, of: str | None) -> tuple[str, ...]:
         scene = self.scene
@@ -76,11 +94,11 @@ class Quantities:
         """Symbols of the program: state, parameters, masks."""
         given = dict(zip(self.module.STATE, rows[:, : self._n_state].T, strict=True))
         given |= dict(zip(self.module.PARAMETERS, self.scene.numbers, strict=True))
-        for j, name in enumerate(self.scene.joints):
+        for j, name in enumerate(self._touching):
             mode = rows[:, self._n_state + j]
-            given[f"touch_{name}"] = (mode > RELEASED).astype(float)
-            given[f"slip_{name}"] = (mode == SLIP_POSITIVE).astype(float) - (mode == SLIP_NEGATIVE)
-            given[f"stick_{name}"] = (mode == STICK).astype(float)
+            given[f"touch_{name}"] = (mode > Mode.RELEASED).astype(float)
+            given[f"slip_{name}"] = (mode == Mode.SLIP_POSITIVE).astype(float) - (mode == Mode.SLIP_NEGATIVE)
+            given[f"stick_{name}"] = (mode == Mode.STICK).astype(float)
         return given
 
     def _special(self, name: str) -> np.ndarray:
@@ -96,7 +114,7 @@ class Quantities:
 
     @property
     def _work(self) -> np.ndarray:
-        return self.rows[:, self._n_state + len(self.scene.joints) :]
+        return self.rows[:, self._n_state + len(self._touching) :]
 
     @property
     def _structural_work(self) -> np.ndarray:
@@ -111,14 +129,36 @@ class Quantities:
         """Elastic energy of the contacts."""
         keys = [f"stored_energy:{name}" for name in self.scene.joints]
         found = outputs.evaluate(self.module, keys, self._given(self.rows))
-        held = (found[key] * (self.modes[:, j] > RELEASED) for j, key in enumerate(keys))
+        held = (found[key] * (self.modes[:, j] > Mode.RELEASED) for j, key in enumerate(keys))
         return sum(held, np.zeros(len(self.rows)))
+
+
+def beyond_the_model(history: Quantities) -> dict[str, str]:
+    """An attribute, and a warning, of a motion whose journals went far into their bearings."""
+    scene = history.scene
+    if not scene.clearances or not len(history.rows):
+        return {}
+    depth = history.variables(["penetration"], "row")["penetration"][1] / np.array(scene.clearances)
+    told = [
+        f"the journal of {name} goes {deepest:.3g} clearances into its bearing"
+        for name, deepest in zip(scene.joints, np.nanmax(depth, axis=0, initial=0.0), strict=True)
+        if deepest > DEEP
+    ]
+    if not told:
+        return {}
+    text = f"{'; '.join(told)}: are start, units, loads and contact data as meant?"
+    warnings.warn(text, ModelWarning, stacklevel=_levels())
+    return {"warning": text}
+
+
+def _levels() -> int:
+    """How many calls above the caller's code of another package is: the line that a warning is of."""
+    frames = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_stack(sys._getframe(1)))
+    return 1 + sum(1 for _ in itertools.takewhile(lambda name: name.startswith("jointplay."), frames))
 
 
 def attributes(name: str) -> dict[str, Any]:
     """Attributes of a variable: units, long name, flags."""
-    from jointplay.analysis.words import MODES
-
     word = WORDS[name]
     result = {"units": word.units, "long_name": word.long_name}
     return result | flags(MODES) if name == "mode" else result
@@ -148,8 +188,6 @@ def coordinates(scene: Scene) -> dict[str, Any]:
 
 def scalars(scene: Scene, records) -> dict[str, Any]:
     """What every result says of its run."""
-    from jointplay.analysis.words import STATUS
-
     found = {
         "status": ((), np.int8(records.status), {"long_name": "how the run ended"} | flags(STATUS)),
         "wall_time": ((), records.wall_time, {"units": "s", "long_name": "wall time of the run"}),

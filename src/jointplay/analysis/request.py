@@ -3,57 +3,101 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from jointplay.analysis.run import MAX_STEPS
-from jointplay.analysis.words import BALANCE, EVENTS, WORDS
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.analysis.words import BALANCE, EVENTS, WORDS, recorded
+from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.mechanism.assemble import assemble, check_section
 from jointplay.mechanism.closure import closed_four_bar
-from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem, check_section
+from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
 from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.section import ContactSection, SeparationSection
 
-RTOL = (1e-14, 1e-4)
 SLACK = 4  # nominal periods that a turn may take before the run gives up
+MOST = 20_000_000  # samples of a run, in memory
 
 
-def check(mechanism: Any, turns: Any, duration: Any, transient: Any, rtol: Any, max_steps: Any) -> None:
-    """Refuse keywords that make no run.
+def length_fits(turns: float | None, duration: float | None) -> Iterator[Problem]:
+    """Yield a problem where a run has no length, or two."""
+    if turns is None and duration is None:
+        yield Problem("turns", NOTHING, "the length of the run is needed: turns, or duration in s")
+    if turns is not None and duration is not None:
+        yield Problem("turns", turns, "either turns or duration is accepted, not both")
+
+
+def section_fits(mechanism: Mechanism | TestSystem, section: Section | None) -> None:
+    """Refuse a section that the mechanism has not."""
+    quantity(section, mechanism)
+
+
+def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
+    """Refuse quantities that the mechanism has not."""
+    recorded(record, mechanism)
+
+
+def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
+    """Refuse a start that the mechanism has not."""
+    check_start(mechanism, initial)
+
+
+def samples_fit(
+    mechanism: Mechanism | TestSystem, turns: float | None, duration: float | None, samples_per_turn: int
+) -> Iterator[Problem]:
+    """Yield a problem where evenly spaced samples are more than a run can keep."""
+    try:
+        period = 1.0 if duration is None else assemble(mechanism).period
+    except InputError:
+        return  # what is wrong with the mechanism is said elsewhere
+    lengths = {"turns": turns, "duration": duration, "samples_per_turn": samples_per_turn}
+    yield from too_many(lengths, period)
+
+
+def check_start(
+    mechanism: Mechanism | TestSystem,
+    initial: Any,
+    key: str = "initial",
+    assembled: Callable[..., Scene] = assemble,
+) -> None:
+    """Refuse a start that a mechanism cannot have, with keys below that of the start.
 
     Raises
     ------
     InputError
         Listing every problem.
     """
-    found = list(_problems(mechanism, turns, duration, transient, rtol, max_steps))
-    if found:
-        raise InputError(found)
+    try:
+        assembled(mechanism, initial)
+    except InputError as error:
+        raise InputError(_below(key, problem) for problem in error.problems) from None
 
 
-def _problems(mechanism, turns, duration, transient, rtol, max_steps) -> Iterator[Problem]:
-    if not isinstance(mechanism, Mechanism | TestSystem):
-        yield Problem(
-            "mechanism", mechanism, "a Mechanism or TestSystem is accepted, such as catalog.chunmei2002()"
-        )
-    if (turns is None) == (duration is None):
-        yield Problem(
-            "turns",
-            NOTHING if turns is None else turns,
-            "either turns or duration (s) is accepted, one of them",
-        )
-    for key, value in (("turns", turns), ("duration", duration)):
-        if value is not None and not (_number(value) and value > 0):
-            yield Problem(key, value, "a finite number greater than 0 is accepted")
-    if not (_number(transient) and transient >= 0):
-        yield Problem("transient", transient, "a number of turns, 0 or more, is accepted")
-    if not (_number(rtol) and RTOL[0] <= rtol <= RTOL[1]):
-        yield Problem("rtol", rtol, f"a relative tolerance from {RTOL[0]:g} to {RTOL[1]:g} is accepted")
-    if max_steps is not None and not (isinstance(max_steps, int) and max_steps > 0):
-        yield Problem("max_steps", max_steps, "a whole number greater than 0 is accepted")
+def _below(key: str, problem: Problem) -> Problem:
+    own = problem.key.startswith(("mechanism", "parameters"))
+    return problem if own else replace(problem, key=join(key, problem.key.removeprefix("initial")))
 
 
-def _number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+def too_many(given: Mapping[str, float | None], period: float = 1.0, root: str = "") -> Iterator[Problem]:
+    """Yield a problem where the product of some keywords is more samples than a run can keep.
+
+    Parameters
+    ----------
+    given : mapping of str to float or None
+        Their values; a ``duration`` is in s, all else a number.
+    period : float
+        Length of a nominal turn, s.
+    root : str
+        How the keys of errors begin.
+    """
+    asked = {key: value for key, value in given.items() if value is not None}
+    count = math.prod(value / period if key == "duration" else value for key, value in asked.items())
+    if count > MOST:
+        first, *others = asked
+        together = f"together with {', '.join(others)} " if others else ""
+        expected = f"{together}at most {MOST:,} samples are accepted, not {count:,.0f}"
+        yield Problem(join(root, first), asked[first], expected)
 
 
 def steps(max_steps: int | None) -> int:
@@ -74,6 +118,8 @@ def quantity(section: Section | None, mechanism: Mechanism | TestSystem) -> str 
     linkage = isinstance(mechanism, Mechanism)
     if linkage:
         check_section(section, mechanism)
+    elif isinstance(section, ContactSection | SeparationSection):
+        _contacts(section, assemble(mechanism))
     if isinstance(section, CrankAngle):
         return f"angle:{mechanism.crank}" if linkage else _phase(mechanism)
     if isinstance(section, Plane):
@@ -118,6 +164,18 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
     return f"{section.quantity}:{given or names[of][0]}"
 
 
+def _contacts(section: ContactSection | SeparationSection, scene: Scene) -> tuple[tuple[str, ...], str]:
+    """Names of the joints (or walls) that can make such a section, and the kind of event that does."""
+    names, kind = scene.joints, section.kind
+    if scene.resets and kind == "contact":
+        names, kind = scene.resets, "impact"
+    if not names or section.joint not in (None, *names):
+        raise InputError(
+            [unknown("section.joint", section.joint, section.joint, names, "contact")], "section"
+        )
+    return names, kind
+
+
 _NOT_SECTIONS = (
     *(
         "mode",
@@ -143,12 +201,6 @@ def section_fields(section: Section | None, scene: Scene, skip: int) -> dict[str
         return {"level": first, "period": math.tau, "direction": forward, "skip": skip}
     if isinstance(section, Plane):
         return {"level": section.value, "direction": 1 if section.direction == "up" else -1, "skip": skip}
-    names, kind = scene.joints, section.kind
-    if scene.resets and kind == "contact":
-        names, kind = scene.resets, "impact"
-    if not names or section.joint not in (None, *names):
-        raise InputError(
-            [unknown("section.joint", section.joint, section.joint, names, "contact")], "section"
-        )
+    names, kind = _contacts(section, scene)
     joint = -1 if section.joint is None else names.index(section.joint)
     return {"event": EVENTS.index(kind), "joint": joint, "skip": skip}

@@ -11,13 +11,17 @@ from functools import lru_cache
 import numpy as np
 
 from jointplay.analysis import margins
+from jointplay.analysis.looks import Stopped
+from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.scene import Scene
+from jointplay.numerics.codes import Row, Section, Status
 
-CHUNK = 50_000  # attempts between two looks at the progress
+INTERRUPTED = int(Status.INTERRUPTED)
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
+SHARP = 1500.0  # tolerated errors of its speed in a turn: an acceleration in doubt; its error is below 1000
 NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
 
 
@@ -46,6 +50,8 @@ class Request:
         Section points not kept; section points after which the run ends (0: never).
     max_steps : int
         Attempted steps after which the run stops.
+    rates : bool
+        Whether accelerations will be taken from the records, so that steps where they may be wrong are kept.
     """
 
     duration: float
@@ -63,13 +69,15 @@ class Request:
     skip: int = 0
     stop_after: int = 0
     max_steps: int = MAX_STEPS
+    rates: bool = False
 
 
 @dataclass(frozen=True)
 class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
-    Misses have the gap that is left in place of a kind.
+    Misses have the gap that is left in place of a kind. Doubts are beginnings of steps where accelerations
+    may be wrong (analysis.rates), after which guards fired there and the time of the end.
     """
 
     samples: np.ndarray
@@ -77,6 +85,7 @@ class Records:
     events: np.ndarray
     sections: np.ndarray
     misses: np.ndarray
+    doubts: np.ndarray
     start: np.ndarray
     status: int
     wall_time: float
@@ -100,29 +109,50 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     Records
     """
     from jointplay.numerics import memory as arrays
-    from jointplay.numerics.interface import direct
 
     began = time.perf_counter()
     cache.prepare("flow")
     k, x, o = memory(scene, request)
-    f, flow = functions(scene.structure), cache.method("flow")
-    start, parts, run = _row(x), [], direct(flow.flow)
-    while True:
-        attempts = int(x.count[[arrays.STEPS, arrays.REJECTED, arrays.FAILED]].sum())
-        limit = min(request.max_steps, attempts + CHUNK)
-        code = run(f, k, x, o._replace(max_steps=limit), None, None)
-        parts.append(x.log[: x.count[arrays.LOGGED]].copy())
-        x.count[arrays.LOGGED] = 0
+    start, parts, full = _row(x), [], cache.method("flow").FULL
+
+    def tell() -> None:
         if progress is not None:
             progress(_fraction(x.s[0], x.count[arrays.SECTIONS], request))
-        if code not in (flow.FULL, flow.STEP_LIMIT) or (
-            code == flow.STEP_LIMIT and limit == request.max_steps
-        ):
-            break
+
+    code = full
+    while code == full:
+        try:
+            code = advance(scene.structure, k, x, o, tell=tell)
+        except Stopped:
+            code = INTERRUPTED
+        parts.append(x.log[: x.count[arrays.LOGGED]].copy())
+        x.count[arrays.LOGGED] = 0
     log = np.concatenate(parts)
-    kinds = [log[log[:, 0] == tag, 1:] for tag in range(4)]
+    kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     samples = x.samples[: x.count[arrays.SAMPLES]]
-    return Records(samples, *kinds, start, int(code), time.perf_counter() - began, counts(x))
+    return Records(samples, *kinds, start, code, time.perf_counter() - began, counts(x))
+
+
+def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None = None) -> int:
+    """Go on with a run, in pieces, until it ends or its log is full; give back which (numerics.flow).
+
+    `k`, `x`, `o` are the run's arrays and options (`memory`); `g` and `y` derivatives and tangents, if there
+    are any. `tell` is called after each piece.
+    """
+    from jointplay.numerics.interface import direct
+    from jointplay.numerics.memory import FAILED, REJECTED, STEPS
+    from jointplay.numerics.status import STEP_LIMIT
+
+    name, vectors = ("flow", 0) if y is None else ("tangent_flow", len(y.alive))
+    f, run, count = functions(structure), direct(cache.method(name).flow), x.count
+
+    def call(limit: int) -> int:
+        return run(f, k, x, o._replace(max_steps=limit), g, y)
+
+    def made() -> int:
+        return int(count[STEPS] + count[REJECTED] + count[FAILED])
+
+    return in_pieces(call, made, pace(structure, name, vectors), STEP_LIMIT, o.max_steps, tell)
 
 
 def counts(x) -> dict[str, int]:
@@ -155,7 +185,8 @@ def memory(scene: Scene, request: Request):
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
     state, rest = np.concatenate([[0.0], scene.state]), margins.rest(scene, request.rtol)
     x = arrays.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
-    width = 1 + n_q + n + n_contacts + sizes["powers"]
+    n_touch = n_contacts + sizes["resets"]
+    width = 1 + n_q + n + n_touch + sizes["powers"]
     x = x._replace(
         absolute=request.rtol * scene.absolute,
         relative=request.rtol * scene.relative,
@@ -181,12 +212,14 @@ def memory(scene: Scene, request: Request):
         newton=NEWTON,
         near=1e-7 * scene.period,
         rest=rest,
+        hop=margins.rebound(request.rtol),
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
         log_events=int(request.events),
         log_misses=int(request.misses),
-        section=1 if request.direction else (2 if request.event >= 0 else 0),
+        sharp=SHARP / scene.period if request.rates and scene.links else 0.0,
+        section=_section(request),
         direction=request.direction,
         period=float(request.period),
         section_event=request.event,
@@ -194,8 +227,15 @@ def memory(scene: Scene, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    work = arrays.work(len(x.s), n_q, n, n_contacts, sizes["powers"], sizes["rows"], sizes["jacobian"])
+    work = arrays.work(len(x.s), n_q, n, n_touch, sizes["powers"], sizes["rows"], sizes["jacobian"])
     return work, x, options
+
+
+def _section(request: Request) -> int:
+    """What makes the section points."""
+    if request.direction:
+        return int(Section.LEVEL)
+    return int(Section.EVENT if request.event >= 0 else Section.NONE)
 
 
 def _row(x) -> np.ndarray:

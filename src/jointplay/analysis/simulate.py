@@ -2,41 +2,102 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import AfterValidator
 
+from jointplay.analysis import rates
 from jointplay.analysis import request as asked
-from jointplay.analysis.quantities import Quantities, attributes, dataset, flags, scalars
+from jointplay.analysis.keywords import (
+    Before,
+    Duration,
+    Length,
+    Moving,
+    Names,
+    Progress,
+    Rtol,
+    Start,
+    analysis,
+    listed,
+)
+from jointplay.analysis.quantities import Quantities, attributes, beyond_the_model, dataset, flags, scalars
 from jointplay.analysis.run import Records, Request, follow
-from jointplay.analysis.windows import Windows, check_windows, marked, sample_times
+from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
 from jointplay.analysis.words import BALANCE, EVENTS, recorded
-from jointplay.errors import InputError, Problem
+from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Flag, Natural, NonNegative
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
 from jointplay.mechanism.scene import Scene
 
 SAMPLES_PER_TURN = 720
 
 
-def simulate(
+def _ascending(times: tuple[float, ...]) -> tuple[float, ...]:
+    if any(a > b for a, b in pairwise(times)):
+        raise refuse(times, "times in s, ascending, 0 or later, are accepted")
+    return times
+
+
+Times = Annotated[listed(NonNegative, "a list of times in s"), AfterValidator(_ascending)]
+
+
+def _length_fits(turns: float | None, duration: float | None, windows: Windows | None) -> Iterator[Problem]:
+    return asked.length_fits(turns, duration) if windows is None else iter(())
+
+
+def _one_way(at: Any, steps: bool, samples_per_turn: int | None) -> Iterator[Problem]:
+    """Yield a problem where samples are asked for in two ways."""
+    given = {"at": at, "steps": steps, "samples_per_turn": samples_per_turn}
+    ways = [name for name, value in given.items() if value]
+    if len(ways) > 1:
+        yield Problem(ways[-1], given[ways[-1]], f"only one of {', '.join(ways)} is accepted")
+
+
+def _samples_fit(
     mechanism: Mechanism | TestSystem,
+    turns: float | None,
+    duration: float | None,
+    windows: Windows | None,
+    at: Any,
+    steps: bool,
+    samples_per_turn: int | None,
+) -> Iterator[Problem]:
+    if windows is not None:
+        turns, duration = turns or windows[-1][1], None
+    if at is None and not steps:
+        yield from asked.samples_fit(mechanism, turns, duration, samples_per_turn or SAMPLES_PER_TURN)
+
+
+@analysis(
+    _length_fits,
+    *BESIDE_WINDOWS,
+    _one_way,
+    _samples_fit,
+    asked.section_fits,
+    asked.record_fits,
+    asked.start_fits,
+)
+def simulate(
+    mechanism: Moving,
     *,
-    turns: float | None = None,
-    duration: float | None = None,
-    transient: float = 0,
-    rtol: float = 1e-8,
-    record: Sequence[str] | None = None,
-    samples_per_turn: int | None = None,
+    turns: Length | None = None,
+    duration: Duration | None = None,
+    transient: Before = 0,
+    rtol: Rtol = 1e-8,
+    record: Names | None = None,
+    samples_per_turn: Natural | None = None,
     windows: Windows | None = None,
-    at: Sequence[float] | None = None,
-    steps: bool = False,
-    initial: Any = None,
+    at: Times | None = None,
+    steps: Flag = False,
+    initial: Start | None = None,
     section: Section | None = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Follow a motion and record its time histories.
 
@@ -81,20 +142,18 @@ def simulate(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    if windows is not None:
-        beside = {"duration": duration, "transient": transient, "at": at, "steps": steps, "section": section}
-        check_windows(windows, turns, beside)
-        turns = windows[-1][1] if turns is None else turns
-    asked.check(mechanism, turns, duration, transient, rtol, max_steps)
+    if windows is not None and turns is None:
+        turns = windows[-1][1]
     names = recorded(record, mechanism)
     scene = assemble(
         mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
     )
     begin = (windows[0][0] if windows else transient) * scene.period
     end = transient * scene.period + (duration if turns is None else turns * scene.period)
-    times = _times(at, steps, samples_per_turn, begin, end, scene.period)
+    many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
+    times = _times(at, steps, many, begin, end, scene.period)
     if windows is not None:
-        times, number = sample_times(windows, scene.period, samples_per_turn or SAMPLES_PER_TURN)
+        times, number = sample_times(windows, scene.period, many)
     request = Request(
         duration=end,
         rtol=rtol,
@@ -103,35 +162,34 @@ def simulate(
         steps=steps,
         events=True,
         max_steps=asked.steps(max_steps),
+        rates=rates.needed(names),
         **asked.section_fields(section, scene, 0),
     )
     records = follow(scene, request, progress)
-    found = _dataset(scene, records, names, steps, begin if section else None)
+    found = _dataset(scene, request, records, names, begin if section else None)
     return found if windows is None else marked(found, number, windows, scene.period)
 
 
-def _times(
-    at, steps: bool, samples_per_turn: int | None, begin: float, end: float, period: float
-) -> np.ndarray:
+def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:
     """Sample times, s."""
     if steps:
         return np.zeros(0)
     if at is None:
-        count = round((end - begin) / period * (samples_per_turn or SAMPLES_PER_TURN))
+        count = round((end - begin) / period * samples_per_turn)
         return np.minimum(begin + np.arange(count + 1) * (end - begin) / max(count, 1), end)
     times = np.asarray(at, dtype=float)
-    if times.ndim != 1 or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0) or np.any(times < 0):
-        raise InputError([Problem("at", at, "times in s, ascending, 0 or later, are accepted")])
     return times[times <= end * (1 + 1e-12)].clip(max=end)
 
 
-def _dataset(scene: Scene, records: Records, names, steps: bool, sections_from: float | None) -> xr.Dataset:
-    rows = records.steps[:, 2:] if steps else records.samples
-    history = Quantities(scene, rows, records.start)
+def _dataset(
+    scene: Scene, request: Request, records: Records, names, sections_from: float | None
+) -> xr.Dataset:
+    rows = records.steps[:, 2:] if request.steps else records.samples
+    history = rates.quantities(scene, request.rtol, records, rows)
     variables = history.variables(names, "time") | _events(scene, records) | scalars(scene, records)
     if sections_from is not None:
         points = records.sections[records.sections[:, 2] >= sections_from, 2:]
-        cut = Quantities(scene, points, records.start)
+        cut = rates.quantities(scene, request.rtol, records, points)
         variables["section_time"] = (
             "turn",
             cut.time,
@@ -139,7 +197,7 @@ def _dataset(scene: Scene, records: Records, names, steps: bool, sections_from: 
         )
         variables |= cut.variables(names, "turn", prefix="section_")
     time = ("time", history.time, {"units": "s", "long_name": "time"})
-    return dataset(scene, variables, {"time": time}, "response")
+    return dataset(scene, variables, {"time": time}, "response").assign_attrs(beyond_the_model(history))
 
 
 def _events(scene: Scene, records: Records) -> dict[str, Any]:

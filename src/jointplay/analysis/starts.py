@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from jointplay.analysis import request as asked
-from jointplay.codegen import cache, outputs
+from jointplay.codegen import cache
 from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import ANGLE, FAR
+from jointplay.mechanism.oscillators import inside
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.scene import DEEP, Scene
 
 
-@dataclass(frozen=True)
-class End:
+class End(NamedTuple):
     """Where a motion stands: names and values of its positions and speeds, and the crank's angle."""
 
     names: tuple[str, ...]
@@ -51,7 +52,22 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
     if isinstance(mechanism, TestSystem) or start is None or isinstance(start, Mapping):
         return assemble(mechanism, start, watched)
     scene = assemble(mechanism, None, watched)
-    return moved(scene, _vector(scene, start))
+    found = moved(scene, _vector(scene, start))
+    _check_journals(found, start)
+    return found
+
+
+def _check_journals(scene: Scene, start: Any) -> None:
+    """Refuse a state whose journals are nowhere near their bearings."""
+    from jointplay.analysis.states.journals import Journals  # it needs this file
+
+    if not scene.joints:
+        return
+    ratios = Journals(scene).eccentricity_ratios(scene.state[None, :])[0]
+    if np.any(ratios > DEEP):
+        far = ", ".join(f"{name} {ratio:.3g}" for name, ratio in zip(scene.joints, ratios, strict=True))
+        expected = f"journals at most {DEEP} clearances from their bearings' centres are accepted, here {far}"
+        raise refuse(start, expected, "initial")
 
 
 def _vector(scene: Scene, start: Any) -> np.ndarray:
@@ -59,10 +75,13 @@ def _vector(scene: Scene, start: Any) -> np.ndarray:
     expected = f"a table of crank_angle and crank_speed, or a finite number for each of {names}, is accepted"
     try:
         values = np.array(start, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise refuse(start, expected, "initial") from None
     if values.shape != scene.state.shape or not np.all(np.isfinite(values)):
         raise refuse(start, expected, "initial")
+    turning = np.flatnonzero(scene.turning)
+    if np.any(np.abs(values[turning]) > FAR):
+        raise refuse(start, f"{ANGLE} ({', '.join(state_names(scene)[i] for i in turning)})", "initial")
     return values
 
 
@@ -73,7 +92,7 @@ def state_names(scene: Scene) -> tuple[str, ...]:
 
 def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
     """Whether a mechanism can go on from there."""
-    return state_names(assemble(mechanism)) == end.names
+    return state_names(assemble(mechanism)) == tuple(end.names)
 
 
 def crank_place(scene: Scene) -> int | None:
@@ -91,14 +110,6 @@ def moved(scene: Scene, state: np.ndarray) -> Scene:
 
 def _inside(scene: Scene) -> Scene:
     """The scene, its position moved back to where a rigid wall stands, if that has passed it."""
-    module, state = cache.structure_module(scene.structure), scene.state.copy()
-    given = dict(zip(module.PARAMETERS, scene.numbers, strict=True)) | {"t": 0.0}
-    for name in scene.resets:
-        given |= dict(zip(module.STATE[1:], state, strict=True))
-        gaps = (
-            outputs.evaluate(module, [f"gap:{name}"], given | {"y": given["y"] + shift})
-            for shift in (0.0, 1.0)
-        )
-        here, there = (float(gap[f"gap:{name}"]) for gap in gaps)
-        state[0] -= min(here, 0.0) / (there - here)  # gaps are linear in the position
-    return replace(scene, state=state)
+    module = cache.structure_module(scene.structure)
+    numbers = dict(zip(module.PARAMETERS, scene.numbers, strict=True))
+    return replace(scene, state=inside(module, numbers, scene.state))

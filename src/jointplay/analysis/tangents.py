@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from jointplay.analysis.run import Request, functions, memory
+from jointplay.analysis.run import Request, advance, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.scene import SPEED_FLOOR, Scene
@@ -74,14 +75,13 @@ class Bundle:
         for place, value in real.items():
             self.y.real[place] = value
 
-    def advance(self, until: float = np.inf) -> int:
-        """Go on until that time, or the rows are full, or the run ends; give back how (numerics.flow)."""
-        from jointplay.numerics.interface import direct
+    def advance(self, until: float = np.inf, tell: Callable[[], None] | None = None) -> int:
+        """Go on until that time, or the rows are full, or the run ends; give back how (numerics.flow).
 
-        tangent_flow = cache.method("tangent_flow")
-        f, g = functions(self.scene.structure), variations(self.scene.structure)
-        o = self.o._replace(t_end=min(self.o.t_end, float(until)))
-        return int(direct(tangent_flow.flow)(f, self.k, self.x, o, g, self.y))
+        `tell` is called after each piece of the run (analysis.pieces).
+        """
+        structure, o = self.scene.structure, self.o._replace(t_end=min(self.o.t_end, float(until)))
+        return advance(structure, self.k, self.x, o, variations(structure), self.y, tell)
 
     def record(self, block: float) -> None:
         """From here on, record a row after each `block` of time."""

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any
+from typing import Any, get_args
+
+import numpy as np
 
 from jointplay.analysis.words import WORDS
+from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, join, refuse, unknown
+from jointplay.mechanism.base import is_number
 from jointplay.mechanism.changes import Changes
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.records import Contact, Mechanism, TestSystem
 
 # changes whose value is a number, and so can be varied by name
 NUMBERS = ("clearance", "gear_ratio", "friction", "elements", "damping_ratio", "gravity", "speed")
@@ -49,6 +52,11 @@ class Axis:
         """Attributes of its coordinate."""
         return {"units": self.units, "long_name": self.long_name, "key": self.key}
 
+    @property
+    def coordinate(self) -> tuple[str, np.ndarray, dict[str, str]]:
+        """Its coordinate, along itself."""
+        return self.name, np.array(self.values, dtype=float), self.attributes
+
 
 def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Mechanism | TestSystem:
     """Give a changed, validated copy.
@@ -68,13 +76,21 @@ def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Me
         Listing every key that does not exist, or what is wrong with the values.
     """
     paths = {key: value for key, value in changes.items() if _is_path(mechanism, key)}
-    plain = {key: value for key, value in changes.items() if key not in paths}
+    plain = {key: _fitting(Changes, key, value) for key, value in changes.items() if key not in paths}
     if astray := [problem for key in paths for problem in _astray(mechanism, key, key)]:
         raise InputError(astray)
     found = mechanism.replace(**plain) if plain else mechanism
     for key, value in paths.items():
         found = _put(found, key.split("."), value)
     return found
+
+
+def largest(mechanism: Mechanism | TestSystem, over: Mapping[str, Sequence[float]]) -> Mechanism | TestSystem:
+    """Give the mechanism with the largest values, by which keywords are checked; itself if there is none."""
+    try:
+        return changed(mechanism, {key: max(values) for key, values in over.items()}) if over else mechanism
+    except InputError:
+        return mechanism
 
 
 def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tuple[Axis, ...]:
@@ -140,7 +156,7 @@ def _problems(mechanism: Any, key: Any, values: Any, root: str) -> Iterator[Prob
 
 def _wrong_value(mechanism: Any, key: str, value: Any, place: str, before: set[Real]) -> Iterator[Problem]:
     """What is wrong with a value; `before` gathers the numbers of the list."""
-    if not isinstance(value, Real) or isinstance(value, bool) or not math.isfinite(value):
+    if not is_number(value):
         yield Problem(place, value, "a finite number is accepted")
     elif value in before:
         yield Problem(place, value, "a value that is not in the list already is accepted")
@@ -178,9 +194,11 @@ def _astray(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
 
 
 def _below(record: Any) -> dict[str, Any]:
-    """What lies in a record, or in a tuple of named ones, by name."""
+    """What lies in a record, in a tuple of named ones or in a table, by name."""
     if isinstance(record, tuple):
         return {part.name: part for part in record if hasattr(part, "name")}
+    if isinstance(record, dict):
+        return record
     return {name: getattr(record, name) for name in getattr(type(record), "model_fields", {})}
 
 
@@ -189,8 +207,21 @@ def _put(record: Any, steps: Sequence[str], value: Any) -> Any:
     first, *rest = steps
     if isinstance(record, tuple):
         return tuple(_put(part, rest, value) if part.name == first else part for part in record)
-    inner = _put(getattr(record, first), rest, value) if rest else value
+    if isinstance(record, dict):
+        return record | {first: value}
+    inner = _put(getattr(record, first), rest, value) if rest else _fitting(type(record), first, value)
     return type(record)(**dict(record) | {first: inner})
+
+
+def _fitting(record: Any, name: str, value: Any) -> Any:
+    """Give a whole number as an int where the record's field counts: the values of a sweep are floats."""
+    field = record.model_fields.get(name)
+    whole = isinstance(value, float) and value.is_integer()
+    return int(value) if whole and field is not None and _counts(field.annotation) else value
+
+
+def _counts(annotation: Any) -> bool:
+    return annotation is int or any(map(_counts, get_args(annotation)))
 
 
 def _names(keys: Sequence[str]) -> list[str]:
@@ -207,13 +238,15 @@ def _described(mechanism: Any, key: str) -> tuple[str, str]:
     if isinstance(mechanism, TestSystem):
         return "1", key.replace("_", " ")
     *path, last = key.split(".")
-    record: Any = mechanism
+    record, law = mechanism, {}
     for step in path:
         record = _below(record)[step]
-    field = (type(record) if path else Changes).model_fields[last]
+        law = LAWS[record.law].numbers if isinstance(record, Contact) else law
+    field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
     whose = f" of {PARTS[path[0]]} {path[1]}" if path and path[0] in PARTS else ""
-    units = (field.json_schema_extra or {}).get("units", "1")
-    return cf_units(units), (field.description or last.replace("_", " ")) + whose
+    units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
+    _, units = law.get(last, ("", units))
+    return cf_units(units), (getattr(field, "description", None) or last.replace("_", " ")) + whose
 
 
 def cf_units(units: str) -> str:

@@ -3,82 +3,52 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
-from numbers import Real
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import AfterValidator
 
-from jointplay.errors import InputError, Problem
+from jointplay.analysis.keywords import listed
+from jointplay.errors import Problem, refuse
+from jointplay.mechanism.base import Number
 
-Windows = Sequence[Sequence[float]]
-EXCLUDED = ("duration", "transient", "at", "steps", "section")
 MOST = 100
-ACCEPTED = f"1 to {MOST} pairs of turns, [first, last], from 0 on, ascending and apart, are accepted"
+ACCEPTED = f"a list of 1 to {MOST} pairs of turns, [first, last], from 0 on, ascending and apart,"
 
 
-def check_windows(windows: Any, turns: Any, beside: dict[str, Any]) -> None:
-    """Refuse windows that make no sense, and what cannot be asked for beside them.
-
-    Parameters
-    ----------
-    windows : sequence of pairs
-        First and last turn of each.
-    turns : float or None
-        Length of the motion, where it was given.
-    beside : dict
-        Other keywords by name: those in `EXCLUDED` must be left out.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    found = [*_problems(windows, turns)]
-    found += [Problem(key, beside[key], excluded(key)) for key in EXCLUDED if _given(beside.get(key))]
-    if found:
-        raise InputError(found)
+def _apart(windows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
+    edges = [edge for pair in windows for edge in pair]
+    if not 1 <= len(windows) <= MOST or edges[0] < 0 or any(a >= b for a, b in pairwise(edges)):
+        raise refuse(windows, f"{ACCEPTED} is accepted")
+    return windows
 
 
-def excluded(key: str) -> str:
-    """What is said of a keyword that cannot stand beside windows."""
-    return f"either windows or {key} is accepted, not both"
+Windows = Annotated[listed(tuple[Number, Number], ACCEPTED), AfterValidator(_apart)]
 
 
-def too_short(windows: Windows) -> str:
-    """What is said of a length that ends before the last window."""
-    return f"at least {windows[-1][1]:g}, where the last window ends, is accepted"
+def _long_enough(windows: Windows | None, turns: float | None) -> Iterator[Problem]:
+    if windows is not None and turns is not None and turns < windows[-1][1]:
+        expected = f"at least {windows[-1][1]:g}, where the last window ends, is accepted"
+        yield Problem("turns", turns, expected)
 
 
-def problem(windows: Any) -> str:
-    """What would be accepted instead of these windows; empty where they make sense."""
-    pairs = list(windows) if isinstance(windows, list | tuple | np.ndarray) else []
-    if not 1 <= len(pairs) <= MOST or not all(_is_pair(pair) for pair in pairs):
-        return ACCEPTED
-    edges = [edge for pair in pairs for edge in pair]
-    ascending = all(a < b for a, b in pairwise(edges))
-    return "" if ascending and edges[0] >= 0 else ACCEPTED
+def _alone(windows: Windows | None, **other: Any) -> Iterator[Problem]:
+    for key, given in other.items():
+        if windows is not None and given is not None and given != 0:
+            yield Problem(key, given, f"either windows or {key} is accepted, not both")
 
 
-def _problems(windows: Any, turns: Any) -> Iterator[Problem]:
-    if problem(windows):
-        yield Problem("windows", windows, problem(windows))
-    elif _is_number(turns) and turns < windows[-1][1]:
-        yield Problem("turns", turns, too_short(windows))
-
-
-def _given(value: Any) -> bool:
-    return value is not None and not (isinstance(value, Real) and value == 0)
-
-
-def _is_pair(pair: Any) -> bool:
-    return isinstance(pair, list | tuple | np.ndarray) and len(pair) == 2 and all(map(_is_number, pair))
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
+BESIDE_WINDOWS = (  # rules of what else `simulate` is asked for
+    _long_enough,
+    lambda windows, duration: _alone(windows, duration=duration),
+    lambda windows, transient: _alone(windows, transient=transient),
+    lambda windows, at: _alone(windows, at=at),
+    lambda windows, steps: _alone(windows, steps=steps),
+    lambda windows, section: _alone(windows, section=section),
+)
 
 
 def sample_times(windows: Windows, period: float, samples_per_turn: int) -> tuple[np.ndarray, np.ndarray]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.numerics.codes import Event, Mode, Status
 
 
 @dataclass(frozen=True)
@@ -49,10 +50,9 @@ WORDS = {
     "structural_work": Word(None, "J", "work taken in by elastic links' damping since the start"),
     "state_value": Word("state", "1", "state"),
 }
-MODES = ("free", "released", "slip_positive", "slip_negative", "stick", "contact")
-EVENTS = ("contact", "separation", "reopening", "slip_reversal", "stick_onset", "slip_onset", "impact")
-STATUS = ("ok", "diverged", "step_limit", "chatter", "not_converged", "bad_parameters", "crashed", "not_run")
+MODES, EVENTS, STATUS = Mode.words(), Event.words(), Status.words()
 BALANCE = ("energy_residual", "drive_work", "joint_work", "structural_work")  # need integrals of power
+RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction", "drive_torque")
 ENERGIES = ("kinetic_energy", "potential_energy", "strain_energy", "energy")
 LINKAGE = tuple(name for name in WORDS if name not in (*BALANCE, *ENERGIES, "state_value"))
 

@@ -1,9 +1,6 @@
-"""Where compiled kernels and generated modules lie, and how a structure finds its own.
+"""What is compiled: the loops of the method, and modules generated for structures.
 
-Numba notices an edit in a function's own file only, and would answer with stale numbers after an edit
-elsewhere. So every source that shapes a kernel, with the versions and flags that do, is digested, and
-everything compiled lies in a folder named by that digest: an edit is another folder. Generated modules are
-named by the hash of their text, written whole, and found by the structure that they belong to without
+Generated modules are named by the hash of their text, and found by the structure that they belong to without
 deriving its equations again.
 
 The method itself is compiled in a process of its own and then loaded, by every process alike. In one that has
@@ -16,100 +13,121 @@ from __future__ import annotations
 import hashlib
 import importlib
 import os
-import platform
-import re
-import shutil
 import subprocess
 import sys
 import tempfile
 import threading
-from functools import cache, lru_cache
-from importlib.metadata import PackageNotFoundError, version
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
+from typing import IO
 
-ROOMS = ("equations", "codegen", "numerics")
-FLAGS = ("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_DISABLE_JIT")
+from .. import numerics
+from . import place
+from .digest import digest as digest
+
 GENERATED = "jointplay.codegen.generated"
-_compiling: dict[str, subprocess.Popen] = {}
+# this very package, and no path that leads to it: a folder on the path brings all that lies there
+CHILD = """
+import importlib, sys
+from importlib.util import module_from_spec, spec_from_file_location
+spec = spec_from_file_location("jointplay", sys.argv[1])
+sys.modules["jointplay"] = module_from_spec(spec)
+spec.loader.exec_module(sys.modules["jointplay"])
+importlib.import_module(sys.argv[2])
+"""
+_compiling: dict[str, tuple[subprocess.Popen, IO[str]]] = {}
 _lock = threading.Lock()
 
 
-@lru_cache(maxsize=1)
-def digest() -> str:
-    """Digest of every source, version and flag that shapes compiled code (16 hexadecimal digits)."""
-    package, total = Path(__file__).parent.parent, hashlib.sha256()
-    for room in ROOMS:
-        for path in sorted((package / room).rglob("*.py")):
-            total.update(f"{path.relative_to(package)}\n".encode() + path.read_bytes())
-    versions = [f"{name} {_version(name)}" for name in ("numba", "llvmlite", "numpy", "sympy")]
-    flags = [f"{name}={os.environ.get(name, '')}" for name in FLAGS]
-    total.update("\n".join([*versions, *flags, platform.machine(), sys.version]).encode())
-    return total.hexdigest()[:16]
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "none"
-
-
-def root() -> Path:
-    """The folder of all digests: $JOINTPLAY_CACHE, else below $NUMBA_CACHE_DIR or the user's cache folder."""
-    if "JOINTPLAY_CACHE" in os.environ:
-        return Path(os.environ["JOINTPLAY_CACHE"])
-    if "NUMBA_CACHE_DIR" in os.environ:
-        return Path(os.environ["NUMBA_CACHE_DIR"]) / "jointplay"
-    home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return home / "jointplay"
-
-
-@lru_cache(maxsize=1)
-def folder() -> Path:
-    """The folder of this digest, made if missing; a temporary one where the cache cannot be written."""
-    place = root() / digest()
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=place):
-            return place
-    except OSError:
-        return Path(tempfile.mkdtemp(prefix="jointplay-"))
-
-
 def activate() -> None:
-    """Point the kernels of this process, and of workers that it starts, to their folder."""
-    os.environ["JOINTPLAY_KERNELS"] = str(folder())
+    """Keep what this process compiles, for the next."""
+    numerics.kept = _kept
+
+
+def _kept(function):
+    from .kernels import Kernels
+
+    return Kernels(function)
 
 
 def prepare(name: str) -> None:
     """Begin to compile a loop of the method beside what this process does, if no process ever has."""
-    compiles = os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0")
-    known = f"jointplay.numerics.{name}" in sys.modules or _built(name).exists()
     with _lock:
-        if known or name in _compiling or not compiles or folder().parent != root():
-            return
-        paths = [str(Path(__file__).parents[2]), os.environ.get("PYTHONPATH", "")]
-        own = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), "JOINTPLAY_CACHE": str(root())}
-        _compiling[name] = subprocess.Popen(
-            [sys.executable, "-c", f"import jointplay.numerics.{name}"],
-            env=os.environ | own,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
+        if not _at_hand(name) and name not in _compiling and place.read(f"{name}.built") is None:
+            _compile(name)
 
 
 def method(name: str) -> ModuleType:
     """A compiled loop of the method (`jointplay.numerics`), loaded from where another process has put it."""
     prepare(name)
     with _lock:
-        if name in _compiling and _compiling.pop(name).wait() == 0:
-            _built(name).touch()
-        return importlib.import_module(f"jointplay.numerics.{name}")  # where that failed: compiled here
+        awaited = name in _compiling
+        if not (_at_hand(name) or _load(name)):
+            if not awaited:  # its files were damaged, or are gone
+                place.say(f"{name} of the method is not there as it was; it is compiled anew")
+                _compile(name)
+            if awaited or not _load(name):
+                place.say(f"{name} of the method is compiled in this process")
+        return importlib.import_module(_module_of(name))
 
 
-def _built(name: str) -> Path:
-    return folder() / f"{name}.built"
+def _module_of(name: str) -> str:
+    return f"jointplay.numerics.{name}"
+
+
+def _at_hand(name: str) -> bool:
+    """Whether nothing has to be compiled or loaded."""
+    interpreted = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+    return interpreted or _module_of(name) in sys.modules
+
+
+def _compile(name: str) -> None:
+    """Start a process that compiles a loop."""
+    path = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))  # empty: the current folder
+    own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONSAFEPATH": "1", place.HANDED: str(place.folder())}
+    command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[1] / "__init__.py"), _module_of(name)]
+    said = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115 (closed when the process has ended)
+    try:
+        child = subprocess.Popen(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said)
+        _compiling[name] = child, said
+    except OSError as error:
+        place.say(f"no process to compile in can be started ({error})")
+
+
+def _load(name: str) -> bool:
+    """Load a loop as soon as the process that compiles it, if any, has ended; whether that went well."""
+    from .kernels import MissingError, loads_only
+
+    if name in _compiling:
+        if not _ended_well(*_compiling.pop(name)):
+            return False
+        place.write(f"{name}.built", b"")
+    try:
+        with loads_only():
+            importlib.import_module(_module_of(name))
+    except MissingError:
+        return False
+    return True
+
+
+def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:
+    """Wait for a process that compiles, and pass on what it told."""
+    try:
+        code = child.wait()
+    except BaseException:  # such as Ctrl-C
+        child.terminate()
+        raise
+    with said:
+        said.seek(0)
+        lines = said.read().splitlines()
+    for line in lines:
+        if line.startswith(place.TOLD):
+            place.say(line.removeprefix(place.TOLD))
+    if code:
+        place.say(f"a process that compiles failed, exit code {code}: {lines[-1] if lines else 'no word'}")
+    return code == 0
 
 
 def structure_module(structure) -> ModuleType:
@@ -130,10 +148,9 @@ def variation_module(structure) -> ModuleType:
     return _module(f"variation {structure!r}", lambda: _variation_text(structure, sizes))
 
 
-def ensemble_module(structure) -> ModuleType | None:
-    """The compiled equations of a structure for eight trajectories at once; None if they are not made so."""
-    module = _module(f"ensemble {structure!r}", lambda: _ensemble_text(structure))
-    return module if module.SUITS else None
+def ensemble_module(structure) -> ModuleType:
+    """The compiled equations of a structure (that is `ensemble.known`) for eight trajectories at once."""
+    return _module(f"ensemble {structure!r}", lambda: _ensemble_text(structure))
 
 
 def ensemble_algebra() -> ModuleType:
@@ -145,10 +162,9 @@ def ensemble_algebra() -> ModuleType:
 
 def _ensemble_text(structure) -> str:
     from ..equations.write import system
-    from .ensemble.equations import suits, text
+    from .ensemble.equations import text
 
-    equations = system(structure)
-    return text(equations) if suits(equations) else "SUITS = False\n"
+    return text(system(structure))
 
 
 def _structure_text(structure) -> str:
@@ -168,49 +184,22 @@ def _variation_text(structure, sizes: dict[str, int]) -> str:
 @cache
 def _named(key: str) -> str | None:
     """Name of the module that was written for a key."""
-    path = folder() / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.name"
-    return path.read_text() if path.exists() else None
+    name = place.read(f"{_short(key)}.name")
+    return None if name is None else name.decode()
 
 
 def _module(key: str, text) -> ModuleType:
     name = _named(key)
-    if name is None or not (folder() / f"{name}.py").exists():
+    if name is None or find_spec(f"{GENERATED}.{name}") is None:
         source = text()
-        name = "k" + hashlib.sha256(source.encode()).hexdigest()[:16]
-        _write(folder() / f"{name}.py", source)
-        _write(folder() / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.name", name)
+        name = f"k{_short(source)}"
+        place.write(f"{name}.py", source.encode())
+        place.write(f"{_short(key)}.name", name.encode())
         _named.cache_clear()
-        importlib.invalidate_caches()
-    return importlib.import_module(f"{GENERATED}.{name}")
+    module = importlib.import_module(f"{GENERATED}.{name}")
+    place.settle()
+    return module
 
 
-def _write(path: Path, text: str) -> None:
-    """Write whole: by a temporary name and a rename, so that another process never reads half."""
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".tmp", delete=False) as file:
-        file.write(text)
-    os.replace(file.name, path)
-
-
-def _digests() -> list[Path]:
-    """Folders that are named as digests are; nothing else below the root is ours."""
-    return sorted(
-        place for place in root().glob("*") if place.is_dir() and re.fullmatch("[0-9a-f]{16}", place.name)
-    )
-
-
-def entries() -> list[str]:
-    """List the digests in the cache with their size; the one in use is marked."""
-    result = []
-    for place in _digests():
-        size = sum(path.stat().st_size for path in place.rglob("*") if path.is_file())
-        mark = "in use" if place.name == digest() else "old"
-        result.append(f"{place.name}  {size / 1e6:6.1f} MB  {mark}")
-    return result
-
-
-def prune() -> list[str]:
-    """Delete the folders of all digests but the one in use; give back their names."""
-    old = [place for place in _digests() if place.name != digest()]
-    for place in old:
-        shutil.rmtree(place, ignore_errors=True)
-    return [place.name for place in old]
+def _short(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -3,7 +3,8 @@
 A system is solved in one of three variants, so that a scene does not pay for what is absent: `free`
 (nothing touches), `slip` (contacts push, friction is a law) and `stick` (some tangential forces are
 unknowns that keep v_t at rest). Within the last two, contacts are told apart by masks: touch kappa_j, slip
-direction sigma_j, stick eta_j.
+direction sigma_j, stick eta_j. In both of them what rests on a rigid wall is held as what sticks is
+(codegen.walls).
 
 The unknowns are the accelerations a and the tangential forces F_t of
 
@@ -21,9 +22,11 @@ from functools import cached_property
 from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System, accelerations, traction
+from ..numerics.codes import Variant
 from .tape import Tape
+from .walls import holding
 
-VARIANTS = ("free", "slip", "stick")
+VARIANTS = Variant.words()
 
 
 @dataclass(frozen=True)
@@ -37,7 +40,7 @@ class Mask:
 
 def variants(system: System) -> tuple[str, ...]:
     """The variants that a system can be in."""
-    if not system.contacts:
+    if not system.contacts and not system.resets:
         return VARIANTS[:1]
     return VARIANTS if any(contact.sticks for contact in system.contacts) else VARIANTS[:2]
 
@@ -56,7 +59,13 @@ def masks(system: System, variant: str) -> list[Mask]:
         elif alone:
             touch, stick = Integer(1), Integer(1)
         result.append(Mask(touch, slip, stick))
-    return result
+    return result + [_resting(reset.name, variant) for reset in system.resets]
+
+
+def _resting(wall: str, variant: str) -> Mask:
+    """Mask of a rigid wall: it holds what rests on it where it is touched."""
+    held = Integer(0) if variant == "free" else Symbol(f"touch_{wall}", real=True)
+    return Mask(Integer(0), Integer(0), held)
 
 
 class Dynamics:
@@ -67,10 +76,12 @@ class Dynamics:
         self.masks = masks(system, variant)
         self.held = [j for j, mask in enumerate(self.masks) if mask.stick != 0]
         self.inverse_mass = InverseMass(self.tape, system)
-        names = [traction(contact) for contact in system.contacts]
+        walls = [holding(self.tape, reset, system.positions, system.speeds) for reset in system.resets]
+        self.contacts = [*system.contacts, *walls]
+        names = [traction(contact) for contact in self.contacts]
         self.F_n = [
             self.tape.define(name, mask.touch * contact.F_n)
-            for (name, _), contact, mask in zip(names, system.contacts, self.masks, strict=True)
+            for (name, _), contact, mask in zip(names, self.contacts, self.masks, strict=True)
         ]
         self.slipping = [self._friction(j) for j in range(len(names))]
         bias = [self.masks[j].stick * self._bias(j) + self._released(j, self.slipping[j]) for j in self.held]
@@ -82,7 +93,7 @@ class Dynamics:
 
     def _friction(self, j: int) -> Expr:
         """F_t while contact j slips: kappa (sigma f F_n + drag)."""
-        contact, mask = self.system.contacts[j], self.masks[j]
+        contact, mask = self.contacts[j], self.masks[j]
         slip = mask.slip * contact.coulomb * self.F_n[j] if contact.sticks else Integer(0)
         drag = mask.touch * contact.drag
         return self.tape.let(f"Fs_{contact.name}", slip + drag)
@@ -93,7 +104,7 @@ class Dynamics:
 
     def _bias(self, j: int) -> Expr:
         """T_j'.w: the part of v_t' that needs no unknown acceleration."""
-        v_t, drift = self.system.contacts[j].v_t, self.system.contacts[j].drift
+        v_t, drift = self.contacts[j].v_t, self.contacts[j].drift
         pairs = zip(self.system.positions, self.system.speeds, strict=False)
         moved = sum((self.tape.derivative(v_t, q) * w for q, w in pairs), Integer(0))
         return moved + self.tape.derivative(v_t, TIME) + drift
@@ -101,7 +112,7 @@ class Dynamics:
     def _pushed(self) -> list[Expr]:
         """Q_k - sum_j (N_j,k F_n,j + T_j,k F_t,j), the held tangential forces left out."""
         Q = list(self.system.force)
-        for j, contact in enumerate(self.system.contacts):
+        for j, contact in enumerate(self.contacts):
             pairs = [(contact.normal, self.F_n[j])]
             if j not in self.held:
                 pairs.append((contact.tangential, self.slipping[j]))
@@ -123,7 +134,7 @@ class Dynamics:
         return a, dict(zip(self.held, forces, strict=True))
 
     def _row(self, j: int) -> tuple[Expr, ...]:
-        return self.system.contacts[j].tangential
+        return self.contacts[j].tangential
 
     @cached_property
     def _columns(self) -> list[list[Expr]]:
@@ -145,7 +156,7 @@ class Dynamics:
 
     def creep(self, j: int) -> Expr:
         """v_t' of contact j in this variant."""
-        contact = self.system.contacts[j]
+        contact = self.contacts[j]
         return dot(contact.tangential, self.a) + self._bias(j)
 
     def jacobian(self) -> dict[tuple[int, int], Expr]:

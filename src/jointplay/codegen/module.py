@@ -3,22 +3,23 @@
 rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eight increments, into w
 jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
                                   of a plan, whose algebra then stands here too (codegen.plan)
-contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'
+contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'; then of each
+                                  reset: gap, 0, its rate, 0, F_t, the rate's own rate (codegen.walls)
 trig(s, p)                        sines and cosines of the base point
-reset(k, s, p)                    the jump of the k-th reset
+reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls
 CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
 
 import re
 
-from sympy import Expr, Integer
+from sympy import Expr, Integer, Symbol
 
 from ..equations.system import System
-from ..numerics.modes import PULLS, STICKS
+from ..numerics.modes import CONE, FORCE, GAP, IN_FLIGHT, PULLS, SLIDE, SLIPPING, STICKS
 from . import outputs, plan
 from .dynamics import Dynamics, variants
-from .source import Layout, lanes, point, statements, used
+from .source import Layout, Program, lanes, point, statements, used
 
 HEADER = '''"""Generated from the equations; do not edit."""
 from math import cos, sin, sqrt, tanh
@@ -43,7 +44,7 @@ def text(system: System) -> str:
         entries = dict(enumerate(plans[v].values)) if large else _dense(layout, dynamics)
         jacobians.append(_jacobian(layout, dynamics, variant, entries))
     parts += [_choice("rate", "w, s, p, m", rates), _choice("jacobian", "s, p, m, J", jacobians)]
-    parts += [_choice("contacts", "s, p, m, out", contacts, first=1), _trig(layout), _reset(layout)]
+    parts += [_choice("contacts", "s, p, m, out", contacts, first=SLIPPING), _trig(layout), _reset(layout)]
     if large:
         parts.append(plan.text(plans, len(system.positions), layout.rows["time"]))
     parts.append(outputs.text(system))
@@ -86,8 +87,8 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     for j in range(len(system.contacts)):
         for place, value in guards(dynamics, j, variant).items():
             store(f"out_guard_{j}_{place}", value, rows["guard"] + 4 * j + place)
-    for k, reset in enumerate(system.resets):
-        store(f"out_reset_{k}", reset.guard, rows["reset"] + k)
+    for k in range(len(system.resets)):
+        store(f"out_reset_{k}", watched(dynamics, k), rows["reset"] + k)
     if system.section is not None:
         store("out_section", system.section, rows["section"])
     for k, power in enumerate(system.powers.values()):
@@ -96,16 +97,23 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
 
 def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
-    """Guards of a contact by place: 0 gap or u, 1 the law's F_n, 2 v_t, 3 the cone (f F_n)^2 - F_t^2."""
+    """Guards of a contact by number: gap or u, the law's F_n, v_t, the cone (f F_n)^2 - F_t^2."""
     contact = dynamics.system.contacts[j]
-    found = {0: contact.u if contact.gap is None else contact.gap}
+    found = {GAP: contact.u if contact.gap is None else contact.gap}
     if not contact.pulls or (contact.sticks and variant == "stick"):
-        found[1] = contact.F_n
+        found[FORCE] = contact.F_n
     if contact.sticks and variant != "free":
-        found[2] = contact.v_t
+        found[SLIDE] = contact.v_t
     if contact.sticks and variant == "stick":
-        found[3] = (contact.coulomb * dynamics.F_n[j]) ** 2 - dynamics.F_t[j] ** 2
+        found[CONE] = (contact.coulomb * dynamics.F_n[j]) ** 2 - dynamics.F_t[j] ** 2
     return found
+
+
+def watched(dynamics: Dynamics, k: int) -> Expr:
+    """Guard of the k-th reset: its gap; while the wall holds, what it pushes with."""
+    j, gap = len(dynamics.system.contacts) + k, dynamics.system.resets[k].guard
+    held = dynamics.masks[j].stick
+    return (1 - held) * gap - held * dynamics.F_t[j]
 
 
 def _dense(layout: Layout, dynamics: Dynamics) -> dict[int, Expr]:
@@ -122,17 +130,18 @@ def _jacobian(layout: Layout, dynamics: Dynamics, variant: str, entries: dict[in
 
 
 def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
-    results, stores = {}, {}
-    for j, contact in enumerate(layout.system.contacts):
+    results, stores, last = {}, {}, len(layout.system.contacts)
+    for j, contact in enumerate(dynamics.contacts):
         v_t, creep = (contact.v_t, dynamics.creep(j)) if contact.v_t is not None else (Integer(0), Integer(0))
-        for place, value in enumerate((contact.u, contact.v_n, v_t, contact.F_n, dynamics.F_t[j], creep)):
+        normal = (contact.u, contact.v_n) if j < last else (layout.system.resets[j - last].guard, Integer(0))
+        for place, value in enumerate((*normal, v_t, contact.F_n, dynamics.F_t[j], creep)):
             results[f"out_{j}_{place}"], stores[f"out_{j}_{place}"] = value, 6 * j + place
     program = dynamics.tape.program(results)
     return point(f"contacts_{variant}", layout, program, stores, "s, p, m, out", "out")
 
 
-def _choice(name: str, arguments: str, functions: list[str], first: int = 0) -> str:
-    """A function of the variant, 0 free, 1 slip, 2 stick, that holds the bodies of several (a call costs)."""
+def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLIGHT) -> str:
+    """A function of the variant that holds the bodies of several, from variant `first` on (a call costs)."""
     lines = [f"{_door(name)}\ndef {name}(variant, {arguments}):"]
     for number, function in enumerate(functions, start=first):
         body = _renamed(function.rstrip(), number).split("\n")[1:]
@@ -167,9 +176,32 @@ def _trig(layout: Layout) -> str:
 
 def _reset(layout: Layout) -> str:
     parts, lines = [], [_door("reset"), "def reset(k, s, p):"]
-    for k, jump in enumerate(layout.system.resets):
-        program = [(f"new_{z}", value) for z, value in jump.speeds.items()]
-        stores = {f"new_{z}": layout.base[z] for z in jump.speeds}
-        parts.append("@compiled\n" + point(f"reset_{k}", layout, program, stores, "s, p", "s") + "\n")
+    resets = layout.system.resets
+    jumps = [[(Symbol(f"new_{z}"), value) for z, value in jump.speeds.items()] for jump in resets]
+    for k, program in enumerate(jumps + [_settling(layout.system, k) for k in range(len(resets))]):
+        stores = {f"new_{z}": place for z, place in layout.base.items()}
+        own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
+        parts.append("@compiled\n" + point(f"reset_{k}", layout, program, own, "s, p", "s") + "\n")
         lines.append(f"    if k == {k}:\n        reset_{k}(s, p)")
     return "\n".join([*parts, *(lines if parts else [*lines, "    pass"])]) + "\n"
+
+
+def _settling(system: System, k: int) -> Program:
+    """Positions and speeds at rest on the k-th wall."""
+    dynamics = Dynamics(system, "free")
+    return dynamics.tape.program({f"new_{x}": value for x, value in settled(dynamics, k).items()})
+
+
+def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
+    """New positions and speeds of a body that comes to rest on the k-th wall: gap and rate are taken away.
+
+    The change is along M^-1 N, as an impulse's is.
+    """
+    system, tape = dynamics.system, dynamics.tape
+    wall, gap = dynamics.contacts[len(system.contacts) + k], system.resets[k].guard
+    column = dynamics.inverse_mass(list(wall.tangential), f"way{k}")
+    weight = tape.let(
+        f"weight{k}", sum((a * b for a, b in zip(wall.tangential, column, strict=True)), Integer(0))
+    )
+    new = {q: q - y * gap / weight for q, y in zip(system.positions, column, strict=False) if y != 0}
+    return new | {z: z - y * wall.v_t / weight for z, y in zip(system.speeds, column, strict=True) if y != 0}

@@ -74,9 +74,9 @@ class Layout:
 
     @property
     def masks(self) -> dict[Symbol, int]:
-        """Places in m: touch, slip, stick of each contact."""
-        words = ("touch", "slip", "stick")
-        names = [f"{word}_{contact.name}" for contact in self.system.contacts for word in words]
+        """Places in m: touch, slip, stick of each contact, then of each rigid wall."""
+        words, parts = ("touch", "slip", "stick"), (*self.system.contacts, *self.system.resets)
+        names = [f"{word}_{part.name}" for part in parts for word in words]
         return {Symbol(name, real=True): place for place, name in enumerate(names)}
 
     @property

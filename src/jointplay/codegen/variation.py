@@ -5,7 +5,8 @@ vary(w, d)                        rates of a tangent: those derivatives times (d
 divergence(w)                     trace of d rate / d speeds, into the last row of w
 gradient(guard, s, p, m, out)     d guard / d (time, state) at the base point; guards as in the lane rows,
                                   those of resets last
-turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th reset, row by row
+turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th reset, row by row; beyond the
+                                  last, of coming to rest on the walls
 ROWS                              rows of w: the structure's own, then those of its derivatives
 
 Only scenes that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
@@ -19,7 +20,7 @@ from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System
 from .dynamics import Dynamics, variants
-from .module import HEADER
+from .module import HEADER, settled
 from .source import LANES, Layout, lanes, point
 
 Entries = dict[tuple[int, int], Expr]
@@ -43,8 +44,9 @@ def text(system: System, method: int, planned: bool) -> str:
     parts.append(
         _choice("gradient", "guard, s, p, m, out", [f"gradient_{g}" for g, _ in gradients], gradients)
     )
-    parts += [_turned(layout, k) for k in range(len(system.resets))]
-    parts.append(_choice("turned", "k, s, p, out", [f"turned_{k}" for k in range(len(system.resets))]))
+    jumps = range(2 * len(system.resets))
+    parts += [_turned(layout, k) for k in jumps]
+    parts.append(_choice("turned", "k, s, p, out", [f"turned_{k}" for k in jumps]))
     return "\n".join(parts)
 
 
@@ -145,9 +147,8 @@ def _gradients(layout: Layout) -> Iterator[tuple[int, str]]:
             yield 4 * j + place, _gradient(layout, 4 * j + place, value)
         if contact.sticks:
             yield 4 * j + 3, _cone(layout, j)
-    for k, reset in enumerate(system.resets):
-        g = 4 * len(system.contacts) + k
-        yield g, _gradient(layout, g, reset.guard)
+    for k in range(len(system.resets)):
+        yield 4 * len(system.contacts) + k, _wall(layout, k)
 
 
 def _variables(layout: Layout) -> tuple[Symbol, ...]:
@@ -176,9 +177,22 @@ def _cone(layout: Layout, j: int) -> str:
     return _at_point(layout, f"gradient_{4 * j + 3}", "s, p, m, out", "out", tape, slopes)
 
 
+def _wall(layout: Layout, k: int) -> str:
+    """The gap of the k-th reset; while the wall holds, what it pushes with."""
+    dynamics = Dynamics(layout.system, variants(layout.system)[-1])
+    j = len(layout.system.contacts) + k
+    gap = _slopes(layout, dynamics.tape, layout.system.resets[k].guard)
+    force, held = dynamics.held_slopes(_variables(layout)), dynamics.masks[j].stick
+    slopes = [(1 - held) * slope - held * force[j, i] for i, slope in enumerate(gap)]
+    g = 4 * len(layout.system.contacts) + k
+    return _at_point(layout, f"gradient_{g}", "s, p, m, out", "out", dynamics.tape, slopes)
+
+
 def _turned(layout: Layout, k: int) -> str:
-    tape, jump = Dynamics(layout.system, "free").tape, layout.system.resets[k]
-    new = [jump.speeds.get(z, z) for z in layout.system.speeds]
+    dynamics, resets = Dynamics(layout.system, "free"), layout.system.resets
+    tape = dynamics.tape
+    jump = resets[k].speeds if k < len(resets) else settled(dynamics, k - len(resets))
+    new = [jump.get(z, z) for z in layout.system.speeds]
     slopes = [slope for value in new for slope in _slopes(layout, tape, value)]
     return _at_point(layout, f"turned_{k}", "s, p, out", "out", tape, slopes)
 

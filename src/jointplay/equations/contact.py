@@ -1,4 +1,4 @@
-"""Geometry of a joint with play, and the normal laws.
+"""Geometry of a joint with play.
 
 Reference: Chunmei, Yang, Ling and Ling (2002), equations (13)-(18), derived anew from virtual work. With
 r = journal centre - bush centre, rho = |r|, r^ = r/rho and t^ across it,
@@ -24,19 +24,6 @@ from .structure import Clearance
 from .system import number
 
 TINY = Float(1e-200)
-
-
-def kelvin_voigt(joint: str, u: Expr, v_n: Expr) -> tuple[Expr, Expr]:
-    """Kelvin-Voigt contact, F_n = K u + C_n v_n while u >= 0, and its stored energy K u^2 / 2.
-
-    The law of Chunmei et al. (2002), equation (17). F_n jumps by C_n v_n at entry and may pull just before
-    separation. Valid for small penetration; the restitution it gives does not depend on the impact speed.
-    """
-    K, C = number(f"K_{joint}"), number(f"C_{joint}")
-    return K * u + C * v_n, K * u**2 / 2
-
-
-LAWS = {"kelvin_voigt": kelvin_voigt}
 
 
 @dataclass(frozen=True)

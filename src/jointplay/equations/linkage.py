@@ -9,9 +9,10 @@ from sympy import Expr, Integer, atan2, sqrt, tanh
 
 from . import beam as elastic
 from . import chain, loop
-from .contact import LAWS, Geometry, geometry
+from .contact import Geometry, geometry
 from .coordinates import Coordinates, Freedom, coordinates
 from .drive import torque
+from .laws import LAWS
 from .structure import Clearance, Linkage, Pin, parameter_names
 from .system import Angle, Contact, System, number, traction
 
@@ -219,7 +220,8 @@ class Parts:
 
 
 def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
-    F_n, stored = LAWS[joint.law](joint.name, g.u, g.v_n)
+    law = LAWS[joint.law]
+    F_n, stored = law.force(g.u, g.v_n, *(number(f"{letter}_{joint.name}") for letter in law.letters))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
     drift = sum((entry * c.bias[freedom] for freedom, entry in g.spun.items()), Integer(0))
     if joint.friction == "tanh":

@@ -7,6 +7,8 @@ here: a structure whose equations have been written before needs none.
 
 from dataclasses import dataclass
 
+from .laws import LAWS
+
 
 @dataclass(frozen=True)
 class Clearance:
@@ -103,7 +105,8 @@ def parameter_names(structure: Linkage) -> list[str]:
     names = [f"H_{k}_{m}" for k, m in structure.couplings] + [f"mu_{k}" for k in structure.links]
     names += [f"m_{f}" for f in range(len(structure.floats))] + ["g"]
     for joint in structure.joints:
-        names += [f"{word}_{joint.name}" for word in ("e", "R", "rx0", "ry0", "K", "C", "f", "v", "Ct")]
+        words = ("e", "R", "rx0", "ry0", *LAWS[joint.law].letters, "f", "v", "Ct")
+        names += [f"{word}_{joint.name}" for word in words]
         names += [f"D_{joint.name}_{k}" for k in joint.arms]
     for pin in structure.pins:
         names += [f"m_{pin.name}"] + [f"mu_{pin.name}_{k}" for k in pin.arms]

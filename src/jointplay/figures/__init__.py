@@ -1,89 +1,33 @@
 """Pictures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
 
-from collections.abc import Callable
-from typing import Any
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Annotated, Any
 
 from matplotlib.figure import Figure
 from xarray import Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem
+from jointplay.mechanism.base import accepts
+from jointplay.mechanism.signature import checked
 
 from . import cells, check, pick
-from .basins import basins
-from .bifurcation import bifurcation
-from .branch import continuation
-from .chaos_test import chaos_test
-from .check import lacking
-from .claims import claims
-from .contact_angle import contact_angle
-from .dimension import dimension
-from .divergence import divergence
-from .field import field
-from .floquet import floquet
-from .journal_orbit import journal_orbit
-from .lyapunov import lyapunov
-from .overview import overview
-from .parameter_map import parameter_map
-from .phase_portrait import phase_portrait
-from .poincare_section import poincare_section
-from .readings import readings
-from .scheme_comparison import scheme_comparison
-from .spectrum import spectrum
-from .stress import stress
-from .sweep import sweep
-from .time_history import time_history
-from .work_precision import work_precision
+from .check import misfits
+from .registry import ABOUT, KINDS, suited, suited_to
 
-KINDS: dict[str, Callable[..., Figure]] = {
-    "time_history": time_history,
-    "contact_angle": contact_angle,
-    "journal_orbit": journal_orbit,
-    "phase_portrait": phase_portrait,
-    "poincare_section": poincare_section,
-    "overview": overview,
-    "claims": claims,
-    "readings": readings,
-    "scheme_comparison": scheme_comparison,
-    "bifurcation": bifurcation,
-    "parameter_map": parameter_map,
-    "lyapunov": lyapunov,
-    "chaos_test": chaos_test,
-    "spectrum": spectrum,
-    "dimension": dimension,
-    "divergence": divergence,
-    "field": field,
-    "basins": basins,
-    "continuation": continuation,
-    "floquet": floquet,
-    "stress": stress,
-    "work_precision": work_precision,
-    "sweep": sweep,
-}
+for _each in iter_modules(__path__):  # a figure adds itself
+    import_module(f"{__name__}.{_each.name}")
 
-# the figures that suit a result, by the result's own kind
-SUITED = {
-    "response": ("time_history", "contact_angle", "journal_orbit", "phase_portrait", "overview"),
-    "section": ("poincare_section",),
-    "claims": ("claims",),
-    "readings": ("readings",),
-    "scheme_comparison": ("scheme_comparison",),
-    "bifurcation": ("bifurcation", "parameter_map"),
-    "periodic_orbit": ("floquet", "time_history", "journal_orbit", "phase_portrait"),
-    "continuation": ("continuation", "floquet"),
-    "lyapunov": ("lyapunov",),
-    "chaos_test": ("chaos_test",),
-    "spectrum": ("spectrum",),
-    "dimension": ("dimension",),
-    "sensitivity": ("divergence", "field"),
-    "basins": ("basins",),
-    "stress": ("stress",),
-    "work_precision": ("work_precision",),
-}
-
-__all__ = ["KINDS", "SUITED", "draw", "lacking", "of_sweep", "problems"]
+__all__ = ["ABOUT", "KINDS", "draw", "misfits", "of_sweep", "problems", "suited"]
 
 
-def draw(dataset: Dataset, options: dict | None = None, /, **named: Any) -> Figure:
+@checked()
+def draw(
+    dataset: Annotated[Dataset, accepts("a result")],
+    options: Annotated[dict[str, Any] | None, accepts("a table of options")] = None,
+    /,
+    **named: Any,
+) -> Figure:
     """Draw a result.
 
     Parameters
@@ -128,21 +72,16 @@ def problems(options: dict) -> list[Problem]:
 
     Without a `kind`, an option is accepted if any kind has it.
     """
-    return check.problems(options, KINDS)
+    return check.problems(options)
 
 
 def usual_kind(dataset: Dataset) -> str:
     """Return the picture that a dataset gets where none is asked for."""
-    kind = dataset.attrs.get("kind")
     if cells.usual(dataset):
         return "sweep"
-    if kind == "response":
-        whole = pick.labels(dataset, "joint") and not lacking({"kind": "overview"}, tuple(dataset.data_vars))
-        return "overview" if whole else "time_history"
-    if kind == "sensitivity" and "mean_log_distance" not in dataset:
-        return "field"
-    if kind in SUITED:
-        return SUITED[kind][0]
-    raise pick.refuse(
-        "kind", dataset.attrs.get("kind", NOTHING), "the kind of figure: one of " + ", ".join(KINDS)
-    )
+    kind, there = dataset.attrs.get("kind"), {str(name) for name in dataset.data_vars}
+    for name in suited_to(kind):
+        if there.issuperset(ABOUT[name].needs):
+            return name
+    expected = f"the kind of figure: one of {', '.join(KINDS)}"
+    raise pick.refuse("kind", NOTHING if kind is None else kind, expected)

@@ -10,6 +10,7 @@ from xarray import Dataset
 from . import parts, pick, style
 from .field import draw_cells, without_start
 from .numbers import with_error
+from .registry import picture
 
 # neighbours differ in lightness, so that a grey print keeps them apart
 COLOURS = ("#9ecae1", "#08306b", "#fdae6b", "#7f2704", "#a1d99b", "#00441b", "#dadaeb", "#54278f")
@@ -17,7 +18,7 @@ REST, NONE = "#bdbdbd", "#ffffff"
 POINTS = 60  # of an attractor that are marked, at most
 
 
-@style.paper()
+@picture()
 def basins(dataset: Dataset, *, points: bool = True) -> Figure:
     """Draw a colour for each attractor over the plane, with its section points and its share of the starts.
 

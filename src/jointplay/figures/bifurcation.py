@@ -11,6 +11,7 @@ from matplotlib.ticker import FixedLocator, NullLocator
 from xarray import DataArray, Dataset
 
 from . import parts, pick, style, sweeps
+from .registry import picture
 from .units import Shown
 
 USUAL = ("journal_x", "eccentricity_ratio", "state_value")
@@ -30,7 +31,7 @@ class Frame(NamedTuple):
     y: Shown
 
 
-@style.paper()
+@picture(checks={"at": lambda at: first_value(at), "limits": lambda given: lines(given)}, fits=sweeps.fits)
 def bifurcation(
     dataset: Dataset,
     *,
@@ -170,6 +171,12 @@ def periods(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
     ax.yaxis.set_major_locator(FixedLocator([1, 2, 4, 8, 16, top]))
     ax.yaxis.set_minor_locator(NullLocator())
     ax.set_yticklabels(["1", "2", "4", "8", "16", "none"])
+
+
+def first_value(at: Any) -> None:
+    """Refuse what is no value of a parameter."""
+    if not pick.is_number(at):
+        raise pick.refuse("at", at, "a value of the first of two parameters")
 
 
 def lines(limits: Any) -> list[tuple[float, str]]:

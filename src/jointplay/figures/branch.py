@@ -11,6 +11,7 @@ from xarray import DataArray, Dataset
 
 from . import parts, pick, style, sweeps
 from .bifurcation import Frame, diagram, lines, mark, sought
+from .registry import picture
 
 COLOURS = (style.BLUE, style.WARNING, "#007a53", "#7b3294")  # of branches, by their period
 STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}
@@ -24,7 +25,7 @@ MARKS = {  # kind of special point: marker, name
 OVER = {"size": 0.5}  # of a diagram's points, pt, under branches
 
 
-@style.paper()
+@picture(checks={"limits": lambda value: lines(value)})
 def continuation(
     dataset: Dataset,
     *,

@@ -1,13 +1,12 @@
 """One number for each cell of a sweep: which quantity, which entry of it, its error."""
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from xarray import DataArray, Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.kinds import KINDS, Shown
 
 from . import pick
 
@@ -16,29 +15,6 @@ ENTRIES = {"exponent": 1, "multiplier": LARGEST}  # where none is asked for
 COMPLEX = "part"  # the dimension of real and imaginary part; without a choice the modulus is meant
 ERRORS = 2  # standard errors on either side
 LISTED = 12  # entries named in an error
-
-
-class Usual(NamedTuple):
-    """What a sweep shows if nothing is asked for: a quantity, its entries, and what that is called."""
-
-    name: str
-    entries: Mapping[str, Any] = MappingProxyType({})
-    title: str = ""
-
-
-# by the kind of the cells: the first that the result has
-USUAL = {
-    "lyapunov": (
-        Usual("lyapunov_exponent_per_turn", title="largest Lyapunov exponent a turn"),
-        Usual("lyapunov_exponent", title="largest Lyapunov exponent"),
-    ),
-    "chaos_test": (Usual("chaos_indicator_quartile", {"quartile": 0.5}, "median K of the 0-1 test"),),
-    "spectrum": (Usual("variance"),),
-    "dimension": (Usual("correlation_dimension"),),
-    "sensitivity": (Usual("growth"),),
-    "basins": (Usual("fraction", {"number": LARGEST}, "fraction of the starts in the largest basin"),),
-    "periodic_orbit": (Usual("floquet_multiplier", title="largest modulus of a Floquet multiplier"),),
-}
 
 
 def varied(dataset: Dataset) -> list[str]:
@@ -56,10 +32,10 @@ def known(dataset: Dataset) -> list[str]:
     ]
 
 
-def usual(dataset: Dataset) -> Usual | None:
+def usual(dataset: Dataset) -> Shown | None:
     """Return what a sweep shows if nothing is asked for; None where there is no such."""
-    there = known(dataset) if varied(dataset) else []
-    return next((row for row in USUAL.get(str(dataset.attrs.get("kind")), ()) if row.name in there), None)
+    there, row = known(dataset) if varied(dataset) else [], KINDS.get(str(dataset.attrs.get("kind")))
+    return next((shown for shown in row.shown if shown.name in there), None) if row else None
 
 
 def told(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> Dataset:
@@ -80,11 +56,11 @@ def told(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> Dataset:
     if quantity is None and first is None:
         raise InputError([Problem("figure.quantity", NOTHING, f"one of {', '.join(names)} is needed")])
     name = first.name if quantity is None and first else pick.choice("quantity", quantity, names)
-    row = first if first and first.name == name else Usual(name)
+    row = first if first and first.name == name else Shown(name)
     array = numbers(dataset, name, modulus=COMPLEX not in at)
     own = [str(dim) for dim in array.dims if dim not in varied(dataset)]
     asked = {dim: entry for dim, entry in at.items() if dim not in varied(dataset)}
-    entries = {dim: e for dim, e in {**ENTRIES, **row.entries}.items() if dim in own} | asked
+    entries = {dim: e for dim, e in {**ENTRIES, **dict(row.entries)}.items() if dim in own} | asked
     refuse_wrong(array, own, entries)
     found = {"value": array} | spread(dataset, name, array, entries)
     for dim in own:

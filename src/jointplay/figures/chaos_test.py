@@ -6,13 +6,14 @@ from matplotlib.figure import Figure
 from xarray import Dataset
 
 from . import parts, pick, style
+from .registry import picture
 from .units import PLAIN
 
 NEEDED = ("chaos_indicator", "chaos_indicator_quartile", "walk_x", "walk_y", "square_displacement")
 MARGIN = 0.12  # of K, beyond 0 and 1
 
 
-@style.paper()
+@picture()
 def chaos_test(dataset: Dataset) -> Figure:
     """Draw K over frequency with its quartiles, the driven point's path, and its mean square displacement.
 

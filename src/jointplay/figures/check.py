@@ -1,38 +1,28 @@
 """What is wrong with figure options, as far as that can be told before there is a result."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from inspect import signature
 from typing import Any
 
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 
 from . import pick, style, timebase
-from .bifurcation import lines
-from .lyapunov import PER, leading
 from .phase_portrait import PAIRS
-from .scheme_comparison import MEASURES
-from .spectrum import ABSCISSAE, limits
-from .sweep import entries
+from .registry import ABOUT, KINDS
 
-NEEDS = {
-    "contact_angle": ("contact_angle",),
-    "journal_orbit": ("journal_x", "journal_y"),
-    "overview": ("normal_force", "journal_x", "journal_y", "eccentricity", "normal_velocity"),
-}
-OF_A_PAIR = ("phase_portrait", "poincare_section")
 NAMES = ("variables", "x", "y")
 
 
-def problems(options: dict, kinds: dict[str, Callable]) -> list[Problem]:
+def problems(options: dict) -> list[Problem]:
     """Return what is wrong with figure options by themselves.
 
     Without a `kind`, an option is accepted if any kind has it.
     """
     kind = options.get("kind")
-    if kind is not None and not (isinstance(kind, str) and kind in kinds):
-        return [unknown("figure.kind", kind, kind, kinds, "figure")]
+    if kind is not None and not (isinstance(kind, str) and kind in KINDS):
+        return [unknown("figure.kind", kind, kind, KINDS, "figure")]
     known = {
-        name for one in ([kind] if kind else kinds) for name in list(signature(kinds[one]).parameters)[1:]
+        name for one in ([kind] if kind else KINDS) for name in list(signature(KINDS[one]).parameters)[1:]
     }
     accepted = sorted(known | {"kind"})
     strange = [
@@ -40,11 +30,10 @@ def problems(options: dict, kinds: dict[str, Callable]) -> list[Problem]:
         for key in options
         if key not in accepted
     ]
-    there = {key: options[key] for key in options.keys() & set(accepted)}
-    return strange + list(_values(there)) + list(_values({"at": there.get("at")}, _AT.get(kind, {})))
+    return strange + [each for key in options if key in accepted for each in _value(key, options, kind)]
 
 
-def lacking(options: dict, names: tuple[str, ...]) -> list[Problem]:
+def lacking(options: Mapping[str, Any], names: tuple[str, ...]) -> list[Problem]:
     """Return what figure options ask for and a result with the variables `names` does not have."""
     kind = options.get("kind")
     asked = [(key, name) for key in NAMES if key in options for name in _listed(options[key])]
@@ -53,35 +42,73 @@ def lacking(options: dict, names: tuple[str, ...]) -> list[Problem]:
         for key, name in asked
         if name not in names
     ]
-    missing = [name for name in NEEDS.get(kind, ()) if name not in names]
+    if kind not in ABOUT:
+        return found
+    missing = [name for name in ABOUT[kind].needs if name not in names]
     if missing:
         expected = f"a list that holds {', '.join(missing)} too: the figure {kind} draws them"
         found.append(Problem("analysis.record", list(names), expected))
     pair = "x" in options and "y" in options
-    if kind in OF_A_PAIR and not pair and not any(set(one) <= set(names) for one in PAIRS):
+    if ABOUT[kind].pair and not pair and not any(set(one) <= set(names) for one in PAIRS):
         pairs = " or ".join(map(" and ".join, PAIRS))
         found.append(Problem("figure.x", options.get("x", NOTHING), f"x and y, as {pairs} are not recorded"))
     return found
+
+
+def misfits(kind: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> list[Problem]:
+    """Return what keeps a figure from being drawn of what a study asks for.
+
+    Parameters
+    ----------
+    kind : str
+        Which figure.
+    options : mapping
+        Its options; without a `kind` where it is the usual one.
+    asked : mapping
+        The study's keywords, and under ``recorded`` the names of the quantities that its result will have;
+        None where they are not known.
+    """
+    about, names = ABOUT[kind], asked["recorded"]
+    if "kind" in options and names == () and (about.needs or about.pair or "variables" in _options(kind)):
+        expected = f"a list of what the figure {kind} draws is needed"
+        return [Problem("analysis.record", NOTHING, expected)]
+    linkage = names is not None and "state_value" not in names
+    found = [*(lacking(options, names) if linkage else ()), *about.fits(options, asked)]
+    return [each for each in found if "kind" in options or each.key != "figure.kind"]
+
+
+def _options(kind: str) -> list[str]:
+    return list(signature(KINDS[kind]).parameters)[1:]
 
 
 def _listed(given: Any) -> list[Any]:
     return list(given) if isinstance(given, list | tuple) else [given]
 
 
-def _values(options: dict, checks: dict | None = None) -> Iterator[Problem]:
-    checks = _CHECKS if checks is None else checks
-    for key, value in options.items():
-        if key not in checks or value is None:
-            continue
+def _value(key: str, options: Mapping[str, Any], kind: str | None) -> list[Problem]:
+    """What is wrong with the value of an option; where no kind is asked for, in every figure that has it."""
+    those, value = [about for name, about in ABOUT.items() if kind in (None, name)], options[key]
+    words = {word: None for about in those for word in about.choices.get(key, ())}
+    checks = [about.checks[key] for about in those if key in about.checks]
+    if words:
+        checks.append(lambda given: pick.choice(key, given, words))
+    found: list[list[Problem]] = []
+    for check in checks or [_CHECKS.get(key, lambda _: None)]:
         try:
-            checks[key](value)
+            if value is not None:
+                check(value)
+            return []
         except InputError as error:
-            yield from error.problems
+            found.append(error.problems)
+    return found[0]
 
 
-def _switch(value: Any, option: str = "zoom") -> None:
-    if not isinstance(value, bool):
-        raise pick.refuse(option, value, "true or false")
+def _switch(option: str) -> Callable[[Any], None]:
+    def check(value: Any) -> None:
+        if not isinstance(value, bool):
+            raise pick.refuse(option, value, "true or false")
+
+    return check
 
 
 def _some(value: Any) -> None:
@@ -89,27 +116,11 @@ def _some(value: Any) -> None:
         raise pick.refuse("events", value, "true, false, or a list of kinds of event, is accepted")
 
 
-def _number(value: Any) -> None:
-    if not pick.is_number(value):
-        raise pick.refuse("at", value, "a value of the first of two parameters")
-
-
-_AT = {"sweep": {"at": entries}, "bifurcation": {"at": _number}}  # one word, two forms
-_CHECKS: dict[str, Callable[[Any], Any]] = {
-    "abscissa": lambda value: pick.choice("abscissa", value, ABSCISSAE),
+_CHECKS: dict[str, Callable[[Any], Any]] = {  # of options that mean the same in every figure that has them
     "axis": timebase.axis_names,
-    "events": _some,
-    "limits": lines,
-    "period": lambda value: _switch(value, "period"),
-    "between": limits,
-    "exponents": leading,
-    "neighbours": lambda value: _switch(value, "neighbours"),
-    "points": lambda value: _switch(value, "points"),
-    "multipliers": lambda value: _switch(value, "multipliers"),
-    "measure": lambda value: pick.choice("measure", value, MEASURES),
     "column": lambda value: pick.choice("column", value, style.COLUMNS),
-    "per": lambda value: pick.choice("per", value, PER),
+    "events": _some,
     "time": timebase.time_limits,
     "turns": lambda value: timebase.turn_limits(value, 0.0),
-    "zoom": _switch,
+    **{name: _switch(name) for name in ("multipliers", "neighbours", "period", "points", "zoom")},
 }

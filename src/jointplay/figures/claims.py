@@ -7,7 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from . import parts, pick, style, table
+from . import parts, pick, table
+from .registry import picture
 
 COLUMNS = {"Conclusion of the paper": 48.0, "Grade": 20.0, "Numbers": 110.0}  # mm of width
 LETTERS = {"Conclusion of the paper": 37, "Grade": 14, "Numbers": 90}  # that fit them
@@ -16,7 +17,7 @@ MINUS = re.compile(r"(?<!\w)-(?=\d)")
 SHADE = {"undecidable": 0.0, "not": 0.0, "partly": 0.35, "reproduced": 0.85}
 
 
-@style.paper()
+@picture()
 def claims(dataset: Dataset) -> Figure:
     """Draw a table: a row a conclusion, with its grade (the darker, the better it stands) and the evidence.
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from xarray import Dataset
 
 from . import angles, parts, pick, style, timebase, windows
+from .registry import picture
 from .ticks import Degrees
 
 PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
@@ -19,7 +20,7 @@ ROWS = (
 )
 
 
-@style.paper()
+@picture(needs=("contact_angle",), clearance=True)
 def contact_angle(
     dataset: Dataset,
     *,

@@ -7,11 +7,12 @@ from xarray import Dataset
 
 from . import parts, pick, style
 from .numbers import with_error
+from .registry import picture
 
 DISTANCE = "Distance (standard deviations)"
 
 
-@style.paper()
+@picture()
 def dimension(dataset: Dataset) -> Figure:
     """Draw the correlation sum and its local slope, with the range and the value of the fit.
 

@@ -1,11 +1,17 @@
 """Divergence: how far neighbours are from the motion beside which they started, turn by turn."""
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.errors import Problem
+
 from . import parts, pick, style
 from .numbers import plain, with_error
+from .registry import picture
 
 NEIGHBOUR = {"color": style.GREY, "linewidth": 0.4, "linestyle": "-", "alpha": 0.6}
 MEAN = {"color": style.BLACK, "linewidth": 1.4, "linestyle": "-"}
@@ -13,7 +19,13 @@ FIT = {"color": style.AMBER, "linewidth": 1.6, "linestyle": (0, (4, 1.5))}
 LEVEL = {"color": style.BLUE, "linewidth": 0.8, "linestyle": (0, (1.5, 1.5))}
 
 
-@style.paper()
+def fits(_: Any, asked: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield why a study has no neighbours to draw."""
+    if not asked.get("neighbours", "plane" not in asked):
+        yield Problem("figure.kind", "divergence", "it is accepted where analysis.neighbours is given")
+
+
+@picture(needs=("mean_log_distance",), fits=fits)
 def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
     """Draw distances of neighbours over turns, their mean logarithm, and the fitted growth.
 

@@ -1,12 +1,18 @@
 """Field: finite-time Lyapunov exponents over a plane of initial states."""
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import DataArray, Dataset
 
+from jointplay.errors import Problem
+
 from . import parts, pick, style
+from .registry import picture
 from .units import shown
 
 PER = {"turn": "finite_time_exponent_per_turn", "second": "finite_time_exponent"}
@@ -15,7 +21,13 @@ CIRCLE = {"journal_x", "journal_y"}
 OUTER = 0.01, 0.99  # quantiles of the exponents between which colours differ
 
 
-@style.paper()
+def fits(_: Any, asked: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield why a study has no plane to draw."""
+    if "plane" not in asked:
+        yield Problem("figure.kind", "field", "it is accepted where analysis.plane is given")
+
+
+@picture(needs=("finite_time_exponent",), choices={"per": PER}, fits=fits)
 def field(dataset: Dataset, *, per: str = "turn") -> Figure:
     """Draw exponents as colours over the plane.
 

@@ -8,6 +8,7 @@ from xarray import Dataset
 
 from . import parts, pick, style
 from .numbers import plain
+from .registry import picture
 
 MARGIN = 1.15
 WIDEST = {True: 4.0, False: 2.0}  # of one orbit, of many; farther out: arrows at the edge, or nothing
@@ -17,7 +18,7 @@ LOST, BELOW, DASH = 1e-10, "< 10⁻¹⁰", "\N{EN DASH}"  # below it, multiplier
 LISTED = 8
 
 
-@style.paper()
+@picture()
 def floquet(dataset: Dataset) -> Figure:
     """Draw multipliers of one orbit, with a table; or of all orbits of branches.
 

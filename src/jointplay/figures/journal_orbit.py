@@ -8,9 +8,10 @@ from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
 from . import parts, pick, style, timebase, windows
+from .registry import picture
 
 
-@style.paper()
+@picture(needs=("journal_x", "journal_y"), clearance=True)
 def journal_orbit(
     dataset: Dataset,
     *,

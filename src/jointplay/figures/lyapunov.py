@@ -9,6 +9,7 @@ from xarray import Dataset
 
 from . import parts, pick, style
 from .numbers import plain, with_error
+from .registry import picture
 
 PER = {
     "turn": ("Lyapunov exponent a turn (\N{EN DASH})", "Turns"),
@@ -22,7 +23,7 @@ ROW, SIZE = 0.075, 7.0  # of a table's height; pt
 COLUMNS = (0.0, 0.68, 0.99)  # right ends are numbers', left ends words'
 
 
-@style.paper()
+@picture(choices={"per": PER}, checks={"exponents": lambda value: leading(value)})
 def lyapunov(dataset: Dataset, *, per: str | None = None, exponents: int | None = None) -> Figure:
     """Draw the running means of exponents with bands of one standard error, and a table of the final values.
 

@@ -10,10 +10,11 @@ from . import parts, pick, style, timebase, windows
 from .journal_orbit import orbit_panel
 from .phase_portrait import portrait_panel
 from .poincare_section import counted, journal_points
+from .registry import picture
 from .time_history import history_panel, legends
 
 
-@style.paper()
+@picture(needs=("normal_force", "journal_x", "journal_y", "eccentricity", "normal_velocity"), clearance=True)
 def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Sequence[float] = 3) -> Figure:
     """Draw four pictures of one clearance joint.
 

@@ -1,6 +1,6 @@
 """Maps over two parameters: exponent, period, impacts and whatever else was found, as colours."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,10 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
-from jointplay.errors import InputError, unknown
+from jointplay.errors import InputError, Problem, unknown
 
 from . import parts, pick, style, sweeps
+from .registry import picture
 
 USUAL = ("lyapunov_exponent_per_turn", "period", "impacts")
 SIGNED = ("lyapunov_exponent_per_turn", "lyapunov_exponent", "growth", "growth_rate", "map_exponent")
@@ -20,7 +21,14 @@ LONGEST = 8  # a period that has a colour of its own
 REST = 98  # percentile of absolute values that the colours reach
 
 
-@style.paper()
+def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield why a study has no such map."""
+    if len(asked["over"]) != 2:
+        yield Problem("figure.kind", "parameter_map", "accepted only where two parameters vary")
+    yield from sweeps.fits(options, asked)
+
+
+@picture(fits=fits)
 def parameter_map(
     dataset: Dataset,
     *,

@@ -27,6 +27,7 @@ EXPLAINED = {
     "bad_parameters": "the parameters cannot be simulated",
     "crashed": "the computation crashed",
     "not_run": "it has not been run",
+    "interrupted": "it was stopped before its end",
 }
 
 

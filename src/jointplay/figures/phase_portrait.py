@@ -7,13 +7,14 @@ from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
 from . import parts, pick, style, timebase, windows
+from .registry import picture
 
 DEFAULTS = ("eccentricity", "normal_velocity")
 ON_A_LINK = ("angle", "angular_velocity")
 PAIRS = (DEFAULTS, ON_A_LINK)
 
 
-@style.paper()
+@picture(pair=True)
 def phase_portrait(
     dataset: Dataset,
     *,

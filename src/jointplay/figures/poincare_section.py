@@ -10,9 +10,10 @@ from xarray import Dataset
 from . import parts, pick, style
 from .journal_orbit import in_clearances, orbit_frame
 from .phase_portrait import usual_pair
+from .registry import picture
 
 
-@style.paper()
+@picture(pair=True)
 def poincare_section(
     dataset: Dataset,
     *,

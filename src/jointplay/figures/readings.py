@@ -7,6 +7,7 @@ from matplotlib.patches import Circle
 from xarray import Dataset
 
 from . import parts, pick, style, table
+from .registry import picture
 
 NAMES, ROW, HEAD, FOOT = 38.3, 8.6, 13.0, 1.0  # mm: the readings' names, a row, above and below the rows
 COLUMNS = {"separations": 14.4, "period": 8.8, "growth": 13.6, "section": 8.6}  # mm of width
@@ -20,7 +21,7 @@ FEW = 20  # distinct points of a section, which are drawn larger
 SHADE = {"periodic": 0.0, "undecided": 0.35, "chaotic": 0.85}  # of the growth, by what the motion is
 
 
-@style.paper()
+@picture()
 def readings(dataset: Dataset) -> Figure:
     """Draw a table: a row a reading; for each panel separations and growth a turn, period and section.
 

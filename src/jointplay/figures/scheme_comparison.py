@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 from xarray import DataArray, Dataset
 
 from . import parts, pick, style
+from .registry import picture
 from .units import PLAIN
 
 MEASURES = {
@@ -20,7 +21,7 @@ COLOURS, MARKERS = (style.BLACK, style.BLUE, style.AMBER, style.GREY), "osD^vP"
 DASHES = ("-", (0, (4, 1.5)), (0, (1.2, 1.2)), (0, (6, 1, 1, 1)))
 
 
-@style.paper()
+@picture(choices={"measure": MEASURES})
 def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figure:
     """Draw errors after each pass, a panel for each number of windows a turn, and errors over run times.
 

@@ -9,13 +9,14 @@ from xarray import Dataset
 
 from . import parts, pick, style
 from .numbers import raised
+from .registry import picture
 
 ABSCISSAE = {"order": "Frequency over that of the crank (\N{EN DASH})", "frequency": "Frequency (Hz)"}
 DECADES = 1.15  # of the density's range that the axis spans
 FLOOR = 1e-14  # of the largest density: below it, there is only rounding
 
 
-@style.paper()
+@picture(choices={"abscissa": ABSCISSAE}, checks={"between": lambda value: limits(value)})
 def spectrum(
     dataset: Dataset,
     *,

@@ -7,6 +7,7 @@ from matplotlib.ticker import LogLocator
 from xarray import Dataset
 
 from . import parts, pick, style
+from .registry import picture
 
 LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder
     "ok": ("o", style.GREY, 2.0),
@@ -18,7 +19,7 @@ LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder
 BINS = np.logspace(-17, 0, 69)  # of energy residuals; what is smaller is drawn in the first
 
 
-@style.paper()
+@picture()
 def stress(dataset: Dataset) -> Figure:
     """Draw the processor time of a turn over the contact's stiffness, and the energy residuals, by verdict.
 

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
 from . import cells, lacks, parts, pick, style, sweeps
+from .registry import picture
 from .sweep_map import maps
 from .units import Shown
 
@@ -17,7 +18,7 @@ HEIGHT = 66.0  # mm
 LOOKS = ((style.BLACK, "o"), (style.BLUE, "s"), (style.AMBER, "^"), (style.GREY, "D"))
 
 
-@style.paper()
+@picture(checks={"at": lambda value: entries(value)})
 def sweep(
     dataset: Dataset,
     *,
@@ -33,7 +34,7 @@ def sweep(
     dataset : Dataset
         Of a study with `[vary]`, of another kind than bifurcation.
     quantity : str, optional
-        A variable that cells have; by default that of `cells.USUAL`.
+        A variable that cells have; by default what the row of the kind of study says (`jointplay.kinds`).
     at : dict, optional
         Which entry along a dimension of the quantity, as ``{"exponent": 2}``, or ``"largest"``; and values of
         parameters, of which the nearest ones are taken.

@@ -1,11 +1,14 @@
 """What pictures of sweeps share: the varied parameters, one motion out of several, axes in friendly units."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 from xarray import DataArray, Dataset
+
+from jointplay.errors import Problem, unknown
 
 from . import parts, pick, style
 from .units import Shown
@@ -67,6 +70,13 @@ def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
             look["size"] = 1.6 if len(ways) > 1 and way == sorted(ways, key=ORDER.index)[0] else 1.0
             found.append((one, look | ({"label": "_"} if len(ways) > 1 and s else {})))
     return found
+
+
+def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield what a figure asks for and a sweep of such directions and quantities does not have."""
+    for key, known in (("direction", asked["direction"]), ("quantity", asked["recorded"])):
+        if key in options and known and options[key] not in known:
+            yield unknown(f"figure.{key}", options[key], options[key], known, key)
 
 
 def of_one(array: DataArray, dataset: Dataset, along: Sequence[str], **labelled: str | None) -> DataArray:

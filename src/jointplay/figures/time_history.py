@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
 from . import angles, parts, pick, style, timebase, windows
+from .registry import picture
 from .units import Shown
 
 DEFAULTS = ("normal_force", "angular_acceleration", "state_value")
@@ -17,7 +18,7 @@ SOMEONE = {"link": ("of a link", "of the {}"), "pin": ("an ideal joint", "ideal 
 PANEL, STRIP, GAP, MARGINS = 37.0, 5.0, 7.0, 15.0  # mm of height: panel, row of events, between, at the ends
 
 
-@style.paper()
+@picture()
 def time_history(
     dataset: Dataset,
     *,

@@ -8,6 +8,7 @@ from matplotlib.ticker import NullFormatter
 from xarray import Dataset
 
 from . import parts, pick, style
+from .registry import picture
 
 LOOKS = {  # of a method: colour, marker, dashes
     "jointplay": (style.BLACK, "o", "-"),
@@ -23,7 +24,7 @@ HEIGHTS = {"single": 142.0, "double": 86.0}  # mm
 LEAST = 1e-16  # an error of nothing is drawn there
 
 
-@style.paper()
+@picture()
 def work_precision(dataset: Dataset, *, column: str = "single") -> Figure:
     """Draw the error of each method over the CPU time and the evaluations of a turn.
 

@@ -8,9 +8,11 @@ from typing import Any
 _HOMES = {
     "records": (
         "Beam ConstantSpeed Contact ContactSection CrankAngle Friction Joint Link Mechanism MotorLine Pin "
-        "Plane SeparationSection TestSystem check_section"
+        "Plane SeparationSection TestSystem"
     ),
-    "closure": "FourBar four_bar ideal_state",
+    "assemble": "check_section",
+    "closure": "four_bar ideal_state",
+    "loop": "FourBar",
 }
 _WHERE = {name: home for home, names in _HOMES.items() for name in names.split()}
 _MODULES = ("catalog", "closure", "records")

@@ -8,13 +8,15 @@ from typing import Any
 import numpy as np
 
 from jointplay.equations.structure import Beam, Clearance, Linkage, Loop, Pin, parameter_names
+from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import chains, oscillators
 from jointplay.mechanism.beam import line_density, modal
 from jointplay.mechanism.chains import Place, place_of
 from jointplay.mechanism.closure import closed_four_bar
 from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, MotorLine, TestSystem
-from jointplay.mechanism.scene import DEFLECTION, SPEED_FLOOR, Scene
+from jointplay.mechanism.scene import DEEP, DEFLECTION, SPEED_FLOOR, Scene
+from jointplay.mechanism.section import Section
 from jointplay.mechanism.start import start
 
 DRIVES = {MotorLine: "motor", ConstantSpeed: "speed"}
@@ -56,6 +58,7 @@ def assemble(
     angles, speeds = start(mechanism, initial)
     values = numbers(mechanism, places, structure, angles)
     position, velocity = _coordinates(mechanism, structure, places, angles, speeds)
+    _check_journals(mechanism, structure, places, angles, position)
     nominal = (
         abs(mechanism.drive.nominal_speed) if mechanism.drive else max(map(abs, speeds.values()), default=0.0)
     )
@@ -79,13 +82,45 @@ def assemble(
         links=structure.links,
         joints=tuple(joint.name for joint in mechanism.clearance_joints),
         clearances=tuple(joint.clearance for joint in mechanism.clearance_joints),
-        stiffnesses=tuple(joint.contact.stiffness for joint in mechanism.clearance_joints),
         pins=tuple(joint.name for joint in mechanism.joints if not joint.clearance),
         bending=structure.links if structure.beams else (),
         crank=structure.driven,
         crank_angle=angles[structure.driven],
         crank_speed=speeds[structure.driven],
     )
+
+
+def linkage(mechanism: Mechanism) -> Linkage:
+    """Give the structure of a mechanism's equations, with no section and no work integrals.
+
+    Raises
+    ------
+    InputError
+        If ideal joints close a loop other than a four-bar's.
+    """
+    loop = closed_four_bar(mechanism)
+    places = chains.forest(mechanism, without=loop.joints[2] if loop else None)
+    return _structure(mechanism, places, None, False, False)
+
+
+def _check_journals(mechanism: Mechanism, structure: Linkage, places, angles, position) -> None:
+    """Refuse a start whose journals are nowhere near their bearings."""
+    bases, wrong = position[len(position) - 2 * len(structure.floats) :], []
+
+    def at(pin):
+        place = place_of(places, pin)
+        x, y = (0.0, 0.0) if place.chain is None else bases[2 * place.chain : 2 * place.chain + 2]
+        found, _ = _origin(place, angles, dict.fromkeys(angles, 0.0))
+        return x + found[0], y + found[1]
+
+    for joint in mechanism.clearance_joints:
+        apart = math.dist(at(joint.journal), at(joint.bush))
+        if apart > DEEP * joint.clearance:
+            far = f"{apart / joint.clearance:.3g} clearances ({apart:.3g} m)"
+            expected = f"at most {DEEP} clearances from its bearing's centre are accepted for the journal of"
+            wrong.append(Problem("initial.angle", angles, f"{expected} {joint.name}, here {far} away"))
+    if wrong:
+        raise InputError(wrong, "initial")
 
 
 def _structure(mechanism: Mechanism, places: dict[str, Place], section, powers, relaxed: bool) -> Linkage:
@@ -205,3 +240,44 @@ def _origin(place: Place, angles, speeds) -> tuple[list[float], list[float]]:
         x = [x[0] + arm * c, x[1] + arm * s]
         v = [v[0] - arm * s * speeds[k], v[1] + arm * c * speeds[k]]
     return x, v
+
+
+def check_section(section: Section, mechanism: Mechanism) -> None:
+    """Refuse a section that a mechanism cannot have.
+
+    Raises
+    ------
+    InputError
+        If it names a link or joint that the mechanism lacks, or needs clearance where there is none.
+    """
+    problems = []
+    link, joint = getattr(section, "link", None), getattr(section, "joint", None)
+    names = [each.name for each in mechanism.links]
+    if link is not None and link not in names:
+        problems.append(unknown("section.link", link, link, names, "link"))
+    if joint is not None or section.kind in ("contact", "separation"):
+        problems += _joint_problems(joint, mechanism)
+    if problems:
+        raise InputError(problems, "section")
+
+
+def _joint_problems(joint: str | None, mechanism: Mechanism) -> list[Problem]:
+    names = [each.name for each in mechanism.joints]
+    loose = [each.name for each in mechanism.clearance_joints]
+    if joint is not None and joint not in names:
+        return [unknown("section.joint", joint, joint, names, "joint")]
+    if joint in loose or (joint is None and loose):
+        return []
+    given = NOTHING if joint is None else joint
+    state = (
+        "every joint here is ideal (clearance 0)"
+        if joint is None
+        else f"joint {joint} is ideal (clearance 0)"
+    )
+    return [
+        Problem(
+            "section.joint",
+            given,
+            f"{state}; a joint with clearance is accepted: {', '.join(loose) or 'none'}",
+        )
+    ]

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import re
+import sys
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from jointplay.errors import from_pydantic, refuse
+from jointplay.accepted import from_pydantic
+from jointplay.errors import refuse
 
 GROUND = "ground"  # the name of the fixed frame, where a link's name is asked
 
@@ -18,9 +21,11 @@ class Record(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
     root: ClassVar[str | None] = None  # how the keys in its errors begin; None: by the name of the class
 
-    def __init__(self, **data: Any) -> None:
+    def __init__(self, /, *values: Any, **data: Any) -> None:
+        if values:
+            raise refuse(values, f"keywords are accepted: {', '.join(type(self).model_fields)}", self._root())
         try:
-            super().__init__(**data)
+            super().__init__(**plain(data))
         except ValidationError as error:
             raise from_pydantic(error, type(self), self._root()) from None
 
@@ -28,7 +33,7 @@ class Record(BaseModel):
     def model_validate(cls, obj: Any, **options: Any) -> Self:
         """Build the record from a mapping of its keys; wrong input raises `InputError`."""
         try:
-            return super().model_validate(obj, **options)
+            return super().model_validate(plain(obj), **options)
         except ValidationError as error:
             raise from_pydantic(error, cls, cls._root()) from None
 
@@ -37,9 +42,30 @@ class Record(BaseModel):
         return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower() if cls.root is None else cls.root
 
 
+def plain(given: Any) -> Any:
+    """NumPy's numbers and arrays as Python's, in tables and lists too; all else as it is."""
+    if type(given).__module__ == "numpy" and hasattr(given, "tolist"):
+        return given.tolist()
+    if type(given) is dict:
+        return {key: plain(value) for key, value in given.items()}
+    return type(given)(map(plain, given)) if type(given) in (list, tuple) else given
+
+
+def is_number(given: Any) -> bool:
+    """Whether a value is a finite number that a float can hold; true and false are none."""
+    most = sys.float_info.max
+    return isinstance(given, int | float) and not isinstance(given, bool) and -most <= given <= most
+
+
 def _not_empty(items: tuple[Any, ...]) -> tuple[Any, ...]:
     if not items:
         raise refuse(items, "a list of at least one is accepted")
+    return items
+
+
+def _not_endless(items: Any) -> Any:
+    if isinstance(items, list | tuple) and len(items) > MOST:
+        raise refuse(f"{len(items)} of them", f"a list of at most {MOST} is accepted")
     return items
 
 
@@ -48,16 +74,40 @@ Number = Annotated[float, _STRICT]
 Positive = Annotated[float, _STRICT, Field(gt=0)]
 NonNegative = Annotated[float, _STRICT, Field(ge=0)]
 Fraction = Annotated[float, _STRICT, Field(gt=0, le=1)]
+FAR = 1000 * math.tau  # rad; beyond, the rounding of an angle nears the tolerances of a run
+ANGLE = "an angle in rad, at most 1000 turns (6283 rad) to either side, is accepted: take off whole turns"
+
+
+def _near(angle: float) -> float:
+    if not abs(angle) <= FAR:
+        raise refuse(angle, ANGLE)
+    return angle
+
+
+Angle = Annotated[Number, AfterValidator(_near)]
+Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
+Natural = Annotated[int, Field(strict=True, ge=1, le=10**9)]
 Flag = Annotated[bool, Field(strict=True)]
 Name = Annotated[str, Field(min_length=1)]
 T = TypeVar("T")
 # A minimum length in pydantic would count wrong items as absent ones.
-Several = Annotated[tuple[T, ...], AfterValidator(_not_empty)]
+MOST = 1000  # items of a list; many times what a mechanism has, and as many as are soon checked
+Several = Annotated[tuple[T, ...], BeforeValidator(_not_endless), AfterValidator(_not_empty)]
 
 
 def measured(noun: str, units: str, default: Any = ..., **more: Any) -> Any:
     """Describe a field that holds a quantity, by the noun and the units that its error messages use."""
     return Field(default, description=noun, json_schema_extra={"units": units}, **more)
+
+
+def unit(noun: str, units: str) -> Any:
+    """Say what a number is, and its units, as `measured` does, to stand in `Annotated`."""
+    return Field(description=noun, json_schema_extra={"units": units})
+
+
+def accepts(words: str) -> Any:
+    """Say what is accepted where a type's own words would not do, to stand in `Annotated`."""
+    return Field(json_schema_extra={"accepts": words})
 
 
 def named(noun: str, default: Any = ...) -> Any:

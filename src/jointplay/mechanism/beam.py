@@ -1,4 +1,4 @@
-"""How an elastic link bends: its beam, and the modes that the equations of motion take from it.
+"""Links, and how an elastic one bends: its beam, and the modes that the equations of motion take from it.
 
 Source: the deflection y(x, t) = Σ φ_i(x) η_i(t) of a uniform Euler–Bernoulli beam pinned at both ends, in
 mass-normalised modes: ∫ρA φ_i φ_j dx = δ_ij and ∫EI φ_i″ φ_j″ dx = ω_i² δ_ij. They are those of
@@ -10,17 +10,24 @@ Assumptions: small deflections, slender links, uniform section. Units: SI.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.errors import Problem, refuse
-from jointplay.mechanism.base import NonNegative, Positive, Record, measured
+from jointplay.errors import InputError, Problem, refuse
+from jointplay.mechanism.base import (
+    GROUND,
+    Flag,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Record,
+    measured,
+    named,
+)
 from jointplay.mechanism.shapes import Modes, hermites, sines
-
-if TYPE_CHECKING:
-    from jointplay.mechanism.parts import Link
 
 _MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
 MOST_ELEMENTS = 20
@@ -116,6 +123,66 @@ class Beam(Record):
     def size(self) -> int:
         """Number of modes kept."""
         return self.modes or (2 * self.elements if self.elements else _SINES)
+
+
+class Link(Record):
+    """A link: a line with an origin, its pin at distance 0; rigid, or bending between its two ends.
+
+    Parameters
+    ----------
+    name : str
+        Name; ``ground`` is taken.
+    length : float
+        Length from the origin to the far end, m.
+    mass : float
+        Mass, kg.
+    centre : float, optional
+        Distance of the mass centre from the origin along the link, m; half the length if left out.
+    inertia : float
+        Moment of inertia about the origin, kg m²; greater than mass × centre², so that
+        the moment about the mass centre is positive.
+    elastic : bool
+        Whether the link bends. Its pins then sit at its ends, 0 and length.
+    beam : Beam
+        How it bends; unused while the link is rigid.
+    """
+
+    name: Name = named("link name")
+    length: Positive = measured("length", "m")
+    mass: Positive = measured("mass", "kg")
+    centre: Number = measured("distance of the mass centre", "m", None, validate_default=True)
+    inertia: Positive = measured("moment of inertia about the link's origin", "kg m²")
+    elastic: Flag = False
+    beam: Beam = Beam()
+
+    @field_validator("name")
+    @classmethod
+    def _not_the_ground(cls, name: str) -> str:
+        if name == GROUND:
+            raise refuse(name, "a name other than 'ground' is accepted: that one is the fixed frame")
+        return name
+
+    @field_validator("centre", mode="before")
+    @classmethod
+    def _halfway(cls, centre: Any, info: ValidationInfo) -> Any:
+        return info.data.get("length", 0.0) / 2 if centre is None else centre
+
+    @field_validator("inertia")
+    @classmethod
+    def _positive_definite(cls, inertia: float, info: ValidationInfo) -> float:
+        if not {"length", "mass", "centre"} <= info.data.keys():
+            return inertia  # one of them is wrong, and says so itself
+        least = info.data["mass"] * info.data["centre"] * info.data["centre"]
+        if inertia <= least:
+            limit = f"greater than mass × centre² = {least:.6g} kg m²"
+            raise refuse(inertia, f"a moment of inertia about the link's origin {limit} is accepted")
+        return inertia
+
+    @model_validator(mode="after")
+    def _bends_as_a_beam_can(self) -> Self:
+        if self.elastic and (found := misfits(self)):
+            raise InputError(found)
+        return self
 
 
 def modal(link: Link) -> Modes:

@@ -10,30 +10,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import wraps
-from inspect import signature
-from typing import Annotated, Any, ClassVar, get_type_hints
+from typing import Annotated, Any
 
-from pydantic import Field, create_model
+from pydantic import Field
 
-from jointplay.mechanism.base import GROUND, Flag, NonNegative, Number, Positive, Record, measured
-from jointplay.mechanism.parts import Beam, Contact, Friction, Joint, Link, Pin
+from jointplay.mechanism.base import GROUND, Flag, NonNegative, Number, Positive
+from jointplay.mechanism.beam import Beam, Link
+from jointplay.mechanism.parts import Contact, Friction, Joint, Pin
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
+from jointplay.mechanism.signature import checked
 
 _RPM = 2 * math.pi / 60
 _GEAR_RATIO = 15.0
 _Restitution = Annotated[NonNegative, Field(le=1)]
 
 
+@checked()
 def chunmei2002(clearance: Any = 2.9e-5, gear_ratio: float = _GEAR_RATIO, **changes: Any) -> Mechanism:
     """Give the motor-driven crank-rocker of Chunmei et al. (2002), with clearance at joint B.
 
     The gear ratio is not in the paper's Table 1; its Figure 12 uses 15 and 3. The mass centres are not
     given either: halfway along each link, which the rocker's inertia confirms. The rated torque of 2.2 kg·m
     is 2.2 × 9.8 N m. Every joint carries B's radius, contact and friction data, so that any of them can be
-    given clearance. Every link is rigid and carries a beam, so that any can be made elastic: two elements,
-    the table's modulus 2.1 × 10¹¹ Pa and damping ratio 0.01; density and section are not in the paper, and
-    here are those of a round steel bar of the link's mass.
+    given clearance. Every link is rigid and carries a beam, so that any can be made elastic: the table's
+    modulus 2.1 × 10¹¹ Pa and damping ratio 0.01; density and section are not in the paper, and here are
+    those of a round steel bar of the link's mass. It bends in four sine modes. The paper's two elements
+    (``elements=2``) cost as much, but drift out of phase: see ``studies/elastic``.
 
     Parameters
     ----------
@@ -57,7 +59,7 @@ def chunmei2002(clearance: Any = 2.9e-5, gear_ratio: float = _GEAR_RATIO, **chan
 
 def _table_1() -> Mechanism:
     coupler, rocker, crank, ground = 0.181, 0.1175, 0.03, 0.2
-    beam = Beam(damping_ratio=0.01)
+    beam = Beam(shapes="sine", damping_ratio=0.01)
     links = (
         Link(name="crank", length=crank, mass=0.4489, inertia=1.5e-4, beam=beam),
         Link(name="coupler", length=coupler, mass=0.1743, inertia=2.7e-3, beam=beam),
@@ -92,47 +94,25 @@ def _bearing(name: str, journal: Pin, bush: Pin) -> Joint:
     )
 
 
-class _Arguments(Record):
-    root: ClassVar[str | None] = ""
-
-
-def _entry(function: Callable[..., TestSystem]) -> Callable[..., TestSystem]:
-    """Check the arguments by the function's own annotations: every problem at once, as an `InputError`."""
-    hints = get_type_hints(function, include_extras=True)
-    own = signature(function)
-    fields = {
-        name: (hints[name], measured(name.replace("_", " "), "1", ... if p.default is p.empty else p.default))
-        for name, p in own.parameters.items()
-    }
-    form: Any = create_model(function.__name__, __base__=_Arguments, **fields)  # type: ignore[call-overload]
-
-    @wraps(function)
-    def checked(*values: Any, **named: Any) -> TestSystem:
-        given = form(**(own.bind_partial(*values).arguments if values else {}) | named)
-        return function(**{name: getattr(given, name) for name in fields})
-
-    return checked
-
-
 def _system(
     name: str, initial: tuple[float, ...], period: float | None = None, **parameters: float
 ) -> TestSystem:
     return TestSystem(name=name, system=name, parameters=parameters, initial=initial, period=period)
 
 
-@_entry
+@checked()
 def lorenz(sigma: Number = 10.0, rho: Number = 28.0, beta: Number = 8 / 3) -> TestSystem:
     """Lorenz's system: x' = σ(y − x), y' = x(ρ − z) − y, z' = x y − β z; starts at (1, 1, 1)."""
     return _system("lorenz", (1.0, 1.0, 1.0), sigma=sigma, rho=rho, beta=beta)
 
 
-@_entry
+@checked()
 def rossler(a: Number = 0.2, b: Number = 0.2, c: Number = 5.7) -> TestSystem:
     """Rössler's system: x' = −y − z, y' = x + a y, z' = b + z(x − c); starts at (1, 1, 0)."""
     return _system("rossler", (1.0, 1.0, 0.0), a=a, b=b, c=c)
 
 
-@_entry
+@checked()
 def jerk(damping: NonNegative = 0.6) -> TestSystem:
     """Jerk of Linz and Sprott: x‴ = −a x″ − x′ + |x| − 1, its rate bent at x = 0; starts at (−0.5, 0, 0).
 
@@ -144,7 +124,7 @@ def jerk(damping: NonNegative = 0.6) -> TestSystem:
     return _system("jerk", (-0.5, 0.0, 0.0), damping=damping)
 
 
-@_entry
+@checked()
 def duffing(
     amplitude: NonNegative = 0.3, damping: NonNegative = 0.2, frequency: Positive = 1.0
 ) -> TestSystem:
@@ -159,7 +139,7 @@ def duffing(
     return _system("duffing", (1.0, 0.0), period, amplitude=amplitude, damping=damping, frequency=frequency)
 
 
-@_entry
+@checked()
 def impact_pair(gap: Positive, restitution: _Restitution) -> TestSystem:
     """Rattling mass in a shaken frame: y'' = sin t, |y| ≤ d/2, y' → −r y' at a wall; starts at (0, 0).
 
@@ -173,7 +153,7 @@ def impact_pair(gap: Positive, restitution: _Restitution) -> TestSystem:
     return _system("impact_pair", (0.0, 0.0), 2 * math.pi, gap=gap, restitution=restitution)
 
 
-@_entry
+@checked()
 def soft_impact_pair(
     gap: Positive, stiffness: Positive, damping: NonNegative, tension: Flag = True
 ) -> TestSystem:
@@ -194,7 +174,7 @@ def soft_impact_pair(
     return _system("soft_impact_pair", (0.0, 0.0), 2 * math.pi, **numbers)
 
 
-@_entry
+@checked()
 def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> TestSystem:
     """Ball on a table that moves as sin t: y'' = −1/Γ in flight, lengths in table amplitudes, time in 1/ω.
 
@@ -215,7 +195,7 @@ def bouncing_ball(acceleration: Positive, restitution: _Restitution) -> TestSyst
     return _system("bouncing_ball", start, 2 * math.pi, acceleration=acceleration, restitution=restitution)
 
 
-@_entry
+@checked()
 def gear_backlash(
     mean_load: Number, amplitude: NonNegative, frequency: Positive, damping: NonNegative
 ) -> TestSystem:

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.base import GROUND
-from jointplay.mechanism.parts import Joint, Link, Pin
+from jointplay.mechanism.beam import Link
+from jointplay.mechanism.parts import Joint, Pin
 from jointplay.mechanism.records import Mechanism
 
 

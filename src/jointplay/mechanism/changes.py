@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 from pydantic import Discriminator, Field, Tag
 
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
-from jointplay.mechanism.beam import DampingRatio, Elements, damping_field, elements_field
+from jointplay.mechanism.beam import DampingRatio, Elements, Link, damping_field, elements_field
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
-from jointplay.mechanism.parts import Friction, Joint, Link
-
-if TYPE_CHECKING:
-    from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.parts import Friction, Joint
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"
@@ -49,7 +46,7 @@ class Changes(Record):
     elastic : tuple of str
         Names of the links that bend; all others become rigid.
     elements : int
-        Number of elements, 1 to 20, of every elastic link with Hermite shapes.
+        Number of Hermite elements, 1 to 20, of every elastic link, in place of other shapes.
     damping_ratio : float
         Structural damping, 0 to 1, of every elastic link.
     order : {'consistent', 'paper'}
@@ -82,8 +79,17 @@ class Changes(Record):
     speed: Number = measured("speed", "rad/s", 0.0)
 
 
-def changed(mechanism: Mechanism, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the mechanism's fields after the changes.
+class _Linkage(Protocol):
+    """What is changed: a `Mechanism`."""
+
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    drive: MotorLine | ConstantSpeed | None
+    crank: str | None
+
+
+def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the fields that the changes make other ones.
 
     Parameters
     ----------
@@ -95,7 +101,7 @@ def changed(mechanism: Mechanism, changes: Mapping[str, Any]) -> dict[str, Any]:
     Returns
     -------
     dict of str to object
-        Fields of a new `Mechanism`.
+        Fields of the new `Mechanism` that may differ from those of the old one.
 
     Raises
     ------
@@ -108,8 +114,7 @@ def changed(mechanism: Mechanism, changes: Mapping[str, Any]) -> dict[str, Any]:
         problems += _elastic_misfits(mechanism, told)
     if problems:
         raise InputError(problems)
-    fields = {name: getattr(mechanism, name) for name in type(mechanism).model_fields}
-    fields |= {name: told[name] for name in ("branch", "gravity", "order") if name in told}
+    fields = {name: told[name] for name in ("branch", "gravity", "order") if name in told}
     fields["links"] = tuple(_link(link, told) for link in mechanism.links)
     fields["joints"] = tuple(_joint(joint, told) for joint in mechanism.joints)
     fields["drive"] = _drive(mechanism, told)
@@ -121,6 +126,8 @@ def _told(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     try:
         record, problems = Changes(**changes), []
     except InputError as error:
+        if error.more:  # too many to tell the others apart
+            raise
         wrong = {re.split(r"[.\[]", problem.key)[0] for problem in error.problems}
         record, problems = (
             Changes(**{k: v for k, v in changes.items() if k not in wrong}),
@@ -132,7 +139,7 @@ def _told(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     return told, problems
 
 
-def _misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
+def _misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
     return [
         *_clearance_misfits(mechanism, told),
         *_contact_misfits(mechanism, told),
@@ -140,7 +147,7 @@ def _misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
     ]
 
 
-def _clearance_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
+def _clearance_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
     joints = {joint.name: joint for joint in mechanism.joints}
     found = []
     for name, value in told.get("clearance", {}).items():
@@ -154,7 +161,7 @@ def _clearance_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Pr
     return found
 
 
-def _contact_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
+def _contact_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
     given = [name for name in ("friction", "tension") if name in told]
     if any(joint.contact for joint in mechanism.joints):
         return []
@@ -164,22 +171,19 @@ def _contact_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Prob
     ]
 
 
-def _elastic_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
+def _elastic_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
     names = [link.name for link in mechanism.links]
     given = enumerate(told.get("elastic", ()))
     strange = [unknown(f"elastic[{i}]", name, name, names, "link") for i, name in given if name not in names]
     if strange:
         return strange  # what else fits depends on which links they should name
-    bending = [link.beam for link in mechanism.links if _bends(link, told)]
-    idle, why = (), "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
-    if not bending:
-        idle = ("elements", "damping_ratio", "order")
-    elif all(beam.shapes == "sine" for beam in bending):
-        idle, why = ("elements",), "accepted only where an elastic link has shapes = 'hermite', not 'sine'"
-    return [Problem(name, told[name], why) for name in idle if name in told]
+    if any(_bends(link, told) for link in mechanism.links):
+        return []
+    why = "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
+    return [Problem(name, told[name], why) for name in ("elements", "damping_ratio", "order") if name in told]
 
 
-def _drive_misfits(mechanism: Mechanism, told: Mapping[str, Any]) -> list[Problem]:
+def _drive_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
     found = []
     if "speed" in told and "drive" in told:
         found.append(Problem("speed", told["speed"], "either speed or drive is accepted, not both"))
@@ -199,8 +203,9 @@ def _bends(link: Link, told: Mapping[str, Any]) -> bool:
 def _link(link: Link, told: Mapping[str, Any]) -> Link | dict[str, Any]:
     """Give a link, or the table of a changed one: the mechanism checks it again and knows its place."""
     new: dict[str, Any] = {"elastic": _bends(link, told)}
-    names = ("elements", "damping_ratio") if link.beam.shapes == "hermite" else ("damping_ratio",)
-    beam = {name: told[name] for name in names if new["elastic"] and name in told}
+    beam = {name: told[name] for name in ("elements", "damping_ratio") if new["elastic"] and name in told}
+    if "elements" in beam:
+        beam["shapes"] = "hermite"
     if new["elastic"] == link.elastic and not beam:
         return link
     table = link.model_dump()
@@ -219,7 +224,7 @@ def _joint(joint: Joint, told: Mapping[str, Any]) -> Joint:
     return joint.model_copy(update=new)
 
 
-def _drive(mechanism: Mechanism, told: Mapping[str, Any]) -> MotorLine | ConstantSpeed | None:
+def _drive(mechanism: _Linkage, told: Mapping[str, Any]) -> MotorLine | ConstantSpeed | None:
     if "speed" in told:
         return ConstantSpeed(link=mechanism.crank, speed=told["speed"])
     drive = told.get("drive", mechanism.drive)

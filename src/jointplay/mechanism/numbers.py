@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from jointplay.equations.laws import LAWS
 from jointplay.equations.structure import Linkage
 from jointplay.mechanism import chains
 from jointplay.mechanism.beam import modal
@@ -57,8 +58,7 @@ def _joint(joint: Joint, places: dict[str, Place]) -> dict[str, float]:
     values = {
         "e": joint.clearance,
         "R": joint.radius,
-        "K": joint.contact.stiffness,
-        "C": joint.contact.damping,
+        **dict(zip(LAWS[joint.contact.law].letters, joint.contact.numbers.values(), strict=True)),
         "f": friction.coefficient if friction else 0.0,
         "v": (friction.velocity or 0.0) if friction else 0.0,
         "Ct": friction.viscous if friction else 0.0,

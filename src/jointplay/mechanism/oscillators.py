@@ -14,6 +14,7 @@ from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.records import TestSystem
 from jointplay.mechanism.scene import SPEED_FLOOR, Scene
 
+PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
 TURN = 0.7  # rad of the forcing's phase that a step may span: within where the generated polynomials hold
 
 
@@ -41,7 +42,7 @@ def scene(system: TestSystem, initial: Any = None, section: str | None = None) -
     states = tuple(module.STATE[1:])
     state = _state(system.initial if initial is None else initial, states)
     _check_gaps(module, numbers | {"t": 0.0} | dict(zip(states, state, strict=True)))
-    rate = _phase_rate(module, numbers)
+    state, rate = inside(module, numbers, state), _phase_rate(module, numbers)
     return Scene(
         structure=structure,
         numbers=np.array(list(numbers.values()), dtype=float),
@@ -73,7 +74,7 @@ def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
     expected = f"{len(names)} finite numbers ({', '.join(names)}) are accepted"
     try:
         state = np.array(initial, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise refuse(initial, expected, "initial") from None
     if state.shape != (len(names),) or not np.all(np.isfinite(state)):
         raise refuse(initial, expected, "initial")
@@ -82,18 +83,29 @@ def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
 
 def _check_gaps(module: ModuleType, given: dict[str, float]) -> None:
     """Refuse a start beyond a wall: walls with restitution let nothing in."""
-    gaps = outputs.evaluate(module, [f"gap:{name}" for name in module.RESETS], given)
     wrong = [
-        Problem(
-            "initial",
-            given["y"],
-            f"a position on the inner side of the {name.removeprefix('gap:')} wall is accepted",
-        )
-        for name, gap in gaps.items()
-        if gap < 0
+        Problem("initial", given["y"], f"a position on the inner side of the {name} wall is accepted")
+        for name, gap in _gaps(module, given).items()
+        if gap < -PLAY
     ]
     if wrong:
         raise InputError(wrong)
+
+
+def _gaps(module: ModuleType, given: dict[str, float]) -> dict[str, float]:
+    found = outputs.evaluate(module, [f"gap:{name}" for name in module.RESETS], given)
+    return {name.removeprefix("gap:"): float(gap) for name, gap in found.items()}
+
+
+def inside(module: ModuleType, numbers: dict[str, float], state: np.ndarray) -> np.ndarray:
+    """The state, its position moved back to where a rigid wall stands at time 0, if beyond that."""
+    state = state.copy()
+    for name in module.RESETS:
+        given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
+        here, there = (_gaps(module, given | {"y": given["y"] + shift})[name] for shift in (0.0, 1.0))
+        if here < 0:
+            state[0] -= here / (there - here)  # gaps are linear in the position
+    return state
 
 
 def _phase_rate(module: ModuleType, numbers: dict[str, float]) -> float:

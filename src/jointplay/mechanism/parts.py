@@ -1,12 +1,13 @@
-"""Links, the places on them, and the joints between them."""
+"""Joints between links, the places where they sit, and the laws of contact in them."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from jointplay.errors import NOTHING, InputError, refuse
+from jointplay.equations.laws import LAWS
+from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.base import (
     GROUND,
     Flag,
@@ -18,7 +19,6 @@ from jointplay.mechanism.base import (
     measured,
     named,
 )
-from jointplay.mechanism.beam import Beam, misfits
 
 _POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 
@@ -62,86 +62,57 @@ class Pin(Record):
         return point
 
 
-class Link(Record):
-    """A link: a line with an origin, its pin at distance 0; rigid, or bending between its two ends.
-
-    Parameters
-    ----------
-    name : str
-        Name; ``ground`` is taken.
-    length : float
-        Length from the origin to the far end, m.
-    mass : float
-        Mass, kg.
-    centre : float, optional
-        Distance of the mass centre from the origin along the link, m; half the length if left out.
-    inertia : float
-        Moment of inertia about the origin, kg m²; greater than mass × centre², so that
-        the moment about the mass centre is positive.
-    elastic : bool
-        Whether the link bends. Its pins then sit at its ends, 0 and length.
-    beam : Beam
-        How it bends; unused while the link is rigid.
-    """
-
-    name: Name = named("link name")
-    length: Positive = measured("length", "m")
-    mass: Positive = measured("mass", "kg")
-    centre: Number = measured("distance of the mass centre", "m", None, validate_default=True)
-    inertia: Positive = measured("moment of inertia about the link's origin", "kg m²")
-    elastic: Flag = False
-    beam: Beam = Beam()
-
-    @field_validator("name")
-    @classmethod
-    def _not_the_ground(cls, name: str) -> str:
-        if name == GROUND:
-            raise refuse(name, "a name other than 'ground' is accepted: that one is the fixed frame")
-        return name
-
-    @field_validator("centre", mode="before")
-    @classmethod
-    def _halfway(cls, centre: Any, info: ValidationInfo) -> Any:
-        return info.data.get("length", 0.0) / 2 if centre is None else centre
-
-    @field_validator("inertia")
-    @classmethod
-    def _positive_definite(cls, inertia: float, info: ValidationInfo) -> float:
-        if not {"length", "mass", "centre"} <= info.data.keys():
-            return inertia  # one of them is wrong, and says so itself
-        least = info.data["mass"] * info.data["centre"] * info.data["centre"]
-        if inertia <= least:
-            limit = f"greater than mass × centre² = {least:.6g} kg m²"
-            raise refuse(inertia, f"a moment of inertia about the link's origin {limit} is accepted")
-        return inertia
-
-    @model_validator(mode="after")
-    def _bends_as_a_beam_can(self) -> Self:
-        if self.elastic and (found := misfits(self)):
-            raise InputError(found)
-        return self
-
-
 class Contact(Record):
-    """The law of the normal force in a joint with clearance: F_n = K u + C_n du/dt at a penetration u ≥ 0.
+    """The law of the normal force in a joint with clearance, at a penetration u ≥ 0.
 
     Parameters
     ----------
     law : {'kelvin_voigt'}
-        Name of the law.
+        Name of the law: F_n = K u + C_n du/dt, or another that stands in `jointplay.equations.laws`.
     stiffness : float
         K, N/m.
     damping : float
         C_n, N s/m.
+    parameters : dict of str to float
+        The law's further numbers by name, where it has any.
     tension : bool
         True: the force may pull just before separation, as the law reads. False: contact ends where the force
         reaches 0.
     """
 
-    law: Literal["kelvin_voigt"] = "kelvin_voigt"
+    law: Annotated[str, Field(json_schema_extra={"enum": [*LAWS]})] = "kelvin_voigt"
     stiffness: Positive = measured("contact stiffness", "N/m")
     damping: NonNegative = measured("contact damping", "N s/m")
+    parameters: dict[Name, Number] = Field({}, validate_default=True)
     tension: Flag = True
+
+    @field_validator("law")
+    @classmethod
+    def _known(cls, law: str) -> str:
+        if law not in LAWS:
+            raise refuse(law, f"one of {', '.join(map(repr, LAWS))} is accepted")
+        return law
+
+    @field_validator("parameters")
+    @classmethod
+    def _of_the_law(cls, parameters: dict[str, float], info: ValidationInfo) -> dict[str, float]:
+        law = info.data.get("law")
+        further = LAWS[law].further if law else tuple(parameters)  # a wrong law says so itself
+        wrong = [unknown(name, parameters[name], name, further) for name in parameters if name not in further]
+        needed = f"a number is needed here, of the law {law}"
+        wrong += [Problem(name, NOTHING, needed) for name in further if name not in parameters]
+        if wrong:
+            raise InputError(wrong)
+        return parameters
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Numbers of the law by name, in its order."""
+        own = {"stiffness": self.stiffness, "damping": self.damping} | self.parameters
+        return {name: own[name] for name in LAWS[self.law].numbers}
+
+    def __hash__(self) -> int:
+        return hash((self.law, *self.numbers.values(), self.tension))
 
 
 class Friction(Record):

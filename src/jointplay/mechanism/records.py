@@ -10,19 +10,22 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from jointplay.errors import InputError, from_pydantic, refuse, unknown
+from jointplay.accepted import from_pydantic
+from jointplay.equations.laws import LAWS
+from jointplay.errors import InputError, refuse, unknown
 from jointplay.mechanism.base import GROUND, Flag, Name, Number, Positive, Record, Several, measured, named
+from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
-from jointplay.mechanism.parts import Beam, Contact, Friction, Joint, Link, Pin
+from jointplay.mechanism.parts import Contact, Friction, Joint, Pin
 from jointplay.mechanism.section import (
     ContactSection,
     CrankAngle,
     Plane,
     Section,
     SeparationSection,
-    check_section,
 )
+from jointplay.mechanism.signature import checked
 from jointplay.mechanism.structure import Draft, first_on_ground, problems
 
 __all__ = [
@@ -45,7 +48,6 @@ __all__ = [
     "Section",
     "SeparationSection",
     "TestSystem",
-    "check_section",
 ]
 
 
@@ -84,14 +86,15 @@ class Mechanism(Record):
     @classmethod
     def _every_problem_at_once(cls, data: Any, build: Callable[[Any], Self]) -> Self:
         # pydantic alone would look at how the parts fit only once each of them is right.
-        record, found = None, []
+        record, found, more = None, [], 0
         try:
             record = build(data)
         except ValidationError as error:
-            found = from_pydantic(error, cls).problems
+            told = from_pydantic(error, cls)
+            found, more = told.problems, told.more
         found += problems(Draft.of(data if record is None else record))
         if found or record is None:
-            raise InputError(found)
+            raise InputError(found, more=more)
         return record
 
     @property
@@ -128,6 +131,7 @@ class Mechanism(Record):
             raise InputError([unknown(what, name, name, named, what)])
         return named[name]
 
+    @checked()
     def replace(self, **changes: Any) -> Mechanism:
         """Give a changed, validated copy.
 
@@ -142,7 +146,7 @@ class Mechanism(Record):
         InputError
             Listing every change that does not exist, cannot have its value, or finds nothing to change.
         """
-        return type(self)(**changed(self, changes))
+        return type(self)(**dict(self) | changed(self, changes))
 
     def summary(self) -> str:
         """Describe the mechanism in a few lines of text."""
@@ -177,10 +181,12 @@ def _bending(link: Link) -> str:
 def _play(joint: Joint) -> str:
     if not joint.clearance or joint.contact is None:
         return "ideal"
-    law = joint.contact
+    contact = joint.contact
     friction = f", friction {joint.friction.coefficient:g}" if joint.friction else ""
-    tension = "" if law.tension else ", no tension"
-    return f"clearance {joint.clearance:g} m, {law.stiffness:g} N/m, {law.damping:g} N s/m{tension}{friction}"
+    tension = "" if contact.tension else ", no tension"
+    units = (unit for _, unit in LAWS[contact.law].numbers.values())
+    law = ", ".join(f"{value:g} {unit}" for value, unit in zip(contact.numbers.values(), units, strict=True))
+    return f"clearance {joint.clearance:g} m, {law}{tension}{friction}"
 
 
 def _drive(drive: MotorLine | ConstantSpeed | None) -> str:
@@ -220,6 +226,7 @@ class TestSystem(Record):
     initial: Several[Number] = measured("initial state", "1")
     period: Positive | None = measured("forcing period", "1", None)
 
+    @checked()
     def replace(self, **changes: Any) -> TestSystem:
         """Give a copy with other parameters, or another `initial` state.
 

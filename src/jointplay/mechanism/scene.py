@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.equations.structure import Linkage, Oscillator
 
 SPEED_FLOOR = 0.01  # of the nominal speed: below it, errors of a speed count as absolute
+DEEP = 10  # clearances: a journal as far out is hardly meant to be there
 DEFLECTION = 1e-4  # of the longest link: the deflection relative to which errors of deflections count
 
 
@@ -36,9 +37,9 @@ class Scene:
         Scale of the tolerated error of a sliding speed, m/s.
     reach : float
         Length whose rounding is that of a gap, m.
-    links, joints, clearances, stiffnesses, pins, states, resets : tuple
-        Names of links, of joints with clearance (or contacts), their clearances (m) and contact stiffnesses
-        (N/m), of ideal joints; of the states and of the resets of a test system.
+    links, joints, clearances, pins, states, resets : tuple
+        Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the
+        states and of the resets of a test system.
     bending : tuple of str
         The links, where at least one bends.
     crank, crank_angle, crank_speed
@@ -58,7 +59,6 @@ class Scene:
     links: tuple[str, ...] = ()
     joints: tuple[str, ...] = ()
     clearances: tuple[float, ...] = ()
-    stiffnesses: tuple[float, ...] = ()
     pins: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
     crank: str | None = None

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
-from jointplay.errors import NOTHING, InputError, Problem, unknown
-from jointplay.mechanism.base import Name, Number, Record, measured, named
-
-if TYPE_CHECKING:
-    from jointplay.mechanism.records import Mechanism
+from jointplay.errors import refuse
+from jointplay.mechanism.base import Angle, Name, Number, Record, measured, named
 
 
 class CrankAngle(Record):
@@ -23,7 +21,7 @@ class CrankAngle(Record):
     """
 
     kind: Literal["crank_angle"] = "crank_angle"
-    angle: Number = measured("crank angle", "rad", 0.0)
+    angle: Angle = measured("crank angle", "rad", 0.0)
 
 
 class ContactSection(Record):
@@ -75,45 +73,20 @@ class Plane(Record):
     direction: Literal["up", "down"] = "up"
 
 
-Section = Annotated[CrankAngle | ContactSection | SeparationSection | Plane, Field(discriminator="kind")]
+KINDS = ("crank_angle", "contact", "separation", "plane")
 
 
-def check_section(section: Section, mechanism: Mechanism) -> None:
-    """Refuse a section that a mechanism cannot have.
-
-    Raises
-    ------
-    InputError
-        If it names a link or joint that the mechanism lacks, or needs clearance where there is none.
-    """
-    problems = []
-    link, joint = getattr(section, "link", None), getattr(section, "joint", None)
-    names = [each.name for each in mechanism.links]
-    if link is not None and link not in names:
-        problems.append(unknown("section.link", link, link, names, "link"))
-    if joint is not None or section.kind in ("contact", "separation"):
-        problems += _joint_problems(joint, mechanism)
-    if problems:
-        raise InputError(problems, "section")
-
-
-def _joint_problems(joint: str | None, mechanism: Mechanism) -> list[Problem]:
-    names = [each.name for each in mechanism.joints]
-    loose = [each.name for each in mechanism.clearance_joints]
-    if joint is not None and joint not in names:
-        return [unknown("section.joint", joint, joint, names, "joint")]
-    if joint in loose or (joint is None and loose):
-        return []
-    given = NOTHING if joint is None else joint
-    state = (
-        "every joint here is ideal (clearance 0)"
-        if joint is None
-        else f"joint {joint} is ideal (clearance 0)"
+def _form(given: Any) -> Any:
+    if isinstance(given, Mapping) or getattr(given, "kind", None) in KINDS:
+        return given
+    kinds = ", ".join(KINDS[:-1])
+    raise refuse(
+        given, f"a table of kind {kinds} or {KINDS[-1]} is accepted (in Python also CrankAngle() and so on)"
     )
-    return [
-        Problem(
-            "section.joint",
-            given,
-            f"{state}; a joint with clearance is accepted: {', '.join(loose) or 'none'}",
-        )
-    ]
+
+
+Section = Annotated[
+    CrankAngle | ContactSection | SeparationSection | Plane,
+    Field(discriminator="kind"),
+    BeforeValidator(_form),
+]

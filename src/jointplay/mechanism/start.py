@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from jointplay.errors import InputError, Problem, refuse
+from jointplay.mechanism.base import ANGLE, FAR, is_number
 from jointplay.mechanism.closure import closed_four_bar, ideal_state
 from jointplay.mechanism.records import ConstantSpeed, Mechanism
 
@@ -70,14 +70,16 @@ def _fits(mechanism: Mechanism, initial: Mapping[str, Any], closed: bool) -> Non
 
 def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]):
     names = [link.name for link in mechanism.links]
-    given = [dict(initial.get(key, {})) for key in WRITTEN_OUT]
+    given = [initial.get(key) for key in WRITTEN_OUT]
     wrong = [
-        Problem(
-            f"initial.{key}", sorted(values), f"one finite number for each of {', '.join(names)} is accepted"
-        )
+        Problem(f"initial.{key}", values, f"one finite number for each of {', '.join(names)} is accepted")
         for key, values in zip(WRITTEN_OUT, given, strict=True)
-        if set(values) != set(names)
-        or not all(isinstance(v, int | float) and math.isfinite(v) for v in values.values())
+        if not isinstance(values, Mapping)
+        or {*values} != {*names}
+        or not all(map(is_number, values.values()))
+    ]
+    wrong = wrong or [
+        Problem(f"initial.angle.{name}", angle, ANGLE) for name, angle in given[0].items() if abs(angle) > FAR
     ]
     if wrong:
         raise InputError(wrong, "initial")

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.base import GROUND, Record
-from jointplay.mechanism.closure import find_four_bar
+from jointplay.mechanism.base import GROUND, MOST, Record
+from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import ConstantSpeed, MotorLine
-from jointplay.mechanism.parts import Joint, Link
+from jointplay.mechanism.loop import find_four_bar
+from jointplay.mechanism.parts import Joint
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ def problems(draft: Draft) -> list[Problem]:
 
 
 def _each(form: type[Record], given: Any) -> list[tuple[Any, Any]]:
-    parts = given if isinstance(given, list | tuple) else ()
+    parts = given if isinstance(given, list | tuple) and len(given) <= MOST else ()
     names = (part.get("name") if isinstance(part, Mapping) else getattr(part, "name", None) for part in parts)
     return [(name, _sound(form, part)) for name, part in zip(names, parts, strict=True)]
 

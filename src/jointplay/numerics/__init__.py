@@ -1,1 +1,3 @@
 """The method: an implicit high-order step, events, the event-driven flow; over a structure's functions."""
+
+kept = None  # gives a compiled function its cache on the disk; set by codegen, since no file is known here

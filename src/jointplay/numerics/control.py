@@ -14,7 +14,6 @@ from .memory import (
     H_LIMIT,
     H_PAST,
     H_REJECTED,
-    H_START,
     H_VARIANT,
     SMOOTH,
     H,
@@ -32,8 +31,25 @@ def bounded(s, turning, h, n_q, t_end):
         speed = turning[r] * abs(s[1 + n_q + r])
         if speed * h > 0.8 * TURN:
             h = 0.8 * TURN / speed
-    left = t_end - s[0]
+    return not_beyond(h, t_end - s[0])
+
+
+@inlined
+def not_beyond(h, left):
+    """Length of the next attempt, where so much is left until the end: no last step is tiny."""
     return left if left < 1.001 * h else h
+
+
+@inner
+def at_end(time, end):
+    """Whether it is the end: a sum of lengths may miss it by rounding."""
+    return abs(end - time) <= 4e-16 * abs(end)
+
+
+@inner
+def instant(time, near):
+    """What is too short for a step, and within what two events are at once."""
+    return 1e-15 * max(abs(time), near)
 
 
 @inlined
@@ -75,12 +91,18 @@ def shorter(real, h, error):
 
 
 @inner
-def learn_start(real, variant, h, error):
-    """Keep a length for the next step after an event like this one, where a transient asks for a short one.
+def learnt(kept, rejected, h, error):
+    """Length to keep for the next step after an event like this one, where a transient asks for a short one.
 
-    The transient makes the error of low order.
+    The transient makes the error of low order. `kept` was learnt before; 0: nothing is kept.
     """
     if error < 1e-3:
-        real[H_START + variant] = 0.0
-    elif real[H_REJECTED] > 0.0 or real[H_START + variant] > 0.0:
-        real[H_START + variant] = h * min((0.5 / error) ** 0.25, 2.0)
+        return 0.0
+    return h * min((0.5 / error) ** 0.25, 2.0) if rejected or kept > 0.0 else kept
+
+
+@inner
+def restarted(h, served, kept):
+    """Length of the first step after an event: what served last in the same variant, and what was learnt."""
+    h = served if served > 0.0 else h
+    return min(h, kept) if kept > 0.0 else h

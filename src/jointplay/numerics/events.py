@@ -9,12 +9,14 @@ import numpy as np
 
 from .interface import compiled, inlined, inner
 from .memory import EVALUATIONS
-from .modes import CONE, FORCE, PULLS, RELEASED, STICK, inside
+from .modes import CONE, FORCE, PULLS, RELEASED, STICK, STICKING, inside
 from .polynomial import basis, bernstein, first_root, value
 from .step import converge
 
 REFINEMENTS = 8
+TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
+SWING = 4.0  # ratio of r^2 among the stages, from which on the journal swings
 
 
 @inner
@@ -25,13 +27,13 @@ def swings(w, row, x):
     past the centre r changes fivefold at least among the stages; it may change twofold, r^2 (known from the
     guard r^2 - e^2) fourfold. `row` is the lane row of the first guard.
     """
-    for j in range(len(x.modes)):
+    for j in range(len(x.flags)):
         if x.modes[j] > RELEASED:
             least, most = np.inf, 0.0
             for i in range(8):
                 square = w[8 * (row + 4 * j) + i] + x.bush[j]
                 least, most = min(least, square), max(most, square)
-            if 4.0 * least < most:
+            if SWING * least < most:
                 return True
     return False
 
@@ -42,7 +44,7 @@ def blur(w, row, lane, x):
 
     `row` is the lane row of the first guard.
     """
-    for j in range(len(x.modes)):
+    for j in range(len(x.flags)):
         if x.modes[j] == STICK:
             x.margin[4 * j + CONE] = x.cone[j] * abs(w[8 * (row + 4 * j + FORCE) + int(lane)])
 
@@ -51,22 +53,38 @@ def blur(w, row, lane, x):
 def side_of(g, modes, flags):
     """The side (+1, -1) on which guard g stays; 0 if it is not watched."""
     j = g // 4
-    return inside(modes[j], g % 4, flags[j] & PULLS) if j < len(modes) else 1
+    return inside(modes[j], g % 4, flags[j] & PULLS) if j < len(flags) else 1
 
 
-@inner
-def start_of(w, at, g, side, fired, margin):
-    """How guard g, of lane row w[at:], starts: multiplicity of its zero there, and the level it is to leave.
+@inlined
+def level_of(start, side, fired, margin):
+    """Level that a guard is to leave, from its value at the start.
 
     A guard that starts from zero, or within its margin on the wrong side, may first go that margin beyond.
     Its sign there is that of rounding, or of a tolerance, and so may be that of its rate (where slip begins).
     """
-    start, none = w[at + 7], 0 * g  # a variable, for the reason that interface gives
+    if fired > 0 or 0.0 <= -side * start <= margin:
+        return start - side * margin
+    return 0.0
+
+
+@inner
+def start_of(w, at, g, side, fired, margin):
+    """How guard g, of lane row w[at:], starts: multiplicity of its zero there, and the level to leave."""
+    none = 0 * g  # a variable, for the reason that interface gives
     if margin[g] == 0.0:
         return fired[g], 0.0
-    if fired[g] > 0 or 0.0 <= -side * start <= margin[g]:
-        return none, start - side * margin[g]
-    return none, 0.0
+    return none, level_of(w[at + 7], side, fired[g], margin[g])
+
+
+@inlined
+def leaving(b, degree, side, level, stack):
+    """Where the polynomial with coefficients b first goes beyond a level; 2.0 if nowhere. b is spent."""
+    lowest = 0.0
+    for i in range(degree + 1):
+        b[i] -= level
+        lowest = min(lowest, side * b[i])
+    return first_root(b, degree, side, stack) if lowest < 0.0 else 2.0
 
 
 @inlined
@@ -82,26 +100,42 @@ def first_event(w, row, modes, flags, fired, margin, doubt, b, stack):
             at = 8 * (row + g)
             multiplicity, level = start_of(w, at, g, side, fired, margin)
             level -= side * doubt * margin[g]
-            degree = bernstein(w, at, multiplicity, b)
-            lowest = 0.0
-            for i in range(degree + 1):
-                b[i] -= level
-                lowest = min(lowest, side * b[i])
-            place = first_root(b, degree, side, stack) if lowest < 0.0 else 2.0
+            place = leaving(b, bernstein(w, at, multiplicity, b), side, level, stack)
             if place < earliest:
                 which, earliest = g, place
     return which, earliest
 
 
 @inner
-def aim(w, at, side, place, multiplicity, level, margin, b):
-    """Level at which the guard of lane row w[at:] is left, if it was found beyond `level` at `place`.
+def aim(b, degree, side, place, level, margin):
+    """Level at which a guard with coefficients b is left, if it was found beyond `level` at `place`.
 
     That is zero where it has been inside by more than its margin between.
     """
-    begin = 0 * multiplicity  # a variable, for the reason that interface gives
-    degree = bernstein(w, at, multiplicity, b)
+    begin = 0 * degree  # a variable, for the reason that interface gives
     return 0.0 if side * value(b, begin, degree, 0.5 * place, b[8:]) > margin else level
+
+
+@inner
+def comes_back(fired, h, near):
+    """Whether an event at a step's beginning is none, and the step of length h too long.
+
+    Such a step shows a guard that has just fired, and leaves its root, coming back at once.
+    """
+    return fired > 0 and h > 1e-3 * near
+
+
+@inner
+def correction(b, degree, level):
+    """By how much of itself a step is to be longer, for what has the coefficients b to end at the level."""
+    slope = degree * (b[degree] - b[degree - 1])
+    return (level - b[degree]) / slope if slope != 0.0 else 0.0
+
+
+@inner
+def corrected(h, later):
+    """Length of the next attempt at a root, after one of length h that was to be longer by that share."""
+    return h * (1.0 + min(max(later, -0.5), 0.5))
 
 
 @inner
@@ -123,15 +157,14 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
         f.rate(variant, w, x.s, x.p, x.m)
         x.count[EVALUATIONS] += 7
         degree = bernstein(w, 8 * row, multiplicity, b)
-        slope = degree * (b[degree] - b[degree - 1])
-        correction = (level - b[degree]) / slope if slope != 0.0 else 0.0
-        if abs(correction) < 1e-6:
-            return length, 1.0 + correction, True
-        if variant == 2:  # a contact sticks
+        later = correction(b, degree, level)
+        if abs(later) < 1e-6:
+            return length, 1.0 + later, True
+        if variant == STICKING:
             blur(w, o.guards, 6.0, x)
         if guard >= 0 and abs(b[degree] - level) < ROUNDING * x.margin[guard]:
             return length, 1.0, True
-        length *= 1.0 + min(max(correction, -0.5), 0.5)
+        length = corrected(length, later)
     return length, 1.0, False
 
 

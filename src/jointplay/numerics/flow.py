@@ -6,11 +6,24 @@ never an exception.
 """
 
 import numpy as np
-from numba import int64, typeof
-from numba.core.types import none
+from numba import float64, int64, typeof, types, void
 
-from .control import ORDER, after_whole, bounded, learn_start, shorter
-from .events import ROUNDING, aim, blur, first_event, locate, side_of, start_of, state_at, swings
+from .anew import again
+from .codes import Section
+from .control import ORDER, after_whole, at_end, bounded, instant, learnt, restarted, shorter
+from .events import (
+    ROUNDING,
+    TOGETHER,
+    aim,
+    blur,
+    comes_back,
+    first_event,
+    locate,
+    side_of,
+    start_of,
+    state_at,
+    swings,
+)
 from .interface import FUNCTIONS, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
@@ -41,20 +54,22 @@ from .memory import (
     work,
 )
 from .misses import misses
-from .modes import CONTACT, FREE, IMPACT, PULLS, RELEASED, follow, mask, touch, variant_of
-from .record import gains, note, sample, work_at
-from .saltation import leap, meet
+from .modes import REST, SEPARATION, STICKING, follow, mask, start, variant_of
+from .polynomial import bernstein
+from .record import doubt, doubtful, gains, note, sample, work_at
+from .saltation import leap, meet, settled
 from .sections import count_section, keep, sections
-from .status import CHATTER, CHATTER_COUNT, DIVERGED, FULL, HUGE, NOT_CONVERGED, OK, STEP_LIMIT
+from .status import CHATTER, CHATTER_COUNT, FULL, OK, STEP_LIMIT, crowded, trouble
 from .step import attempt
 from .tangent import ROWS, carry, mark
+from .walls import begin, hold, stay, strike
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
 OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
 
+_, BY_LEVEL, BY_EVENT = Section.numbers()
 ROOM = 24  # log rows that one step may need
-TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
 
 
 @inlined
@@ -83,31 +98,40 @@ def _event(f, k, x, o, guard):
     """Change mode, or jump, at the base point; count events that crowd."""
     count, real, time = x.count, x.real, x.s[0]
     f.trig(x.s, x.p)
-    count[CLOSE] = count[CLOSE] + 1 if time - real[T_EVENT] < o.near else 0
+    count[CLOSE] = crowded(count[CLOSE], time - real[T_EVENT], o.near)
     real[T_EVENT] = time
     count[EVENTS] += 1
     at, logged = count[LOGGED], o.log_events and time >= o.log_from
     if logged:
         note(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
-    j, kind = guard // 4, IMPACT
-    if j < len(x.modes):
+    j, kind, lasting = guard // 4, SEPARATION, -1.0
+    if j < len(x.flags):
         kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, o.rest, k.contact)
     else:
-        j = guard - 4 * len(x.modes)
-        x.fired[guard] = 1
-        f.reset(j, x.s, x.p)
+        j = guard - 4 * len(x.flags)
+        kind, lasting = strike(f, j, k, x, o)
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
-    if o.section == 2 and kind == o.section_event and (o.section_contact < 0 or o.section_contact == j):
-        count_section(k, x, o, time, 0.0, float(j), float(kind))
+    _count(k, x, o, j, kind, time)
+    if lasting >= 0.0:
+        hold(f, j, k, x)
+        count[EVENTS] += 1
+        if logged:
+            note(k, x, o, EVENT_ROW, float(j), float(REST), time + lasting, 0.0)
+        _count(k, x, o, j, REST, time + lasting)
     count[SMOOTH], real[CONTRACTION], real[H_LIMIT], real[H_REJECTED] = 0, 1.0, np.inf, 0.0
     variant = variant_of(x.modes)
-    if real[H_VARIANT + variant] > 0.0:
-        real[H] = real[H_VARIANT + variant]
-    if real[H_START + variant] > 0.0:
-        real[H] = min(real[H], real[H_START + variant])
+    real[H] = restarted(real[H], real[H_VARIANT + variant], real[H_START + variant])
     if o.log_steps and x.s[0] >= o.log_from:
         note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
+
+
+@inner
+def _count(k, x, o, j, kind, time):
+    """A section point, if events of that kind make the section."""
+    watched = o.section_contact < 0 or o.section_contact == j
+    if o.section == BY_EVENT and kind == o.section_event and watched:
+        count_section(k, x, o, time, 0.0, float(j), float(kind))
 
 
 @inlined
@@ -118,7 +142,7 @@ def _reach(f, variant, k, x, o, h):
     (0: at its start, 1: at its end to rounding), and whether that is sure: a long step may have promised
     another event than the short one to it shows.
     """
-    if variant == 2:  # a contact sticks
+    if variant == STICKING:
         blur(k.w, o.guards, 7.0, x)
     guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, 0.0, k.b, k.stack)
     if guard < 0:
@@ -126,37 +150,41 @@ def _reach(f, variant, k, x, o, h):
             f.rate(variant, k.w, x.s, x.p, x.m)
             x.count[EVALUATIONS] += 7
         return guard, h, 1.0, True
-    instant = 1e-15 * max(abs(x.s[0]), o.near)
-    if place * h <= instant:
-        # a guard that has just fired leaves its root: a step that is too long shows it coming back at once
-        return guard, h, 0.0, not (x.fired[guard] and h > 1e-3 * o.near)
+    together = instant(x.s[0], o.near)
+    if place * h <= together:
+        return guard, h, 0.0, not comes_back(x.fired[guard], h, o.near)
     keep(k.w, 8 * (o.first + 1), k.whole)
     row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
     multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
     if level != 0.0:
-        level = aim(k.w, 8 * row, side, place, multiplicity, level, x.margin[guard], k.b)
+        degree = bernstein(k.w, 8 * row, multiplicity, k.b)
+        level = aim(k.b, degree, side, place, level, x.margin[guard])
     length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard)
     _, earlier = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, ROUNDING, k.b, k.stack)
-    return guard, length, root, solved and (root - earlier) * length <= instant + TOGETHER * length
+    return guard, length, root, solved and (root - earlier) * length <= together + TOGETHER * length
 
 
 @spliced
-def _advance(f, variant, k, x, o, guard, length, root):
+def _advance(f, variant, k, x, o, guard, length, root, doubts):
     """Take the step in k.w up to its place `root`: sections, samples, then the new base point."""
     count, n_x, at = x.count, o.n_q + o.n, 8 * (o.first + 1)
-    powers = o.guards + len(x.fired) + (1 if o.section == 1 else 0)
+    recorded = count[SAMPLES] + count[SECTIONS]
+    powers = o.guards + len(x.fired) + (1 if o.section == BY_LEVEL else 0)
     gains(k.w, powers, length, k.gain)
-    if o.section == 1:
+    if o.section == BY_LEVEL:
         sections(f, variant, k, x, o, length, root)
     if o.log_misses:
         misses(k, x, o, length, root)
     end, done = x.s[0] + length * root, count[SAMPLES]
-    if abs(o.t_end - end) <= 4e-16 * abs(o.t_end):  # a sum of lengths may miss the end by rounding
+    if at_end(end, o.t_end):
         end = o.t_end
     if done < len(x.at):
         count[SAMPLES] = sample(
             x.samples, x.at, done, length, end, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work
         )
+    followed = o.log_steps and end >= o.log_from
+    if doubts and (followed or count[SAMPLES] + count[SECTIONS] > recorded):
+        doubt(k, x, o, end)
     for g in range(len(x.fired)):
         x.fired[g] = 0
     if guard < 0:
@@ -167,28 +195,12 @@ def _advance(f, variant, k, x, o, guard, length, root):
 
 
 @inner
-def _trouble(s, n_x):
-    """Why no step is short enough: the state grew beyond measure, or the iteration does not converge."""
-    for r in range(1 + n_x):
-        if not abs(s[r]) < HUGE:
-            return DIVERGED
-    return NOT_CONVERGED
-
-
-@inner
-def _start(f, x, rest, out):
+def _start(f, k, x, o):
     """Set the contact modes that belong to the initial state."""
     f.trig(x.s, x.p)
-    for j in range(len(x.modes)):
-        x.modes[j] = CONTACT
-        mask(x.modes, x.m)
-        f.contacts(1, x.s, x.p, x.m, out)
-        closed, force = out[6 * j] >= 0.0, out[6 * j + 3]
-        x.modes[j] = FREE
-        if closed and (x.flags[j] & PULLS or force > 0.0):
-            touch(f.contacts, j, x.flags, x.modes, x.m, x.s, x.p, rest, out)
-        elif closed:
-            x.modes[j] = RELEASED
+    for j in range(len(x.flags)):
+        start(f.contacts, j, x.flags, x.modes, x.m, x.s, x.p, o.rest, k.contact)
+    begin(f, k, x, o)
     x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
     x.real[H_LIMIT] = np.inf
     x.count[STARTED] = 1
@@ -198,6 +210,7 @@ def _start(f, x, rest, out):
 def _go_on(f, variant, k, x, o, g, y, h, error):
     """Take an accurate attempt up to its first event, tangents with it, or shorten the next one."""
     count, real = x.count, x.real
+    doubts = o.sharp > 0.0 and doubtful(k, x, o, h)
     guard, length, root, sure = _reach(f, variant, k, x, o, h)
     strain = 0.0
     if y is not None and sure and root > 0.0:
@@ -212,8 +225,9 @@ def _go_on(f, variant, k, x, o, g, y, h, error):
         return
     count[STEPS] += 1
     if root > 0.0:
-        _advance(f, variant, k, x, o, guard, length, root)
+        _advance(f, variant, k, x, o, guard, length, root, doubts)
     if guard < 0:
+        stay(f, x)
         after_whole(real, count, variant, h, error)
         if y is not None and strain > 0.0:
             real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
@@ -231,12 +245,14 @@ def _go_on(f, variant, k, x, o, g, y, h, error):
 def run(f, k, x, o, g, y):
     """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on.
 
-    With tangents y, and a structure's derivatives g, these are carried along (numerics.tangent_flow); where
-    both are None, nothing of that is compiled.
+    What f, k, x, o, g and y are stands in numerics.memory. With tangents y, and a structure's derivatives g,
+    these are carried along (numerics.tangent_flow); where both are None, nothing of that is compiled.
     """
     count, real = x.count, x.real
     if not count[STARTED]:
-        _start(f, x, o.rest, k.contact)
+        _start(f, k, x, o)
+        if y is not None:
+            settled(g, x, o, y)
     while True:
         if count[LOGGED] + ROOM > len(x.log):
             return FULL
@@ -264,12 +280,15 @@ def run(f, k, x, o, g, y):
             real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0
         else:
             if x.s[0] == real[T_EVENT]:
-                learn_start(real, variant, h, error)
+                kept = real[H_START + variant]
+                real[H_START + variant] = learnt(kept, real[H_REJECTED] > 0.0, h, error)
             _go_on(f, variant, k, x, o, g, y, h, error)
             if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER
-        if not real[H] > 1e-15 * max(abs(x.s[0]), o.near):
-            return _trouble(x.s, o.n_q + o.n)
+        if not real[H] > instant(x.s[0], o.near):
+            return trouble(x.s, o.n_q + o.n)
 
 
-flow = entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, none, none))(run)  # without tangents
+PLAIN = int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, types.none, types.none)  # without tangents
+AGAIN = void(types.FunctionType(PLAIN), FUNCTIONS, WORK, TRAJECTORY, OPTIONS, float64[:, ::1], int64[::1])
+flow, anew = entry(PLAIN)(run), entry(AGAIN)(again)

@@ -9,23 +9,21 @@ Between compiled functions an integer written out in a call makes a version of t
 number: pass a variable or a float.
 """
 
-import os
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numba
 from numba import float64, int64, types, void
-from numba.experimental.function_type import _get_wrapper_address
 
-if "JOINTPLAY_KERNELS" in os.environ:  # a folder named by the digest of every source: set by codegen.cache
-    numba.config.CACHE_DIR = os.environ["JOINTPLAY_KERNELS"]
+from jointplay import numerics
+
+from . import numba_private
 
 POLICY = {
-    "cache": True,
     "nogil": True,
     "error_model": "numpy",
     "fastmath": {"contract", "arcp", "nsz"},
-    "_nrt": False,
+    **numba_private.UNCOUNTED,
 }
 
 vector = float64[::1]
@@ -92,7 +90,7 @@ class Pointer(types.WrapperAddressProtocol):
     def __init__(self, function, signature):
         self._signature = signature
         self._function = function  # keeps the code alive
-        self._address = _get_wrapper_address(function, self._signature)
+        self._address = numba_private.address(function, self._signature)
 
     def __wrapper_address__(self) -> int:
         return self._address
@@ -106,27 +104,45 @@ def pointers(*modules, kind=Functions, signatures=SIGNATURES):
     found = {
         name: getattr(module, name) for module in modules for name in kind._fields if hasattr(module, name)
     }
-    if not numba.config.DISABLE_JIT:
-        found = {name: Pointer(function, signatures[name]) for name, function in found.items()}
-    return kind(**found)
+    return kind(**{name: address(function, signatures[name]) for name, function in found.items()})
+
+
+def address(function, signature):
+    """A compiled function as another one takes it; itself where nothing is compiled."""
+    return function if numba.config.DISABLE_JIT else Pointer(function, signature)
 
 
 def direct(function):
     """A compiled function with one signature, without the search for the version that fits its arguments."""
-    if numba.config.DISABLE_JIT:
-        return function
-    (version,) = function.overloads.values()
-    return version.entry_point
+    return function if numba.config.DISABLE_JIT else numba_private.only_version(function)
 
 
-compiled = numba.njit(**POLICY)
-# called by compiled code alone: the doors to Python would be a third of the time to compile
-inner = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True, **POLICY)
-# once an attempt: a call hands over seven numbers for each array
-inlined = numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **POLICY)
-spliced = numba.njit(inline="always", **POLICY)  # the same before types are known: long bodies compile faster
+def _compiles(**options):
+    """Make a decorator that compiles by the policy, and keeps what it compiled where that is arranged."""
+
+    def decorate(function):
+        made = numba.njit(**POLICY, **options)(function)
+        if numerics.kept is not None and not numba.config.DISABLE_JIT:
+            numba_private.keep(made, numerics.kept(function))
+        return made
+
+    return decorate
+
+
+compiled = _compiles()
+inner = _compiles(**numba_private.INNER)  # called by compiled code alone
+inlined = _compiles(**numba_private.INLINED, **numba_private.INNER)  # what is called once an attempt
+spliced = _compiles(inline="always")  # the same before types are known: long bodies compile faster
 
 
 def entry(signature):
     """Compile at import, with an explicit signature: the doors between a structure and the method."""
-    return numba.njit(signature, **POLICY)
+
+    def compile_now(function):
+        made = compiled(function)
+        if not numba.config.DISABLE_JIT:
+            made.compile(signature)
+            made.disable_compile()
+        return made
+
+    return compile_now

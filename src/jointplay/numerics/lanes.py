@@ -8,10 +8,10 @@ compiled. A complex row is four real parts, then four imaginary parts.
 
 import numba
 import numpy as np
-from llvmlite import ir
 from numba import types
-from numba.core.cgutils import alloca_once_value, for_range_slice
 from numba.extending import intrinsic
+
+from .numba_private import alloca_once_value, for_range_slice, ir
 
 FUSED = ("contract",)
 INDEX, LANE = ir.IntType(64), ir.IntType(32)

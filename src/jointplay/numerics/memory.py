@@ -1,13 +1,32 @@
 """What a trajectory holds while it is computed: plain arrays, allocated once, and the options of a run.
 
 All that a run needs to go on lies here, so that it can be left between two steps and taken up again, with
-the same result to the last bit.
+the same result to the last bit. In all of `numerics` the same letters stand for
+
+    f   functions of the structure, and the method's algebra for its size (interface.Functions)
+    k   Work: scratch of the method
+    x   Trajectory: state, parameters, modes, counters, and what has been recorded
+    o   Options: what the run is asked for
+    g   derivatives of f, for tangents (interface.Variations); None: none are carried along
+    y   Tangents: a frame of tangent vectors (tangent.Tangents); None: there is none
+
+A lane row holds a quantity at the eight places of a step at which equations are taken at once: row r of the
+buffer k.w is w[8 r : 8 r + 8], lanes 0 to 6 at the seven stages (lane 6 is the step's end), lane 7 at its
+base point x.s. Rows follow each other as
+
+    0          the method's own, or those of a structure's plan (codegen.plan)
+    o.first    the increment of time from x.s on; then of each position and speed; then the rate of each speed
+    o.guards   four guards of each contact (gap, force, sliding speed, cone); then of each rigid wall,
+               the section quantity if there is one, and the power of each integral
+
+as codegen.source.Layout counts them. An argument `at` is a place in such a buffer (8 r), `row` the number r.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from .codes import Row
 from .polynomial import STACK
 
 # Places in Trajectory.count
@@ -17,7 +36,7 @@ CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, COUNTERS = range(8, 15)
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
 H_VARIANT, H_START, NUMBERS = 10, 13, 16  # of each variant: last length, length of the step after an event
 # Tags of log rows (floats, as their rows), and where their columns begin
-STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW = 0.0, 1.0, 2.0, 3.0
+STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
 COLUMNS = 3
 
 
@@ -34,7 +53,7 @@ class Work(NamedTuple):
     error: np.ndarray  # estimated error of each state
     b: np.ndarray  # eight Bernstein coefficients, then a Lagrange basis
     stack: np.ndarray  # intervals of the root isolation
-    contact: np.ndarray  # six numbers a contact
+    contact: np.ndarray  # six numbers a contact, then a rigid wall
 
 
 class Trajectory(NamedTuple):
@@ -42,12 +61,12 @@ class Trajectory(NamedTuple):
 
     s: np.ndarray  # time, positions, speeds, sines, cosines
     p: np.ndarray  # parameters of the structure
-    m: np.ndarray  # masks of the contacts
+    m: np.ndarray  # masks of the modes
     absolute: np.ndarray  # tolerated error of each state: absolute
     relative: np.ndarray  # … and relative
     turning: np.ndarray  # 1 where a position is an angle
     work: np.ndarray  # integrals of the powers since the start
-    modes: np.ndarray  # mode of each contact
+    modes: np.ndarray  # mode of each contact, then of each rigid wall
     flags: np.ndarray  # PULLS, STICKS of each contact
     fired: np.ndarray  # multiplicity with which each guard starts at zero
     margin: np.ndarray  # what of each guard is within the tolerance of zero; 0: nothing is
@@ -72,12 +91,14 @@ class Options(NamedTuple):
     newton: float  # tolerance of the iteration in units of the tolerated error
     near: float  # events closer than this, one after another, are chatter
     rest: float  # sliding speeds up to this are within the tolerance of zero
+    hop: float  # heights of a rebound, likewise
     max_steps: int  # attempts
     log_from: float  # time from which steps and events are logged
     log_steps: int
     log_events: int
     log_misses: int  # closest approaches in flight
-    section: int  # 0 none, 1 level of the section row, 2 an event
+    sharp: float  # tolerated error of a recorded rate, in those of its speed, a second; 0: none is recorded
+    section: int  # codes.Section
     direction: int  # of the level crossing
     period: float  # added to the level at each crossing; 0: the level stays
     section_event: int
@@ -98,8 +119,11 @@ def method_rows(n: int) -> int:
     return 3 * n + 1 + n * n
 
 
-def work(n_s: int, n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int, n_jacobian: int) -> Work:
-    """Allocate the scratch of a structure: `n_s` numbers in s, `n_rows` lane rows, `n_jacobian` in J."""
+def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n_jacobian: int) -> Work:
+    """Allocate the scratch of a structure: `n_s` numbers in s, `n_rows` lane rows, `n_jacobian` in J.
+
+    `n_touch`: contacts and rigid walls.
+    """
     return Work(
         w=lane_rows(n_rows),
         J=np.zeros(n_jacobian),
@@ -111,7 +135,7 @@ def work(n_s: int, n_q: int, n: int, n_contacts: int, n_powers: int, n_rows: int
         error=np.zeros(n_q + n),
         b=lane_rows(2),
         stack=np.zeros(STACK),
-        contact=np.zeros(max(6 * n_contacts, 1)),
+        contact=np.zeros(max(6 * n_touch, 1)),
     )
 
 
@@ -123,12 +147,12 @@ def trajectory(
     return Trajectory(
         s=np.concatenate([state, np.zeros(2 * n_angles)]),
         p=np.array(numbers, dtype=float),
-        m=np.zeros(max(3 * n_contacts, 1)),
+        m=np.zeros(max(3 * (n_contacts + n_resets), 1)),
         absolute=np.zeros(n_x),
         relative=np.zeros(n_x),
         turning=np.zeros(max(n_q, 1)),
         work=np.zeros(0),
-        modes=np.zeros(n_contacts, dtype=np.int64),
+        modes=np.zeros(n_contacts + n_resets, dtype=np.int64),
         flags=np.zeros(n_contacts, dtype=np.int64),
         fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
         margin=np.zeros(4 * n_contacts + n_resets),

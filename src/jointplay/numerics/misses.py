@@ -16,8 +16,10 @@ def misses(k, x, o, h, end):
     """Log the closest approaches of every open gap within the step of length h, up to its place `end`."""
     for g in range(len(x.fired)):
         j, row = g // 4, 8 * (o.guards + g)
-        if j >= len(x.modes):
-            _of_gap(k, x, o, h, end, row, -1.0, g - 4 * len(x.modes))
+        wall = g - 4 * len(x.flags)
+        if wall >= 0:
+            if x.modes[len(x.flags) + wall] == FREE:
+                _of_gap(k, x, o, h, end, row, -1.0, wall)
         elif x.modes[j] == FREE and g % 4 == GAP:
             _of_gap(k, x, o, h, end, row, 1.0, j)
 

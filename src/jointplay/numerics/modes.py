@@ -1,32 +1,34 @@
 """Contact modes: what each watches, what follows when a guard fires, and what sticks.
 
 Per contact: free; released (gap still closed, force gone: laws that do not pull); slipping + or -;
-sticking; or just in contact (no Coulomb friction). At v_t = 0 the two one-sided accelerations of v_t decide
-(Filippov): with a_+ that of slipping + and a_- that of slipping -, both pushing towards v_t = 0 (a_+ < 0 <
-a_-) means sticking. Where the force pulls (F_n < 0) friction drives, the sector repels, and the motion
-keeps its direction.
+sticking; or just in contact (no Coulomb friction). Per rigid wall: free; or resting (numerics.walls). At
+v_t = 0 the two one-sided accelerations of v_t decide (Filippov): with a_+ that of slipping + and a_- that of
+slipping -, both pushing towards v_t = 0 (a_+ < 0 < a_-) means sticking. Where the force pulls (F_n < 0)
+friction drives, the sector repels, and the motion keeps its direction.
 
 Reference: Filippov, Differential Equations with Discontinuous Righthand Sides (1988); Leine and Nijmeijer
 (2004).
 """
 
+from .codes import Event, Mode, Variant
 from .interface import compiled, inner
 
-FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT = range(6)
-ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT = range(7)
+FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT, RESTING = Mode.numbers()
+IN_FLIGHT, SLIPPING, STICKING = Variant.numbers()
+ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT, REST = Event.numbers()
 GAP, FORCE, SLIDE, CONE = range(4)
 PULLS, STICKS = 1, 2
 
 
 @compiled
 def variant_of(modes):
-    """Which of the structure's variants holds: 0 free, 1 slip, 2 stick."""
-    variant = 0
+    """Which of the structure's variants holds (codes.Variant)."""
+    variant = IN_FLIGHT
     for mode in modes:
         if mode == STICK:
-            return 2
+            return STICKING
         if mode > RELEASED:
-            variant = 1
+            variant = SLIPPING
     return variant
 
 
@@ -57,10 +59,10 @@ def inside(mode, guard, pulls):
 
 
 @inner
-def _look(contacts, modes, m, s, p, out):
-    """Six numbers a contact (u, v_n, v_t, F_n, F_t, v_t') with `modes` in force."""
+def look(contacts, modes, m, s, p, out):
+    """Six numbers a contact, and a rigid wall (codegen.module), with `modes` in force."""
     mask(modes, m)
-    contacts(max(variant_of(modes), 1), s, p, m, out)
+    contacts(max(variant_of(modes), SLIPPING), s, p, m, out)
 
 
 @inner
@@ -68,10 +70,10 @@ def _settle(contacts, j, modes, m, s, p, out):
     """Decide the mode of contact j, which touches with v_t = 0, from both one-sided accelerations."""
     before = modes[j]
     modes[j] = SLIP_POSITIVE
-    _look(contacts, modes, m, s, p, out)
+    look(contacts, modes, m, s, p, out)
     plus = out[6 * j + 5]
     modes[j] = SLIP_NEGATIVE
-    _look(contacts, modes, m, s, p, out)
+    look(contacts, modes, m, s, p, out)
     minus = out[6 * j + 5]
     if plus < 0.0 < minus:
         modes[j] = STICK
@@ -88,7 +90,7 @@ def touch(contacts, j, flags, modes, m, s, p, rest, out):
     """Contact j begins: slip direction by the sign of v_t, or by its acceleration where v_t is at rest."""
     modes[j] = CONTACT
     if flags[j] & STICKS:
-        _look(contacts, modes, m, s, p, out)
+        look(contacts, modes, m, s, p, out)
         v_t = out[6 * j + 2]
         if abs(v_t) <= rest:
             _settle(contacts, j, modes, m, s, p, out)
@@ -97,11 +99,26 @@ def touch(contacts, j, flags, modes, m, s, p, rest, out):
 
 
 @inner
+def start(contacts, j, flags, modes, m, s, p, rest, out):
+    """Set the mode of contact j that belongs to an initial state."""
+    touches = SLIPPING + 0 * j  # a variable, for the reason that interface gives
+    modes[j] = CONTACT
+    mask(modes, m)
+    contacts(touches, s, p, m, out)
+    closed, force = out[6 * j] >= 0.0, out[6 * j + 3]
+    modes[j] = FREE
+    if closed and (flags[j] & PULLS or force > 0.0):
+        touch(contacts, j, flags, modes, m, s, p, rest, out)
+    elif closed:
+        modes[j] = RELEASED
+
+
+@inner
 def _loosen(contacts, except_for, modes, fired, m, s, p, out):
     """Sticking contacts whose cone was left by a jump elsewhere begin to slip."""
     for _ in range(len(modes)):
         changed = False
-        _look(contacts, modes, m, s, p, out)
+        look(contacts, modes, m, s, p, out)
         for j in range(len(modes)):
             if modes[j] == STICK and j != except_for:
                 held = modes[j]
@@ -124,7 +141,7 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     if before == FREE or (before == RELEASED and guard == FORCE):
         kind = ENTRY
         touch(contacts, j, flags, modes, m, s, p, rest, out)
-        _look(contacts, modes, m, s, p, out)
+        look(contacts, modes, m, s, p, out)
         if not (flags[j] & PULLS) and out[6 * j + 3] <= 0.0:
             fired[4 * j + FORCE] = 1
     elif before == RELEASED:
@@ -140,9 +157,9 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
         kind = STICK_ONSET if modes[j] == STICK else SLIP_REVERSAL
     else:
         kind = SLIP_ONSET
-        _look(contacts, modes, m, s, p, out)
+        look(contacts, modes, m, s, p, out)
         modes[j] = SLIP_POSITIVE if out[6 * j + 4] > 0.0 else SLIP_NEGATIVE
         fired[4 * j + SLIDE] = 2
     _loosen(contacts, j, modes, fired, m, s, p, out)
-    _look(contacts, modes, m, s, p, out)
+    look(contacts, modes, m, s, p, out)
     return kind

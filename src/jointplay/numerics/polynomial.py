@@ -71,7 +71,7 @@ def bernstein(g, at, multiplicity, b):
         b[i] = 0.0
     for j in range(7):  # it starts at zero by definition, whatever rounding or tolerance made of that
         value = (g[at + j] - g[at + 7]) / NODES[j]
-        if multiplicity == 2:
+        for _ in range(1, multiplicity):
             value /= NODES[j]
         for i in range(7):
             b[i] += TO_BERNSTEIN_6[7 * j + i] * value

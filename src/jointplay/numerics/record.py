@@ -2,8 +2,11 @@
 
 from .events import state_at
 from .interface import inner
-from .memory import COLUMNS, LOGGED
-from .radau import COLLOCATION
+from .memory import COLUMNS, DOUBT_ROW, LOGGED
+from .radau import COLLOCATION, ERROR, GAMMA
+
+KEPT = 0.5  # share of a decay that the polynomial keeps at most, soon after the step's beginning
+MISSED = 0.15  # times h / gamma and the slope's error at the beginning: largest error between the stages
 
 
 @inner
@@ -61,3 +64,34 @@ def note(k, x, o, tag, contact, kind, time, place):
     """Add a row to the log."""
     at, n_x = 8 * (o.first + 1), o.n_q + o.n
     log(x.log, x.count, tag, contact, kind, time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)
+
+
+@inner
+def doubtful(k, x, o, h):
+    """Whether rates of angles on the step of length h may be off by more than is tolerated (o.sharp).
+
+    At its base point the rate differs from the polynomial's slope. What of that the error's filter
+    (I - h J / gamma)^-1 takes away is the rate of components that the step passes over: decays, of which the
+    polynomial keeps a part. Between the stages it also misses the slow motion of these components, by a
+    share of h times that difference, and rates by as many times more as the filter made it smaller.
+    """
+    at, span = 8 * (o.first + 1 + o.n_q), h / GAMMA
+    for r in range(o.n):
+        slope = k.w[at + 8 * (o.n + r) + 7]
+        for i in range(7):
+            slope += ERROR[i] * k.w[at + 8 * r + i] / span
+        slow = k.error[o.n_q + r] / span
+        off = x.turning[r] * abs(slope - slow) * max(KEPT * abs(slow), MISSED * abs(slope))
+        if off * k.weight[o.n_q + r] > o.sharp * abs(slow):
+            return True
+    return False
+
+
+@inner
+def doubt(k, x, o, end):
+    """Note a step that is doubtful: its base point, what guards fired there (a number to base 3), its end."""
+    fired, digit = 0.0, 1.0
+    for g in range(len(x.fired)):
+        fired += digit * x.fired[g]
+        digit *= 3.0
+    note(k, x, o, DOUBT_ROW, fired, end, x.s[0], 0.0)

@@ -118,19 +118,27 @@ def _arrive(f, k, x, o, row):
         row[1 + n_x + j] = x.modes[j]
 
 
-@entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, float64, int64[::1], float64[:, ::1], float64[:, ::1]))
-def march(f, k, x, o, h, places, loads, rows):
-    """Take len(rows) - 1 steps of length h from x.s and write down the state at the start and after each.
+@entry(
+    int64(
+        *(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, float64, int64[::1], float64[:, ::1], float64[:, ::1]),
+        *(int64, int64),
+    )
+)
+def march(f, k, x, o, h, places, loads, rows, done, count):
+    """Take steps of length h from x.s, and write down the state at the start and after each.
 
-    Row i of `loads` holds the parameters at `places` after i steps. Gives back OK, or DIVERGED, where the
+    Row i of `loads` holds the parameters at `places` after i steps. Of the len(rows) - 1 steps, those from
+    `done`, the number that has been taken, up to `count` are taken now. Gives back OK, or DIVERGED, where the
     rows that were not reached are NaN. Call again to go on from there.
     """
-    n_x, start = o.n_q + o.n, x.s[0]
-    for r in range(8 * (1 + n_x)):
-        k.w[8 * o.first + r] = 0.0
-    _load(x.p, places, loads[0], loads[0], 0.0)
-    _arrive(f, k, x, o, rows[0])
-    for i in range(1, len(rows)):
+    n_x = o.n_q + o.n
+    if done == 0:
+        for r in range(8 * (1 + n_x)):
+            k.w[8 * o.first + r] = 0.0
+        _load(x.p, places, loads[0], loads[0], 0.0)
+        _arrive(f, k, x, o, rows[0])
+    start = rows[0, 0]
+    for i in range(done + 1, count + 1):
         _step(f, k, x, o, h, places, loads[i - 1], loads[i])
         x.s[0] = start + i * h
         _arrive(f, k, x, o, rows[i])

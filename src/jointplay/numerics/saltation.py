@@ -6,8 +6,11 @@ other side's rate:
     d+ = d- + (F+ - F-) (grad h . d-) / h',                 h' = dh/dt + grad h . F-
     d+ = D d- + (F+ - D F- - dR/dt) (grad h . d-) / h'      where the state is reset by R, D = dR/dx.
 
-Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension. References:
-Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv 2306.06862.
+Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension. Coming to
+rest on a rigid wall loses two, those of the gap and of its rate: both are projected away along the wall's
+impulse. The time at which that happens is of no account: on average over the rebounds before it, the wall
+pushes as it does afterwards. References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv
+2306.06862.
 """
 
 from math import log
@@ -16,7 +19,7 @@ import numpy as np
 
 from .frame import determinant, orthonormalise
 from .interface import inner
-from .modes import STICK, mask, variant_of
+from .modes import RESTING, STICK, mask, variant_of
 from .tangent import GRAZING, HELD, JUMPS, ONSET, SALTATION, VOLUME
 
 
@@ -48,16 +51,21 @@ def meet(f, g, variant, x, o, y, guard):
     f.trig(x.s, x.p)
     _rates(f, variant, x, o, y, y.before)
     g.gradient(guard, x.s, x.p, x.m, y.gradient)
-    if guard >= 4 * len(x.modes):
-        g.turned(guard - 4 * len(x.modes), x.s, x.p, y.D)
-    y.real[ONSET] = _stuck(x.modes)
+    wall, y.real[ONSET] = guard - 4 * len(x.flags), _stuck(x.modes)
+    if wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
+        y.real[ONSET] = np.inf  # it lets go: nothing jumps, nothing is lost
+    elif wall >= 0:
+        g.turned(wall, x.s, x.p, y.D)
 
 
 @inner
 def leap(f, g, x, o, y, guard):
     """Take the tangents through an event that has just been handled."""
-    n_x, reset, real = o.n_q + o.n, guard >= 4 * len(x.modes), y.real
-    width = 1 + n_x
+    n_x, wall, real = o.n_q + o.n, guard - 4 * len(x.flags), y.real
+    width, reset = 1 + n_x, wall >= 0 and real[ONSET] < np.inf
+    if reset and x.modes[len(x.flags) + wall] == RESTING:
+        settled(g, x, o, y)
+        return
     _rates(f, variant_of(x.modes), x, o, y, y.after)
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
     for r in range(n_x):
@@ -76,6 +84,42 @@ def leap(f, g, x, o, y, guard):
             _through(y, y.d[i * width : (i + 1) * width], o.n_q, n_x, slope, reset, y.count[SALTATION])
     if y.count[HELD] == 0:
         orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, lossy)
+
+
+@inner
+def settled(g, x, o, y):
+    """Take from the tangents what lies across the walls on which a body rests."""
+    width, walls, held = 1 + o.n_q + o.n, len(x.modes) - len(x.flags), False
+    for j in range(walls):
+        if x.modes[len(x.flags) + j] == RESTING:
+            held = True
+            g.turned(walls + j, x.s, x.p, y.D)
+            for i in range(len(y.alive)):
+                if y.alive[i]:
+                    _project(y, y.d[i * width : (i + 1) * width], o.n_q, o.n)
+    if held:
+        y.count[JUMPS] += 1
+        y.real[VOLUME] = -np.inf
+        if y.count[HELD] == 0:
+            orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, True)
+
+
+@inner
+def _project(y, d, n_q, n):
+    """Positions as speeds, by D's part of them; then speeds by D, whose rows have a place for time."""
+    width, new = 1 + n_q + n, y.S
+    for r in range(n_q):
+        new[r] = 0.0
+        for i in range(n_q):
+            new[r] += y.D[r * width + 1 + n_q + i] * d[1 + i]
+    for r in range(n_q):
+        d[1 + r] = new[r]
+    for r in range(n):
+        new[r] = 0.0
+        for i in range(n_q + n):
+            new[r] += y.D[r * width + 1 + i] * d[1 + i]
+    for r in range(n):
+        d[1 + n_q + r] = new[r]
 
 
 @inner

@@ -12,25 +12,27 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import count
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
-from jointplay.analysis.cells import cells_run_by
+from jointplay.analysis.cells import Read, Work
+from jointplay.analysis.looks import keeping
 from jointplay.errors import InputError, Problem
-from jointplay.study import inside, store
-from jointplay.study.cells import CellSweep, ChainSweep, Strand, part, redone, remaining, swept
+from jointplay.jobs.journal import Journal, refuse_lost
+from jointplay.jobs.origin import mixed, processor
+from jointplay.jobs.pool import Pool
+from jointplay.jobs.strands import Entry, Strand, part, redone, remaining
+from jointplay.study import store
+from jointplay.study.cells import keyed
 from jointplay.study.file import Loaded
-from jointplay.study.journal import Journal, refuse_lost
-from jointplay.study.pool import Pool
-from jointplay.study.run import named, run
+from jointplay.study.kinds import Study
+from jointplay.study.run import computed, first_work, hands_out, named
+from jointplay.study.status import name_of
 
 LOOK, RARELY = 0.5, 200  # s between looks at how far it is, and at least times what a look takes
-PARTS = "accepted for studies with [vary]; this is one analysis, and only itself can put its cells together"
 
 
 @dataclass(frozen=True)
@@ -42,18 +44,6 @@ class Outcome:
     journal: Path | None = None
 
 
-def complete(
-    study: Loaded,
-    out: Path,
-    pool: Pool,
-    progress: Callable[[float], None] | None = None,
-    **options: Any,
-) -> Outcome:
-    """Run a study of any kind and store its result; `options` are those of `execute`."""
-    suited = execute if study.record.has_cells else _one_analysis
-    return suited(study, out, pool, progress, **options)
-
-
 def journal_of(out: Path | str, name: str, share: tuple[int, int] | None = None) -> Journal:
     """The journal of a study, or of one part of it."""
     part_of = f".part{share[0]}of{share[1]}" if share else ""
@@ -62,12 +52,23 @@ def journal_of(out: Path | str, name: str, share: tuple[int, int] | None = None)
 
 def going_on(study: Loaded, out: Path | str, share: tuple[int, int] | None = None) -> tuple[str, ...]:
     """What the same command does after Ctrl-C, where it does not start over."""
-    kept = study.record.has_cells or inside.divided(study.record)
+    kept = hands_out(study.record)
     there = kept and journal_of(out, study.record.name, share).folder.exists()
     return ("go on; what is finished is kept",) if there else ()
 
 
-def execute(
+def writable(
+    study: Loaded, out: Path | str, share: tuple[int, int] | None = None, drawn: bool = True
+) -> Path:
+    """The folder of a run, made if needed, where all that it writes can be written; else `InputError`."""
+    name, journal = study.record.name, journal_of(out, study.record.name, share).folder.name
+    endings = [".nc", *[".txt"] * bool(study.record.row.table), *[".pdf", ".png"] * drawn]
+    files = ["probe"] if share else [f"{name}{ending}" for ending in endings]
+    kept = hands_out(study.record)
+    return store.check_writable(out, files=files, folders=[journal] * kept)
+
+
+def complete(
     study: Loaded,
     out: Path,
     pool: Pool,
@@ -77,16 +78,16 @@ def execute(
     share: tuple[int, int] | None = None,
     say: Callable[[str], None] = lambda line: None,
 ) -> Outcome:
-    """Run what is missing of a study with cells, and store its result.
+    """Run what is missing of a study, and store its result.
 
     Parameters
     ----------
     study : Loaded
-        A study whose `[vary]` says what its cells are.
+        A study of any kind.
     out : Path
         Where journal and result lie.
     pool : Pool
-        What runs the cells.
+        What runs its cells.
     progress : callable, optional
         Called with the fraction done of what was missing.
     fresh : bool
@@ -107,18 +108,63 @@ def execute(
     OSError
         When something cannot be written.
     """
-    sweep = swept(study.record)
-    assert sweep is not None
-    with journal_of(out, study.record.name, share).held(fresh) as journal:
-        missing = _missing(part(sweep.strands, share), journal, say)
-        if missing and pool.workers:
-            sweep.warm()
-        _run(missing, journal, pool, progress, say)
-        outcome = (
-            _stored(study, sweep, journal, out) if share is None else Outcome(None, None, journal.folder)
-        )
-        journal.compact()
-        return outcome
+    record, name = study.record, study.record.name
+    if share and not hands_out(record):
+        expected = "accepted for studies with cells, such as by [vary]; this is one analysis"
+        raise InputError([Problem("--part", name, expected)])
+    with ExitStack() as held:
+        kept = _Journaled(record, journal_of(out, name, share), pool, say, held, fresh, share)
+        if share:
+            kept(replace(first_work(record), progress=progress))
+            kept.journal.compact()
+            return Outcome(None, None, kept.journal.folder)
+        with keeping(record.row.kept and not hands_out(record)):
+            dataset = computed(record, kept, progress)
+        unfinished = out / f"{name}.partial.nc"
+        if name_of(dataset) == "interrupted":
+            say(f"partial  {store.write_result(dataset, unfinished)}: what was computed up to here")
+            raise KeyboardInterrupt
+        unfinished.unlink(missing_ok=True)
+        return _stored(study, dataset, kept.journal if kept.works else None, kept.keys, out, say)
+
+
+@dataclass
+class _Journaled:
+    """Runs what an analysis hands out, and keeps it in a journal, which is held from the first work on."""
+
+    record: Study
+    journal: Journal
+    pool: Pool
+    say: Callable[[str], None]
+    held: ExitStack
+    fresh: bool
+    share: tuple[int, int] | None
+    works: int = 0
+    keys: set[str] = field(default_factory=set)
+
+    def __call__(self, work: Work) -> Read:
+        if not self.works:
+            self.held.enter_context(self.journal.held(self.fresh))
+        strands, before = keyed(self.record, work, self.works)
+        strands = part(strands, self.share)
+        self.works += 1
+        if missing := _missing(strands, self.journal, self.say):
+            if self.pool.workers:
+                work.warm()
+            with _watched(self.journal, sum(len(strand.keys) for strand in missing), work.progress):
+                self.pool.run(missing, self.journal, self.say)
+        keys = {key for strand in strands for key in strand.keys}
+        self.keys |= keys
+        return partial(_read, self.journal, keys, before)
+
+
+def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[str, Entry]]:
+    """Go through answers, each by its key without so many letters, and miss none."""
+    left = len(keys)
+    for key, answer in journal.answers(keys):
+        left -= 1
+        yield key[before:], answer
+    refuse_lost(left)
 
 
 def _missing(strands: Sequence[Strand], journal: Journal, say: Callable[[str], None]) -> list[Strand]:
@@ -133,62 +179,31 @@ def _missing(strands: Sequence[Strand], journal: Journal, say: Callable[[str], N
     return remaining(strands, index, journal.load(keys) if chained else {})
 
 
-def _run(missing: Sequence[Strand], journal: Journal, pool: Pool, progress, say) -> None:
-    if missing:
-        with _watched(journal, sum(len(strand.keys) for strand in missing), progress):
-            pool.run(missing, journal, say)
-
-
-def _one_analysis(
-    study: Loaded,
-    out: Path,
-    pool: Pool,
-    progress: Callable[[float], None] | None,
-    *,
-    fresh: bool = False,
-    share: tuple[int, int] | None = None,
-    say: Callable[[str], None] = lambda line: None,
-) -> Outcome:
-    """Run an analysis; the cells that it hands out go to a journal, which is held from the first on."""
-    name, journal, calls = study.record.name, journal_of(out, study.record.name), count()
-    if share:
-        raise InputError([Problem("--part", name, PARTS)])
-    with ExitStack() as held:
-
-        def keep(function, cells, progress) -> list[dict[str, Any]]:
-            call = next(calls)
-            if not call:
-                held.enter_context(journal.held(fresh))
-            strands = inside.strands(study.record, call, function, cells)
-            _run(_missing(strands, journal, say), journal, pool, progress, say)
-            answers = journal.load(strand.key for strand in strands)
-            refuse_lost(len(strands) - len(answers))
-            return [answers[strand.key] for strand in strands]
-
-        with cells_run_by(keep):
-            dataset = run(study, progress, pool.jobs)
-        path = store.write_result(dataset, out / f"{name}.nc")
-        if not next(calls):  # none was handed out
-            return Outcome(dataset, path)
-        journal.compact()
-        return Outcome(dataset, path, journal.folder)
-
-
 def _tell(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
     there = sum(key in index for key in keys)
-    if journal.damaged:
-        names = ", ".join(sorted(journal.damaged))
-        say(f"journal  {len(journal.damaged)} damaged part(s) left aside, their cells run again: {names}")
+    for line in journal.notes(keys):
+        say(f"journal  {line}")
     if there:
         say(f"journal  {there} of {len(keys)} cells are there already")
+    if there < len(keys) and (kinds := journal.kinds(keys)) and kinds != {processor()}:
+        say(f"journal  this is another kind of processor ({processor()}) than theirs: {', '.join(kinds)}")
     if others := len(index.keys() - set(keys)):
         say(f"journal  {others} cells of other values or settings are kept; --fresh drops them")
 
 
-def _stored(study: Loaded, sweep: CellSweep | ChainSweep, journal: Journal, out: Path) -> Outcome:
-    keys = {key for strand in sweep.strands for key in strand.keys}
-    dataset = named(study, sweep.assemble(partial(journal.answers, keys)))
-    return Outcome(dataset, store.write_result(dataset, out / f"{study.record.name}.nc"), journal.folder)
+def _stored(
+    study: Loaded, dataset: xr.Dataset, journal: Journal | None, keys: set[str], out: Path, say
+) -> Outcome:
+    """Name and write a result, and join what the journal of its cells holds."""
+    kinds = journal.kinds(keys) if journal else set()
+    if told := mixed(kinds):
+        say(f"result  computed on {told}")
+    dataset = named(study, dataset, kinds)
+    path = store.write_result(dataset, out / f"{study.record.name}.nc")
+    if journal is None:
+        return Outcome(dataset, path)
+    journal.compact()
+    return Outcome(dataset, path, journal.folder)
 
 
 @contextmanager
@@ -215,27 +230,35 @@ def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | N
         watcher.join()
 
 
-def merge(study: Loaded, out: Path) -> Outcome:
+def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: None) -> Outcome:
     """Put the parts of a study together, each of which ran by itself, and store the result.
+
+    `say` is called with a line where there is something to tell.
 
     Raises
     ------
     InputError
         When cells are missing, or a journal was written by other code.
     """
-    sweep, name = swept(study.record), study.record.name
-    if sweep is None:
-        raise InputError([Problem("study", name, "a study with cells, by its [vary], has parts to merge")])
-    keys = [key for strand in sweep.strands for key in strand.keys]
+    record, name = study.record, study.record.name
+    strands, before = keyed(record, first_work(record))
+    keys = {key for strand in strands for key in strand.keys}
     with journal_of(out, name).held() as whole:
-        left = set(keys) - whole.index().keys()
-        for folder in sorted(out.glob(f"{name}.part*of*.journal")):
-            other = Journal(folder)
-            other.check_code()
-            left -= whole.take(other, left)
-        if missing := len(left):
-            expected = f"parts with all {len(keys)} cells are needed; {missing} are missing"
-            raise InputError([Problem("parts", str(out / f"{name}.part*of*.journal"), expected)])
-        outcome = _stored(study, sweep, whole, out)
-        whole.compact()
-        return outcome
+        _take_parts(whole, out, name, keys, say)
+        dataset = computed(record, lambda _: partial(_read, whole, keys, before))
+        return _stored(study, dataset, whole, keys, out, say)
+
+
+def _take_parts(whole: Journal, out: Path, name: str, keys: set[str], say: Callable[[str], None]) -> None:
+    """Add the cells with these keys from the journals of parts; refuse where some are in none."""
+    left = keys - whole.index().keys()
+    others = [Journal(folder) for folder in sorted(out.glob(f"{name}.part*of*.journal"))]
+    for other in others:
+        other.check_code()
+        left -= whole.take(other, left)
+    for each in (whole, *others):
+        for line in each.notes(()):
+            say(f"journal  {each.folder.name}: {line}")
+    if missing := len(left):
+        expected = f"parts with all {len(keys)} cells are needed; {missing} are missing"
+        raise InputError([Problem("parts", str(out / f"{name}.part*of*.journal"), expected)])

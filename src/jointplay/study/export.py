@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from jointplay.errors import InputError, Problem, unknown
-from jointplay.study.store import check_writable, replaced
+from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.jobs.files import replaced
+from jointplay.study.store import check_writable
 
 
 def export(dataset: xr.Dataset, path: Path | str, over: Sequence[str] | None = None) -> Path:
@@ -42,7 +43,7 @@ def export(dataset: xr.Dataset, path: Path | str, over: Sequence[str] | None = N
     known = [str(dim) for dim in dataset.dims]
     if wrong := [unknown("--over", dim, dim, known, "dimension") for dim in over or () if dim not in known]:
         raise InputError(wrong)
-    check_writable(path.parent)
+    check_writable(path.parent, files=[path.name])
     with replaced(path) as temporary:
         temporary.write_bytes(FORMS[path.suffix](dataset, over))
     return path
@@ -60,7 +61,12 @@ def _mat(dataset: xr.Dataset, _: Sequence[str] | None) -> bytes:
     told["attributes"] = {str(key): str(value) for key, value in dataset.attrs.items()}
     values = {name: _cells(variable.values) for name, variable in variables.items()}
     stream = BytesIO()
-    savemat(stream, values | told, do_compression=True, long_field_names=True, oned_as="column")
+    try:
+        savemat(stream, values | told, do_compression=True, long_field_names=True, oned_as="column")
+    except (TypeError, ValueError) as error:  # its names have 63 letters at most
+        raise InputError(
+            [Problem("result", NOTHING, f"what a .mat file can hold is accepted: {error}")]
+        ) from None
     return stream.getvalue()
 
 
@@ -71,8 +77,8 @@ def _cells(values: np.ndarray) -> np.ndarray:
 
 def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
     names = [dim for dim in dataset.dims if dim in dataset.coords and dataset[dim].dtype.kind in "UO"]
-    largest = max(dataset.variables.values(), key=lambda variable: variable.size)
-    rows = list(over) if over else [dim for dim in largest.dims if dim not in names]
+    largest = max(dataset.variables.values(), key=lambda variable: variable.size, default=xr.Variable((), 0))
+    rows = list(dict.fromkeys(over or (dim for dim in largest.dims if dim not in names)))
     columns = [column for name in dataset.variables for column in _columns(dataset, str(name), rows, names)]
     stream = StringIO(newline="")
     writer = csv.writer(stream)

@@ -8,15 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import xarray as xr
-from pydantic import TypeAdapter, ValidationError
 
-from jointplay.errors import NOTHING, InputError, Problem, from_pydantic, unknown
+from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.kinds import KINDS
 from jointplay.study import provenance, source
-from jointplay.study.kinds import Study
-from jointplay.study.registry import KINDS, StudyFile
+from jointplay.study.entry import build_mechanism
+from jointplay.study.kinds import Study, broken_rules, keyword_of, models
 from jointplay.study.store import open_result
-
-STUDY_FILE: TypeAdapter[Study] = TypeAdapter(StudyFile)
+from jointplay.study.vary import parsed, values
 
 
 @dataclass(frozen=True)
@@ -76,10 +75,25 @@ def validate(table: Mapping[str, Any]) -> Study:
         raise InputError(problems)
     if table.get("kind") not in list(KINDS):  # a list: what was given need not be hashable
         raise InputError(_without_kind(table))
+    model = models(KINDS[table["kind"]]).study
     try:
-        return STUDY_FILE.validate_python(table)
-    except ValidationError as error:
-        raise from_pydantic(error, StudyFile) from None
+        return model.model_validate(table)
+    except InputError as error:
+        raise InputError([*error.problems, *_unsaid(table, error.problems)], more=error.more) from None
+
+
+def _unsaid(table: Mapping[str, Any], problems: list[Problem]) -> list[Problem]:
+    """What rules say of the keywords that are right by themselves, where something else is not."""
+    row, tables = KINDS[table["kind"]], [table.get(name, {}) for name in ("integrator", "analysis")]
+    wrong = {keyword_of(problem.key) for problem in problems}
+    if wrong & {"integrator", "analysis"}:  # no tables, or not there
+        return []
+    given = {key: value for each in tables for key, value in each.items()}
+    if "mechanism" not in wrong:
+        given["mechanism"] = build_mechanism(table["mechanism"])
+    if "over" in row.function.fields() and "over" not in wrong:
+        given["over"] = values(parsed(table["vary"]))
+    return broken_rules(row, given, wrong)
 
 
 def _without_kind(table: Mapping[str, Any]) -> list[Problem]:
@@ -117,6 +131,10 @@ def figure_options(
     dict
         For `jointplay.figures.draw`.
     """
-    study = provenance.read(dataset).get("study", {})
-    options = dict(study.get("figure", {})) if kind is None else {"kind": kind}
-    return source.override(options, changes)
+    study = provenance.read(dataset).get("study")
+    own = study.get("figure") if isinstance(study, dict) else None
+    options = (own if isinstance(own, dict) else {}) if kind is None else {"kind": kind}
+    options = source.override(options, changes)
+    if problems := source.implausible(options):
+        raise InputError(problems)
+    return options

@@ -1,235 +1,72 @@
-"""What a study says, as validated records.
+"""What a study says, as validated records, made of its kind's row and its analysis's signature.
 
-A new kind of study is one more record with a `kind` and an `analysis` of its own, added to
-`jointplay.study.registry`. What all kinds share is in `Study`.
+The keywords of the analysis function are the keys of the tables `[analysis]` and `[integrator]`: their types,
+defaults and rules come from there. What all kinds share is in `Study`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from functools import cache
 from inspect import signature
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import (
     AfterValidator,
     BeforeValidator,
-    Discriminator,
     Field,
-    Tag,
     ValidationInfo,
+    create_model,
     field_validator,
     model_validator,
 )
 
 from jointplay import figures
-from jointplay.analysis.request import RTOL
-from jointplay.analysis.simulate import SAMPLES_PER_TURN
-from jointplay.analysis.windows import EXCLUDED, excluded, problem, too_short
-from jointplay.errors import NOTHING, InputError, refuse
-from jointplay.mechanism.base import Flag, NonNegative, Number, Positive, Record, measured, named
-from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.errors import InputError, Problem, join, refuse
+from jointplay.kinds import Kind
+from jointplay.mechanism.base import Record, named
+from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.signature import first
 from jointplay.study import fits
 from jointplay.study import vary as varied
 from jointplay.study.entry import MechanismSchema, build_mechanism
+from jointplay.study.vary import ROOT
+from jointplay.terminal import one_line
 
-Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
-Several = Annotated[int, Field(strict=True, ge=1, le=10**9)]
 NAME = r"^\w[\w .+-]*$"
+BYTES = 200  # of a name: file systems take 255, and endings are put to it
+INTEGRATOR = ("rtol", "max_steps", "ensemble")  # keywords of analyses that stand in the table [integrator]
+ELSEWHERE = ("mechanism", "over", "n_jobs", "progress")  # and those that no key of [analysis] gives
 
 
-class Integrator(Record):
-    """How accurately the motion is followed.
+class OfKind(Record):
+    """A record of one kind of study; to workers it goes with the kind's row, which makes its class there."""
 
-    Parameters
-    ----------
-    rtol : float
-        Relative tolerance of a step.
-    max_steps : int, optional
-        Steps after which a run stops with the status ``step_limit``.
-    """
+    row: ClassVar[Kind]
+    part: ClassVar[str]
 
-    rtol: Annotated[Number, Field(ge=RTOL[0], le=RTOL[1])] = 1e-8
-    max_steps: Several | None = None
+    def __reduce__(self) -> Any:
+        return _restored, (self.row, self.part, self.__getstate__())
 
 
-class EnsembleIntegrator(Integrator):
-    """How accurately the motions are followed, and whether eight at once.
-
-    Parameters
-    ----------
-    ensemble : bool
-        Eight motions at once: two to three times as fast.
-    """
-
-    ensemble: Flag = False
+def _restored(row: Kind, part: str, state: dict[str, Any]) -> OfKind:
+    model = getattr(models(row), part)
+    made = model.__new__(model)
+    made.__setstate__(state)
+    return made
 
 
-class Initial(Record):
-    """Where a linkage starts: the ideal mechanism's position and speeds at a crank angle, or as written out.
+class Integrator(OfKind):
+    """How accurately motions are followed."""
 
-    Parameters
-    ----------
-    crank_angle : float, optional
-        rad; 0 if left out.
-    crank_speed : float, optional
-        rad/s; the drive's no-load speed if left out.
-    angle, angular_velocity : dict of str to float, optional
-        Of every link, by name, rad and rad/s, instead of the crank's.
-    """
-
-    crank_angle: Number | None = measured("crank angle", "rad", None)
-    crank_speed: Number | None = measured("crank speed", "rad/s", None)
-    angle: dict[str, Number] | None = measured("angle of each link, by name", "rad", None)
-    angular_velocity: dict[str, Number] | None = measured(
-        "angular velocity of each link, by name", "rad/s", None
-    )
-
-    @field_validator("angle", "angular_velocity")
-    @classmethod
-    def _instead_of_the_crank(cls, given: Any, info: ValidationInfo) -> Any:
-        crank = [key for key in ("crank_angle", "crank_speed") if info.data.get(key) is not None]
-        if given is not None and crank:
-            raise refuse(given, f"either {' and '.join(crank)}, or angle and angular_velocity, are accepted")
-        return given
+    part: ClassVar[str] = "integrator"
 
 
-def _list(accepts: str) -> Any:
-    return Field(None, json_schema_extra={"accepts": accepts})
+class Analysis(OfKind):
+    """What is asked of a motion."""
 
-
-def _form(given: Any) -> str:
-    return "linkage" if isinstance(given, Mapping | Initial) else "state"
-
-
-_Start = Annotated[
-    Annotated[Initial, Tag("linkage")] | Annotated[tuple[Number, ...], Tag("state")], Discriminator(_form)
-]
-
-
-class Analysis(Record):
-    """What every kind of analysis takes.
-
-    Parameters
-    ----------
-    duration : float, optional
-        Length of the run after the transient, s; in place of `turns`.
-    turns : int, optional
-        Length of the run after the transient, in turns of the crank or periods of the forcing.
-    transient : int
-        Turns dropped before.
-    record : tuple of str, optional
-        Names of the variables to keep; all if left out.
-    initial : Initial or tuple of float, optional
-        Start of a linkage; or the state vector of a test system.
-    section : Section, optional
-        Where the motion is cut.
-    """
-
-    duration: Positive | None = measured("duration", "s", None)
-    turns: Annotated[Several | None, Field(validate_default=True)] = None
-    transient: Count = 0
-    record: tuple[str, ...] | None = _list("a list of names of variables")
-    initial: _Start | None = _list("a table of crank_angle, crank_speed, or a list of numbers (the state),")
-    section: Section | None = None
-
-    @field_validator("turns")
-    @classmethod
-    def _one_length(cls, turns: int | None, info: ValidationInfo) -> int | None:
-        if "duration" not in info.data:
-            return turns
-        given = info.data["duration"]
-        if turns is None and given is None:
-            raise refuse(NOTHING, "the length of the run is needed: turns, or duration in s")
-        if turns is not None and given is not None:
-            raise refuse(turns, "either turns or duration is accepted, not both")
-        return turns
-
-    @property
-    def length(self) -> str:
-        """Say how long the run is."""
-        length = f"{self.turns} turns" if self.turns else f"{self.duration:g} s"
-        return f"{length} after {self.transient} dropped turns"
-
-
-def _ascending(windows: tuple[tuple[float, float], ...]) -> tuple[tuple[float, float], ...]:
-    if wrong := problem(windows):
-        raise refuse(windows, wrong)
-    return windows
-
-
-class _Windowed(Record):
-    """Named before an analysis's own fields, so that they are checked against it."""
-
-    windows: Annotated[tuple[tuple[Number, Number], ...], AfterValidator(_ascending)] | None = _list(
-        "a list of [first, last] in turns"
-    )
-
-
-class ResponseAnalysis(Analysis, _Windowed):
-    """Keywords of `simulate`.
-
-    Parameters
-    ----------
-    windows : tuple of pairs of float, optional
-        First and last nominal turn, from the start, of each stretch to keep; `turns` may then be left out.
-    at : tuple of float, optional
-        Times to sample, s.
-    steps : bool
-        True: sample at the integrator's own steps.
-    samples_per_turn : int, optional
-        Samples in a turn of the crank; 720 if neither `at` nor `steps` is asked for.
-    section : Section, optional
-        A section to keep beside the time histories; none if left out.
-    """
-
-    at: tuple[NonNegative, ...] | None = _list("a list of times in s")
-    steps: Flag = False
-    samples_per_turn: Annotated[Several | None, Field(validate_default=True)] = None
-
-    @field_validator("turns")
-    @classmethod
-    def _one_length(cls, turns: int | None, info: ValidationInfo) -> int | None:
-        windows = info.data.get("windows")
-        if "windows" in info.data and windows is None:
-            return super()._one_length(turns, info)
-        if windows and turns is not None and turns < windows[-1][1]:
-            raise refuse(turns, too_short(windows))
-        return turns
-
-    @field_validator(*EXCLUDED)
-    @classmethod
-    def _beside_windows(cls, value: Any, info: ValidationInfo) -> Any:
-        if value and info.data.get("windows"):
-            raise refuse(value, excluded(str(info.field_name)))
-        return value
-
-    @field_validator("samples_per_turn")
-    @classmethod
-    def _one_way_to_sample(cls, samples: int | None, info: ValidationInfo) -> int | None:
-        asked = [name for name in ("at", "steps") if info.data.get(name)] + ["samples_per_turn"] * (
-            samples is not None
-        )
-        if len(asked) > 1:
-            raise refuse(samples or NOTHING, f"only one of {', '.join(asked)} is accepted")
-        return samples if asked else SAMPLES_PER_TURN
-
-    @property
-    def length(self) -> str:
-        """Say how long the run is."""
-        kept = " and ".join(f"{first:g} to {last:g}" for first, last in self.windows or ())
-        return f"turns {kept}" if kept else super().length
-
-
-class SectionAnalysis(Analysis):
-    """Keywords of `poincare`.
-
-    Parameters
-    ----------
-    section : Section
-        Where the motion is cut; once a turn at crank angle 0 if left out.
-    """
-
-    section: Section = CrankAngle()
+    part: ClassVar[str] = "analysis"
 
 
 def _checked_figure(options: dict[str, Any]) -> dict[str, Any]:
@@ -249,7 +86,15 @@ class FigureSchema:
         return {"type": "object", "properties": properties, "additionalProperties": False}
 
 
-class Study(Record):
+def _short(name: str) -> str:
+    if (count := len(name.encode())) > BYTES:
+        raise refuse(
+            name, f"a name of at most {BYTES} bytes is accepted, not {count}: files are named after it"
+        )
+    return name
+
+
+class Study(OfKind):
     """What every kind of study says.
 
     Parameters
@@ -272,25 +117,20 @@ class Study(Record):
         ``kind`` of figure and its options.
     """
 
+    part: ClassVar[str] = "study"
+    root: ClassVar[str] = ""
     kind: str
-    name: Annotated[str, Field(pattern=NAME, max_length=100)] = named(
-        "name of letters, digits, spaces and _ . + -"
+    name: Annotated[str, Field(pattern=NAME, max_length=100), AfterValidator(_short)] = named(
+        "name of at most 100 letters, digits, spaces and _ . + -"
     )
     title: str | None = None
     mechanism: Annotated[Mechanism | TestSystem, BeforeValidator(build_mechanism), MechanismSchema()]
     vary: varied.Varied = varied.vary_field(default_factory=dict)
-    integrator: Integrator = Integrator()
+    integrator: Integrator
     analysis: Analysis
     figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
         default_factory=dict, json_schema_extra={"accepts": "a table of kind and its options"}
     )
-
-    @field_validator("integrator", mode="before")
-    @classmethod
-    def _else_as_usual(cls, given: Any) -> Any:
-        """What the table leaves out is as this kind of study has it."""
-        usual = dict(cls.model_fields["integrator"].default)
-        return usual | dict(given) if isinstance(given, Mapping) else given
 
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod
@@ -301,11 +141,14 @@ class Study(Record):
         return vary
 
     @model_validator(mode="after")
-    def _fits_together(self) -> Study:
-        problems = fits.problems(self)
-        if problems:
+    def _fits_together(self) -> Self:
+        if problems := [*self._broken_rules(), *fits.figure_problems(self)]:
             raise InputError(problems)
         return self
+
+    def _broken_rules(self) -> list[Problem]:
+        """What the analysis function says of keywords that are right by themselves."""
+        return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism})
 
     @property
     def has_cells(self) -> bool:
@@ -315,20 +158,18 @@ class Study(Record):
     @property
     def heading(self) -> str:
         """One line: what is computed, of what."""
-        return self.title or f"{self.kind} of {self.mechanism.name}"
+        return one_line(self.title or "") or f"{self.kind} of {self.mechanism.name}"
 
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function, as records and plain values; what was left out stays out."""
         given = {**dict(self.integrator), **dict(self.analysis)}
-        if isinstance(given.get("initial"), Initial):
-            given["initial"] = given["initial"].model_dump(exclude_none=True)
         return {key: value for key, value in given.items() if value is not None}
 
     def summary(self) -> str:
         """Say in a few lines what the study asks for."""
         lines = [
             f"{self.name}: {self.heading}",
-            f"kind       {self.kind}, {self.analysis.length}",
+            f"kind       {self.kind}, {self._length()}",
             f"tolerance  {self.integrator.rtol:g}",
             f"figure     {self.figure.get('kind', 'as suits the result')}",
             self.mechanism.summary(),
@@ -339,16 +180,105 @@ class Study(Record):
             lines.insert(1, f"varies     {'; '.join(spans)}")
         return "\n".join(lines)
 
+    def _length(self) -> str:
+        """What is asked for, in words."""
+        given = dict(self.analysis)
+        if windows := given.get("windows"):
+            return "turns " + " and ".join(f"{first:g} to {last:g}" for first, last in windows)
+        text = self.row.length
+        if given.get("duration") is not None:
+            text = text.replace("{turns} turns", "{duration} s")
+        return text.format(**{key: _Told((value,)) for key, value in given.items()})
 
-class ResponseStudy(Study):
-    """Time histories of a motion."""
 
-    kind: Literal["response"]
-    analysis: ResponseAnalysis
+class SingleStudy(Study):
+    """A study that makes all its motions of one mechanism as it is."""
+
+    vary: ClassVar[dict] = {}  # type: ignore[misc]
 
 
-class SectionStudy(Study):
-    """A Poincaré section of a motion."""
+class SweepStudy(Study):
+    """A study whose analysis varies parameters itself."""
 
-    kind: Literal["section"]
-    analysis: SectionAnalysis
+    vary: varied.Vary = varied.vary_field()
+
+    def keywords(self) -> dict[str, Any]:
+        """Keywords of the analysis function; what was left out stays out."""
+        return super().keywords() | {"over": varied.values(self.vary)}
+
+    def _broken_rules(self) -> list[Problem]:
+        if not 1 <= len(self.vary) <= 2:
+            return [Problem("vary", list(self.vary), "one parameter or two are accepted")]
+        ends = {key: sorted({min(each), max(each)}) for key, each in varied.values(self.vary).items()}
+        return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism, "over": ends})
+
+
+class _Told(tuple):
+    """A value in a line of text, the items of a list one after another; in the format ``#`` their number."""
+
+    def __format__(self, form: str) -> str:
+        (value,) = self
+        several = value if isinstance(value, tuple) else (value,)
+        if form == "#":
+            return str(len(several))
+        return ", ".join(f"{each:g}" if isinstance(each, float) else str(each) for each in several)
+
+    def __getitem__(self, index: Any) -> Any:
+        return super().__getitem__(0)[index]
+
+
+class Models(NamedTuple):
+    """The records of a kind of study."""
+
+    study: type[Study]
+    integrator: type[Integrator]
+    analysis: type[Analysis]
+
+
+@cache
+def models(row: Kind) -> Models:
+    """Make the records of a kind of study."""
+    fields = row.function.fields()
+    title, about = row.name.title().replace("_", ""), f"Keywords of `{row.function.__name__}`."
+    integrator, analysis = (
+        create_model(f"{title}{base.__name__}", __base__=base, __doc__=about, **keys)
+        for base, keys in (
+            (Integrator, {name: each for name, each in fields.items() if name in INTEGRATOR}),
+            (Analysis, {name: each for name, each in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
+        )
+    )
+    needed = "duration" in fields or any(each.is_required() for each in analysis.model_fields.values())
+    study = create_model(
+        f"{title}Study",
+        __base__=SweepStudy if "over" in fields else Study if row.varies else SingleStudy,
+        __doc__=row.function.__doc__.partition("\n")[0],
+        kind=(Literal[row.name], ...),
+        integrator=(integrator, integrator()),
+        analysis=(analysis, ... if needed else analysis()),
+    )
+    found = Models(study, integrator, analysis)
+    for model in found:
+        model.row = row
+    return found
+
+
+def broken_rules(row: Kind, given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
+    """What the rules of an analysis say of keywords, but those that are `wrong` by themselves."""
+    return [replace(each, key=_place(each.key)) for each in row.function.broken(given, wrong)]
+
+
+def keyword_of(key: str) -> str:
+    """The keyword of the analysis that a key of a study gives; else the first part of the key."""
+    own, _, rest = key.partition(".")
+    inside = own in ("analysis", "integrator") and rest
+    return first(rest) if inside else "over" if first(own) == ROOT else first(own)
+
+
+def _place(key: str) -> str:
+    """Where a study has what an analysis function calls so."""
+    own, rest = first(key), key[len(first(key)) :]
+    if own == "parameters":  # of a test system
+        return f"mechanism.{key}"
+    if own in ("mechanism", "over"):
+        return key if own == "mechanism" else f"{ROOT}{rest}"
+    return join("integrator" if own in INTEGRATOR else "analysis", key)

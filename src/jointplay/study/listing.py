@@ -1,9 +1,11 @@
 """What studies there are, and which of them have a result. Reads headings only and validates nothing."""
 
+import os
 from pathlib import Path
 
 from jointplay.errors import InputError, Problem
 from jointplay.study.source import parse, read_text
+from jointplay.terminal import one_line
 
 
 def rows(folder: Path | str, out: Path | str = "results") -> list[tuple[str, str, str, str]]:
@@ -27,7 +29,7 @@ def rows(folder: Path | str, out: Path | str = "results") -> list[tuple[str, str
         When there is no such folder.
     """
     folder = Path(folder)
-    if not folder.is_dir():
+    if not os.path.isdir(folder):
         raise InputError(
             [Problem("folder", str(folder), "a folder with study files; there is no such folder")]
         )
@@ -44,5 +46,6 @@ def _row(path: Path, inside: Path, out: Path) -> tuple[str, str, str, str]:
     except InputError:
         return str(path), "?", "", "not a readable study file: see `jointplay check`"
     name = str(table.get("name", path.stem))
-    done = any((place / f"{name}.nc").is_file() for place in (out, out / inside))
-    return str(path), str(table.get("kind", "?")), "done" if done else "", str(table.get("title", ""))
+    done = any(os.path.isfile(place / f"{name}.nc") for place in (out, out / inside))
+    kind, title = (one_line(str(table.get(key, usual))) for key, usual in (("kind", "?"), ("title", "")))
+    return str(path), kind, "done" if done else "", title

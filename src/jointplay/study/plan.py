@@ -2,35 +2,24 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.words import STATUS
-from jointplay.errors import InputError, Problem
-from jointplay.study import inside
-from jointplay.study.cells import CellSweep, Chain, ChainSweep, Strand, swept, total
+from jointplay.analysis.cells import Work
+from jointplay.jobs.journal import Journal
+from jointplay.jobs.strands import CRASHED, Kept, Strand
+from jointplay.numerics.codes import Status
+from jointplay.study.cells import counted, head, keyed
 from jointplay.study.execute import journal_of
 from jointplay.study.file import Loaded
-from jointplay.study.journal import CRASHED, Entry, Journal
-
-
-class _Timed:
-    """Takes what the cells of a strand answer."""
-
-    def __init__(self) -> None:
-        self.answers: list[Entry] = []
-
-    def begin(self, key: str) -> None:
-        """Nothing to write."""
-
-    def put(self, _: str, answer: Entry) -> None:
-        """Keep the answer."""
-        self.answers.append(answer)
+from jointplay.study.run import first_work, hands_out
 
 
 def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
@@ -53,36 +42,28 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     str
         A line.
     """
-    sweep = _sweep(study)
-    cells, index = total(sweep.shape), journal_of(out, study.record.name).index()
-    yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in sweep.shape.items())
-    chains = [strand for strand in sweep.strands if isinstance(strand, Chain) and strand.carried]
+    work = first_work(study.record)
+    strands, _ = keyed(study.record, work)
+    cells, journal = prod(work.shape.values()), journal_of(out, study.record.name)
+    index = journal.index()
+    yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
+    chains = [strand for strand in strands if strand.carried]
     if chains:
         longest = max(len(chain.keys) for chain in chains)
         yield f"chains   {len(chains)} of up to {longest} points, one after another; chains run side by side"
-    left = [_left(strand, index) for strand in sweep.strands]
+    left = [_left(strand, index) for strand in strands]
     missing, width = sum(left), sum(n > 0 for n in left)
     yield f"to do    {missing}; {cells - missing} are in the journal"
+    yield from _told(journal, {key for strand in strands for key in strand.keys})
     if missing:
         yield f"parallel {min(jobs, width)} of {jobs} workers have something to do at once"
     todo = [i for i, n in enumerate(left) if n] or [0]
-    seconds, size, status = _timed(sweep, sweep.strands[todo[len(todo) // 2]])
-    yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({STATUS[status]})" if status else "")
+    seconds, size, status = _timed(work, strands[todo[len(todo) // 2]])
+    yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({Status(status).word})" if status else "")
     if missing:
         yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
-    if not isinstance(sweep, inside.Inside):  # what that makes of its cells is not known before
+    if not work.numbered:  # what an analysis makes of its cells is not known before
         yield f"result   about {_bytes(size * cells)} before compression"
-
-
-def _sweep(study: Loaded) -> CellSweep | ChainSweep | inside.Inside:
-    if inside.divided(study.record):
-        return inside.Inside(study.record)
-    if (sweep := swept(study.record)) is None:
-        expected = (
-            "a study with cells is accepted: with [vary], over a plane of starts, or of the paper as a whole"
-        )
-        raise InputError([Problem("study", study.record.name, f"{expected}; this is one analysis")])
-    return sweep
 
 
 def _left(strand: Strand, index: dict[str, int]) -> int:
@@ -93,19 +74,20 @@ def _left(strand: Strand, index: dict[str, int]) -> int:
 
 def _longest(left: list[int], jobs: int) -> int:
     """Cells that the busiest worker has, if strands go one by one to whoever has least."""
-    busy = [0] * jobs
+    busy = [0] * min(jobs, len(left))
     for n in left:
         busy[busy.index(min(busy))] += n
     return max(busy)
 
 
-def _timed(sweep: CellSweep | ChainSweep | inside.Inside, strand: Strand) -> tuple[float, int, int]:
+def _timed(work: Work, strand: Strand) -> tuple[float, int, int]:
     """Seconds and size of one cell, and its status; compilation is not counted."""
-    sweep.warm()
-    notes, began = _Timed(), time.perf_counter()
+    work.warm()
+    notes, began = Kept(), time.perf_counter()
     strand.sample().run(notes)
     each = (time.perf_counter() - began) / len(notes.answers)
-    return each, _size(notes.answers[0]), int(notes.answers[0]["status"])
+    answer = next(iter(notes.answers.values()))
+    return each, _size(answer), int(answer["status"])
 
 
 def _size(value: Any) -> int:
@@ -128,29 +110,34 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     name, journal = study.record.name, journal_of(out, study.record.name)
     index, cells = _finished(study, journal)
     yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + " finished"
-    ends = Counter(STATUS[found] for found in index.values() if found)
+    ends = Counter(Status(found).word for found in index.values() if found)
     for word, n in sorted(ends.items()):
-        yield f"{word:<8} {n}" + (" (these run again)" if word == STATUS[CRASHED] else "")
-    if journal.damaged:
-        yield f"damaged  {len(journal.damaged)} parts of the journal; their cells run again"
-    if journal.folder.exists() and (writer := journal.writer()) is not None:
+        yield f"{word:<8} {n}" + (" (these run again)" if word == Status.CRASHED.word else "")
+    yield from _told(journal, index)
+    if os.path.exists(journal.folder) and (writer := journal.writer()) is not None:
         yield f"running  process {writer}"
     yield f"result   {_result(out / f'{name}.nc', 0 < len(index) == cells)}"
+
+
+def _told(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
+    """What there is to say of a journal that has been looked at, and of the cells with these keys."""
+    other = journal.other_code()
+    yield from (f"journal  {line}" for line in ([other] if other else journal.notes(keys)))
 
 
 def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
     """Status of each cell of a study that is in the journal, and how many it has; 0 where none tells."""
     index = journal.index()
-    if inside.divided(study.record):
-        begin = inside.head(study.record)
+    if hands_out(study.record) and not study.record.has_cells:  # the analysis need not begin for that
+        begin = head(study.record)
         found = {key: status for key, status in index.items() if key.startswith(begin)}
-        return found, inside.total(found)
-    keys = {key for strand in _sweep(study).strands for key in strand.keys}
+        return found, counted(found)
+    keys = {key for strand in first_work(study.record).strands for key in strand.keys}
     return {key: status for key, status in index.items() if key in keys}, len(keys)
 
 
 def _result(path: Path, whole: bool) -> str:
-    if not path.exists():
+    if not os.path.exists(path):
         return "none yet; `jointplay run` goes on"
     return str(path) + ("" if whole else "; of an earlier run, `jointplay run` goes on")
 

@@ -27,11 +27,13 @@ class Progress:
         self.start = self.last = time.monotonic()
 
     def __enter__(self) -> Self:
-        if self.stream.isatty():
+        if self.stream is not None and self.stream.isatty():
             from tqdm import tqdm
 
+            stream = getattr(self.stream, "inner", self.stream)  # a bar steers the terminal
+
             shape = "{desc} {percentage:3.0f} % |{bar}| {elapsed} < {remaining}"
-            self.bar = tqdm(total=1.0, desc=self.name, file=self.stream, bar_format=shape, leave=False)
+            self.bar = tqdm(total=1.0, desc=self.name, file=stream, bar_format=shape, leave=False)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -42,7 +44,11 @@ class Progress:
         """Report that `fraction` of the run is done."""
         if self.bar is not None:
             self.bar.update(fraction - self.bar.n)
-        elif fraction - self.said >= STEP and time.monotonic() - self.last >= PATIENCE:
+        elif (
+            self.stream is not None
+            and fraction - self.said >= STEP
+            and time.monotonic() - self.last >= PATIENCE
+        ):
             self.said, self.last = fraction, time.monotonic()
             left = (self.last - self.start) * (1 - fraction) / fraction
             print(f"{self.name}: {fraction:.0%} done, about {left:.0f} s left", file=self.stream, flush=True)

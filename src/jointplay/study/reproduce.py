@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-from joblib import Parallel, delayed
-
 from jointplay import figures
-from jointplay.analysis.cells import warm
-from jointplay.analysis.request import quantity
 from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.assemble import assemble
-from jointplay.study import run as runner
+from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
+from jointplay.jobs.pool import Pool, check_jobs
+from jointplay.kinds import KINDS
+from jointplay.study.cells import compile_for
+from jointplay.study.execute import complete
 from jointplay.study.file import load
 from jointplay.study.source import parse, read_text
 from jointplay.study.status import explain
-from jointplay.study.store import check_writable, write_figure, write_result
+from jointplay.study.store import check_writable, write_figure
 from jointplay.study.tables import write_table
 
 FOLDER = Path("studies") / "paper"
-LONG = ("readings", "claims")  # kinds of study that take longest, the longest first
+DIED = "a worker process died, as when memory runs out; try --jobs 1"
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def _rank(path: Path) -> int:
         kind = parse(read_text(path)).get("kind")
     except InputError:  # it says so itself when its turn comes
         kind = None
-    return LONG.index(kind) if kind in LONG else len(LONG)
+    return -KINDS[kind].slow if kind in list(KINDS) else 0
 
 
 def reproduce(
@@ -87,9 +88,10 @@ def reproduce(
     jobs: int = 2,
     out: Path | str = "results/paper",
     folder: Path | None = None,
+    fresh: bool = False,
     say: Callable[[str], None] = lambda line: None,
 ) -> list[Outcome]:
-    """Compute, store and draw studies of the paper in worker processes.
+    """Compute, store and draw studies of the paper in worker processes; finished cells are kept as by `run`.
 
     Parameters
     ----------
@@ -101,6 +103,8 @@ def reproduce(
         Where results, figures and tables go.
     folder : path-like, optional
         Where the studies are; found by `find_folder` if left out.
+    fresh : bool
+        Drop the cells that an earlier run finished.
     say : callable
         Called with a line as each study ends, and with the table of conclusions at the end.
 
@@ -114,46 +118,44 @@ def reproduce(
     jointplay.errors.InputError
         When a name, the number of jobs or a folder is wrong.
     """
-    runner.check_jobs(jobs)
+    check_jobs(jobs)
     paths = choose(find_folder() if folder is None else Path(folder), names)
-    out = check_writable(out)
+    out = check_writable(out, files=[path.stem + each for path in paths for each in (".nc", ".pdf", ".png")])
     alone = jobs == 1 or len(paths) == 1
     _compile(paths)
-    pool = Parallel(
-        n_jobs=1 if alone else jobs, return_as="generator_unordered", batch_size=1, pre_dispatch="all"
-    )
     outcomes: list[Outcome] = []
-    for outcome in pool(delayed(one_study)(path, out, jobs if alone else 1) for path in paths):
+
+    def take(outcome: Outcome) -> None:
         outcomes.append(outcome)
         say(f"{len(outcomes):>3} of {len(paths)}  {outcome}")
+
+    calls = (partial(one_study, path, out, jobs if alone else 1, fresh) for path in paths)
+    try:
+        side_by_side(calls, take, min(jobs, len(paths)), "here" if alone else "loky")
+    except BrokenProcessPool:
+        done = {outcome.name for outcome in outcomes}
+        outcomes += [Outcome(path.stem, failure=DIED) for path in paths if path.stem not in done]
     for table in (file for outcome in outcomes for file in outcome.files if file.name == "claims.txt"):
         say("\n" + table.read_text(encoding="utf-8"))
     return outcomes
 
 
 def _compile(paths: Sequence[Path]) -> None:
-    """Compile in this process what several studies share, so that workers find it on the disk."""
-    scenes = []
+    """Compile in this process what several studies share."""
     for path in paths:
-        try:
-            record = load(path).record
-            section = getattr(record.analysis, "section", None)
-            scenes.append(assemble(record.mechanism, None, quantity(section, record.mechanism)))
-        except InputError:  # it says so itself when its turn comes
-            continue
-    warm(scenes)
+        with suppress(InputError):  # it says so itself when its turn comes
+            compile_for(load(path).record)
 
 
-def one_study(path: Path, out: Path, jobs: int = 1) -> Outcome:
+def one_study(path: Path, out: Path, jobs: int = 1, fresh: bool = False) -> Outcome:
     """Compute, store and draw one study; whatever goes wrong is in the outcome."""
     began, files, failure = time.perf_counter(), [], ""
     try:
         study = load(path)
-        dataset = runner.run(study, jobs=jobs)
+        found = complete(study, out, Pool(jobs), fresh=fresh)
+        dataset, name = found.dataset, study.record.name
         failure = explain(dataset) or ""
-        name = study.record.name
-        files.append(write_result(dataset, out / f"{name}.nc"))
-        files += write_table(dataset, out / f"{name}.txt")
+        files += [found.path, *write_table(dataset, out / f"{name}.txt")]
         picture = figures.draw(dataset, study.record.figure)
         files += [write_figure(picture, out / f"{name}.{ending}") for ending in ("pdf", "png")]
     except InputError as error:

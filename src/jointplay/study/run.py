@@ -1,57 +1,34 @@
 """Run a study: from its record to a dataset that knows where it comes from."""
 
-from collections.abc import Callable
-from inspect import signature
-from pathlib import Path
-from tempfile import TemporaryDirectory
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 import xarray as xr
 
-from jointplay.analysis.exponents.lyapunov import lyapunov
-from jointplay.analysis.orbits.continuation import continuation
-from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
-from jointplay.analysis.paper.claims import claims
-from jointplay.analysis.paper.readings import readings
-from jointplay.analysis.poincare import poincare
-from jointplay.analysis.precision.work_precision import work_precision
-from jointplay.analysis.scheme.scheme_comparison import scheme_comparison
-from jointplay.analysis.signals.chaos_test import chaos_test
-from jointplay.analysis.signals.dimension import dimension
-from jointplay.analysis.signals.spectrum import spectrum
-from jointplay.analysis.simulate import simulate
-from jointplay.analysis.states.basins import basins
-from jointplay.analysis.states.sensitivity import sensitivity
-from jointplay.analysis.stress.stress import stress
-from jointplay.analysis.sweeps.bifurcation import bifurcation
-from jointplay.errors import InputError, Problem
+from jointplay.analysis.cells import Read, Steps, Work, driven, in_memory
+from jointplay.analysis.sweeps import gather
+from jointplay.analysis.vary import changed
+from jointplay.errors import InputError, ModelWarning, Problem
+from jointplay.jobs.pool import check_jobs
+from jointplay.jobs.strands import Entry
+from jointplay.kinds import Kind
+from jointplay.numerics.codes import Status
 from jointplay.study import provenance
+from jointplay.study.cells import varied
 from jointplay.study.file import Loaded
-from jointplay.study.kinds import Study
+from jointplay.study.kinds import Study, SweepStudy
 
-ANALYSES: dict[str, Callable[..., xr.Dataset]] = {
-    "response": simulate,
-    "section": poincare,
-    "readings": readings,
-    "claims": claims,
-    "scheme_comparison": scheme_comparison,
-    "bifurcation": bifurcation,
-    "lyapunov": lyapunov,
-    "chaos_test": chaos_test,
-    "spectrum": spectrum,
-    "dimension": dimension,
-    "sensitivity": sensitivity,
-    "basins": basins,
-    "periodic_orbit": periodic_orbit,
-    "continuation": continuation,
-    "stress": stress,
-    "work_precision": work_precision,
-}
+
+def function_of(row: Kind) -> Callable[..., xr.Dataset]:
+    """The analysis function of a kind of study."""
+    return row.function
 
 
 def run(
     study: Loaded, progress: Callable[[float], None] | None = None, jobs: int | None = None
 ) -> xr.Dataset:
-    """Compute what a study asks for.
+    """Compute what a study asks for, and keep nothing of it on the disk.
 
     Parameters
     ----------
@@ -60,7 +37,7 @@ def run(
     progress : callable, optional
         Called with the fraction done, 0 to 1.
     jobs : int, optional
-        Worker processes, for the kinds of study that have cells.
+        Worker processes, for studies that have cells.
 
     Returns
     -------
@@ -74,43 +51,66 @@ def run(
         When the number of jobs is wrong.
     """
     check_jobs(jobs)
-    if study.record.vary and study.record.kind != "bifurcation":
-        from jointplay.study.execute import execute  # it needs this file
-        from jointplay.study.pool import Pool
-
-        with TemporaryDirectory(prefix="jointplay-") as folder:
-            return execute(study, Path(folder), Pool(jobs or 1), progress).dataset
-    return named(study, analysed(study.record, progress, jobs))
+    return named(study, computed(study.record, partial(in_memory, jobs), progress))
 
 
-def analysed(
-    record: Study, progress: Callable[[float], None] | None = None, jobs: int | None = None
+def computed(
+    record: Study, run_work: Callable[[Work], Read], progress: Callable[[float], None] | None = None
 ) -> xr.Dataset:
-    """Compute what one mechanism answers, whatever varies."""
-    more = {"n_jobs": jobs} if takes_jobs(record.kind) else {}
-    return ANALYSES[record.kind](record.mechanism, **record.keywords(), **more, progress=progress)
+    """Compute what a study asks for; `run_work` runs the cells that are handed out."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # the result says it too, and the command repeats that
+        if (steps := _steps(record)) is not None:
+            return driven(steps, run_work, progress=progress)
+        return function_of(record.row)(record.mechanism, **record.keywords(), progress=progress)
 
 
-def takes_jobs(kind: str) -> bool:
-    """Whether the analysis of a kind of study runs cells side by side."""
-    return "n_jobs" in signature(ANALYSES[kind]).parameters
+def _steps(record: Study) -> Callable[..., Steps] | None:
+    """What hands out the cells of a study; None where there is no such thing."""
+    if record.vary and not isinstance(record, SweepStudy):
+        return partial(varied, record, answer)
+    steps = getattr(function_of(record.row), "steps", None)
+    return None if steps is None else partial(steps, record.mechanism, **record.keywords())
 
 
-def named(study: Loaded, dataset: xr.Dataset) -> xr.Dataset:
-    """Give a copy that says which study it answers, and where it comes from."""
-    record = study.record
-    titled = dataset.assign_attrs(study=record.name, title=record.heading)
-    return provenance.attach(titled, record.model_dump(mode="json"), study.text)
+def answer(record: Study, changes: Mapping[str, float]) -> Entry:
+    """What a study of one analysis gives with a changed mechanism: a cell of a `[vary]`."""
+    one = record.model_copy(update={"mechanism": changed(record.mechanism, changes)})
+    dataset = computed(one, partial(in_memory, 1))
+    status, warned = Status(int(dataset.variables["status"])), dataset.attrs.pop("warning", "")
+    trouble = status.meaning if status else warned
+    return {"status": int(status), "trouble": trouble, "dataset": gather.plain(dataset)}
 
 
-def check_jobs(jobs: int | None) -> None:
-    """Refuse a number of worker processes that there cannot be.
+def hands_out(record: Study) -> bool:
+    """Whether a study hands out cells, each of which is kept when it is finished.
+
+    What can do without a plane of starts has cells only where there is one.
+    """
+    plane = getattr(record.analysis, "plane", ())
+    return record.has_cells or (_steps(record) is not None and plane is not None)
+
+
+def first_work(record: Study) -> Work:
+    """What a study hands out first.
 
     Raises
     ------
-    jointplay.errors.InputError
-        As it says.
+    InputError
+        When it hands out nothing.
     """
-    if jobs is not None and jobs < 1:
-        accepted = "a whole number of worker processes, 1 or more, is accepted"
-        raise InputError([Problem("--jobs", jobs, accepted)])
+    if not hands_out(record):
+        expected = (
+            "a study with cells is accepted: with [vary], over a plane of starts, or of the paper as a whole"
+        )
+        raise InputError([Problem("study", record.name, f"{expected}; this is one analysis")])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)
+        return next(_steps(record)())
+
+
+def named(study: Loaded, dataset: xr.Dataset, processors: Iterable[str] = ()) -> xr.Dataset:
+    """Give a copy that says which study it answers, and where it comes from, by which kinds of processors."""
+    record = study.record
+    titled = dataset.assign_attrs(study=record.name, title=record.heading)
+    return provenance.attach(titled, record.model_dump(mode="json"), study.text, processors)

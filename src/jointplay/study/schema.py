@@ -1,8 +1,15 @@
 """The JSON schema of study files, for editors that complete keys and mark mistakes."""
 
-from typing import Any
+import re
+from functools import reduce
+from inspect import getdoc
+from operator import or_
+from typing import Annotated, Any
 
-from jointplay.study.file import STUDY_FILE
+from pydantic import Field, TypeAdapter
+
+from jointplay.kinds import KINDS, Kind
+from jointplay.study.kinds import models
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -11,7 +18,8 @@ INTERNAL = ("noun", "accepts", "discriminator")  # what only our own error messa
 
 def schema() -> dict[str, Any]:
     """JSON schema of study files, as plain JSON types."""
-    tidy = _tidy(STUDY_FILE.json_schema())
+    every = reduce(or_, (models(row).study for row in KINDS.values()))
+    tidy = _tidy(TypeAdapter(Annotated[every, Field(discriminator="kind")]).json_schema())
     for kind in tidy["$defs"].values():
         if (
             "kind" in kind["properties"]
@@ -19,7 +27,20 @@ def schema() -> dict[str, Any]:
             and "mechanism" in kind["properties"]
         ):
             kind["required"].remove("name")  # the file's own name is taken
+    for row in KINDS.values():
+        _describe(row, tidy["$defs"])
     return {"$schema": DIALECT, "title": "jointplay study file", **tidy}
+
+
+def _describe(row: Kind, tables: dict[str, Any]) -> None:
+    """Say of each keyword what the docstring of the analysis function says of it."""
+    text = getdoc(row.function).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    told = dict(re.findall(r"^(\S[^:\n]*?)(?: :.*)?\n((?:    .*\n?)+)", text, re.M))
+    texts = {name: " ".join(each.split()) for names, each in told.items() for name in names.split(", ")}
+    for model in models(row)[1:]:
+        for name, each in tables[model.__name__]["properties"].items():
+            if name in texts:
+                each["description"] = texts[name]
 
 
 def _tidy(node: Any) -> Any:

@@ -1,15 +1,19 @@
 """A study file's text: read, parse as TOML, lay changes from the command line over it. No meaning yet."""
 
 import math
+import os
 import re
+import stat
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
 from jointplay.errors import InputError, Problem
 
 DEPTH = 16  # tables inside tables; no study needs more
+DOTS = 1000  # in one key, which takes time as their square
+LARGEST = 50_000_000  # bytes of a study file
 SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
 STEP = re.compile(r"(?:^|\.)(?P<name>[^.\[\]=\s]+)|\[(?P<index>\d{1,6})\]")
 
@@ -24,12 +28,22 @@ def read_text(path: Path | str) -> str:
     """
     expected = "the name of a study file (TOML, UTF-8)"
     try:
-        return Path(path).read_bytes().decode("utf-8-sig")
+        return _content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         reason = f"byte {error.start} is not UTF-8"
     except (OSError, ValueError) as error:
         reason = str(getattr(error, "strerror", None) or error).lower()
     raise InputError([Problem("study file", str(path), f"{expected}; {reason}")])
+
+
+def _content(path: Path | str) -> bytes:
+    """What is in a file: a pipe would wait for somebody to write into it, and a device may never end."""
+    told = os.stat(path)
+    if not stat.S_ISREG(told.st_mode):
+        raise OSError("it is a folder" if stat.S_ISDIR(told.st_mode) else "it is no regular file")
+    if told.st_size > LARGEST:
+        raise OSError(f"its {told.st_size:,} bytes are more than {LARGEST:,}")
+    return Path(path).read_bytes()
 
 
 def parse(text: str) -> dict[str, Any]:
@@ -41,12 +55,18 @@ def parse(text: str) -> dict[str, Any]:
         When it is no TOML: with the offending line and its number.
     """
     try:
-        return tomllib.loads(text.replace("\r\n", "\n"))
+        return _table(text.replace("\r\n", "\n"))
     except tomllib.TOMLDecodeError as error:
         message = str(error)
     except (RecursionError, ValueError) as error:  # nested too deeply; a number or date out of range
         message = str(error) or "nested too deeply"
     raise InputError([Problem("study file", _line_of(text, message), f"valid TOML; {message}")])
+
+
+def _table(text: str) -> dict[str, Any]:
+    if text.count(".") > DOTS and any(part.count(".") > DOTS for part in re.split(r"[=,{}\[\]\n]", text)):
+        raise ValueError(f"a key of more than {DOTS} parts")
+    return tomllib.loads(text)
 
 
 def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
@@ -70,7 +90,9 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     jointplay.errors.InputError
         Naming every change that does not fit.
     """
-    table, problems = _copy(table), []
+    if problems := too_deep(table):
+        raise InputError(problems)
+    table = _copy(table)
     for change in changes:
         path, equals, value = change.partition("=")
         steps = _steps(path.strip())
@@ -90,14 +112,25 @@ def _is_text(change: str) -> bool:
 
 def implausible(table: dict[str, Any]) -> list[Problem]:
     """What no study can mean, whatever its kind: endless nesting, numbers whose products leave the floats."""
-    problems, level = [], [("", table)]
-    for _ in range(DEPTH):
-        for path, node in level:
-            if isinstance(node, int | float) and node and not SMALLEST <= abs(node) <= 1 / SMALLEST:
-                problems += _out_of_size(path, node)
+    problems = []
+    for path, node in (each for level in _levels(table) for each in level):
+        if isinstance(node, int | float) and node and not SMALLEST <= abs(node) <= 1 / SMALLEST:
+            problems += _out_of_size(path, node)
+    return problems + too_deep(table)
+
+
+def too_deep(table: dict[str, Any]) -> list[Problem]:
+    """Where tables lie in tables more often than any study needs."""
+    *_, last = _levels(table, DEPTH + 1)
+    return [Problem(path[:60] + "...", "...", f"at most {DEPTH} levels of tables") for path, _ in last[:1]]
+
+
+def _levels(table: dict[str, Any], count: int = DEPTH) -> Iterator[list[tuple[str, Any]]]:
+    """What lies in a table at each depth, from itself on, with its path."""
+    level: list[tuple[str, Any]] = [("", table)]
+    for _ in range(count):
+        yield level
         level = [(below, child) for path, node in level for below, child in _children(path, node)]
-    deep = [Problem(path[:60] + "...", "...", f"at most {DEPTH} levels of tables") for path, _ in level[:1]]
-    return problems + deep
 
 
 def _out_of_size(path: str, number: float) -> list[Problem]:
@@ -142,7 +175,7 @@ def _fits(node: Any, step: str | int) -> bool:
 
 def _value(text: str) -> Any:
     try:
-        table = tomllib.loads(f"value = {text}")
+        table = _table(f"value = {text}")
     except (ValueError, RecursionError):
         return text
     return table["value"] if len(table) == 1 else text

@@ -3,35 +3,9 @@
 import numpy as np
 import xarray as xr
 
-SHOWN = 8  # cells named
+from jointplay.numerics.codes import Status
 
-MEANING = {
-    "diverged": (
-        "the motion grew without bound",
-        "check the initial state, the masses and the contact stiffness; try a smaller integrator.rtol",
-    ),
-    "step_limit": (
-        "the limit on the number of steps was reached",
-        "raise integrator.max_steps, ask for fewer turns, or loosen integrator.rtol",
-    ),
-    "chatter": (
-        "events followed each other too closely to be told apart",
-        "try a smaller integrator.rtol, or give the contact more damping",
-    ),
-    "not_converged": (
-        "a step could not be solved to the tolerance, however short",
-        "loosen integrator.rtol; check that masses, inertias and stiffnesses are of a sensible size",
-    ),
-    "bad_parameters": (
-        "these parameters give no finite accelerations at the start",
-        "check masses, inertias, lengths and the initial state",
-    ),
-    "crashed": (
-        "the computation stopped before it could answer",
-        "run it again; please report it if it repeats",
-    ),
-    "not_run": ("nothing was computed", "run the study"),
-}
+SHOWN = 8  # cells named
 
 
 def name_of(dataset: xr.Dataset) -> str:
@@ -46,10 +20,10 @@ def explain(dataset: xr.Dataset) -> str | None:
     name = name_of(dataset)
     if name == "ok":
         return None
-    sentence, remedy = MEANING[name]
+    status = Status[name.upper()]
     cells = failed_cells(dataset)
     shown = ", ".join(cells[:SHOWN]) + (f" and {len(cells) - SHOWN} more" if len(cells) > SHOWN else "")
-    return f"{name}: {sentence}; {remedy}" + (f" (in {shown})" if cells else "")
+    return f"{name}: {status.meaning}; {status.remedy}" + (f" (in {shown})" if cells else "")
 
 
 def failed_cells(dataset: xr.Dataset) -> list[str]:

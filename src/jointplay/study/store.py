@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,8 @@ import numpy as np
 import xarray as xr
 
 from jointplay.errors import InputError, Problem
+from jointplay.jobs.files import beside, replaced
+from jointplay.mechanism.signature import checked
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure  # a third of a second that workers need not wait
@@ -43,7 +45,8 @@ def write_result(dataset: xr.Dataset, path: Path | str) -> Path:
     path = Path(path)
     with replaced(path) as temporary:
         try:
-            dataset.to_netcdf(temporary, engine=ENGINE, encoding=_encoding(dataset))
+            # xarray would take a name that begins with ~ for somebody's home, and http: for an address
+            dataset.to_netcdf(temporary.absolute(), engine=ENGINE, encoding=_encoding(dataset))
         except RuntimeError as error:  # how the netCDF library reports a full disk
             raise OSError(f"{path}: {error}") from error
     return path
@@ -76,6 +79,7 @@ def write_figure(figure: Figure, path: Path | str) -> Path:
     return path
 
 
+@checked()
 def open_result(path: Path | str) -> xr.Dataset:
     """Read a result file into memory and close it.
 
@@ -94,53 +98,71 @@ def open_result(path: Path | str) -> xr.Dataset:
         When there is no such file, or it is no netCDF file.
     """
     expected = "the name of a result file (netCDF) that `jointplay run` wrote"
-    if not os.path.isfile(path):
-        raise InputError([Problem("result", str(path), f"{expected}; there is no such file")])
+    given = os.fspath(path) if isinstance(path, os.PathLike) else path
+    if not isinstance(given, str) or not os.path.isfile(given):
+        there = isinstance(given, str) and os.path.lexists(given)
+        why = "it is no regular file" if there else "there is no such file"
+        raise InputError([Problem("result", given, f"{expected}; {why}")])
     try:
-        with xr.open_dataset(path, engine=ENGINE) as dataset:
+        with xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
             return dataset.load()
-    except (OSError, ValueError, RuntimeError) as error:
-        raise InputError([Problem("result", str(path), f"{expected}; this is none ({error})")]) from error
+    except MemoryError:
+        raise
+    except Exception as error:  # in a file of others anything may be of another type than is read here
+        told = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError([Problem("result", str(path), f"{expected}; this is none ({told})")]) from error
 
 
-@contextmanager
-def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
-    """Give a temporary name beside `path`; on success move the file there, else remove it.
+def check_writable(
+    folder: Path | str, key: str = "--out", files: Iterable[str] = ("probe",), folders: Iterable[str] = ()
+) -> Path:
+    """Make the folder if needed and prove that files can be written there.
 
-    Without `flush` it is there whole after a kill at any moment, but may not be after a power cut.
-    """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        yield temporary
-        if flush:
-            _flush(temporary)
-        os.replace(temporary, path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    with suppress(OSError):  # some file systems cannot sync a folder; the file itself is safe
-        if flush:
-            _flush(path.parent)
-
-
-def check_writable(folder: Path | str, key: str = "--out") -> Path:
-    """Make the folder if needed and prove that a file can be written there.
+    Parameters
+    ----------
+    folder : path-like
+        Where.
+    key : str
+        What an error calls it.
+    files, folders : iterable of str
+        Names of what is to be written: nothing of another sort may have them, and none may be too long.
 
     Raises
     ------
     jointplay.errors.InputError
-        Under `key`, when it cannot.
+        Under `key`, when they cannot.
     """
-    folder = Path(folder)
-    probe = folder / f".probe.{os.getpid()}.tmp"
+    name = ""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe.touch()
-        probe.unlink()
+        if not os.fspath(folder):
+            raise ValueError("it has no name")
+        place = Path(folder)
+        str(place.absolute()).encode()  # netCDF takes no other names
+        place.mkdir(parents=True, exist_ok=True)
+        for name in files:
+            _prove_file(place / name)
+        for name in folders:
+            _prove_folder(place / name)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        expected = f"a folder in which files can be written ({reason})"
+        reason = getattr(error, "strerror", None) or str(error)
+        expected = f"a folder in which {name or 'files'} can be written ({reason})"
         raise InputError([Problem(key, str(folder), expected)]) from error
-    return folder
+    return place
+
+
+def _prove_file(path: Path) -> None:
+    if path.is_dir():
+        raise IsADirectoryError(errno.EISDIR, "a folder has this name")
+    probe = beside(path)
+    try:
+        probe.write_bytes(b"0")  # a full disk may still have room for a name
+    finally:
+        probe.unlink(missing_ok=True)
+
+
+def _prove_folder(path: Path) -> None:
+    if os.path.lexists(path) and not path.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, "something else has this name")
 
 
 def _encoding(dataset: xr.Dataset) -> dict[str, dict]:
@@ -158,11 +180,3 @@ def _encode(variable: xr.Variable, is_coordinate: bool) -> dict:
     if variable.size >= COMPRESS_FROM:
         encoding |= {"zlib": True, "complevel": 4, "shuffle": True}
     return encoding
-
-
-def _flush(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -8,8 +8,8 @@ from textwrap import wrap
 
 import xarray as xr
 
-from jointplay.study.store import replaced
-from jointplay.study.stress_table import stress_summary, stress_table
+from jointplay.jobs.files import replaced
+from jointplay.kinds import KINDS, load
 
 COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
 WIDTHS = (44, 12, 110)  # characters of conclusion, grade, evidence
@@ -93,15 +93,17 @@ def _named(codes, words: list[str]):
     return [_named(code, words) for code in codes] if isinstance(codes, list) else words[codes]
 
 
-TABLES = {"claims": claims_table, "readings": readings_table, "stress": stress_table}
-SUMMARIES = {"stress": stress_summary}  # what a run tells on the terminal
+def summary(dataset: xr.Dataset) -> str:
+    """What a run tells of its result on the terminal; empty for most kinds."""
+    row = KINDS.get(str(dataset.attrs.get("kind")))
+    return load(row.summary)(dataset) if row and row.summary else ""
 
 
 def write_table(dataset: xr.Dataset, path: Path) -> list[Path]:
     """Write the table of a result, for the kinds that have one; give back the files."""
-    table = TABLES.get(dataset.attrs.get("kind"))
-    if table is None or "swept" in dataset.attrs:
+    row = KINDS.get(str(dataset.attrs.get("kind")))
+    if row is None or not row.table or "swept" in dataset.attrs:
         return []
     with replaced(path) as temporary:
-        temporary.write_text(table(dataset), encoding="utf-8")
+        temporary.write_text(load(row.table)(dataset), encoding="utf-8")
     return [path]

@@ -1,4 +1,4 @@
-"""The `[vary]` table of a study file: parameters and their values, as lists or ranges.
+"""The `[vary]` table of a study file: parameters and their values, as lists or ranges; the points they make.
 
 Values of several parameters make a grid. With ``zip = true`` they go together one by one instead; with
 ``cases`` each combination is written out as a table.
@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -17,18 +19,21 @@ from pydantic import (
     Discriminator,
     Field,
     Tag,
+    TypeAdapter,
     ValidationInfo,
     field_validator,
 )
 
-from jointplay.analysis.vary import axes
+from jointplay.analysis.vary import Axis, axes, checked_axes
 from jointplay.errors import InputError, Problem, join, refuse
 from jointplay.mechanism.base import Flag, Number, Record, measured
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
+CASE = "case"  # the dimension of combinations that make no grid
 ACCEPTED = "a list of numbers, or a table of start, stop, num and scale,"
 MANY = 1_000_000  # cells of a study
+NAMED = 8  # parameters that a message names
 TRIED = 500  # values of a range that are tried out beforehand; a cell with another one tells for itself
 
 
@@ -137,6 +142,11 @@ def vary_field(**more: Any) -> Any:
     return Field(json_schema_extra={"accepts": f"a table of parameters, each with {ACCEPTED}"}, **more)
 
 
+def parsed(table: Any) -> dict[str, Values]:
+    """Make a checked table of parameters, as a bifurcation diagram has it, what it says."""
+    return TypeAdapter(Vary).validate_python(table)
+
+
 def values(vary: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
     """Values of each parameter."""
     if "cases" in vary:
@@ -152,7 +162,8 @@ def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], root: s
     if together(vary):
         return _uneven(vary, given, root) or _wrong_cases(mechanism, vary, given, root)
     if (total := math.prod(map(len, given.values()))) > MANY:
-        return [Problem(root, f"{total} combinations", f"at most {MANY} combinations are accepted")]
+        shown = f"{total} combinations" if total < 10**18 else f"combinations of {len(given)} parameters"
+        return [Problem(root, shown, f"at most {MANY} combinations are accepted")]
     given = {key: [each[i] for i in _looked_at(vary[key], len(each))] for key, each in given.items()}
     found: dict[str, Problem] = {}
     for problem in _told(mechanism, given, root):
@@ -186,8 +197,9 @@ def _told(mechanism: Mechanism | TestSystem, given: Mapping[str, Any], root: str
 def _uneven(vary: Mapping[str, Any], given: Mapping[str, Sequence[float]], root: str) -> list[Problem]:
     """Values that cannot go together one by one."""
     if "cases" in vary:
-        odd = [i for i, case in enumerate(vary["cases"]) if set(case) != set(given) or not case]
-        expected = f"each of {', '.join(given) or 'the parameters'}, as in the other cases, is needed"
+        odd = [i for i, case in enumerate(vary["cases"]) if case.keys() != given.keys() or not case]
+        names = ", ".join([*list(given)[:NAMED], *["..."] * (len(given) > NAMED)]) or "the parameters"
+        expected = f"each of {names}, as in the other cases, is needed"
         return [Problem(join(root, f"cases[{i}]"), vary["cases"][i], expected) for i in odd]
     sizes = {key: len(each) for key, each in given.items()}
     if len(set(sizes.values())) == 1:
@@ -215,3 +227,58 @@ def _wrong_cases(
                 named = problem.key.endswith("]")
                 found.append(Problem(place if named else problem.key, problem.given, problem.expected))
     return found
+
+
+@dataclass(frozen=True)
+class Points:
+    """The combinations of values that a study asks for.
+
+    Parameters
+    ----------
+    axes : tuple of Axis
+        The parameters; their values rise along a grid, and are in the order of the cases else.
+    together : bool
+        Whether the values go together one by one, along the dimension ``case``.
+    """
+
+    axes: tuple[Axis, ...]
+    together: bool = False
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Dimensions of the whole."""
+        return (CASE,) if self.together else tuple(axis.name for axis in self.axes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers along them."""
+        sizes = tuple(len(axis.values) for axis in self.axes)
+        return sizes[:1] if self.together else sizes
+
+    @property
+    def changes(self) -> list[dict[str, float]]:
+        """What is changed at each point, the last dimension fastest."""
+        combined = zip if self.together else product
+        keys = [axis.key for axis in self.axes]
+        return [dict(zip(keys, each, strict=True)) for each in combined(*(a.values for a in self.axes))]
+
+    @property
+    def coordinates(self) -> dict[str, Any]:
+        """Coordinates of a dataset."""
+        found: dict[str, Any] = {
+            axis.name: (CASE if self.together else axis.name, np.array(axis.values), axis.attributes)
+            for axis in self.axes
+        }
+        if self.together:
+            found[CASE] = (CASE, np.arange(self.shape[0]), {"units": "1", "long_name": "number of the case"})
+        return found
+
+
+def points(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any]) -> Points:
+    """Every combination that a checked `[vary]` table asks for."""
+    given = values(vary)
+    if not together(vary):
+        return Points(checked_axes(mechanism, given))
+    rising = checked_axes(mechanism, given)
+    ordered = (replace(axis, values=tuple(map(float, given[axis.key]))) for axis in rising)
+    return Points(tuple(ordered), together=True)

@@ -15,7 +15,7 @@ LANES = (
 FIRST = {
     "imports alone": "import jointplay as jp; jp.simulate",
     "rigid": SIMULATE.format(""),
-    "elastic coupler": SIMULATE.format(", elastic=('coupler',)"),
+    "elastic coupler": SIMULATE.format(", elastic=('coupler',), elements=2"),
     "an ensemble": LANES,
 }
 

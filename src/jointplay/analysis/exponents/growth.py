@@ -13,23 +13,25 @@ others.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis import request as asked
+from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.run import Records, Request, follow
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.words import STATUS
-from jointplay.errors import InputError, Problem
+from jointplay.errors import Problem
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.mechanism.scene import SPEED_FLOOR, Scene
 
+RESOLVED = 100  # of rtol: nearer, two runs differ by their own errors as much as by their starts
 DISTANCE = 1e-7  # of a radian (or the longest link) and of the nominal speed: small beside any clearance
 RTOL = 1e-12  # so that the error of a turn stays far below the distance
 ALIGN = 10  # turns in which the difference finds the direction that grows most
@@ -102,16 +104,29 @@ class Turn:
         return self.state_at(records), float(records.sections[-1, TIME]), records.status
 
 
+def unresolved(distance: float, rtol: float) -> Iterator[Problem]:
+    """Yield a problem where a distance is not well above the accuracy of the runs that should tell it."""
+    if distance < RESOLVED * rtol:
+        least = f"at least {RESOLVED} times rtol, {RESOLVED * rtol:.3g}"
+        expected = f"{least}, is accepted: nearer motions differ by their own errors"
+        yield Problem("distance", distance, expected)
+
+
+def _turns_at_all(mechanism: Mechanism | TestSystem) -> None:
+    asked.quantity(CrankAngle(), mechanism)
+
+
+@analysis(unresolved, _turns_at_all, asked.start_fits)
 def growth(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    turns: int = 200,
-    transient: int = 100,
-    rtol: float = RTOL,
-    distance: float = DISTANCE,
-    initial: Any = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    turns: Natural = 200,
+    transient: Count = 100,
+    rtol: Rtol = RTOL,
+    distance: Small = DISTANCE,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Measure the growth of a small difference, per turn.
 
@@ -146,11 +161,6 @@ def growth(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    asked.check(mechanism, turns, None, transient, rtol, max_steps)
-    if not 0 < distance < 1:
-        raise InputError(
-            [Problem("distance", distance, "a number greater than 0 and less than 1 is accepted")]
-        )
     scene = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
     turn = Turn(scene, rtol, max_steps)
     state, status = scene.state, 0

@@ -9,43 +9,64 @@ Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20. Error bars, 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import SimpleNamespace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import BeforeValidator
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.checks import refused, together, whole
 from jointplay.analysis.exponents import exponents as means
 from jointplay.analysis.exponents import second_estimate
-from jointplay.analysis.exponents.stretching import follow, framed, turn_period
+from jointplay.analysis.exponents.stretching import USABLE, follow, framed, turn_period
+from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.looks import part
 from jointplay.analysis.quantities import dataset, scalars
-from jointplay.analysis.run import Request
+from jointplay.analysis.run import INTERRUPTED, Request
 from jointplay.analysis.tangents import Bundle
-from jointplay.errors import Problem
+from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
 from jointplay.mechanism.scene import Scene
 
 TRACE = ("lyapunov_trace", "lyapunov_trace_error", "block_time")  # what a run that failed still tells
 
 
+def _number_or_all(given: Any) -> Any:
+    if given == "all" or (isinstance(given, int) and not isinstance(given, bool) and given >= 1):
+        return given
+    raise refuse(given, 'a whole number greater than 0, or "all", is accepted')
+
+
+def _exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
+    states = len(assemble(mechanism).state)
+    if exponents != "all" and exponents > states:
+        yield Problem("exponents", exponents, f'a whole number from 1 to {states}, or "all", is accepted')
+
+
+def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[Problem]:
+    if twin_turns and isinstance(mechanism, TestSystem) and mechanism.period is None:
+        yield Problem("twin_turns", twin_turns, "0 is accepted for a system that nothing forces")
+
+
+@analysis(asked.length_fits, asked.start_fits, _exponents_fit, _twins_fit)
 def lyapunov(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    exponents: int | str = 1,
-    turns: float | None = None,
-    duration: float | None = None,
-    transient: float = 0,
-    rtol: float = 1e-8,
-    error: float | None = None,
-    twin_turns: int = 0,
-    initial: Any = None,
-    saltation: bool = True,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    exponents: Annotated[int | str, BeforeValidator(_number_or_all)] = 1,
+    turns: Length | None = None,
+    duration: Duration | None = None,
+    transient: Before = 0,
+    rtol: Rtol = 1e-8,
+    error: Annotated[Positive, unit("standard error", "1/s")] | None = None,
+    twin_turns: Count = 0,
+    initial: Start | None = None,
+    saltation: Flag = True,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Give the leading Lyapunov exponents of a motion.
 
@@ -84,7 +105,8 @@ def lyapunov(
         ``sum_residual`` (1/s; of a whole spectrum), ``mean_divergence`` and ``volume_share``: see Notes;
         ``grazing`` and ``status``. With `twin_turns`: ``growth`` a turn, ``growth_standard_error``,
         ``map_exponent``, what the first estimate says of the same, and ``growth_difference`` in combined
-        standard errors; ``growth_status``. Of a run that failed, only the trace up to there.
+        standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of one that was
+        interrupted and kept (`jointplay run`), the estimates up to there.
 
     Raises
     ------
@@ -105,10 +127,6 @@ def lyapunov(
     infinity where sticking loses a dimension. ``grazing`` is the smallest approach speed of a guard at an
     event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
-    together(
-        lambda: asked.check(mechanism, turns, duration, transient, rtol, max_steps),
-        lambda: wrong(mechanism, exponents, error, twin_turns, saltation),
-    )
     scene = assemble(mechanism, initial)
     count = len(scene.state) if exponents == "all" else int(exponents)
     begin = transient * scene.period
@@ -116,58 +134,23 @@ def lyapunov(
     request = Request(begin + span, rtol, max_steps=asked.steps(max_steps))
     bundle = framed(scene, request, count, saltation)
     share = 0.5 if twin_turns else 1.0
-    rows, ended = follow(bundle, begin, error, _part(progress, 0.0, share))
+    rows, ended = follow(bundle, begin, error, part(progress, 0.0, share))
     variables = _variables(scene, bundle, rows, ended)
-    if twin_turns:
+    if twin_turns and ended["status"] != INTERRUPTED:
         cut = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
         reach = math.ceil(transient)
-        found = second_estimate.twin(cut, twin_turns, reach, max_steps, _part(progress, share, 1.0))
+        found = second_estimate.twin(cut, twin_turns, reach, max_steps, part(progress, share, 1.0))
         values, errors = (
             variables[f"lyapunov_{name}_per_turn"][1] for name in ("exponent", "standard_error")
         )
         variables |= second_estimate.variables(values, errors, found)
+        if found["status"] == INTERRUPTED:
+            variables |= {"status": ((), np.int8(INTERRUPTED), variables["status"][2])}
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
         variables = {
             key: each for key, each in variables.items() if not key.endswith(("_turn", "turn_period"))
         }
     return _dataset(scene, variables)
-
-
-def wrong(
-    mechanism: Mechanism | TestSystem,
-    exponents: Any = 1,
-    error: Any = None,
-    twin_turns: Any = 0,
-    saltation: Any = True,
-    **_: Any,
-) -> None:
-    """Refuse keywords of `lyapunov` that make no sense for this mechanism.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    refused(_problems(mechanism, exponents, error, twin_turns, saltation))
-
-
-def _problems(mechanism, exponents: Any, error: Any, twin_turns: Any, saltation: Any) -> Iterator[Problem]:
-    number = isinstance(exponents, int) and not isinstance(exponents, bool)
-    states = len(assemble(mechanism).state) if isinstance(mechanism, Mechanism | TestSystem) else math.inf
-    if exponents != "all" and not (number and 1 <= exponents <= states):
-        yield Problem("exponents", exponents, f'a whole number from 1 to {states}, or "all", is accepted')
-    if error is not None and not (isinstance(error, int | float) and 0 < error < math.inf):
-        yield Problem("error", error, "a standard error greater than 0 (1/s) is accepted")
-    yield from whole("twin_turns", twin_turns, 0)
-    if twin_turns and isinstance(mechanism, TestSystem) and mechanism.period is None:
-        yield Problem("twin_turns", twin_turns, "0 is accepted for a system that nothing forces")
-    if not isinstance(saltation, bool):
-        yield Problem("saltation", saltation, "true or false is accepted")
-
-
-def _part(progress: Callable[[float], None] | None, first: float, last: float) -> Callable | None:
-    """The progress of a part of the work."""
-    return None if progress is None else lambda done: progress(first + (last - first) * done)
 
 
 def _variables(scene: Scene, bundle: Bundle, rows: np.ndarray, ended: dict[str, Any]) -> dict[str, Any]:
@@ -177,7 +160,7 @@ def _variables(scene: Scene, bundle: Bundle, rows: np.ndarray, ended: dict[str, 
         "grazing": (bundle.grazing, "1", "smallest relative approach to a guard"),
     }
     found = means.variables(rows, bundle.logs, turn, len(scene.state))
-    if ended["status"]:
+    if ended["status"] not in USABLE:
         found = {name: each if name in TRACE else _lost(each) for name, each in found.items()}
     found |= {key: ((), v, {"units": u, "long_name": text}) for key, (v, u, text) in told.items()}
     return found | scalars(scene, SimpleNamespace(**ended))

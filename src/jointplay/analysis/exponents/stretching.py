@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.exponents import exponents as means
-from jointplay.analysis.run import MAX_STEPS, Request, counts
+from jointplay.analysis.looks import Stopped
+from jointplay.analysis.run import INTERRUPTED, MAX_STEPS, Request, counts
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.mechanism.scene import Scene
@@ -18,6 +19,7 @@ from jointplay.mechanism.scene import Scene
 LOOKS = 10  # how often a target error is looked at
 SEED = 20
 OK = 0
+USABLE = (OK, INTERRUPTED)  # ends of a run whose means are those of the time that it reached
 SOLVED = 3.0  # tolerance of the tangents' iteration, in units of rtol
 
 
@@ -77,21 +79,30 @@ def follow(
 ) -> tuple[np.ndarray, dict[str, Any]]:
     """Transient, then blocks until the end, the target error, or trouble: rows, and how it ended."""
     began, status, end = time.perf_counter(), OK, bundle.request.duration
+
+    def go_on(until: float = math.inf) -> int:
+        try:
+            return bundle.advance(until, tell)
+        except Stopped:
+            return INTERRUPTED
+
+    def tell() -> None:
+        if progress is not None:
+            progress(bundle.time / end)
+
     if begin:
-        status = bundle.advance(begin)
+        status = go_on(begin)
     rows = bundle.row()
     bundle.record((end - begin) / means.BLOCKS)
     while status == OK:
-        status = bundle.advance()
+        status = go_on()
         rows = np.concatenate([rows, bundle.taken()])
-        if progress is not None:
-            progress(min(1.0, bundle.time / end))
         if status != bundle.full:
             break
         status = OK
         if error is not None and means.settled(rows, bundle.logs, error):
             break
-    if status == OK and bundle.time > rows[-1, 0]:
+    if status in USABLE and bundle.time > rows[-1, 0]:
         rows = np.concatenate([rows, bundle.row()])
     return rows, {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
 

@@ -13,13 +13,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from jointplay.analysis.looks import Stopped
 from jointplay.analysis.orbits.arclength import Family, Point, solve
 from jointplay.analysis.orbits.branch_points import Special, between
 from jointplay.analysis.orbits.image import Image
 from jointplay.analysis.orbits.orbit_events import changed, free_phase, word
 from jointplay.analysis.orbits.orbit_search import NEAR
 
-ENDS = ("range", "max_points", "grazing", "not_converged", "closed", "joined", "origin")
+ENDS = ("range", "max_points", "grazing", "not_converged", "closed", "joined", "origin", "interrupted")
 FIRST = 0.25  # of the longest step
 SHORTEST = 1e-9
 BOLD, SHY = 1.4, 0.6  # factors of the step after easy and hard corrections
@@ -69,10 +70,14 @@ class Tracer:
 
     def follow(self, start: Point) -> Branch:
         """Follow the branch to its end; the start is its first point."""
-        self._take(start)
-        last, length, end = self._settled(start), FIRST * self.step, None
-        while end is None:
-            last, length, end = self._advance(last, length)
+        length, end = FIRST * self.step, None
+        try:
+            self._take(start)
+            last = self._settled(start)
+            while end is None:
+                last, length, end = self._advance(last, length)
+        except Stopped:
+            end = "interrupted"
         return Branch(self.points, self.specials, ("origin", end))
 
     def _take(self, point: Point) -> None:
@@ -134,8 +139,8 @@ class Tracer:
 
     def _between(self, last: Point, new: Point) -> None:
         for special in between(self.family, last, new):
-            self.specials.append(special)
             self._take(special.point)
+            self.specials.append(special)
 
     def _graze(self, last: Point, new: Point, length: float) -> tuple[Point, float, str | None]:
         """Enclose a change of events within a step, and go on beyond it."""
@@ -174,9 +179,9 @@ class Tracer:
     def _mark(self, point: Point, after: Image, gap: float) -> None:
         """Note a grazing at a point, with the event that is not the same after it."""
         event = changed(point.orbit.image.events, after.events)
-        self.specials.append(Special("grazing", point, point.q, gap, event))
         if point is not self.points[-1]:
             self._take(point)
+        self.specials.append(Special("grazing", point, point.q, gap, event))
 
     def _lost(self, last: Point) -> str:
         """Why a branch ends where no step is short enough."""

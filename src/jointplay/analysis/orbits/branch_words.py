@@ -15,6 +15,7 @@ from jointplay.analysis.orbits.branch import ENDS, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import Quantities, flags
 from jointplay.analysis.vary import Axis
 from jointplay.analysis.words import EVENTS
@@ -23,24 +24,53 @@ DIMS = ("branch", "point")
 JUMP = 10.0  # times the step: so far apart, states of neighbours on the asked section have jumped at a wall
 
 
-def told(point: Point, phase: float, names: Sequence[str], before: dict[str, Any] | None) -> dict[str, Any]:
+class Passages:
+    """Rows of the turns of points' orbits on the asked section, each followed once, and how that ended.
+
+    With `rates` also rows whose accelerations are right (analysis.rates).
+    """
+
+    def __init__(self, phase: float, rates: bool):
+        self.phase, self.rates = phase, rates
+        # a point that is held keeps its id
+        self._of: dict[int, tuple[Point, np.ndarray, np.ndarray, int]] = {}
+
+    def of(self, point: Point) -> tuple[np.ndarray, np.ndarray, int]:
+        """The rows, those for accelerations, and the status of a point's."""
+        if id(point) not in self._of:
+            self._of[id(point)] = (point, *self._followed(point.orbit))
+        return self._of[id(point)][1:]
+
+    def _followed(self, orbit: Orbit) -> tuple[np.ndarray, np.ndarray, int]:
+        section = replace(orbit.map, phase=self.phase)
+        state, _ = at_phase(orbit, self.phase)
+        rows, status = section.passages(state)
+        sharp = section.passages(state, sharp=True)[0] if self.rates and not status else rows
+        if status:
+            rows = sharp = np.full_like(rows, np.nan, shape=(section.turns, rows.shape[1]))
+        return (
+            np.roll(rows, 1, axis=0),
+            np.roll(sharp, 1, axis=0),
+            status,
+        )  # the last passage closes the orbit
+
+
+def told(
+    point: Point, passages: Passages, names: Sequence[str], before: dict[str, Any] | None
+) -> dict[str, Any]:
     """What is kept of a point: numbers of the orbit; its states on the asked section, and quantities there.
 
     Of an orbit of several turns that turn comes first with which all are nearest to the point's `before`.
     """
     orbit = point.orbit
-    section = replace(orbit.map, phase=phase)
-    state, _ = at_phase(orbit, phase)
-    rows, status = section.passages(state)
-    if status:
-        rows = np.full_like(rows, np.nan, shape=(section.turns, rows.shape[1]))
-    rows = np.roll(rows, 1, axis=0)  # the last passage closes the orbit
+    section, size = replace(orbit.map, phase=passages.phase), len(orbit.state)
+    rows, sharp, status = passages.of(point)
     away = [_apart(section, point, np.roll(rows, -k, axis=0), before) for k in range(len(rows))]
     first = int(np.argmin(away))
-    rows = np.roll(rows, -first, axis=0)
-    found = {} if status else Quantities(section.scene, rows, rows[0]).variables(names, "turn")
+    rows, sharp = (np.roll(each, -first, axis=0) for each in (rows, sharp))
+    found = {} if status else Quantities(section.scene, rows, rows[0], sharp).variables(names, "turn")
     return orbit_words.described(orbit) | {
-        "orbit_state": section.state(section.unknowns(rows[0, 1 : 1 + len(state)])),
+        "orbit_state": section.state(section.unknowns(rows[0, 1 : 1 + size])),
         "quantities": found,
         "section_jump": int(bool(section.scene.resets) and away[first] > JUMP * _step(point, before)),
         "rows": rows,
@@ -68,11 +98,16 @@ def _step(point: Point, before: dict[str, Any] | None) -> float:
 
 
 def variables(
-    branches: Sequence[Branch], family: Family, axis: Axis, phase: float, names: Sequence[str], linkage: bool
+    branches: Sequence[Branch],
+    family: Family,
+    axis: Axis,
+    passages: Passages,
+    names: Sequence[str],
+    linkage: bool,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Variables and coordinates of branches."""
     size = max(len(branch.points) for branch in branches)
-    found = [_along(branch, phase, names) for branch in branches]
+    found = [_along(branch, passages, names) for branch in branches]
     blank = _blank(found[0][0])
     rows = [row + [blank] * (size - len(row)) for row in found]
     stacked = {name: np.array([[each[name] for each in row] for row in rows]) for name in blank}
@@ -84,7 +119,7 @@ def variables(
     values = _padded([[family.parameter(point.q) for point in branch.points] for branch in branches], size)
     variables[axis.name] = (DIMS, values, axis.attributes)
     variables |= _quantities(found, size, names)
-    variables |= _ends(branches) | _specials(branches, family, axis, phase)
+    variables |= _ends(branches) | _specials(branches, family, axis, passages.phase)
     coords = orbit_words.coordinates(branches[0].points[0].orbit.map) | {
         "branch": ("branch", np.arange(len(branches)), {"units": "1", "long_name": "branch"}),
         "point": ("point", np.arange(size), {"units": "1", "long_name": "point of the branch"}),
@@ -93,10 +128,10 @@ def variables(
     return variables, coords
 
 
-def _along(branch: Branch, phase: float, names: Sequence[str]) -> list[dict[str, Any]]:
+def _along(branch: Branch, passages: Passages, names: Sequence[str]) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
     for point in branch.points:
-        found.append(told(point, phase, names, found[-1] if found else None))
+        found.append(told(point, passages, names, found[-1] if found else None))
     return found
 
 

@@ -10,53 +10,59 @@ appears at grazing the map has a square-root singularity, and the branch ends th
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import count
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, Text, analysis
+from jointplay.analysis.looks import Stopped
 from jointplay.analysis.orbits import branch_words
 from jointplay.analysis.orbits.arclength import Family, Point, cached, first
 from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special, departures
-from jointplay.analysis.orbits.orbit_request import check_branch
+from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits, present
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import dataset, flags
+from jointplay.analysis.rates import needed
+from jointplay.analysis.run import INTERRUPTED
 from jointplay.analysis.starts import placed
 from jointplay.analysis.vary import axes, changed
 from jointplay.analysis.words import STATUS, recorded
-from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.mechanism.records import Mechanism, Section
 
 STEP = 0.02
 MAX_POINTS, MAX_BRANCHES = 400, 4
 
 
+@analysis(*ORBIT, branch_fits)
 def continuation(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
-    parameter: str = "clearance",
-    range: Sequence[float],
-    start: float | None = None,
-    period: int = 1,
-    initial: Any = None,
-    transient: int = TRANSIENT,
-    step: float = STEP,
-    max_points: int = MAX_POINTS,
-    branch_switching: bool = True,
-    max_branches: int = MAX_BRANCHES,
-    rtol: float = RTOL,
-    tolerance: float = TOLERANCE,
-    record: Sequence[str] | None = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    parameter: Text = "clearance",
+    range: Range,
+    start: Number | None = None,
+    period: Natural = 1,
+    initial: Start | None = None,
+    transient: Count = TRANSIENT,
+    step: Annotated[Small, unit("longest step", "1")] = STEP,
+    max_points: Natural = MAX_POINTS,
+    branch_switching: Flag = True,
+    max_branches: Natural = MAX_BRANCHES,
+    rtol: Rtol = RTOL,
+    tolerance: Tolerance = TOLERANCE,
+    record: Names | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Follow a periodic orbit over a parameter, and the orbits that branch off.
 
@@ -94,30 +100,15 @@ def continuation(
         on the section over ``turn`` of the orbit. Over ``special``: ``special_kind`` (fold, branch_point,
         period_doubling, neimark_sacker, grazing), ``special_parameter`` with its accuracy, branch and point,
         state, multiplier, and at a grazing the event that appears or vanishes. ``branch_end`` says why a
-        branch ends. ``status`` is that of the first orbit.
+        branch ends. ``status`` is that of the first orbit, or interrupted (`jointplay run` then
+        keeps the points that it has).
 
     Raises
     ------
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    value = check_branch(
-        mechanism,
-        section,
-        record,
-        parameter=parameter,
-        range=range,
-        start=start,
-        step=step,
-        branch_switching=branch_switching,
-        period=period,
-        transient=transient,
-        rtol=rtol,
-        tolerance=tolerance,
-        max_points=max_points,
-        max_branches=max_branches,
-        max_steps=max_steps,
-    )
+    value = present(mechanism, parameter) if start is None else start
     (axis,) = axes(mechanism, {parameter: list(range)}, "range")
     names = recorded(record, mechanism)
     began = time.perf_counter()
@@ -127,10 +118,14 @@ def continuation(
     orbit = search(home, Search(transient, tolerance, ITERATIONS))
     family = Family(cached(maps), float(range[0]), float(range[1]), tolerance)
     most = max_branches if branch_switching else 1
-    branches = explore(family, orbit, family.fraction(value), step, max_points, most, progress)
+    passages = branch_words.Passages(home.phase, needed(names))
+    q = family.fraction(value)
+    branches = explore(family, orbit, q, step, max_points, most, progress, passages.of)
     linkage = isinstance(mechanism, Mechanism)
-    variables, coords = branch_words.variables(branches, family, axis, home.phase, names, linkage)
-    variables["status"] = ((), np.int8(orbit.status), {"long_name": "how the search ended"} | flags(STATUS))
+    variables, coords = branch_words.variables(branches, family, axis, passages, names, linkage)
+    stopped = any("interrupted" in branch.ends for branch in branches)
+    status = INTERRUPTED if stopped else orbit.status
+    variables["status"] = ((), np.int8(status), {"long_name": "how the search ended"} | flags(STATUS))
     seconds = {"units": "s", "long_name": "wall time of the run"}
     variables["wall_time"] = ((), time.perf_counter() - began, seconds)
     return dataset(home.scene, variables, coords, "continuation").assign_attrs(parameter=axis.name)
@@ -142,7 +137,14 @@ def _map(mechanism, parameter, section, period, rtol, max_steps, value: float) -
 
 
 def explore(
-    family: Family, orbit: Orbit, q: float, step: float, most: int, many: int, progress=None
+    family: Family,
+    orbit: Orbit,
+    q: float,
+    step: float,
+    most: int,
+    many: int,
+    progress: Callable[[float], None] | None = None,
+    taken: Callable[[Point], Any] = lambda point: None,
 ) -> list[Branch]:
     """The branch of an orbit, followed both ways, and those that leave it and one another.
 
@@ -160,32 +162,65 @@ def explore(
         Points of a branch, and branches, at most.
     progress : callable, optional
         Called with the fraction done.
+    taken : callable
+        Called with each point.
     """
     done, total = count(1), most * many
 
     def room(per_side: int) -> Callable[[Point], bool]:
-        taken = count(1)
+        number = count(1)
 
-        def more(_: Point) -> bool:
+        def more(point: Point) -> bool:
+            taken(point)
             if progress is not None:
                 progress(min(1.0, next(done) / total))
-            return next(taken) < per_side
+            return next(number) < per_side
 
         return more
 
     if orbit.status:
-        nowhere = Point(orbit, q, 1.0, np.zeros(len(orbit.map.free) + 1))
-        return [Branch([nowhere], [], ("not_converged", "not_converged"))]
-    back = Tracer(family, step, room(max(most // 2, 2))).follow(first(family, orbit, q, False))
+        return [_lone(orbit, q, "not_converged")]
+    branches: list[Branch] = []
+    try:
+        for branch in _found(branches, family, orbit, q, step, most, many, room):
+            branches.append(branch)
+            if "interrupted" in branch.ends:
+                break
+    except Stopped:  # between two branches
+        branches = branches or [_lone(orbit, q, "interrupted")]
+        branches[-1] = replace(branches[-1], ends=(branches[-1].ends[0], "interrupted"))
+    return branches
+
+
+def _lone(orbit: Orbit, q: float, end: str) -> Branch:
+    """A branch of one point, which ends there."""
+    return Branch([Point(orbit, q, 1.0, np.zeros(len(orbit.map.free) + 1))], [], (end, end))
+
+
+def _found(
+    branches: Sequence[Branch],
+    family: Family,
+    orbit: Orbit,
+    q: float,
+    step: float,
+    most: int,
+    many: int,
+    room,
+) -> Iterator[Branch]:
+    """The branches, one after another; `branches` are those that have been found."""
+    starts = [first(family, orbit, q, upward) for upward in (False, True)]
+    back = Tracer(family, step, room(max(most // 2, 2))).follow(starts[0])
+    if "interrupted" in back.ends:
+        yield back.reversed()
+        return
     left = max(most - len(back.points) + 1, 2)
-    forth = Tracer(family, step, room(left)).follow(first(family, orbit, q, True))
-    branches, number = [joined(back, forth)], 0
+    yield joined(back, Tracer(family, step, room(left)).follow(starts[1]))
+    number = 0
     while number < len(branches) < many:
         for special in branches[number].specials:
             if len(branches) < many and _open(branches, number, special, step):
-                branches += _leaving(family, special, number, step, room, most)
+                yield from _leaving(family, special, number, step, room, most)
         number += 1
-    return branches
 
 
 def joined(back: Branch, forth: Branch) -> Branch:
@@ -215,6 +250,8 @@ def _leaving(family: Family, special: Special, number: int, step: float, room, m
         share = most if halves else max(most // 2, 2)
         side = Tracer(family, step, room(share), halves).follow(found)
         sides.append(replace(side, points=[origin, *side.points], parent=number))
+        if "interrupted" in side.ends:
+            break
     if len(sides) == 2:
         return [joined(*sides)]
     return sides

@@ -1,54 +1,48 @@
-"""The keywords of periodic orbits and their branches, checked: all problems at once."""
+"""The keywords of periodic orbits and their branches: their types, and rules of what fits together."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Annotated, Any
 
-from jointplay.analysis import request as asked
-from jointplay.analysis.checks import refused, together, whole
-from jointplay.analysis.starts import state_names
+from pydantic import AfterValidator, BeforeValidator
+
+from jointplay.analysis.keywords import Small, as_list
+from jointplay.analysis.request import check_start
+from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.vary import axes
 from jointplay.analysis.words import recorded
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Number, accepts, is_number, unit
 from jointplay.mechanism.records import MAIN_JOINT, CrankAngle, Mechanism, Plane, TestSystem
 
-
-def check_orbit(mechanism: Any, section: Any, record: Any, **given: Any) -> None:
-    """Refuse keywords of `periodic_orbit` that make no sense.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    together(
-        lambda: asked.check(
-            mechanism, given["period"], None, given["transient"], given["rtol"], given["max_steps"]
-        ),
-        lambda: refused(orbit_problems(mechanism, section, **given)),
-        lambda: (
-            recorded(record, mechanism, integrals=False)
-            if isinstance(mechanism, Mechanism | TestSystem)
-            else None
-        ),
-    )
+Tolerance = Annotated[Small, unit("tolerance of the residual", "1")]
 
 
-def orbit_problems(mechanism: Any, section: Any, **given: Any) -> Iterator[Problem]:
-    """What is wrong with the keywords that are an orbit's own."""
-    yield from _section_problems(section, mechanism)
-    if not _between(given["tolerance"], 0, 1):
-        expected = "a number greater than 0 and less than 1 is accepted"
-        yield Problem("tolerance", given["tolerance"], expected)
-    for key in ("period", "max_iterations", "samples_per_turn", "max_points", "max_branches"):
-        if key in given:
-            yield from whole(key, given[key], 1)
+def _rising(ends: tuple[float, float]) -> tuple[float, float]:
+    if not ends[0] < ends[1]:
+        raise refuse(ends, "two numbers, the lower first, are accepted")
+    return ends
 
 
-def _section_problems(section: Any, mechanism: Any) -> Iterator[Problem]:
+Range = Annotated[
+    tuple[Number, Number], BeforeValidator(as_list), AfterValidator(_rising), accepts("a list of two numbers")
+]
+
+
+def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
+    """Refuse a start, or a whole state, that the mechanism has not."""
+    check_start(mechanism, initial, assembled=placed)
+
+
+def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
+    """Refuse quantities that the mechanism has not, and integrals over time."""
+    recorded(record, mechanism, integrals=False)
+
+
+def section_fits(mechanism: Mechanism | TestSystem, section: Any) -> Iterator[Problem]:
+    """Yield why an orbit cannot be looked for on a section."""
     if isinstance(section, Plane):
         if not isinstance(mechanism, TestSystem) or mechanism.period is not None:
             expected = "a crank angle (or phase of the forcing) is accepted here: kind = 'crank_angle'"
@@ -63,46 +57,17 @@ def _section_problems(section: Any, mechanism: Any) -> Iterator[Problem]:
         yield Problem("section", section.kind, expected)
 
 
-def _between(value: Any, low: float, high: float) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and low < value < high
-
-
-def check_branch(mechanism: Any, section: Any, record: Any, **given: Any) -> float:
-    """Refuse keywords of `continuation` that make no sense; give back the value to start at.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    own = {key: given.pop(key) for key in ("parameter", "range", "start", "step", "branch_switching")}
-    together(
-        lambda: check_orbit(mechanism, section, record, **given),
-        lambda: refused(_branch_problems(mechanism, **own)),
-    )
-    return present(mechanism, own["parameter"]) if own["start"] is None else float(own["start"])
-
-
-def _branch_problems(
-    mechanism: Any, parameter: Any, range: Any, start: Any, step: Any, branch_switching: Any
+def branch_fits(
+    mechanism: Mechanism | TestSystem, parameter: str, range: Any, start: float | None
 ) -> Iterator[Problem]:
-    if not _between(step, 0, 1):
-        yield Problem("step", step, "a fraction of the range, greater than 0 and less than 1, is accepted")
-    if not isinstance(branch_switching, bool):
-        yield Problem("branch_switching", branch_switching, "true or false is accepted")
-    if not isinstance(mechanism, Mechanism | TestSystem):
-        return
-    pair = isinstance(range, list | tuple) and len(range) == 2
-    if not pair or not all(_between(v, -math.inf, math.inf) for v in range) or not range[0] < range[1]:
-        yield Problem("range", range, "two numbers, the lower first, are accepted")
-        return
+    """Yield why a branch cannot be followed over a parameter and its range."""
     try:
         axes(mechanism, {parameter: list(range)}, "range")
     except InputError as error:
         yield from error.problems
         return
     value = present(mechanism, parameter) if start is None else start
-    if not isinstance(value, int | float) or not range[0] <= value <= range[1]:
+    if not is_number(value) or not range[0] <= value <= range[1]:
         given = NOTHING if value is None else value
         yield Problem("start", given, f"a number from {range[0]:g} to {range[1]:g} is needed")
 
@@ -127,3 +92,6 @@ def present(mechanism: Mechanism | TestSystem, key: str) -> float | None:
         "speed": getattr(mechanism.drive, "speed", None),
         "damping_ratio": bending.damping_ratio if bending else None,
     }.get(key)
+
+
+ORBIT = (section_fits, record_fits, start_fits)

@@ -7,6 +7,7 @@ is smooth, and a wall's jump does not cut the orbit in two.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,9 +33,9 @@ class Search:
     iterations: int = ITERATIONS
 
 
-def search(section: SectionMap, how: Search) -> Orbit:
-    """Find a periodic orbit from where the section's scene starts."""
-    states, status = settled(section, how.transient)
+def search(section: SectionMap, how: Search, progress: Callable[[float], None] | None = None) -> Orbit:
+    """Find a periodic orbit from where the section's scene starts; `progress` is that of its transient."""
+    states, status = settled(section, how.transient, progress or (lambda done: None))
     found = _lost(section, status)
     for state in states if not status else ():
         found = _from(section, state, how)
@@ -64,7 +65,9 @@ def _lost(section: SectionMap, status: int) -> Orbit:
     return Orbit(status, section, state, Image(status, state), math.nan, 0)
 
 
-def settled(section: SectionMap, transient: int) -> tuple[list[np.ndarray], int]:
+def settled(
+    section: SectionMap, transient: int, progress: Callable[[float], None] = lambda done: None
+) -> tuple[list[np.ndarray], int]:
     """States on the section after some turns: of the last ones, those nearest to their own return first."""
     state, status = on_section(section)
     recent = min(transient, RECENT)
@@ -74,6 +77,7 @@ def settled(section: SectionMap, transient: int) -> tuple[list[np.ndarray], int]
     while not status and len(found) <= recent:
         state, status = _turns(section, state, 1)
         found.append(state)
+        progress((transient - recent + len(found)) / (transient + 1))
     if status or len(found) <= section.turns:
         return [state], status
     pairs = list(zip(found, found[section.turns :], strict=False))

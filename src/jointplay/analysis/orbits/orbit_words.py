@@ -36,16 +36,19 @@ def units(unit: str, linkage: bool) -> str:
     return unit if linkage or "m" not in unit else "1"
 
 
-def history(section: SectionMap, state: np.ndarray, duration: float, per_turn: int = SAMPLES) -> np.ndarray:
-    """Rows of time, state, modes over an orbit in even steps; the last repeats the first (0: none)."""
+def history(
+    section: SectionMap, state: np.ndarray, duration: float, per_turn: int = SAMPLES, sharp: bool = False
+) -> np.ndarray:
+    """Rows of time, state, modes over an orbit in even steps; the last repeats the first (0: none).
+
+    Sharp: states whose accelerations are right (analysis.rates).
+    """
     if not per_turn:
         contacts = cache.structure_module(section.scene.structure).SIZES["contacts"]
         return np.zeros((0, 1 + len(state) + contacts))
     times = section.begin + np.linspace(0.0, 1.0, section.turns * per_turn + 1) * duration
-    bundle, _, status = section.run(
-        state, section.request(float(times[-1]), at=times), np.zeros((0, len(state)))
-    )
-    return bundle.x.samples if not status else np.full_like(bundle.x.samples, np.nan)
+    rows, status = section.sampled(state, times, sharp)
+    return rows if not status else np.full_like(rows, np.nan)
 
 
 def described(orbit: Orbit) -> dict[str, Any]:

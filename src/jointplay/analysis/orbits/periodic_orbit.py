@@ -8,42 +8,47 @@ orbit meets no event at grazing incidence, where the map has no derivative (`gra
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
+from jointplay.analysis.looks import part
 from jointplay.analysis.orbits import orbit_words
-from jointplay.analysis.orbits.orbit_request import check_orbit
+from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import Quantities, dataset, flags
+from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.analysis.words import STATUS, recorded
+from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
 ONCE_A_TURN = CrankAngle()
 RTOL = 1e-11
 TRANSIENT = 100
+SETTLED = 0.5  # of the progress, when Newton's method begins
 
 
+@analysis(*ORBIT)
 def periodic_orbit(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
-    period: int = 1,
-    initial: Any = None,
-    transient: int = TRANSIENT,
-    rtol: float = RTOL,
-    tolerance: float = TOLERANCE,
-    max_iterations: int = ITERATIONS,
-    record: Sequence[str] | None = None,
-    samples_per_turn: int = orbit_words.SAMPLES,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    period: Natural = 1,
+    initial: Start | None = None,
+    transient: Count = TRANSIENT,
+    rtol: Rtol = RTOL,
+    tolerance: Tolerance = TOLERANCE,
+    max_iterations: Natural = ITERATIONS,
+    record: Names | None = None,
+    samples_per_turn: Natural = orbit_words.SAMPLES,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Find a periodic orbit and its Floquet multipliers.
 
@@ -92,28 +97,19 @@ def periodic_orbit(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    check_orbit(
-        mechanism,
-        section,
-        record,
-        period=period,
-        transient=transient,
-        rtol=rtol,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        samples_per_turn=samples_per_turn,
-        max_steps=max_steps,
-    )
-    names = recorded(record, mechanism) if record is not None else ()
+    quantities = names(record, mechanism)
     scene = placed(mechanism, initial, section)
     began = time.perf_counter()
     turns = section_map(scene, section, period, rtol, max_steps)
-    orbit = search(turns, Search(transient, tolerance, max_iterations))
-    if progress is not None:
-        progress(1.0)
-    told = _dataset(orbit, turns.phase, names, samples_per_turn, isinstance(mechanism, Mechanism))
+    orbit = search(turns, Search(transient, tolerance, max_iterations), part(progress, 0.0, SETTLED))
+    told = _dataset(orbit, turns.phase, quantities, samples_per_turn, isinstance(mechanism, Mechanism))
     seconds = {"units": "s", "long_name": "wall time of the run"}
     return told.assign(wall_time=((), time.perf_counter() - began, seconds))
+
+
+def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
+    """Names of the quantities that are sampled over the orbit."""
+    return () if record is None else recorded(record, mechanism, integrals=False)
 
 
 def _dataset(orbit: Orbit, phase: float, names, per_turn: int, linkage: bool) -> xr.Dataset:
@@ -128,8 +124,10 @@ def _dataset(orbit: Orbit, phase: float, names, per_turn: int, linkage: bool) ->
     coords = orbit_words.coordinates(orbit.map)
     if names:
         on = replace(orbit.map, phase=phase)
-        rows = orbit_words.history(on, state, orbit.image.time, 0 if orbit.status else per_turn)
-        variables |= Quantities(scene, rows, rows[:1].ravel()).variables(names, "time")
+        asked_for = on, state, orbit.image.time, 0 if orbit.status else per_turn
+        rows = orbit_words.history(*asked_for)
+        sharp = orbit_words.history(*asked_for, sharp=True) if needed(names) else rows
+        variables |= Quantities(scene, rows, rows[:1].ravel(), sharp).variables(names, "time")
         named = {"units": "s", "long_name": "time since the section"}
         coords["time"] = ("time", rows[:, 0] - on.begin, named)
     return dataset(scene, variables, coords, "periodic_orbit")

@@ -23,6 +23,7 @@ import numpy as np
 
 from jointplay.analysis import request as asked
 from jointplay.analysis.orbits.image import Image
+from jointplay.analysis.rates import resolved
 from jointplay.analysis.run import Request
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import Bundle, scales
@@ -177,7 +178,9 @@ class SectionMap:
         rows, status = self._crossings(state, ahead, turns)
         return (float(rows[-1, 0]), 0) if not status else (math.nan, status)
 
-    def _crossings(self, state: np.ndarray, ahead: float, turns: int) -> tuple[np.ndarray, int]:
+    def _crossings(
+        self, state: np.ndarray, ahead: float, turns: int, sharp: bool = False
+    ) -> tuple[np.ndarray, int]:
         """Rows (time, state, modes) of the passages of the section `ahead` rad on, each turn's."""
         level, period, count = self.phase, 0.0, turns
         if not self.plane:
@@ -185,21 +188,28 @@ class SectionMap:
             level, period, count = self._target(ahead, first), math.tau, turns - first + 1
         longest = (CALM if self.plane else asked.SLACK) * (turns + 1) * self.scene.period
         fields = {"level": level, "period": period, "direction": self.direction, "stop_after": count}
-        request = self.request(longest, **fields)
+        request = self.request(longest, rates=sharp, **fields)
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        found = rows[rows[:, 0] == 2.0, 3:]
+        found = resolved(self.scene, self.rtol, rows[rows[:, 0] == 4.0, 1:], rows[rows[:, 0] == 2.0, 3:])
         if not status and len(found) < count:
             status = STATUS.index("not_converged")  # it never came back
         return found[:count], status
 
-    def passages(self, state: np.ndarray) -> tuple[np.ndarray, int]:
-        """Rows (time, state, modes) at the ends of the turns that begin on the section, and the status."""
+    def passages(self, state: np.ndarray, sharp: bool = False) -> tuple[np.ndarray, int]:
+        """Rows (time, state, modes) at the ends of the turns that begin on the section, and the status.
+
+        Sharp: states whose accelerations are right (analysis.rates).
+        """
         if self.place is not None:
-            return self._crossings(state, 0.0, self.turns)
+            return self._crossings(state, 0.0, self.turns, sharp)
         times = self.begin + np.arange(1, self.turns + 1) * self.scene.period
-        request = self.request(float(times[-1]), at=times)
-        bundle, _, status = self.run(state, request, np.zeros((0, len(state))))
-        return bundle.x.samples, status
+        return self.sampled(state, times, sharp)
+
+    def sampled(self, state: np.ndarray, times: np.ndarray, sharp: bool) -> tuple[np.ndarray, int]:
+        """Rows at some times, and the status; sharp as in `passages`."""
+        request = self.request(float(times[-1]), at=times, rates=sharp)
+        bundle, rows, status = self.run(state, request, np.zeros((0, len(state))))
+        return resolved(self.scene, self.rtol, rows[rows[:, 0] == 4.0, 1:], bundle.x.samples), status
 
     def request(self, end: float, **fields) -> Request:
         """A run's request with the map's tolerance and steps."""

@@ -7,25 +7,26 @@ are in `jointplay.analysis.paper.grades`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.cells import run_cells, warm
+from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.paper.answers import motions
 from jointplay.analysis.paper.character import character
 from jointplay.analysis.paper.grades import CLAIMS, GRADES, graded
 from jointplay.analysis.paper.peaks import WINDOWS, peaks
 from jointplay.analysis.paper.reading_list import PANELS
-from jointplay.analysis.paper.readings import misfits
+from jointplay.analysis.paper.readings import printed_fits
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.request import quantity
 from jointplay.analysis.words import STATUS
-from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural
+from jointplay.mechanism.beam import DampingRatio
 from jointplay.mechanism.records import CrankAngle, Mechanism
 
 DAMPING_RATIOS = (0.0, 0.005, 0.01, 0.02, 0.05)
@@ -51,18 +52,20 @@ MOTION = {  # over panel and start
 }
 
 
+@divided
+@analysis(printed_fits)
 def claims(
-    mechanism: Mechanism | None = None,
+    mechanism: Moving | None = None,
     *,
-    damping_ratios: Sequence[float] = DAMPING_RATIOS,
-    turns: int = 300,
-    transient: int = 400,
-    growth_turns: int = 200,
-    rtol: float = 1e-8,
-    max_steps: int | None = None,
-    n_jobs: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+    damping_ratios: listed(DampingRatio, "a list of damping ratios, 0 to 1") = DAMPING_RATIOS,
+    turns: Natural = 300,
+    transient: Count = 400,
+    growth_turns: Natural = 200,
+    rtol: Rtol = 1e-8,
+    max_steps: Natural | None = None,
+    n_jobs: Natural | None = None,
+    progress: Progress = None,
+) -> Steps:
     """Compute what the paper's conclusions speak of, and grade them.
 
     Parameters
@@ -104,13 +107,10 @@ def claims(
         is not between 0 and 1.
     """
     printed = catalog.chunmei2002() if mechanism is None else mechanism
-    wrong = misfits(printed)
-    if wrong:
-        raise InputError(wrong)
     ratios = sorted({0.0, 0.01, *damping_ratios})
     bodies: list[dict[str, Any]] = [
         {"elastic": ()},
-        *({"elastic": ("coupler",), "damping_ratio": r} for r in ratios),
+        *({"elastic": ("coupler",), "elements": 2, "damping_ratio": r} for r in ratios),
     ]
     histories = [
         {
@@ -133,7 +133,7 @@ def claims(
     warm(assemble(one["mechanism"]) for one in histories)
     warm(assemble(one["mechanism"], None, quantity(CrankAngle(), one["mechanism"])) for one in motions)
     cells = [("peaks", one) for one in histories] + [("character", one) for one in motions]
-    answers = run_cells(cell, [{"kind": kind, "keywords": one} for kind, one in cells], n_jobs, progress)
+    answers = yield from handed_out(cell, [{"kind": kind, "keywords": one} for kind, one in cells], progress)
     numbers = _peaks(answers[: len(histories)], ratios) | _motions(answers[len(histories) :])
     return _finished(xr.Dataset(numbers, _coordinates(ratios)))
 

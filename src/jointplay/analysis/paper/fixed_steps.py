@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from jointplay.analysis.pieces import Pace, in_pieces
 from jointplay.analysis.run import Request, follow, functions, memory
+from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.scene import Scene
@@ -15,6 +18,7 @@ from jointplay.mechanism.scene import Scene
 SAMPLES = 96  # of a nominal turn, at which the eigenvalues are looked at
 LOOSE = 1e-4  # tolerance of the turn on which they are
 DIFFERENCE = 1e-7  # of a state's scale
+OK = STATUS.index("ok")
 SHARE = 0.5  # of the longest stable step: the step if none is given
 
 
@@ -103,21 +107,14 @@ def _cause(scene: Scene, speeds: np.ndarray, modes: np.ndarray) -> str:
     return "the contact's stiffness" if np.any(modes) else "the free motion"
 
 
-def positive(value: object) -> bool:
-    """Whether a value is a finite number greater than 0."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
-
-
 def accepted_step(scene: Scene, step: float | None) -> float:
     """Give the step to take, s: what is asked for if RK4 is stable with it, else a share of the longest.
 
     Raises
     ------
     InputError
-        If the step is not a positive number, or too long; or if the speeds of the system jump.
+        If the step is too long; or if the speeds of the system jump.
     """
-    if step is not None and not positive(step):
-        raise InputError([Problem("step", step, "a finite number greater than 0 is accepted, s")])
     if scene.resets:
         expected = "a system whose speeds do not jump is accepted: fixed steps would pass over its impacts"
         raise InputError([Problem("mechanism", scene.resets, expected)])
@@ -168,12 +165,24 @@ class March:
         ndarray, shape (count + 1, 1 + states + contacts)
             Time, state and contact modes at the start and after every step; NaN after divergence.
         """
-        from jointplay.numerics.interface import direct
-        from jointplay.numerics.runge_kutta import march
-
-        k, x, o = self.arrays
+        (f, run, pace), (k, x, o) = self._loop, self.arrays
         loads = np.zeros((count + 1, len(self.places))) if loads is None else np.ascontiguousarray(loads)
         rows = np.empty((count + 1, len(start) + len(x.modes)))
         x.s[: len(start)] = start
-        direct(march)(functions(self.scene.structure), k, x, o, float(h), self.places, loads, rows)
+        done = 0
+
+        def call(until: int) -> int:
+            nonlocal done
+            before, done = done, until
+            return run(f, k, x, o, float(h), self.places, loads, rows, before, until)
+
+        in_pieces(call, lambda: done, pace, OK, count)
         return rows
+
+    @cached_property
+    def _loop(self) -> tuple:
+        """The structure's functions, the compiled loop and its pace."""
+        from jointplay.numerics.interface import direct
+        from jointplay.numerics.runge_kutta import march
+
+        return functions(self.scene.structure), direct(march), Pace()

@@ -18,7 +18,8 @@ from jointplay.analysis.paper.fixed_steps import step_bound
 from jointplay.analysis.period import period
 from jointplay.analysis.words import STATUS
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.parts import Friction, Link
+from jointplay.mechanism.beam import Link
+from jointplay.mechanism.parts import Friction
 from jointplay.mechanism.records import Mechanism, MotorLine
 
 PANELS = {"a": (2.9e-5, 15.0), "b": (2.9e-5, 3.0), "c": (2.9e-4, 3.0)}  # clearance in m, gear ratio

@@ -7,13 +7,14 @@ reading changes one of them and leaves the others as printed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.cells import run_cells, warm
+from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.paper.answers import motions, table
 from jointplay.analysis.paper.character import RTOL, TOLERANCE
 from jointplay.analysis.paper.reading_list import PANELS, READINGS
@@ -23,25 +24,59 @@ from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural, Positive, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, MotorLine
 
 POINTS = 200  # section points kept for a small picture
 
 
+def printed_fits(mechanism: Any) -> list[Problem]:
+    """What keeps a mechanism from being the paper's: a motor-driven crank, a coupler, and play at B."""
+    if mechanism is None:
+        return []
+    expected = (
+        "a linkage like catalog.chunmei2002() is accepted: motor-driven crank, a coupler, contact data at B"
+    )
+    parts = isinstance(mechanism, Mechanism) and isinstance(mechanism.drive, MotorLine)
+    if parts and {"crank", "coupler"} <= {link.name for link in mechanism.links}:
+        joint = next((joint for joint in mechanism.joints if joint.name == "B"), None)
+        if joint and joint.contact and joint.friction and joint.radius:
+            return []
+    return [Problem("mechanism", mechanism, expected)]
+
+
+def strangers(panels: Sequence[str], readings: Sequence[str]) -> list[Problem]:
+    """Panels and readings that there are not."""
+    lists = (("panels", panels, PANELS, "panel"), ("readings", readings, READINGS, "reading"))
+    wrong = [
+        unknown(f"{key}[{i}]", name, name, known, what)
+        for key, names, known, what in lists
+        for i, name in enumerate(names)
+        if name not in known
+    ]
+    return wrong + [
+        Problem(key, names, f"at least one of {', '.join(known)} is accepted")
+        for key, names, known, _ in lists
+        if not len(names)
+    ]
+
+
+@divided
+@analysis(printed_fits, strangers)
 def readings(
-    mechanism: Mechanism | None = None,
+    mechanism: Moving | None = None,
     *,
-    panels: Sequence[str] = tuple(PANELS),
-    readings: Sequence[str] = tuple(READINGS),
-    turns: int = 300,
-    transient: int = 400,
-    growth_turns: int = 200,
-    tolerance: float = TOLERANCE,
-    rtol: float = RTOL,
-    max_steps: int | None = None,
-    n_jobs: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+    panels: listed(str, "a list of panels: a, b, c") = tuple(PANELS),
+    readings: listed(str, f"a list of readings: {', '.join(READINGS)}") = tuple(READINGS),
+    turns: Natural = 300,
+    transient: Count = 400,
+    growth_turns: Natural = 200,
+    tolerance: Annotated[Positive, unit("tolerance of a period", "1")] = TOLERANCE,
+    rtol: Rtol = RTOL,
+    max_steps: Natural | None = None,
+    n_jobs: Natural | None = None,
+    progress: Progress = None,
+) -> Steps:
     """Compute every panel of Figure 12 under every reading.
 
     Parameters
@@ -81,9 +116,6 @@ def readings(
         If a panel or reading is unknown, or the mechanism is no motor-driven linkage with a coupler.
     """
     printed = catalog.chunmei2002() if mechanism is None else mechanism
-    wrong = [*misfits(printed), *strangers(panels, readings)]
-    if wrong:
-        raise InputError(wrong)
     common = {"turns": turns, "growth_turns": growth_turns, "tolerance": tolerance}
     common |= {"rtol": rtol, "max_steps": max_steps}
     cells = [
@@ -93,7 +125,7 @@ def readings(
         for r in readings
     ]
     warm(_scenes(cells))
-    answers = run_cells(cell, cells, n_jobs, progress)
+    answers = yield from handed_out(cell, cells, progress)
     return _dataset(list(panels), list(readings), answers)
 
 
@@ -104,35 +136,6 @@ def cell(mechanism: Mechanism, reading: str, settings: dict[str, Any]) -> dict[s
     if found["status"]:
         return found
     return found | {"extent": float(np.ptp(found["points"], axis=0).max())}
-
-
-def misfits(mechanism: Any) -> list[Problem]:
-    """What keeps a mechanism from being the paper's: a motor-driven crank, a coupler, and play at B."""
-    expected = (
-        "a linkage like catalog.chunmei2002() is accepted: motor-driven crank, a coupler, contact data at B"
-    )
-    parts = isinstance(mechanism, Mechanism) and isinstance(mechanism.drive, MotorLine)
-    if parts and {"crank", "coupler"} <= {link.name for link in mechanism.links}:
-        joint = next((joint for joint in mechanism.joints if joint.name == "B"), None)
-        if joint and joint.contact and joint.friction and joint.radius:
-            return []
-    return [Problem("mechanism", mechanism, expected)]
-
-
-def strangers(panels: Sequence[str], readings: Sequence[str]) -> list[Problem]:
-    """Panels and readings that there are not."""
-    lists = (("panels", panels, PANELS, "panel"), ("readings", readings, READINGS, "reading"))
-    wrong = [
-        unknown(f"{key}[{i}]", name, name, known, what)
-        for key, names, known, what in lists
-        for i, name in enumerate(names)
-        if name not in known
-    ]
-    return wrong + [
-        Problem(key, names, f"at least one of {', '.join(known)} is accepted")
-        for key, names, known, _ in lists
-        if not len(names)
-    ]
 
 
 def _scenes(cells: list[dict[str, Any]]):

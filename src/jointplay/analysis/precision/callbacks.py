@@ -18,7 +18,6 @@ from jointplay.numerics.modes import follow
 VARIANT, N_Q, N, FIRST, GUARDS, S, P, M, END = range(9)  # places in `place`; S, P, M, END are places in `b`
 USED = 7  # of the lanes
 whole, matrix = int64[::1], float64[:, ::1]
-UNCACHED = {**POLICY, "cache": False}  # an address is good for one process
 
 
 class Callbacks(NamedTuple):
@@ -39,13 +38,14 @@ def callbacks(f: Functions, planned: bool) -> Callbacks:
 
 
 def _compiled(*arguments, gives=void):
-    return numba.njit(gives(whole, vector, float64, vector, *arguments), **UNCACHED)
+    """Compile without a cache: an address is good for one process."""
+    return numba.njit(gives(whole, vector, float64, vector, *arguments), **POLICY)
 
 
 def _placing(trig):
     """Move the base point to (t, y); give back it, the parameters and the masks."""
 
-    @numba.njit(**UNCACHED)
+    @numba.njit(**POLICY)
     def placed(place, b, t, y):
         s, p, m = b[place[S] : place[P]], b[place[P] : place[M]], b[place[M] : place[END]]
         s[0] = t
@@ -60,7 +60,7 @@ def _placing(trig):
 def _evaluation(rate, placed):
     """Evaluate at (t, y), from lanes without increments."""
 
-    @numba.njit(**UNCACHED)
+    @numba.njit(**POLICY)
     def evaluate(place, b, t, y):
         s, p, m = placed(place, b, t, y)
         rate(place[VARIANT], b[: place[S]], s, p, m)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from jointplay.analysis.looks import from_progress, look
 from jointplay.analysis.precision.equations import Equations, Event
-from jointplay.analysis.run import MAX_STEPS, Request, functions, memory
+from jointplay.analysis.run import MAX_STEPS, Request, advance, memory
 from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.mechanism.scene import Scene
@@ -47,15 +48,13 @@ class Ours:
     def run(self, limit: float = math.inf) -> Outcome:
         """Follow the motion; `limit` is for peers, this has its own of steps."""
         from jointplay.numerics import memory as at
-        from jointplay.numerics.interface import direct
 
-        flow, (k, x, o) = cache.method("flow"), memory(self.scene, self.request)
-        f, run = functions(self.scene.structure), direct(flow.flow)
+        full, (k, x, o) = cache.method("flow").FULL, memory(self.scene, self.request)
         events: list[Event] = []
-        seconds, code = 0.0, flow.FULL
-        while code == flow.FULL:
+        seconds, code = 0.0, full
+        while code == full:
             began = time.process_time()
-            code = run(f, k, x, o, None, None)
+            code = advance(self.scene.structure, k, x, o)
             seconds += time.process_time() - began
             events += [(int(row[1]), int(row[2])) for row in x.log[: x.count[at.LOGGED]]]
             x.count[at.LOGGED] = 0
@@ -98,7 +97,9 @@ class Peer:
             found.state = self._follow(found.events)
         except Trouble as trouble:
             found.status = str(trouble)
-        except Exception:  # a peer may fail in any way of its own
+        except Exception as error:  # a peer may fail in any way of its own
+            if from_progress(error):
+                raise
             found.status = "crashed"
         found.seconds = time.process_time() - began - self.compiling
         found.evaluations, found.steps = self.counted(), self.steps
@@ -132,5 +133,6 @@ class Peer:
 
     def look(self) -> None:
         """Stop where time is up."""
+        look()
         if time.process_time() > self.deadline:
             raise Trouble("step_limit")

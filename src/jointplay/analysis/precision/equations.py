@@ -121,17 +121,21 @@ class Equations:
     def meet(self, t: float, y: np.ndarray, k: int) -> tuple[np.ndarray, Event]:
         """Change modes, or jump, where the k-th watched guard fell to zero; give back state and event."""
         guard = int(self.watch[2 * k])
-        if guard >= 4 * len(self.modes):
-            return self._jump(t, y, guard - 4 * len(self.modes))
+        if guard >= 4 * len(self.flags):
+            return self._jump(t, y, guard - 4 * len(self.flags))
         given = (guard, self.flags, self.modes, self.fired, self.rest, self._out)
         kind = self._call.changed(self.place, self.b, t, y, *given)
         self._enter(self.modes)
         return y.copy(), (guard // 4, int(kind))
 
     def _jump(self, t: float, y: np.ndarray, reset: int) -> tuple[np.ndarray, Event]:
-        """The state after a reset."""
-        from jointplay.numerics.modes import IMPACT
+        """The state after a reset, or after a wall lets go what has rested on it."""
+        from jointplay.numerics.modes import FREE, IMPACT, RESTING, SEPARATION
 
+        at = len(self.flags) + reset
+        if self.modes[at] == RESTING:
+            self._enter(np.where(np.arange(len(self.modes)) == at, FREE, self.modes))
+            return y.copy(), (reset, SEPARATION)
         self._s[0], self._s[1 : 1 + len(y)] = t, y
         self.module.trig(self._s, self._p)
         self.module.reset(reset, self._s, self._p)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from jointplay.analysis.looks import seen
 from jointplay.analysis.precision.contenders import OURS, Ours, Outcome, Peer
 from jointplay.analysis.precision.equations import Equations
 from jointplay.analysis.precision.truth import Truth
@@ -90,13 +91,13 @@ def measure(
     share = budget / max(1, len({row.method for row in rows}))
     spent, compiled = (dict.fromkeys((row.method for row in rows), 0.0) for _ in range(2))
     tell = progress or (lambda _: None)
-    for number, row in enumerate(rows):
+    for number, row in enumerate(seen(rows)):
         if compiled[row.method] < share:
             _judge(row, rows[:number], truth, spent, share)
         compiled[row.method] += row.compiling
         tell(0.6 * (number + 1) / len(rows))
     for count in range(rounds):
-        for row in sorted(rows, key=lambda row: -row.tolerance):
+        for row in seen(sorted(rows, key=lambda row: -row.tolerance)):
             if row.outcome.status == "ok" and spent[row.method] + row.outcome.seconds < share:
                 row.times.append(row.timed())
                 spent[row.method] += row.times[-1] + FEWEST
@@ -120,7 +121,9 @@ def time_at(rows: Sequence[Row], error: float) -> float:
 
     Between the runs that no other run of it beats, log over log.
     """
-    good = [row for row in rows if row.agreement == "same" and math.isfinite(row.median)]
+    good = [
+        row for row in rows if row.agreement == "same" and 0 < row.median < math.inf
+    ]  # 0: too short to time
     front: list[Row] = []
     for row in sorted(good, key=lambda row: row.median):
         if not front or row.error < front[-1].error:

@@ -113,7 +113,7 @@ def _masks(equations: Equations, system) -> dict[str, Any]:
     import heyoka
 
     found = {}
-    for j, (contact, mode) in enumerate(zip(system.contacts, equations.key, strict=True)):
+    for j, (contact, mode) in enumerate(zip((*system.contacts, *system.resets), equations.key, strict=True)):
         found[f"touch_{contact.name}"] = float(mode > RELEASED)
         found[f"stick_{contact.name}"] = float(mode == STICK)
         found[f"slip_{contact.name}"] = heyoka.par[j] if mode in SIGNS else 0.0
@@ -124,7 +124,7 @@ def _side(equations: Equations, guard: int, side: int):
     """What a guard is multiplied by to be positive; of a sliding speed, the run-time slip direction."""
     import heyoka
 
-    slides = guard < 4 * len(equations.modes) and guard % 4 == SLIDE
+    slides = guard < 4 * len(equations.flags) and guard % 4 == SLIDE
     return heyoka.par[guard // 4] if slides else float(side)
 
 
@@ -134,7 +134,7 @@ def assignments(structure: Linkage | Oscillator, variant: int) -> tuple[Any, lis
     from sympy import cos, sin
 
     from jointplay.codegen.dynamics import Dynamics, variants
-    from jointplay.codegen.module import guards
+    from jointplay.codegen.module import guards, watched
     from jointplay.equations.write import system as written
 
     system = written(structure)
@@ -144,7 +144,7 @@ def assignments(structure: Linkage | Oscillator, variant: int) -> tuple[Any, lis
     for j in range(len(system.contacts)):
         results |= {f"out_guard_{4 * j + place}": value for place, value in guards(solved, j, word).items()}
     first = 4 * len(system.contacts)
-    results |= {f"out_guard_{first + k}": reset.guard for k, reset in enumerate(system.resets)}
+    results |= {f"out_guard_{first + k}": watched(solved, k) for k in range(len(system.resets))}
     angles = [pair for a in system.angles for pair in ((a.sin, sin(a.value)), (a.cos, cos(a.value)))]
     return system, [(str(name), value) for name, value in [*angles, *solved.tape.program(results)]]
 

@@ -7,31 +7,33 @@ disturbs little; even so, times are to be read as ratios.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Annotated
 
 import xarray as xr
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.precision.plan import PEERS, Plan, wrong
+from jointplay.analysis.keywords import Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.precision.plan import PEERS, Peers, Plan, Tolerances, strangers
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural, Positive, unit
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 ROUNDS, BUDGET, RTOL = 7, 60.0, 1e-13
 
 
+@analysis(strangers, asked.start_fits)
 def work_precision(
-    mechanism: Any,
+    mechanism: Moving,
     *,
-    turns: float = 1,
-    tolerances: Sequence[float] = TOLERANCES,
-    peers: Sequence[str] = tuple(PEERS),
-    rounds: int = ROUNDS,
-    budget: float = BUDGET,
-    rtol: float = RTOL,
-    initial: Any = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    turns: Length = 1,
+    tolerances: Tolerances = TOLERANCES,
+    peers: Peers = tuple(PEERS),
+    rounds: Count = ROUNDS,
+    budget: Annotated[Positive, unit("CPU time for all runs", "s")] = BUDGET,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Compare this package's method with its peers on one motion.
 
@@ -75,9 +77,7 @@ def work_precision(
     from jointplay.analysis.precision.report import dataset
     from jointplay.analysis.precision.truth import Truth
 
-    asked_for = {"tolerances": tolerances, "peers": peers, "rounds": rounds, "budget": budget}
-    wrong(mechanism, turns=turns, rtol=rtol, initial=initial, max_steps=max_steps, **asked_for)
-    plan = Plan.of(asked_for)
+    plan = Plan(tolerances, peers)
     scene, limit = assemble(mechanism, initial), asked.steps(max_steps)
     end = turns * scene.period
     truth = Truth.of(scene, rtol, end, limit)

@@ -10,20 +10,31 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.keywords import Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.quantities import Quantities, flags
+from jointplay.analysis.request import start_fits
 from jointplay.analysis.run import Request, follow
 from jointplay.analysis.scheme.scheme import Scheme
-from jointplay.analysis.scheme.scheme_plan import WORDS, Plan, check
+from jointplay.analysis.scheme.scheme_plan import (
+    WORDS,
+    Clearances,
+    Plan,
+    StartTurns,
+    Steps,
+    Tolerances,
+    WindowsPerTurn,
+    check_steps,
+)
 from jointplay.analysis.scheme.scheme_truth import MEASURES, Case, Truth, of_pass, sample_times
-from jointplay.analysis.scheme.waveform import Grid
+from jointplay.analysis.scheme.waveform import Grid, bends
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.analysis.words import STATUS
+from jointplay.mechanism.base import Natural, Positive, unit
 
 LOST = 0.1  # a window whose last pass changes by more is no answer to go on from
 CLEARANCES = (0.0, 2.9e-5, 2.9e-4)
@@ -33,21 +44,22 @@ TOLERANCES = (1e-4, 1e-6, 1e-8)
 START_TURNS, PASSES, TOLERANCE, REPEATS, RTOL = (0, 20), 30, 1e-4, 3, 1e-10
 
 
+@analysis(bends, start_fits)
 def scheme_comparison(
-    mechanism: Any,
+    mechanism: Moving,
     *,
-    clearance: Sequence[float] = CLEARANCES,
-    start_turn: Sequence[int] = START_TURNS,
-    windows_per_turn: Sequence[int] = WINDOWS,
-    passes: int = PASSES,
-    tolerance: float = TOLERANCE,
-    steps: Sequence[float] = STEPS,
-    tolerances: Sequence[float] = TOLERANCES,
-    repeats: int = REPEATS,
-    rtol: float = RTOL,
-    max_steps: int | None = None,
-    initial: Any = None,
-    progress: Callable[[float], None] | None = None,
+    clearance: Clearances = CLEARANCES,
+    start_turn: StartTurns = START_TURNS,
+    windows_per_turn: WindowsPerTurn = WINDOWS,
+    passes: Natural = PASSES,
+    tolerance: Annotated[Positive, unit("change at which two passes agree", "1")] = TOLERANCE,
+    steps: Steps = STEPS,
+    tolerances: Tolerances = TOLERANCES,
+    repeats: Natural = REPEATS,
+    rtol: Rtol = RTOL,
+    max_steps: Natural | None = None,
+    initial: Start | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Measure the paper's scheme over single turns of a mechanism with elastic links.
 
@@ -102,9 +114,9 @@ def scheme_comparison(
     InputError
         If anything asked for makes no sense, or a step is too long.
     """
-    lists = map(_several, (clearance, start_turn, windows_per_turn, steps, tolerances))
+    lists = clearance, start_turn, windows_per_turn, steps, tolerances
     plan = Plan(*lists, passes, tolerance, repeats, rtol, max_steps)
-    check(mechanism, plan, initial)
+    check_steps(mechanism, plan, initial)
     cases = [(e, turn) for e in plan.clearance for turn in plan.start_turn]
     found = []
     for number, (e, turn) in enumerate(cases):
@@ -112,10 +124,6 @@ def scheme_comparison(
         if progress is not None:
             progress((number + 1) / len(cases))
     return _dataset(found, plan)
-
-
-def _several(given: Any) -> tuple[Any, ...]:
-    return tuple(given) if isinstance(given, list | tuple | np.ndarray) else (given,)
 
 
 def _compared(case: Case, plan: Plan) -> dict[str, Any]:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
-from jointplay.analysis.paper.fixed_steps import positive, step_bound, too_long
-from jointplay.analysis.request import RTOL
-from jointplay.analysis.scheme.waveform import elastic_problems
-from jointplay.errors import InputError, Problem
+from pydantic import AfterValidator
+
+from jointplay.analysis.keywords import Rtol, several
+from jointplay.analysis.paper.fixed_steps import step_bound, too_long
+from jointplay.errors import InputError, refuse
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural, NonNegative, Positive
+from jointplay.mechanism.records import Mechanism
 
 _PASSED = ("windows_per_turn", "pass")
 WORDS = {
@@ -68,52 +70,41 @@ class Plan:
     rtol: float
     max_steps: int | None
 
-    def problems(self) -> Iterator[Problem]:
-        """Say what makes no sense by itself."""
-        if not _all(lambda value: value == 0 or positive(value), self.clearance):
-            yield Problem("clearance", self.clearance, "finite numbers, 0 or more, are accepted, m")
-        if not _all(lambda value: _whole(value, 0), self.start_turn):
-            yield Problem("start_turn", self.start_turn, "whole numbers, 0 or more, are accepted")
-        if not (_all(_whole, self.windows_per_turn) and _rising(self.windows_per_turn)):
-            expected = "whole numbers greater than 0, rising, are accepted"
-            yield Problem("windows_per_turn", self.windows_per_turn, expected)
-        if not (_all(positive, self.steps) and _rising(self.steps[::-1])):
-            yield Problem("steps", self.steps, "finite numbers greater than 0, falling, are accepted, s")
-        for key, values in (("tolerances", self.tolerances), ("rtol", (self.rtol,))):
-            if not _all(lambda value: positive(value) and RTOL[0] <= value <= RTOL[1], values):
-                yield Problem(
-                    key, values, f"relative tolerances from {RTOL[0]:g} to {RTOL[1]:g} are accepted"
-                )
-        for key, value in (("passes", self.passes), ("repeats", self.repeats)):
-            if not _whole(value):
-                yield Problem(key, value, "a whole number greater than 0 is accepted")
-        if not positive(self.tolerance):
-            yield Problem("tolerance", self.tolerance, "a finite number greater than 0 is accepted")
+
+def _rising(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    if any(a >= b for a, b in pairwise(values)):
+        raise refuse(values, "rising numbers are accepted")
+    return values
 
 
-def _all(accepts: Callable[[Any], bool], values: Sequence[Any]) -> bool:
-    return len(values) > 0 and all(map(accepts, values))
+def _falling(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    if any(a <= b for a, b in pairwise(values)):
+        raise refuse(values, "falling numbers are accepted")
+    return values
 
 
-def _whole(value: Any, least: int = 1) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= least
+def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    if not values:
+        raise refuse(values, "a list of at least one number is accepted")
+    return values
 
 
-def _rising(values: Sequence[float]) -> bool:
-    return all(a < b for a, b in pairwise(values))
+_Some = AfterValidator(_not_empty)
+Clearances = Annotated[several(NonNegative, "a list of clearances in m"), _Some]
+StartTurns = Annotated[several(Count, "a list of whole numbers of turns"), _Some]
+WindowsPerTurn = Annotated[several(Natural, "a list of rising whole numbers"), _Some, AfterValidator(_rising)]
+Steps = Annotated[several(Positive, "a list of falling steps in s"), _Some, AfterValidator(_falling)]
+Tolerances = Annotated[several(Rtol, "a list of relative tolerances"), _Some]
 
 
-def check(mechanism: Any, plan: Plan, initial: Any) -> None:
-    """Refuse what makes no sense, all at once, before anything is followed.
+def check_steps(mechanism: Mechanism, plan: Plan, initial: Any) -> None:
+    """Refuse steps with which the scheme is not stable, before anything is followed.
 
     Raises
     ------
     InputError
-        Listing every problem.
+        Listing them.
     """
-    found = [*elastic_problems(mechanism), *plan.problems()]
-    if found:
-        raise InputError(found)
     scenes = (assemble(mechanism.replace(clearance=e), initial, relaxed=True) for e in plan.clearance)
     least = min(map(step_bound, scenes), key=lambda bound: bound.step)
     found = [too_long(f"steps[{i}]", step, least) for i, step in enumerate(plan.steps) if step > least.step]

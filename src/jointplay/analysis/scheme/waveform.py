@@ -15,21 +15,24 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.paper.fixed_steps import accepted_step, positive
+from jointplay.analysis.keywords import Moving, Progress, Start, analysis
+from jointplay.analysis.paper.fixed_steps import accepted_step
 from jointplay.analysis.quantities import attributes, dataset, flags
+from jointplay.analysis.request import start_fits
 from jointplay.analysis.scheme.scheme import Pass, Scheme
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.analysis.words import STATUS, recorded
-from jointplay.errors import InputError, Problem
+from jointplay.errors import Problem
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.base import Natural, Positive
+from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.scene import Scene
 
 
@@ -54,16 +57,26 @@ class Grid:
         return cls(window / (every * kept), every * kept, every)
 
 
+def bends(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
+    """Say what is wrong with a mechanism whose links should bend."""
+    if not isinstance(mechanism, Mechanism):
+        yield Problem("mechanism", mechanism, "a Mechanism is accepted, such as catalog.chunmei2002()")
+    elif not mechanism.elastic_links:
+        names = ", ".join(link.name for link in mechanism.links)
+        yield Problem("mechanism.elastic", [], f"at least one elastic link is accepted, of {names}")
+
+
+@analysis(bends, start_fits)
 def waveform(
-    mechanism: Mechanism,
+    mechanism: Moving,
     *,
-    turns: int = 1,
-    step: float | None = None,
-    passes: int = 20,
-    tolerance: float = 1e-6,
-    initial: Any = None,
-    windows_per_turn: int = 1,
-    progress: Callable[[float], None] | None = None,
+    turns: Natural = 1,
+    step: Positive | None = None,
+    passes: Natural = 20,
+    tolerance: Positive = 1e-6,
+    initial: Start | None = None,
+    windows_per_turn: Natural = 1,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Follow a motion by the paper's own scheme.
 
@@ -101,7 +114,6 @@ def waveform(
     InputError
         If anything asked for makes no sense, or the step is too long.
     """
-    _check(mechanism, turns, step, passes, tolerance, windows_per_turn)
     scene = assemble(mechanism, initial, relaxed=True)
     grid = Grid.of(scene, accepted_step(scene, step), windows_per_turn)
     scheme, began, windows = Scheme(scene, grid.h), time.perf_counter(), turns * windows_per_turn
@@ -117,37 +129,6 @@ def waveform(
     variables |= _scalars(scene, grid, wall_time, _status(len(parts) == windows, table["converged"][1]))
     found = dataset(scene, variables, {"time": variables.pop("time")}, "waveform")
     return found.assign_attrs(windows_per_turn=windows_per_turn, tolerance=tolerance)
-
-
-def _check(mechanism: Any, turns: Any, step: Any, passes: Any, tolerance: Any, windows: Any) -> None:
-    """Refuse keywords that make no run, all at once.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    found = list(elastic_problems(mechanism))
-    counts = {"turns": turns, "passes": passes, "windows_per_turn": windows}
-    for key, value in counts.items():
-        if not (isinstance(value, int) and not isinstance(value, bool) and value > 0):
-            found.append(Problem(key, value, "a whole number greater than 0 is accepted"))
-    for key, value in {"step": step, "tolerance": tolerance}.items():
-        if not (value is None and key == "step") and not positive(value):
-            found.append(Problem(key, value, "a finite number greater than 0 is accepted"))
-    if found:
-        raise InputError(found)
-
-
-def elastic_problems(mechanism: Any) -> Iterator[Problem]:
-    """Say what is wrong with a mechanism whose links should bend."""
-    if not isinstance(mechanism, Mechanism):
-        yield Problem("mechanism", mechanism, "a Mechanism is accepted, such as catalog.chunmei2002()")
-    elif not any(link.elastic for link in mechanism.links):
-        links = [link.name for link in mechanism.links]
-        yield Problem(
-            "mechanism.elastic", [], f"at least one elastic link is accepted, of {', '.join(links)}"
-        )
 
 
 def _turns(changes: list[list[float]], passes: int, windows: int, tolerance: float) -> dict[str, Any]:

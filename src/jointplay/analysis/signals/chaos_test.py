@@ -6,20 +6,20 @@ because a series that is sampled more closely looks regular whatever the motion.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis import request as asked
-from jointplay.analysis.checks import refused, share, together, whole
+from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol, Share, Start, analysis
+from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.quantities import flags
+from jointplay.analysis.request import section_fits, start_fits
 from jointplay.analysis.signals import zero_one
-from jointplay.analysis.signals.observable import described, ended, observable, series, squared, usual
+from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series, squared, usual
 from jointplay.analysis.simulate import simulate
-from jointplay.errors import Problem
+from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
 
 TURNS, FREQUENCIES, TOLERANCE = 2000, 100, 1e-4
@@ -28,21 +28,26 @@ LEAST = 100  # samples that can be judged
 QUARTILES = (0.25, 0.5, 0.75)
 
 
+def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> None:
+    _named(mechanism, quantity)
+
+
+@analysis(_quantity_fits, section_fits, start_fits)
 def chaos_test(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    quantity: str | None = None,
+    quantity: Quantity | None = None,
     section: Section = ONCE_A_TURN,
-    turns: int = TURNS,
-    transient: float = 0,
-    every: int = 1,
-    frequencies: int = FREQUENCIES,
-    seed: int = 0,
-    tolerance: float = TOLERANCE,
-    rtol: float = RTOL,
-    initial: Any = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    turns: Natural = TURNS,
+    transient: Before = 0,
+    every: Natural = 1,
+    frequencies: Natural = FREQUENCIES,
+    seed: Count = 0,
+    tolerance: Share = TOLERANCE,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Test a motion for chaos by the 0-1 test on its section samples.
 
@@ -83,48 +88,16 @@ def chaos_test(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    together(
-        lambda: asked.check(mechanism, turns, None, transient, rtol, max_steps),
-        lambda: wrong(mechanism, quantity, every, frequencies, seed, tolerance),
-    )
     word, label = _named(mechanism, quantity)
     run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "record": [word]}
-    points = poincare(mechanism, section, turns=turns, transient=transient, progress=progress, **run)
+    share = part(progress, 0.0, MOVED)
+    points = poincare(mechanism, section, turns=turns, transient=transient, progress=share, **run)
     samples = series(points, word, label).isel(turn=slice(None, None, every))
     c = zero_one.frequencies(frequencies, seed)
     if int(points.status) or samples.size < LEAST or not np.all(np.isfinite(samples)):
         return _dataset(points, samples, _unjudged(c), c)
     scale = _scale(simulate(mechanism, turns=1, transient=transient, **run), word, label)
     return _dataset(points, samples, _judged(samples.values, scale, c, tolerance), c)
-
-
-def wrong(
-    mechanism: Mechanism | TestSystem,
-    quantity: Any = None,
-    every: Any = 1,
-    frequencies: Any = FREQUENCIES,
-    seed: Any = 0,
-    tolerance: Any = TOLERANCE,
-    **_: Any,
-) -> None:
-    """Refuse keywords of `chaos_test` that make no sense for this mechanism.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    together(
-        lambda: refused(_problems(every, frequencies, seed, tolerance)),
-        lambda: _named(mechanism, quantity),
-    )
-
-
-def _problems(every: Any, frequencies: Any, seed: Any, tolerance: Any) -> Iterator[Problem]:
-    yield from whole("every", every, 1)
-    yield from whole("frequencies", frequencies, 1)
-    yield from whole("seed", seed, 0)
-    yield from share("tolerance", tolerance)
 
 
 def _named(mechanism: Mechanism | TestSystem, quantity: Any) -> tuple[str, str]:

@@ -21,7 +21,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jointplay.analysis.looks import seen
+
 FLOOR, PER_DECADE = 1e-3, 32  # radii: from this share of the set's size on, so many a decade
+BLOCK = 512  # points whose neighbours are counted between two looks
 PARTS = 4  # of the range, and of the series
 LEAST = 3  # radii that make a slope
 
@@ -59,9 +62,11 @@ def correlation_sum(points: np.ndarray, at: np.ndarray, window: int) -> np.ndarr
     from scipy.spatial import cKDTree
 
     tree, count = cKDTree(points), len(points)
-    close = tree.count_neighbors(tree, at) - count  # each pair twice, and each point with itself
+    blocks = (tree.indices[i : i + BLOCK] for i in range(0, count, BLOCK))  # of points near each other
+    close = sum(cKDTree(points[block]).count_neighbors(tree, at) for block in seen(blocks))
+    close -= count  # each pair twice, and each point with itself
     total = count * (count - 1)
-    for lag in range(1, window):
+    for lag in seen(range(1, window)):
         apart = np.linalg.norm(points[lag:] - points[:-lag], axis=1)
         close -= 2 * np.searchsorted(np.sort(apart), at, side="right")
         total -= 2 * (count - lag)

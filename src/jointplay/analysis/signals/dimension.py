@@ -6,41 +6,55 @@ is that of its section plus one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import AfterValidator
 
-from jointplay.analysis import request as asked
-from jointplay.analysis.checks import refused, share, together, whole
+from jointplay.analysis.keywords import Before, Moving, Progress, Quantities, Rtol, Share, Start, analysis
+from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
+from jointplay.analysis.request import section_fits, start_fits
 from jointplay.analysis.signals import correlation_sum as pairs
-from jointplay.analysis.signals.observable import described, ended, observable, series
-from jointplay.errors import InputError, Problem
+from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series
+from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Natural, accepts
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
 
 TURNS, WINDOW, TOLERANCE = 5000, 10, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance
 SHARES = (1e-4, 3e-2)
 LEAST = 100  # points that can be judged
+_SHARES = "a pair of rising shares of the pairs, between 0 and 1,"
 
 
+def _quantities_fit(mechanism: Mechanism | TestSystem, quantities: tuple[str, ...] | None) -> None:
+    _named(mechanism, quantities)
+
+
+def _rising(shares: tuple[float, float]) -> tuple[float, float]:
+    if not 0 < shares[0] < shares[1]:
+        raise refuse(shares, f"{_SHARES} is accepted")
+    return shares
+
+
+@analysis(_quantities_fit, section_fits, start_fits)
 def dimension(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    quantities: Sequence[str] | None = None,
+    quantities: Quantities | None = None,
     section: Section = ONCE_A_TURN,
-    turns: int = TURNS,
-    transient: float = 0,
-    window: int = WINDOW,
-    shares: Sequence[float] = SHARES,
-    tolerance: float = TOLERANCE,
-    rtol: float = RTOL,
-    initial: Any = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    turns: Natural = TURNS,
+    transient: Before = 0,
+    window: Natural = WINDOW,
+    shares: Annotated[tuple[Share, Share], AfterValidator(_rising), accepts(_SHARES)] = SHARES,
+    tolerance: Share = TOLERANCE,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Give the correlation dimension of a motion's section points.
 
@@ -81,53 +95,18 @@ def dimension(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    together(
-        lambda: asked.check(mechanism, turns, None, transient, rtol, max_steps),
-        lambda: wrong(mechanism, quantities, window, shares, tolerance),
-    )
     chosen = _named(mechanism, quantities)
-    run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "progress": progress}
+    run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "progress": part(progress, 0.0, MOVED)}
     record = list(dict.fromkeys(word for word, _ in chosen))
     cut = poincare(mechanism, section, turns=turns, transient=transient, record=record, **run)
     points = np.stack([series(cut, *one).values for one in chosen], axis=-1)
     return _dataset(cut, _measured(points, shares, window, tolerance, int(cut.status)))
 
 
-def wrong(
-    mechanism: Mechanism | TestSystem,
-    quantities: Any = None,
-    window: Any = WINDOW,
-    shares: Any = SHARES,
-    tolerance: Any = TOLERANCE,
-    **_: Any,
-) -> None:
-    """Refuse keywords of `dimension` that make no sense for this mechanism.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    refused(_problems(mechanism, quantities, window, shares, tolerance))
-
-
-def _problems(mechanism: Any, quantities: Any, window: Any, shares: Any, tolerance: Any) -> Iterator[Problem]:
-    if quantities is not None and (isinstance(quantities, str) or not len(quantities)):
-        yield Problem("quantities", quantities, "a list of names of quantities is accepted")
-    else:
-        try:
-            _named(mechanism, quantities)
-        except InputError as error:
-            yield from error.problems
-    yield from whole("window", window, 1)
-    numbers = isinstance(shares, tuple | list) and all(isinstance(one, int | float) for one in shares)
-    if not (numbers and len(shares) == 2 and 0 < shares[0] < shares[1] < 1):
-        yield Problem("shares", shares, "two rising shares of the pairs, between 0 and 1, are accepted")
-    yield from share("tolerance", tolerance)
-
-
 def _named(mechanism: Mechanism | TestSystem, quantities: Any) -> list[tuple[str, str]]:
     names = _coordinates(mechanism) if quantities is None else quantities
+    if not names:
+        raise refuse(names, "a list of at least one name is accepted", "quantities")
     return [observable(mechanism, name, f"quantities[{i}]") for i, name in enumerate(names)]
 
 

@@ -11,6 +11,8 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, TestSystem
 
+MOVED = 0.9  # of the progress, when a motion has been followed and is to be looked at
+
 STATE = "state_value"
 
 

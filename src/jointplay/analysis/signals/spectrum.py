@@ -18,38 +18,67 @@ density has fallen before the end of the axis.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
+from pydantic import AfterValidator, Field
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.checks import refused, together, whole
-from jointplay.analysis.signals.observable import described, ended, observable, series, squared, usual
+from jointplay.analysis.keywords import (
+    Before,
+    Duration,
+    Length,
+    Moving,
+    Progress,
+    Quantity,
+    Rtol,
+    Start,
+    Text,
+    analysis,
+)
+from jointplay.analysis.looks import part
+from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series, squared, usual
 from jointplay.analysis.simulate import simulate
-from jointplay.errors import Problem
+from jointplay.errors import refuse
+from jointplay.mechanism.base import Natural, accepts
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 SAMPLES_PER_TURN, SEGMENTS, WINDOW = 512, 8, "hann"
 LEVEL = 0.95  # of the interval
 LEAST = 8  # samples in a segment
+_WINDOW = "the name of a window of scipy.signal.get_window that needs no number"
 
 
+def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> None:
+    _named(mechanism, quantity)
+
+
+def _known(window: str) -> str:
+    from scipy.signal import get_window
+
+    try:
+        get_window(window, LEAST)
+    except (ValueError, TypeError):
+        raise refuse(window, f"{_WINDOW} is accepted, as hann") from None
+    return window
+
+
+@analysis(_quantity_fits, asked.length_fits, asked.start_fits, asked.samples_fit)
 def spectrum(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    quantity: str | None = None,
-    turns: float | None = None,
-    duration: float | None = None,
-    transient: float = 0,
-    samples_per_turn: int = SAMPLES_PER_TURN,
-    segments: int = SEGMENTS,
-    window: str = WINDOW,
-    rtol: float = 1e-8,
-    initial: Any = None,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
+    quantity: Quantity | None = None,
+    turns: Length | None = None,
+    duration: Duration | None = None,
+    transient: Before = 0,
+    samples_per_turn: Annotated[Natural, Field(ge=2)] = SAMPLES_PER_TURN,
+    segments: Natural = SEGMENTS,
+    window: Annotated[Text, AfterValidator(_known), accepts(_WINDOW)] = WINDOW,
+    rtol: Rtol = 1e-8,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
 ) -> xr.Dataset:
     """Give the power spectral density of a quantity of a motion.
 
@@ -87,10 +116,6 @@ def spectrum(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    together(
-        lambda: asked.check(mechanism, turns, duration, transient, rtol, max_steps),
-        lambda: wrong(mechanism, quantity, samples_per_turn, segments, window),
-    )
     word, label = _named(mechanism, quantity)
     record = [word, "angle"] if isinstance(mechanism, Mechanism) else [word]
     motion = simulate(
@@ -103,7 +128,7 @@ def spectrum(
         rtol=rtol,
         initial=initial,
         max_steps=max_steps,
-        progress=progress,
+        progress=part(progress, 0.0, MOVED),
     )
     values, time = series(motion, word, label), motion.time.values
     rate = (len(time) - 1) / float(time[-1] - time[0]) if len(time) > 1 else math.nan
@@ -114,41 +139,8 @@ def spectrum(
     return _dataset(motion, values, _turn(motion, mechanism), found)
 
 
-def wrong(
-    mechanism: Mechanism | TestSystem,
-    quantity: Any = None,
-    samples_per_turn: Any = SAMPLES_PER_TURN,
-    segments: Any = SEGMENTS,
-    window: Any = WINDOW,
-    **_: Any,
-) -> None:
-    """Refuse keywords of `spectrum` that make no sense for this mechanism.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    together(
-        lambda: refused(_problems(samples_per_turn, segments, window)),
-        lambda: _named(mechanism, quantity),
-    )
-
-
 def _named(mechanism: Mechanism | TestSystem, quantity: Any) -> tuple[str, str]:
     return observable(mechanism, usual(mechanism, "normal_force") if quantity is None else quantity)
-
-
-def _problems(samples_per_turn: Any, segments: Any, window: Any) -> Iterator[Problem]:
-    from scipy.signal import get_window
-
-    yield from whole("samples_per_turn", samples_per_turn, 2)
-    yield from whole("segments", segments, 1)
-    try:
-        get_window(window, LEAST)
-    except (ValueError, TypeError):
-        accepted = "the name of a window of scipy.signal.get_window that needs no number is accepted, as hann"
-        yield Problem("window", window, accepted)
 
 
 def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:

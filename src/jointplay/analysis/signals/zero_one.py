@@ -21,6 +21,8 @@ import math
 
 import numpy as np
 
+from jointplay.analysis.looks import seen
+
 LIMITS = (math.pi / 5, 4 * math.pi / 5)  # of the frequencies
 SHARE = 10  # displacements are followed over a tenth of the series
 REGULAR, CHAOTIC = 0.25, 0.75
@@ -35,15 +37,15 @@ def frequencies(count: int, seed: int) -> np.ndarray:
 def walk(series: np.ndarray, c: np.ndarray) -> np.ndarray:
     """The path p + i q for each frequency: complex, shape (frequencies, samples)."""
     phi = np.asarray(series, dtype=float)
-    turned = np.exp(1j * np.outer(c, np.arange(1, len(phi) + 1)))
-    return np.cumsum((phi - phi.mean()) * turned, axis=1)
+    n, away = 1j * np.arange(1, len(phi) + 1), phi - phi.mean()
+    return np.array([np.cumsum(away * np.exp(one * n)) for one in seen(c)])
 
 
 def displacement(paths: np.ndarray) -> np.ndarray:
     """Mean square displacement over 1, 2, … samples, to a tenth of the series; shape (frequencies, lags)."""
     longest = paths.shape[1] // SHARE
     kept = paths.shape[1] - longest
-    moved = (paths[:, n : n + kept] - paths[:, :kept] for n in range(1, longest + 1))
+    moved = (paths[:, n : n + kept] - paths[:, :kept] for n in seen(range(1, longest + 1)))
     return np.array([np.mean(np.abs(each) ** 2, axis=1) for each in moved]).reshape(longest, len(paths)).T
 
 

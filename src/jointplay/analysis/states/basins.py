@@ -1,25 +1,27 @@
 """Basins of attraction: which attractor each start of a plane reaches.
 
-Every node is followed to its end (`analysis.ends`), ends are sorted into attractors (`analysis.matching`),
-and the attractors' shares and the boundary's dimension estimated (`analysis.uncertainty`); each says how at
-its head. Validity: a motion that has not settled after transient and patience is described as it is then.
+Every node is followed to its end (`analysis.states.ends`), ends are sorted into attractors
+(`analysis.states.matching`), and the attractors' shares and the boundary's dimension estimated
+(`analysis.states.uncertainty`); each says how at its head. Validity: a motion that has not settled after
+transient and patience is described as it is then.
 """
 
 from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, replace
-from inspect import signature
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
+from pydantic import Field
 
 from jointplay.analysis import ensemble as follows
-from jointplay.analysis.cells import run_cells, warm
-from jointplay.analysis.checks import refused, whole
+from jointplay.analysis import request as asked
+from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.states import basin_words as words
@@ -27,10 +29,9 @@ from jointplay.analysis.states import plane as planes
 from jointplay.analysis.states import uncertainty as unsure
 from jointplay.analysis.states.ends import BAD, Watch, ends, features
 from jointplay.analysis.states.matching import Attractors, match
-from jointplay.analysis.states.sensitivity import counts, overall, shared
+from jointplay.analysis.states.sensitivity import overall
 from jointplay.analysis.words import STATUS
-from jointplay.errors import Problem
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 
 TURNS, TRANSIENT, PATIENCE = 64, 100, 4
 TOLERANCE = 1e-3
@@ -39,24 +40,26 @@ HALVINGS = 5  # distances of random pairs: a step of the grid, halved so often
 SEED = 4
 
 
+@divided
+@analysis(planes.check, asked.start_fits, follows.ensemble_fits)
 def basins(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    plane: Mapping[str, Any],
-    joint: str | None = None,
-    turns: int = TURNS,
-    transient: int = TRANSIENT,
-    patience: int = PATIENCE,
-    tolerance: float = TOLERANCE,
-    uncertainty: bool = True,
-    pairs: int = 0,
-    rtol: float = 1e-8,
-    initial: Any = None,
-    max_steps: int | None = None,
-    ensemble: bool = False,
-    progress: Callable[[float], None] | None = None,
-    n_jobs: int | None = None,
-) -> xr.Dataset:
+    plane: Plane,
+    joint: JointName | None = None,
+    turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
+    transient: Count = TRANSIENT,
+    patience: Count = PATIENCE,
+    tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
+    uncertainty: Flag = True,
+    pairs: Annotated[Count, Field(le=10**7)] = 0,
+    rtol: Rtol = 1e-8,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    ensemble: Flag = False,
+    progress: Progress = None,
+    n_jobs: Natural | None = None,
+) -> Steps:
     """Find which attractor each start of a plane reaches.
 
     Parameters
@@ -102,7 +105,6 @@ def basins(
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
     watch = Watch(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
-    refused(_problems(mechanism, watch, plane, joint, initial, uncertainty, pairs))
     began, axes = clock.perf_counter(), planes.axes(plane)
     starts = planes.Starts(mechanism, initial, tuple(axes), joint)
     warm([starts.scene], ensemble)
@@ -110,7 +112,8 @@ def basins(
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([grid, extra.reshape(-1, 2)])
     cells = planes.cells(mechanism, initial, joint, tuple(axes), values, BLOCK, watch=watch)
-    status, periods, states = _joined(run_cells(ends, cells, n_jobs, progress), cells, starts)
+    found = yield from handed_out(ends, cells, progress)
+    status, periods, states = _joined(found, cells, starts)
     points = [features(starts.scene, each) if len(each) else each for each in states]
     found = match(periods, points, tolerance)
     shape, nodes = tuple(map(len, axes.values())), len(grid)
@@ -132,34 +135,6 @@ def basins(
     variables["wall_time"] = ((), spent, {"units": "s", "long_name": "wall time of the run"})
     coords = words.coordinates(axes, kept, starts)
     return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "basins"})
-
-
-def wrong(mechanism: Mechanism | TestSystem, **keywords: Any) -> None:
-    """Refuse keywords of `basins` that make no sense, before anything is computed.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    usual = {name: each.default for name, each in signature(basins).parameters.items()}
-    given = usual | keywords
-    watch = Watch(**{each.name: given[each.name] for each in fields(Watch)})
-    rest = (given[name] for name in ("plane", "joint", "initial", "uncertainty", "pairs"))
-    refused(_problems(mechanism, watch, *rest))
-
-
-def _problems(mechanism, watch: Watch, plane, joint, initial, uncertainty, pairs) -> Iterator[Problem]:
-    yield from counts({"turns": REPEATS, "transient": 0, "patience": 0}, watch)
-    yield from whole("pairs", pairs, 0)
-    yield from shared(mechanism, watch)
-    real = isinstance(watch.tolerance, int | float) and not isinstance(watch.tolerance, bool)
-    if not (real and 0 < watch.tolerance < math.inf):
-        yield Problem("tolerance", watch.tolerance, "a finite number greater than 0 is accepted")
-    if not isinstance(uncertainty, bool):
-        yield Problem("uncertainty", uncertainty, "true or false is accepted")
-    yield from planes.check(mechanism, plane, joint, initial)
-    yield from follows.refused(mechanism, watch.ensemble, watch.rtol)
 
 
 def random_pairs(axes: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:

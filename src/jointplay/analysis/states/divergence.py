@@ -28,7 +28,7 @@ import numpy as np
 from jointplay.analysis import request as asked
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn
 from jointplay.analysis.quantities import flags
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.run import INTERRUPTED, Request, follow
 from jointplay.analysis.states import plane as planes
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.words import STATUS
@@ -69,7 +69,8 @@ class Divergence:
             starts = [state, *(state + self._offsets(random, scene, left_out))]
             runs = [self._samples(scene, start, cut) for start in starts]
             distances[i], times[i] = self._distances(scene, runs, left_out), runs[0][1]
-            status, ended[i] = status or runs[0][2], [run[2] for run in runs[1:]]
+            ended[i] = [run[2] for run in runs[1:]]
+            status = INTERRUPTED if INTERRUPTED in ended[i] else runs[0][2]
             state = runs[0][0][-1].copy()
             if left_out is not None:
                 state[left_out] = scene.crank_angle
@@ -79,7 +80,9 @@ class Divergence:
                 break
         turn = np.arange(distances.shape[-1]) / self.samples_per_turn
         coords = {"turn": ("turn", turn, {"units": "1", "long_name": "turns since the neighbours started"})}
-        return self._variables(distances, ended, times), coords, int(status or ended.max())
+        found = self._variables(distances, ended, times)
+        lost = STATUS.index("not_converged") if math.isnan(found["growth"][1]) else 0
+        return found, coords, int(status or ended.max()) or lost
 
     def _nothing(self, status: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Distances, times and statuses of neighbours that have not been followed."""

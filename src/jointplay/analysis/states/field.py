@@ -16,14 +16,14 @@ large exponent, and no derivative at the grazing itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.cells import run_cells, warm
+from jointplay.analysis.cells import Read, Work, handed_out, warm
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.run import Request
@@ -45,15 +45,14 @@ def field(
     initial: Any = None,
     max_steps: int | None = None,
     progress: Callable[[float], None] | None = None,
-    n_jobs: int | None = None,
-) -> dict[str, Any]:
+) -> Generator[Work, Read, dict[str, Any]]:
     """Variables of the exponents over a plane that has been checked, as (dims, values, attributes)."""
     axes = planes.axes(plane)
     warm([planes.Starts(mechanism, initial, tuple(axes), joint).scene])
     values = planes.nodes(axes)
     keywords = {"turns": turns, "rtol": rtol, "max_steps": max_steps}
     cells = planes.cells(mechanism, initial, joint, tuple(axes), values, BLOCK, **keywords)
-    found = run_cells(exponents, cells, n_jobs, progress)
+    found = yield from handed_out(exponents, cells, progress)
     shape = tuple(map(len, axes.values()))
     columns = [_whole(each, len(cell["values"])) for each, cell in zip(found, cells, strict=True)]
     growth, time, status = (np.concatenate(part).reshape(shape) for part in zip(*columns, strict=True))

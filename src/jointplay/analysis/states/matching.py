@@ -17,6 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from jointplay.analysis.looks import look
+
 BINS = 8
 SHARED = 0.5
 
@@ -72,6 +74,7 @@ def by_distance(sets: np.ndarray, tolerance: float) -> list[np.ndarray]:
     """Groups of sets of points, shape (sets, points, coordinates), each within the tolerance of its first."""
     left, groups = np.arange(len(sets)), []
     while left.size:
+        look()
         apart = set_distance(sets[left], sets[left[0]])
         groups.append(left[apart <= tolerance])
         left = left[apart > tolerance]
@@ -93,6 +96,7 @@ def by_shares(clouds: list[np.ndarray]) -> list[np.ndarray]:
         inside = np.zeros(len(left), dtype=bool)
         inside[0], before = True, 0
         while inside.sum() > before:
+            look()
             before, whole = inside.sum(), shares[left[inside]].mean(axis=0)
             overlap = np.minimum(shares[left], whole).sum(axis=-1).min(axis=-1)
             inside |= overlap >= SHARED

@@ -1,54 +1,93 @@
 """Sensitivity to the start: neighbours that part from a motion, and exponents over a plane of starts.
 
-`analysis.divergence` follows the neighbours, `analysis.field` the plane; each says how at its head.
+`analysis.states.divergence` follows the neighbours, `analysis.states.field` the plane; each says how at
+its head.
 """
 
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields
-from inspect import signature
-from typing import Any
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis import request as asked
-from jointplay.analysis.checks import refused, whole
+from jointplay.analysis.cells import Steps, divided
+from jointplay.analysis.exponents.growth import unresolved
+from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Small, Start, analysis
+from jointplay.analysis.looks import part
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.states import plane as planes
 from jointplay.analysis.states.divergence import Divergence
 from jointplay.analysis.states.field import CRASHED, field
 from jointplay.analysis.words import STATUS
-from jointplay.errors import InputError, Problem
+from jointplay.errors import Problem
+from jointplay.mechanism.base import Count, Natural, accepts
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 NEIGHBOURS = 20
 DISTANCE = 1e-9
 RTOL = 1e-12  # so that the runs' own errors stay far below the distance
-COMPARED = ("section", "time")
 
 
+def _something_asked(neighbours: int | None, plane: Any) -> Iterator[Problem]:
+    if not _count(neighbours, plane) and plane is None:
+        yield Problem("neighbours", neighbours, "1 or more, or a plane, is accepted")
+
+
+def _resolved(neighbours: int | None, plane: Any, distance: float, rtol: float) -> Iterator[Problem]:
+    if _count(neighbours, plane):
+        yield from unresolved(distance, rtol)
+
+
+def _samples_fit(
+    turns: int, samples_per_turn: int, neighbours: int | None, plane: Any, references: int
+) -> Iterator[Problem]:
+    many = {"neighbours": _count(neighbours, plane), "references": references}
+    yield from asked.too_many({"turns": turns, "samples_per_turn": samples_per_turn} | many)
+
+
+def _compare_fits(mechanism: Mechanism | TestSystem, compare: str | None) -> Iterator[Problem]:
+    if compare == "section" and isinstance(mechanism, TestSystem) and mechanism.period is None:
+        yield Problem("compare", compare, "one of time is accepted where nothing turns")
+
+
+def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Iterator[Problem]:
+    if plane is not None and not _count(neighbours, plane) and transient:
+        yield Problem("transient", transient, "0 is accepted without neighbours: a node is a start")
+
+
+@divided
+@analysis(
+    _something_asked,
+    _resolved,
+    _samples_fit,
+    _compare_fits,
+    _transient_fits,
+    planes.check,
+    asked.start_fits,
+)
 def sensitivity(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    neighbours: int | None = None,
-    references: int = 1,
-    distance: float = DISTANCE,
-    turns: int = 40,
-    samples_per_turn: int = 1,
-    transient: int = 0,
-    compare: str | None = None,
-    plane: Mapping[str, Any] | None = None,
-    joint: str | None = None,
-    rtol: float = RTOL,
-    initial: Any = None,
-    seed: int = 0,
-    max_steps: int | None = None,
-    progress: Callable[[float], None] | None = None,
-    n_jobs: int | None = None,
-) -> xr.Dataset:
+    neighbours: Count | None = None,
+    references: Natural = 1,
+    distance: Small = DISTANCE,
+    turns: Natural = 40,
+    samples_per_turn: Natural = 1,
+    transient: Count = 0,
+    compare: Annotated[Literal["section", "time"], accepts('"section" or "time"')] | None = None,
+    plane: Plane | None = None,
+    joint: JointName | None = None,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    seed: Count = 0,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
+    n_jobs: Natural | None = None,
+) -> Steps:
     """Follow a bundle of neighbours of a motion, or exponents over a plane of initial states, or both.
 
     Parameters
@@ -61,7 +100,7 @@ def sensitivity(
         States of the motion that have neighbours, `turns` apart: one curve tells of one stretch of the
         motion, many of their mean.
     distance : float
-        At the start, in scaled units (see `analysis.divergence`).
+        At the start, in scaled units (see `analysis.states.divergence`).
     turns : int
         Turns of the crank, or periods of the forcing, that all are followed.
     samples_per_turn : int
@@ -90,7 +129,8 @@ def sensitivity(
         ``mean_log_distance``, ``fitted_log_distance`` (NaN outside the range of the fit); ``growth`` a turn,
         ``growth_rate`` (1/s), each with its ``_standard_error``; ``fit_turns``, ``saturation`` (NaN where the
         distances stay at no level yet). Of the plane, over its coordinates: ``finite_time_exponent`` (1/s),
-        ``finite_time_exponent_per_turn`` and ``node_status``. ``status``.
+        ``finite_time_exponent_per_turn`` and ``node_status``. ``status``: not_converged where growth is NaN,
+        since distances grew over fewer than three turns beyond the first two.
 
     Raises
     ------
@@ -99,14 +139,14 @@ def sensitivity(
     """
     own = (references, distance, turns, samples_per_turn, transient, compare, rtol, seed, max_steps)
     bundle = Divergence(_count(neighbours, plane), *own)
-    refused(_problems(mechanism, bundle, plane, joint, initial))
     began, variables, coords, states = clock.perf_counter(), {}, {}, []
     if bundle.neighbours:
-        share = None if plane is not None else progress
-        variables, coords, status = bundle.follow(mechanism, initial, share)
+        share = 0.5 if plane is not None else 1.0
+        variables, coords, status = bundle.follow(mechanism, initial, part(progress, 0.0, share))
         states.append(status)
     if plane is not None:
-        found = field(mechanism, plane, turns, rtol, joint, initial, max_steps, progress, n_jobs)
+        rest = part(progress, 0.5 if bundle.neighbours else 0.0, 1.0)
+        found = yield from field(mechanism, plane, turns, rtol, joint, initial, max_steps, rest)
         variables |= found
         starts = planes.Starts(mechanism, initial, tuple(plane), joint)
         coords |= planes.axis_coordinates(starts, planes.axes(plane))
@@ -129,55 +169,6 @@ def overall(status: np.ndarray) -> int:
     return int(status.min()) if status.size else 0
 
 
-def wrong(mechanism: Mechanism | TestSystem, **keywords: Any) -> None:
-    """Refuse keywords of `sensitivity` that make no sense, before anything is computed.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    usual = {name: each.default for name, each in signature(sensitivity).parameters.items()}
-    given = usual | keywords
-    own = {each.name: given[each.name] for each in fields(Divergence)}
-    bundle = Divergence(**own | {"neighbours": _count(given["neighbours"], given["plane"])})
-    refused(_problems(mechanism, bundle, given["plane"], given["joint"], given["initial"]))
-
-
-def counts(least: Mapping[str, int], given: Any) -> Iterator[Problem]:
-    """Problems of attributes that should be whole numbers, each with its least."""
-    for key, value in least.items():
-        yield from whole(key, getattr(given, key), value)
-
-
-def shared(mechanism: Any, given: Any) -> list[Problem]:
-    """Problems of what every analysis takes; turns and transient are counts, and looked at as such."""
-    try:
-        asked.check(mechanism, 1, None, 0, given.rtol, given.max_steps)
-    except InputError as error:
-        return error.problems
-    return []
-
-
 def _count(neighbours: Any, plane: Any) -> Any:
     """How many neighbours, where it is left out too."""
     return (NEIGHBOURS if plane is None else 0) if neighbours is None else neighbours
-
-
-def _problems(mechanism, bundle: Divergence, plane, joint, initial) -> Iterator[Problem]:
-    least = {"turns": 1, "transient": 0, "references": 1, "samples_per_turn": 1, "seed": 0}
-    least |= {"neighbours": 0 if plane is not None else 1}
-    yield from counts(least, bundle)
-    yield from shared(mechanism, bundle)
-    real = isinstance(bundle.distance, int | float) and not isinstance(bundle.distance, bool)
-    if not (real and 0 < bundle.distance < 1):
-        yield Problem("distance", bundle.distance, "a number greater than 0 and less than 1 is accepted")
-    unforced = isinstance(mechanism, TestSystem) and mechanism.period is None
-    known = COMPARED[unforced:]
-    if bundle.compare not in (None, *known):
-        accepted = f"one of {', '.join(known)} is accepted" + " where nothing turns" * unforced
-        yield Problem("compare", bundle.compare, accepted)
-    if plane is not None:
-        yield from planes.check(mechanism, plane, joint, initial)
-    if plane is not None and bundle.neighbours == 0 and bundle.transient:
-        yield Problem("transient", bundle.transient, "0 is accepted without neighbours: a node is a start")

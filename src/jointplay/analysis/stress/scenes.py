@@ -16,7 +16,7 @@ import numpy as np
 from jointplay.analysis.stress import ranges
 from jointplay.analysis.stress.geometry import GEOMETRIES, laid, moving
 from jointplay.errors import Problem, unknown
-from jointplay.mechanism.closure import FourBar, find_four_bar
+from jointplay.mechanism.loop import FourBar, find_four_bar
 from jointplay.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 
 CORNERS = 64
@@ -44,6 +44,8 @@ class Case:
 
 def misfits(mechanism: Any) -> list[Problem]:
     """What keeps a mechanism from being one whose numbers can be drawn: a motor-driven four-bar."""
+    if mechanism is None:
+        return []
     if isinstance(mechanism, Mechanism) and isinstance(mechanism.drive, MotorLine):
         loop = find_four_bar(mechanism.joints, mechanism.crank)
         joint = mechanism.joint(loop.joints[2]) if loop else None

@@ -8,16 +8,11 @@ contact, at rest, or far from the nominal speed, with and without tension and an
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from itertools import chain
 from typing import Any
 
-import xarray as xr
-
-from jointplay.analysis.cells import run_cells, warm
-from jointplay.analysis.checks import refused, together, whole
-from jointplay.analysis.request import check
+from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.stress.growth import largest_growth
 from jointplay.analysis.stress.motion import move, sizes
 from jointplay.analysis.stress.report import dataset
@@ -26,6 +21,7 @@ from jointplay.analysis.stress.verdict import CAUSES, VERDICTS, judge
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.scene import Scene
 
@@ -35,20 +31,22 @@ TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
 LOOKED = 200  # scenes that are looked through for structures to compile
 
 
+@divided
+@analysis(misfits, strangers)
 def stress(
-    mechanism: Mechanism | None = None,
+    mechanism: Moving | None = None,
     *,
-    scenes: int,
-    first: int = 0,
-    seed: int = 0,
-    variants: Sequence[str] = tuple(VARIANTS),
-    turns: int = TURNS,
-    rtol: float = 1e-8,
-    max_steps: int | None = MAX_STEPS,
-    listed: int = LISTED,
-    n_jobs: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+    scenes: Natural,
+    first: Count = 0,
+    seed: Count = 0,
+    variants: listed(str, f"a list of variants: {', '.join(VARIANTS)}") = tuple(VARIANTS),
+    turns: Natural = TURNS,
+    rtol: Rtol = 1e-8,
+    max_steps: Natural | None = MAX_STEPS,
+    listed: Natural = LISTED,
+    n_jobs: Natural | None = None,
+    progress: Progress = None,
+) -> Steps:
     """Run scenes drawn from wide ranges, each at two tolerances, and judge the first run by the second.
 
     Parameters
@@ -89,33 +87,12 @@ def stress(
         Listing what does not fit.
     """
     printed = catalog.chunmei2002() if mechanism is None else mechanism
-    wrong(
-        printed, variants=variants, turns=turns, rtol=rtol, max_steps=max_steps, scenes=scenes, listed=listed
-    )
     limit = MAX_STEPS if max_steps is None else max_steps
     settings = {"seed": seed, "variants": tuple(variants), "turns": turns, "rtol": rtol, "max_steps": limit}
     cells = [{"printed": printed, "number": first + k} | settings for k in range(scenes)]
     _warm(cells)
-    answers = run_cells(cell, cells, n_jobs, progress)
+    answers = yield from handed_out(cell, cells, progress)
     return dataset(printed, range(first, first + scenes), settings, answers, listed)
-
-
-def wrong(
-    mechanism: Any, *, variants: Sequence[str], turns: Any, rtol: Any, max_steps: Any, **counts: Any
-) -> None:
-    """Refuse what makes no stress study.
-
-    Raises
-    ------
-    InputError
-        Listing every problem.
-    """
-    positive = (whole(key, counts[key], 1) for key in ("scenes", "listed") if key in counts)
-    together(
-        lambda: refused(iter([*misfits(mechanism), *strangers(tuple(variants))])),
-        lambda: refused(chain.from_iterable(positive)),
-        lambda: check(catalog.chunmei2002(), turns, None, 0, rtol, max_steps),
-    )
 
 
 def cell(

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import contacts
+from jointplay.analysis import contacts, rates
 from jointplay.analysis import request as asked
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.ensemble import follow_ensemble
@@ -161,6 +161,7 @@ def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Generator[tuple
     else:
         fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
+    looked["rates"] = watched and rates.needed(plan.record)
     limit = {"rtol": plan.rtol, "max_steps": asked.steps(plan.max_steps)}
     records = yield scene, Request(**limit, **looked, **fields)
     if whole and not records.status and len(records.sections) < (turns if watched else 1):
@@ -201,7 +202,9 @@ def _described(scene: Scene, plan: Plan, records: Records) -> dict[str, Any]:
         "n_steps": records.counts["n_steps"],
         "end": End(state_names(scene), _state(scene, plan, last), scene.crank_angle),
         "labels": {"link": scene.links, "joint": scene.joints, "pin": scene.pins, "state": scene.states},
-        "points": Quantities(scene, rows[-plan.keep :], records.start).variables(plan.record, "point"),
+        "points": rates.quantities(scene, plan.rtol, records, rows[-plan.keep :]).variables(
+            plan.record, "point"
+        ),
         "values": told,
     }
 

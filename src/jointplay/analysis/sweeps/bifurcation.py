@@ -4,8 +4,8 @@ At each value the motion is followed until it has settled, and then described. U
 start each point from where the motion of its neighbour stands, so that they stay on an attractor as long as
 it exists: where they differ, motions coexist. A reset sweep starts each point from the same state. Period by
 the spread of section points (analysis.period), contacts from located events, exponents by tangents with
-saltation (analysis.lyapunov). Reference: Parker and Chua, Practical Numerical Algorithms for Chaotic Systems
-(1989), chapter 8; Thompson and Stewart, Nonlinear Dynamics and Chaos (2002).
+saltation (analysis.exponents.lyapunov). Reference: Parker and Chua, Practical Numerical Algorithms for
+Chaotic Systems (1989), chapter 8; Thompson and Stewart, Nonlinear Dynamics and Chaos (2002).
 
 Validity: a sweep shows attractors only, those that its starts lead to, and a transient that dies out more
 slowly than the turns dropped shows as no period.
@@ -13,25 +13,35 @@ slowly than the turns dropped shows as no period.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from functools import partial
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, Literal
 
-import numpy as np
 import xarray as xr
+from pydantic import BeforeValidator
 
-from jointplay.analysis import ensemble as follows
-from jointplay.analysis import request as asked
-from jointplay.analysis.checks import refused, together, whole
+from jointplay.analysis.cells import Read, Steps, divided
+from jointplay.analysis.ensemble import ensemble_fits
+from jointplay.analysis.keywords import (
+    Moving,
+    Names,
+    Progress,
+    Rtol,
+    Start,
+    Starts,
+    analysis,
+    as_list,
+    as_several,
+)
+from jointplay.analysis.request import check_start, quantity
 from jointplay.analysis.starts import placed
+from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, TOLERANCE, Plan
-from jointplay.analysis.sweeps.grid import LABELLED, Grid
-from jointplay.analysis.sweeps.sweep import DIRECTIONS, Sweep
-from jointplay.analysis.vary import Axis, axes, changed
+from jointplay.analysis.sweeps.sweep import DIRECTIONS, Sweep, numbered
+from jointplay.analysis.vary import axes, checked_axes, largest
 from jointplay.analysis.words import recorded
-from jointplay.errors import NOTHING, InputError, Problem, refuse
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Flag, Natural, Positive, accepts, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
 USUAL = (
@@ -42,27 +52,117 @@ ONCE_A_TURN = CrankAngle()
 TURNS, TRANSIENT, LYAPUNOV_TURNS, KEEP = 300, 100, 200, 100
 
 
+def _each_once(given: Any) -> Any:
+    directions = as_several(given)
+    expected = f"one of {', '.join(DIRECTIONS)}, or several, each once, is accepted"
+    wrong = [i for i, each in enumerate(directions) if each not in DIRECTIONS or each in directions[:i]]
+    if wrong or not directions:
+        place = "[{}]" if len(directions) > 1 else ""
+        found = [Problem(place.format(i), directions[i], expected) for i in wrong]
+        raise InputError(found or [Problem("", given, expected)])
+    return directions
+
+
+Direction = Annotated[tuple[Literal[DIRECTIONS], ...], BeforeValidator(_each_once)]
+Over = Annotated[
+    dict[str, Annotated[Any, BeforeValidator(as_list)]],
+    accepts("a table of parameters, each with its list of values,"),
+]
+
+
+def _over_fits(mechanism: Mechanism | TestSystem, over: Over) -> Iterator[Problem]:
+    varied = axes(mechanism, over)
+    if len(varied) > 2:
+        yield Problem("over", [axis.key for axis in varied], "one parameter or two are accepted")
+
+
+def _model(mechanism: Mechanism | TestSystem, over: Over) -> list[Mechanism | TestSystem]:
+    """The mechanism with the largest values, by which the rest is judged; none where these make no sense."""
+    try:
+        axes(mechanism, {key: [max(values)] for key, values in over.items()})
+    except (InputError, TypeError, ValueError):
+        return []
+    return [largest(mechanism, over)]
+
+
+def _section_fits(mechanism: Mechanism | TestSystem, over: Over, section: Section) -> None:
+    for model in _model(mechanism, over):
+        quantity(section, model)
+
+
+def _record_fits(mechanism: Mechanism | TestSystem, over: Over, record: Sequence[str] | None) -> None:
+    for model in _model(mechanism, over):
+        names(record, model)
+
+
+def _one_kind_of_start(initial: Any, starts: Any) -> Iterator[Problem]:
+    if starts == ():
+        yield Problem("starts", starts, "a list of at least one is accepted")
+    if starts is not None and initial is not None:
+        yield Problem("initial", initial, "either starts or initial is accepted, not both")
+
+
+def _starts_fit(
+    mechanism: Mechanism | TestSystem, over: Over, initial: Any, starts: Any
+) -> Iterator[Problem]:
+    begun = (
+        {"initial": initial} if starts is None else {f"starts[{i}]": each for i, each in enumerate(starts)}
+    )
+    for model in _model(mechanism, over):
+        for key, start in begun.items():
+            try:
+                check_start(model, start, key, placed)
+            except InputError as error:
+                yield from error.problems
+
+
+def _exponents_fit(mechanism: Mechanism | TestSystem, over: Over, exponents: int) -> Iterator[Problem]:
+    for model in _model(mechanism, over):
+        if exponents > (states := len(assemble(model).state)):
+            yield Problem("exponents", exponents, f"a whole number from 0 to {states} is accepted")
+
+
+def _ensemble_fits(
+    mechanism: Mechanism | TestSystem, over: Over, ensemble: bool, rtol: float, direction: tuple[str, ...]
+) -> Iterator[Problem]:
+    if ensemble and {*direction} != {"reset"}:
+        yield Problem("ensemble", True, "true is accepted where the only direction is reset")
+        return
+    for model in _model(mechanism, over):
+        yield from ensemble_fits(model, ensemble, rtol)
+
+
+@divided
+@analysis(
+    _over_fits,
+    _section_fits,
+    _record_fits,
+    _one_kind_of_start,
+    _starts_fit,
+    _exponents_fit,
+    _ensemble_fits,
+)
 def bifurcation(
-    mechanism: Mechanism | TestSystem,
+    mechanism: Moving,
     *,
-    over: Mapping[str, Sequence[float]],
+    over: Over,
     section: Section = ONCE_A_TURN,
-    record: Sequence[str] | None = None,
-    turns: int = TURNS,
-    transient: int = TRANSIENT,
-    direction: str | Sequence[str] = "up",
-    starts: Sequence[Any] | None = None,
-    exponents: int = 0,
-    lyapunov_turns: int = LYAPUNOV_TURNS,
-    tolerance: float = TOLERANCE,
-    keep: int = KEEP,
-    rtol: float = RTOL,
-    initial: Any = None,
-    max_steps: int | None = None,
-    ensemble: bool = False,
-    n_jobs: int | None = None,
-    progress: Callable[[float], None] | None = None,
-) -> xr.Dataset:
+    record: Names | None = None,
+    turns: Natural = TURNS,
+    transient: Count = TRANSIENT,
+    direction: Direction = ("up",),
+    starts: Starts | None = None,
+    exponents: Count = 0,
+    lyapunov_turns: Natural = LYAPUNOV_TURNS,
+    tolerance: Annotated[Positive, unit("tolerance of a period", "1")] = TOLERANCE,
+    keep: Natural = KEEP,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    ensemble: Flag = False,
+    n_jobs: Natural | None = None,
+    progress: Progress = None,
+) -> Steps:
     """Describe the motions that a mechanism settles to, over one parameter or two.
 
     Parameters
@@ -131,96 +231,28 @@ def bifurcation(
     InputError
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
-    keywords = {
-        "over": over,
-        "section": section,
-        "record": record,
-        "turns": turns,
-        "transient": transient,
-        "direction": direction,
-        "starts": starts,
-        "exponents": exponents,
-        "tolerance": tolerance,
-        "lyapunov_turns": lyapunov_turns,
-        "keep": keep,
-        "rtol": rtol,
-        "initial": initial,
-        "ensemble": ensemble,
-    }
-    sweep = planned(mechanism, **keywords, max_steps=max_steps)
-    return assembled(sweep, sweep.run(n_jobs, progress))
+    keywords = {name: given for name, given in locals().items() if name not in ("n_jobs", "progress")}
+    sweep = planned(**keywords)
+    return assembled(sweep, (yield sweep.work(progress)))
 
 
 def planned(
     mechanism: Mechanism | TestSystem,
     *,
     over: Mapping[str, Sequence[float]],
-    section: Section = ONCE_A_TURN,
+    direction: tuple[str, ...],
+    turns: int,
+    keep: int,
     record: Sequence[str] | None = None,
-    turns: int = TURNS,
-    transient: int = TRANSIENT,
-    direction: str | Sequence[str] = "up",
-    starts: Sequence[Any] | None = None,
-    exponents: int = 0,
-    lyapunov_turns: int = LYAPUNOV_TURNS,
-    tolerance: float = TOLERANCE,
-    keep: int = KEEP,
-    rtol: float = RTOL,
+    starts: tuple[Any, ...] | None = None,
     initial: Any = None,
-    max_steps: int | None = None,
-    ensemble: bool = False,
+    **asked: Any,
 ) -> Sweep:
-    """Check the keywords of `bifurcation`, and say which motions are to be followed."""
-    asked.check(mechanism, turns, None, transient, rtol, max_steps)
-    counts = (turns, transient, keep, tolerance, exponents, lyapunov_turns)
-    plan = Plan(section, (), *counts, rtol, max_steps, ensemble)
-    directions = (direction,) if isinstance(direction, str) else tuple(direction)
-    begun = (initial,) if starts is None else tuple(starts)
-    wrong = _problems(plan, directions, initial, starts)
-    together(lambda: _two(axes(mechanism, over)), lambda: refused(wrong))
-    varied = axes(mechanism, over)
-    model = usual(mechanism, {axis.key: axis.values for axis in varied})
-    places = [partial(_placed, model, begun, i, section) for i in range(len(begun))]
-    together(lambda: names(record, model), lambda: refused(alone(model, ensemble, rtol, directions)), *places)
-    plan = replace(plan, record=names(record, model), keep=min(keep, turns))
-    return Sweep(mechanism, varied, directions, begun, plan)
-
-
-def _problems(plan: Plan, directions: tuple[Any, ...], initial: Any, starts: Any) -> Iterator[Problem]:
-    least = {"turns": 1, "transient": 0, "keep": 1, "exponents": 0, "lyapunov_turns": 1}
-    for key, smallest in least.items():
-        yield from whole(key, getattr(plan, key), smallest)
-    if not (isinstance(plan.tolerance, int | float) and 0 < plan.tolerance < math.inf):
-        yield Problem("tolerance", plan.tolerance, "a number greater than 0 is accepted")
-    for i, each in enumerate(directions):
-        if each not in DIRECTIONS or each in directions[:i]:
-            key = f"direction[{i}]" if len(directions) > 1 else "direction"
-            yield Problem(key, each, f"one of {', '.join(DIRECTIONS)}, or several, each once, is accepted")
-    if not directions or (starts is not None and not len(starts)):
-        key = "starts" if directions else "direction"
-        yield Problem(key, NOTHING, "a list of at least one is accepted")
-    if starts is not None and initial is not None:
-        yield Problem("initial", initial, "either starts or initial is accepted, not both")
-
-
-def alone(model: Mechanism | TestSystem, ensemble: bool, rtol: float, directions: Any) -> list[Problem]:
-    """What forbids to follow several points at once, where that is asked for."""
-    if ensemble is True and {*directions} != {"reset"}:
-        return [Problem("ensemble", True, "true is accepted where the only direction is reset")]
-    return follows.refused(model, ensemble, rtol)
-
-
-def _two(varied: tuple[Axis, ...]) -> None:
-    if len(varied) > 2:
-        raise refuse([axis.key for axis in varied], "one parameter or two are accepted", "over")
-
-
-def usual(mechanism: Mechanism | TestSystem, over: Mapping[str, Sequence[float]]) -> Mechanism | TestSystem:
-    """Give the mechanism of the largest values, against which keywords are checked; itself if it is none."""
-    try:
-        return changed(mechanism, {key: max(values) for key, values in over.items()})
-    except InputError:
-        return mechanism
+    """Say which motions are to be followed, by checked keywords of `bifurcation`."""
+    quantities = names(record, largest(mechanism, over))
+    plan = Plan(record=quantities, turns=turns, keep=min(keep, turns), **asked)
+    begun = (initial,) if starts is None else starts
+    return Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
 
 
 def names(record: Sequence[str] | None, model: Mechanism | TestSystem) -> tuple[str, ...]:
@@ -236,38 +268,13 @@ def names(record: Sequence[str] | None, model: Mechanism | TestSystem) -> tuple[
     return recorded(record, model, integrals=False)
 
 
-def _placed(model: Mechanism | TestSystem, begun: tuple[Any, ...], i: int, section: Section) -> None:
-    """Refuse a start that makes none, in the words of the keyword that it came by."""
-    try:
-        placed(model, begun[i], section)
-    except InputError as error:
-        own = "initial" if len(begun) == 1 else f"starts[{i}]"
-        tails = ((p, p.key.removeprefix("initial")) for p in error.problems)
-        raise InputError(p if tail == p.key else replace(p, key=own + tail) for p, tail in tails) from None
-
-
-def assembled(sweep: Sweep, answers: Mapping[Any, dict[str, Any]]) -> xr.Dataset:
-    """Make the dataset of `bifurcation` of what was found at each point, by its index."""
-    grid = Grid(sweep.dims, sweep.shape, sweep.plan.keep, answers)
-    variables = grid.variables
+def assembled(sweep: Sweep, read: Read) -> xr.Dataset:
+    """Make the dataset of `bifurcation` of the answers of its points."""
+    found = gather.dataset("bifurcation", sweep, sweep.keys, read)
     spread = {"units": "1", "long_name": "spread of section points that count as one"}
-    variables["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
-    coords = {
-        axis.name: (axis.name, np.array(axis.values, dtype=float), axis.attributes) for axis in sweep.axes
-    }
-    coords["direction"] = ("direction", np.array(sweep.directions), {"long_name": "direction of the sweep"})
-    numbered = {
-        "start": (len(sweep.starts), "number of the start"),
-        "point": (sweep.plan.keep, "section point"),
-        "exponent": (sweep.plan.exponents, "number of the exponent"),
-    }
-    used = {dim for dims, *_ in variables.values() for dim in dims}
-    for dim, (n, name) in numbered.items():
-        if dim in used:
-            numbers = np.arange(n) + (dim == "exponent")
-            coords[dim] = (dim, numbers, {"units": "1", "long_name": name})
-    for dim, names in grid.labels.items():
-        if dim in used:
-            coords[dim] = (dim, np.array(names, dtype=str), {"long_name": LABELLED[dim]})
-    found = xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "bifurcation"})
+    found["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
+    counts = numbered("point", sweep.plan.keep, "section point")
+    counts |= numbered("exponent", sweep.plan.exponents, "number of the exponent", 1)
+    found = found.assign_coords({dim: each for dim, each in counts.items() if dim in found.dims})
+    found.attrs.pop("swept")
     return found if len(sweep.starts) > 1 else found.isel(start=0, drop=True)

@@ -6,20 +6,29 @@ in which order they run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from itertools import count, product
+from collections.abc import Callable, Container, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from itertools import product
 from typing import Any
 
-from jointplay.analysis.cells import guarded, run_cells
+import numpy as np
+
+from jointplay.analysis.cells import Work, guarded
 from jointplay.analysis.starts import End, same_states
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
+from jointplay.analysis.sweeps.points import told
 from jointplay.analysis.vary import Axis, changed
+from jointplay.jobs.strands import Entry, Kept, Notes, key_of
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 DIRECTIONS = ("up", "down", "reset")
 BLOCK, TOGETHER = 8, 32  # points of a reset sweep in one cell, one by one or as an ensemble
+
+
+def numbered(dim: str, count: int, name: str, first: int = 0) -> dict[str, Any]:
+    """A coordinate that counts."""
+    return {dim: (dim, np.arange(first, first + count), {"units": "1", "long_name": name})}
 
 
 @dataclass(frozen=True)
@@ -42,124 +51,143 @@ class Sweep:
         """Numbers along them."""
         return (*(len(axis.values) for axis in self.axes), len(self.directions), len(self.starts))
 
-    def chains(self) -> Iterator[tuple[bool, int, list[tuple[int, ...]]]]:
-        """Whether points start from neighbours' ends, the number of the start, and the points' indices."""
+    @property
+    def coordinates(self) -> dict[str, Any]:
+        """Coordinates of the grid."""
+        found: dict[str, Any] = {
+            each.name: (each.name, np.array(each.values), each.attributes) for each in self.axes
+        }
+        found["direction"] = ("direction", np.array(self.directions), {"long_name": "direction of the sweep"})
+        return found | numbered("start", len(self.starts), "number of the start")
+
+    @cached_property
+    def chains(self) -> list[tuple[Chain, list[tuple[int, ...]]]]:
+        """What runs one after another, each with the indices of its points."""
+        found = []
         *others, last = (range(n) for n in self.shape[: len(self.axes)])
         for *other, (d, way), s in product(*others, enumerate(self.directions), range(len(self.starts))):
             indices = [(*other, n, d, s) for n in (reversed(last) if way == "down" else last)]
             block = TOGETHER if self.plan.ensemble else BLOCK
             size = block if way == "reset" else len(indices)
             for at in range(0, len(indices), size):
-                yield way != "reset", s, indices[at : at + size]
+                some = indices[at : at + size]
+                found.append((self._chain(some, self.starts[s], way != "reset"), some))
+        return found
 
-    def changes(self, index: tuple[int, ...]) -> dict[str, float]:
+    def _chain(self, indices: Sequence[tuple[int, ...]], start: Any, carried: bool) -> Chain:
+        """A chain, in which a carried point is known by all before it, which have made of it what it is."""
+        plan = asdict(self.plan) | {"section": self.plan.section}
+        origin = before = key_of("bifurcation", plan, self.mechanism, start, carried)
+        changes, keys = tuple(map(self._changes, indices)), []
+        for change in changes:
+            keys.append(before := key_of(before if carried else origin, change))
+        return Chain(tuple(keys), self.mechanism, changes, start, self.plan, carried)
+
+    def _changes(self, index: tuple[int, ...]) -> dict[str, float]:
         """What is changed at a point."""
         return {axis.key: axis.values[i] for axis, i in zip(self.axes, index, strict=False)}
 
-    def run(self, n_jobs: int | None, progress: Callable[[float], None] | None) -> dict[Any, dict[str, Any]]:
-        """Follow every motion; what was found, by the point's index."""
-        chains = list(self.chains())
-        cells = [
-            {"mechanism": self.mechanism, "changes": [self.changes(i) for i in indices], "carried": carried}
-            | {"start": self.starts[s], "plan": self.plan}
-            for carried, s, indices in chains
-        ]
-        if n_jobs == 1 or len(cells) == 1:
-            answers = _one_by_one(cells, progress)
-        else:
-            self.warm()
-            answers = run_cells(chain, cells, n_jobs, progress)
-        found: dict[Any, dict[str, Any]] = {}
-        for answer, (_, _, indices) in zip(answers, chains, strict=True):
-            lost = {"status": answer["status"], "trouble": answer.get("trouble", "")}
-            found |= dict(zip(indices, answer.get("answers", [lost] * len(indices)), strict=True))
-        return found
+    def work(self, progress: Callable[[float], None] | None) -> Work:
+        """The chains as what is handed out."""
+        shape = dict(zip(self.dims, self.shape, strict=True))
+        return Work([each for each, _ in self.chains], shape, progress, self.warm)
+
+    @property
+    def keys(self) -> list[str]:
+        """Of each point, the last dimension fastest."""
+        keys = {at: key for chain, some in self.chains for at, key in zip(some, chain.keys, strict=True)}
+        return [keys[at] for at in np.ndindex(self.shape)]
 
     def warm(self) -> None:
         """Compile what the first and the last point need, so that workers find it on the disk."""
         brief = replace(self.plan, turns=1, transient=0, lyapunov_turns=1)
         for corner in (0, -1):
             change = {axis.key: axis.values[corner] for axis in self.axes}
-            chain(self.mechanism, [change], self.starts[0], brief, False)
+            Chain(("",), self.mechanism, (change,), self.starts[0], brief, False).run(Kept())
 
 
-def _one_by_one(cells: list[dict[str, Any]], progress) -> list[dict[str, Any]]:
-    """The same as in a pool, here, with progress point by point."""
-    total, found, done = sum(len(cell["changes"]) for cell in cells), [], 0
-    for cell in cells:
-        counted = count(done + 1)
-        told = None if progress is None else partial(_tell, progress, counted, total)
-        found.append(chain(**cell, told=told))
-        done += len(cell["changes"])
-    return found
-
-
-def _tell(progress: Callable[[float], None], counted: Iterator[int], total: int, _: Any) -> None:
-    progress(next(counted) / total)
-
-
-def chain(
-    mechanism: Mechanism | TestSystem,
-    changes: Sequence[Mapping[str, float]],
-    start: Any,
-    plan: Plan,
-    carried: bool,
-    end: End | None = None,
-    told: Callable[[dict[str, Any]], None] | None = None,
-) -> dict[str, Any]:
-    """Settle at one value after another: a cell.
+@dataclass(frozen=True)
+class Chain:
+    """Points of a sweep that run one after another, each from the last good end if they are carried.
 
     Parameters
     ----------
+    keys : tuple of str
+        Of the points.
     mechanism : Mechanism or TestSystem
         What is changed.
-    changes : sequence of mapping
+    changes : tuple of dict
         As in `vary.changed`, one a point.
     start : optional
-        Of the first point.
+        Of the first point; of every point that is not carried, or has other states than the last good end.
     plan : Plan
         What is asked.
     carried : bool
-        Whether each further point starts from the last good end, where it has the same states; else from
-        `start` too.
-    end : End, optional
-        Where the motion of the point before the first stands, of a chain that goes on.
-    told : callable, optional
-        Called with what was found at each point, as soon as it is.
-
-    Returns
-    -------
-    dict
-        ``status`` 0 and ``answers``, one a point as `settle` gives them.
+        Whether points start from ends.
+    end : sequence, optional
+        Where the motion of the point before the first stands, as in `End`, of a chain that goes on.
     """
-    if plan.ensemble and not carried:
-        return {"status": 0, "answers": _together(mechanism, changes, start, plan, told)}
-    answers = []
-    for change in changes:
-        answer = guarded(
-            _point, {"mechanism": mechanism, "change": change, "start": start, "end": end, "plan": plan}
-        )
-        end = answer.get("end", end) if carried else None
-        answers.append(answer)
-        if told is not None:
-            told(answer)
-    return {"status": 0, "answers": answers}
 
+    keys: tuple[str, ...]
+    mechanism: Mechanism | TestSystem
+    changes: tuple[dict[str, float], ...]
+    start: Any
+    plan: Plan
+    carried: bool
+    end: Sequence[Any] | None = None
 
-def _point(mechanism, change: Mapping[str, float], start: Any, end: End | None, plan: Plan) -> dict[str, Any]:
-    here = changed(mechanism, change)
-    return settle(here, end if end is not None and same_states(here, end) else start, plan)
+    @property
+    def _at_once(self) -> bool:
+        return self.plan.ensemble and not self.carried
 
+    def run(self, notes: Notes) -> None:
+        """Settle at one point after another, or as an ensemble at all of them."""
+        end = self.end
+        if self._at_once:
+            notes.begin(self.keys[0])
+            for key, answer in zip(self.keys, self._together(), strict=True):
+                notes.put(key, told(answer, self.plan.keep))
+            return
+        for key, change in zip(self.keys, self.changes, strict=True):
+            notes.begin(key)
+            answer = guarded(self._point, {"change": change, "end": end})
+            end = answer.get("end", end) if self.carried else None
+            notes.put(key, told(answer, self.plan.keep))
 
-def _together(mechanism, changes, start: Any, plan: Plan, told) -> list[dict[str, Any]]:
-    """All points of a reset sweep's cell, eight at once."""
-    made = [guarded(_changed, {"mechanism": mechanism, "change": change}) for change in changes]
-    settled = iter(settle_together([(each["made"], start) for each in made if "made" in each], plan))
-    answers = [next(settled) if "made" in each else each for each in made]
-    for answer in answers if told is not None else ():
-        told(answer)
-    return answers
+    def _point(self, change: dict[str, float], end: Sequence[Any] | None) -> Entry:
+        here, last = changed(self.mechanism, change), end
+        if end is not None and not isinstance(end, End):  # from a journal
+            last = End(*end)
+        return settle(here, last if last is not None and same_states(here, last) else self.start, self.plan)
 
+    def _together(self) -> list[Entry]:
+        made = [guarded(self._changed, {"change": change}) for change in self.changes]
+        starts = [(each["made"], self.start) for each in made if "made" in each]
+        settled = iter(settle_together(starts, self.plan))
+        return [next(settled) if "made" in each else each for each in made]
 
-def _changed(mechanism, change: Mapping[str, float]) -> dict[str, Any]:
-    return {"made": changed(mechanism, change)}
+    def _changed(self, change: dict[str, float]) -> Entry:
+        return {"made": changed(self.mechanism, change)}
+
+    def only(self, key: str) -> Chain:
+        """Give the chain up to a point; the point alone where none depends on another."""
+        last = self.keys.index(key)
+        return self._at(range(last + 1) if self.carried else [last])
+
+    def sample(self) -> Chain:
+        """Give the first point; of an ensemble all, since they run at once."""
+        return self if self.plan.ensemble else self._at([0])
+
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Chain | None:
+        """Give what is to run still: a carried point depends on those before it."""
+        missing = [i for i, key in enumerate(self.keys) if key not in done]
+        if not missing or not self.carried:
+            return self._at(missing) if missing else None
+        first = missing[0]
+        ends = [answers[key]["end"] for key in self.keys[:first] if "end" in answers.get(key, ())]
+        rest = self._at(range(first, len(self.keys)))
+        return replace(rest, end=ends[-1]) if ends else rest
+
+    def _at(self, places: Sequence[int]) -> Chain:
+        keys, changes = (tuple(each[i] for i in places) for each in (self.keys, self.changes))
+        return replace(self, keys=keys, changes=changes)

@@ -18,7 +18,9 @@ from .text import at, door, lanes, stage, total
 HEADER = '''"""Generated: the method for eight trajectories at once; do not edit."""
 from math import sqrt
 
+from jointplay.numerics.ensemble.decide import bounded, converged
 from jointplay.numerics.ensemble.layout import CALL
+from jointplay.numerics.events import level_of
 from jointplay.numerics.interface import entry
 
 '''

@@ -14,14 +14,12 @@ from ...numerics.ensemble.radau import (
     ERROR_A,
     ERROR_C,
     GAMMA,
-    MAX_TURN,
-    NEWTON,
     NODES,
     STAGES,
-    STALE,
     TO_BERNSTEIN,
     A,
 )
+from ...numerics.events import SWING
 from .text import at, choose, lanes, rotation, stage, total
 
 N, S = range(r.N), range(STAGES)
@@ -38,9 +36,7 @@ def _guard(g: int) -> list[str]:
     margin = f"{at(r.CONE)} * abs({at(r.GUARD, 1)})" if g == 3 else at(r.MARGIN, g)
     lines = [
         f"start, side, margin = {at(r.GUARD, g)}, {at(r.SIDE, g)}, {margin}",
-        "near = 1.0 if 0.0 <= - side * start <= margin else 0.0",
-        f"near = max(near, {at(r.FIRED, g)})",
-        "level = start - side * margin if near > 0.0 else 0.0",
+        f"level = level_of(start, side, {at(r.FIRED, g)}, margin)",
     ]
     names = [f"v{j}" for j in range(STAGES + 1)]
     values = ["start", *(at(r.WATCHES, 4 * j + g) for j in S)]
@@ -59,7 +55,7 @@ def _gap(names: list[str]) -> list[str]:
         "flies = 1.0 if side < 0.0 else 0.0",
         f"{at(r.PASSES)} = passes * flies * {at(r.MISSES)}",
         f"least, most = {_nested('min', names)} + {at(r.BUSH)}, {_nested('max', names)} + {at(r.BUSH)}",
-        "swings = 1.0 if 4.0 * least < most else 0.0",
+        f"swings = 1.0 if {SWING!r} * least < most else 0.0",
         f"{at(r.SWINGS)} = swings * {at(r.VARIANT)}",
     ]
 
@@ -102,13 +98,8 @@ def _ahead() -> list[str]:
 
 def _plain() -> list[str]:
     """Whether the attempt is taken with no more ado; what is not so goes through the loop's own code."""
-    converged = "max(g0 * g1 * g2, g3)"
     flags = [
-        "theta < 0.99",
-        f"size <= {STALE!r}",
-        f"size * theta <= {NEWTON!r} * (1.0 - theta)",
-        f"size < {r.NOTHING!r}",
-        f"{at(r.TURNED)} <= {MAX_TURN!r}",
+        f"converged({at(r.SIZE)}, {at(r.SIZE_BEFORE)}, {at(r.TURNED)})",
         f"{at(r.ERROR)} < 1.0",
         f"{at(r.LOW)} >= 0.0",
         f"{at(r.T)} + {at(r.H)} < {at(r.END)} * 0.99999999999999",
@@ -116,9 +107,8 @@ def _plain() -> list[str]:
         f"{at(r.LEFT)} > 1.5",
         f"max({at(r.ODD)}, max({at(r.PASSES)}, {at(r.SWINGS)})) == 0.0",
     ]
-    lines = [f"size = {at(r.SIZE)}", f"theta = size / {at(r.SIZE_BEFORE)}"]
-    lines += [f"g{k} = 1.0 if {flag} else 0.0" for k, flag in enumerate(flags)]
-    lines += [f"plain = {converged} * " + " * ".join(f"g{k}" for k in range(4, len(flags)))]
+    lines = [f"g{k} = 1.0 if {flag} else 0.0" for k, flag in enumerate(flags)]
+    lines += ["plain = " + " * ".join(f"g{k}" for k in range(len(flags)))]
     lines += [f"{at(row)} = plain" for row in (r.PLAIN, r.WHOLE, r.TAKEN, r.KEEP)]
     lines += [f"{at(r.WAS_JOINED)} = {at(r.JOINED)}", f"{at(r.JOINED)} = 0.0", f"{at(r.LATER)} = 0.0"]
     return [*lines, f"{at(r.H_NEXT)} = {at(r.H)}"]
@@ -199,9 +189,7 @@ def _control() -> list[str]:
         lines += choose(at(row), value, "whole > 0.0")
     fast = _nested("max", [f"abs({at(r.Y, k)})" for k in N])
     lines += [
-        f"new = min({at(r.H_CONTROL)}, {0.8 * MAX_TURN!r} / {fast})",
-        f"left = {at(r.END)} - ({at(r.T)} + h)",
-        "new = left if left < 1.001 * new else new",
+        f"new = bounded({at(r.H_CONTROL)}, {fast}, {at(r.END)} - ({at(r.T)} + h))",
         *choose(at(r.H_NEXT), "new", "whole > 0.0"),
     ]
     return lines

@@ -33,20 +33,11 @@ N = range(r.N)
 ENTRIES = [(k, i) for k in N for i in range(2 * r.N)]  # of the Jacobian
 
 
-def suits(system: System) -> bool:
-    """Whether eight can run at once: three angles that turn freely, the crank first, and one contact."""
-    angles = tuple(angle.position for angle in system.angles)
-    free = all(angle.rate == 0 and angle.offset == 0 for angle in system.angles)
-    turning = free and angles == system.positions and len(angles) == len(system.speeds) == r.N
-    alone = len(system.contacts) == 1 and not system.resets and not system.powers
-    return turning and alone and system.section in (None, system.positions[0])
-
-
 def text(system: System) -> str:
-    """Source of the module of a system (that `suits`)."""
+    """Source of the module of a system (of a structure that is `known`)."""
     writer, dynamics = Writer(system), Dynamics(system, "touch")
     bodies = [_rate(writer, dynamics), _slopes(writer, dynamics), writer.prepare(), *_doors()]
-    rows = f"SUITS = True\nROWS = {writer.first + len(writer.constants)}\n"
+    rows = f"ROWS = {writer.first + len(writer.constants)}\n"
     return HEADER + rows + "\n\n" + "\n\n\n".join(bodies) + "\n"
 
 

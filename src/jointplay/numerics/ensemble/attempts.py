@@ -8,18 +8,19 @@ earlier. The steps to a root are attempts like any others, beside those of other
 
 from math import inf
 
-from ..events import ROUNDING
+from ..control import instant, learnt
+from ..events import REFINEMENTS, ROUNDING, TOGETHER, comes_back, corrected, correction
 from ..interface import inlined, inner
 from ..memory import SECTION_ROW
-from ..status import DIVERGED, HUGE, NOT_CONVERGED
+from ..status import trouble
 from . import layout as c
+from .decide import bounded, converged
 from .guards import aimed, coefficients, first, margin, misses, passing
-from .radau import MAX_TURN, NEWTON, STAGES, STALE
+from .radau import MAX_TURN, NEWTON, STAGES
 from .record import note, record_end
 
 ORDER = 6  # of the error estimate in h
-REFINEMENTS = 8
-TOGETHER, NEAR_ROOT = 1e-6, 1e-5  # of a step
+NEAR_ROOT = 1e-5  # of a step
 AT_START = 1e-8  # of a step: no section is looked for nearer to its base point
 STEPPING, ROOT, SECTION, DONE = range(4)  # phases of a lane
 
@@ -48,32 +49,28 @@ def special(k, j, i):
         _failed(k, j, i, h, False)
         return False
     if k.whole[8 * c.FRESH + i]:
-        _learn(k, i, h, error)
+        at = 8 * (c.H_START + int(w[8 * c.VARIANT + i])) + i
+        k.real[at] = learnt(k.real[at], w[8 * c.REJECTION + i] > 0.0, h, error)
+        k.whole[8 * c.FRESH + i] = 0
     return _reach(k, j, i)
 
 
 @inner
 def _verdict(w, i):
     """Of the iteration: 1 converged, 0 worth going on with, -1 not."""
-    size, before = w[8 * c.SIZE + i], w[8 * c.SIZE_BEFORE + i]
-    if not (w[8 * c.TURNED + i] <= MAX_TURN and size < 1e10):
-        return -1
-    if size < c.NOTHING:
+    size, before, turned = w[8 * c.SIZE + i], w[8 * c.SIZE_BEFORE + i], w[8 * c.TURNED + i]
+    if converged(size, before, turned):
         return 1
     theta = size / before
-    if size <= STALE and theta < 0.99 and size * theta <= NEWTON * (1.0 - theta):
-        return 1
-    again = theta < 0.7 and w[8 * c.WAS_JOINED + i] == 0.0 and size * theta * theta * theta <= NEWTON
-    return 0 if again else -1
+    hopeful = turned <= MAX_TURN and size < 1e10 and w[8 * c.WAS_JOINED + i] == 0.0
+    return 0 if hopeful and theta < 0.7 and size * theta * theta * theta <= NEWTON else -1
 
 
 @inner
-def bounded(w, i, h):
-    """Length of the next attempt, within the angles' bound and the end of the run."""
+def begin(w, i, h):
+    """Let the next attempt have the length h, within its bounds."""
     fast = max(abs(w[8 * c.SPEED + i]), max(abs(w[8 * c.SPEED + 8 + i]), abs(w[8 * c.SPEED + 16 + i])))
-    h = min(h, 0.8 * MAX_TURN / fast)
-    left = w[8 * c.END + i] - w[8 * c.T + i]
-    return left if left < 1.001 * h else h
+    w[8 * c.H_NEXT + i] = bounded(h, fast, w[8 * c.END + i] - w[8 * c.T + i])
 
 
 @inner
@@ -86,10 +83,10 @@ def _shorten(k, j, i, h, kind, smooth):
     w[8 * c.H_CONTROL + i], w[8 * c.REJECTION + i], w[8 * c.ODD + i] = h, 1.0, 1.0
     if not smooth:
         w[8 * c.SMOOTH + i] = 0.0
-    w[8 * c.H_NEXT + i] = bounded(w, i, h)
-    if not h > 1e-15 * max(abs(w[8 * c.T + i]), j.real[job, c.J_NEAR]):
+    begin(w, i, h)
+    if not h > instant(w[8 * c.T + i], j.real[job, c.J_NEAR]):
         k.whole[8 * c.PHASE + i] = DONE
-        j.count[job, c.C_STATUS] = _trouble(w, i)
+        j.count[job, c.C_STATUS] = trouble(w[8 * c.POSITION + i :: 8], 2 * c.N - 1)
 
 
 @inner
@@ -97,25 +94,6 @@ def _failed(k, j, i, h, smooth):
     """Length h is too long: the iteration does not converge, or the journal swings (numerics.events)."""
     k.w[8 * c.H_LIMIT + i] = 0.75 * h
     _shorten(k, j, i, 0.5 * h, c.C_FAILED, smooth and h > 0.2 * k.w[8 * c.H_PAST + i])
-
-
-@inner
-def _trouble(w, i):
-    for r in range(c.POSITION, c.POSITION + 2 * c.N):
-        if not abs(w[8 * r + i]) < HUGE:
-            return DIVERGED
-    return NOT_CONVERGED
-
-
-@inner
-def _learn(k, i, h, error):
-    """Length of the next step after an event like this one (numerics.control.learn_start)."""
-    at = 8 * (c.H_START + int(k.w[8 * c.VARIANT + i])) + i
-    if error < 1e-3:
-        k.real[at] = 0.0
-    elif k.w[8 * c.REJECTION + i] > 0.0 or k.real[at] > 0.0:
-        k.real[at] = h * min((0.5 / error) ** 0.25, 2.0)
-    k.whole[8 * c.FRESH + i] = 0
 
 
 @inner
@@ -127,8 +105,8 @@ def _reach(k, j, i):
     if g < 0:
         return _accept(k, j, i, g, 0.0, False)
     near = j.real[k.whole[8 * c.JOB + i], c.J_NEAR]
-    if place * h <= 1e-15 * max(abs(w[8 * c.T + i]), near):
-        if w[8 * (c.FIRED + g) + i] > 0.0 and h > 1e-3 * near:
+    if place * h <= instant(w[8 * c.T + i], near):
+        if comes_back(w[8 * (c.FIRED + g) + i], h, near):
             _shorten(k, j, i, 0.5 * h, c.C_FAILED, False)
             return False
         k.whole[8 * c.AT + i] = g
@@ -154,18 +132,17 @@ def _located(k, j, i):
     """An attempt that was to end at a guard's root. True: it does."""
     w, h, g, least = k.w, k.w[8 * c.H + i], k.whole[8 * c.AT + i], k.real[8 * c.LEVEL + i]
     coefficients(w, 8 * (c.WATCHES + g), w[8 * (c.GUARD + g) + i], i, k.b)
-    off, slope = least - k.b[STAGES], STAGES * (k.b[STAGES] - k.b[STAGES - 1])
-    correction = off / slope if slope != 0.0 else 0.0
-    there = abs(off) < ROUNDING * margin(w, i, g)
-    if abs(correction) < NEAR_ROOT or there:
-        correction = correction if abs(correction) < NEAR_ROOT else 0.0
+    later = correction(k.b, STAGES + 0 * g, least)
+    there = abs(least - k.b[STAGES]) < ROUNDING * margin(w, i, g)
+    if abs(later) < NEAR_ROOT or there:
+        exact = later if abs(later) < NEAR_ROOT else 0.0
         earlier = 2.0
         if w[8 * c.LOW + i] < 0.0:
             _, earlier = first(k, i, ROUNDING)
-        if 1.0 + correction - earlier <= TOGETHER + 10.0 * correction * correction:
-            return _accept(k, j, i, g, correction * h, False)
+        if 1.0 + exact - earlier <= TOGETHER + 10.0 * exact * exact:
+            return _accept(k, j, i, g, exact * h, False)
         k.whole[8 * c.TRIES + i] = REFINEMENTS
-    _nearer(k, j, i, h * (1.0 + min(max(correction, -0.5), 0.5)))
+    _nearer(k, j, i, corrected(h, later))
     return False
 
 

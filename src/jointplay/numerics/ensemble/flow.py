@@ -30,7 +30,7 @@ def jobs(states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.nd
         log=np.zeros((rows + ROOM, c.COLUMNS + c.RECORD)),
         start=np.zeros((n, c.RECORD)),
         final=np.zeros((n, c.RECORD)),
-        place=np.zeros(3, dtype=np.int64),
+        place=np.zeros(c.PLACES, dtype=np.int64),
     )
 
 
@@ -83,7 +83,10 @@ def _attempt(g, w):
 
 
 def run(f, g, k, j):
-    """Run until all trajectories are done (OK) or the log is FULL: then empty it and call again."""
+    """Run until all trajectories are done (OK), or the log is full, or it is time for a pause (FULL).
+
+    Then empty the log, set the next pause and call again.
+    """
     w, ended = k.w, True
     while True:
         if ended:
@@ -94,7 +97,7 @@ def run(f, g, k, j):
             if new:
                 g.prepare(w)
                 g.base(w)
-        if j.place[c.LOGGED] + ROOM > len(j.log):
+        if j.place[c.LOGGED] + ROOM > len(j.log) or j.place[c.PASSED_BY] >= j.place[c.PAUSE]:
             return FULL
         _attempt(g, w)
         j.place[c.PASSED_BY] += 1

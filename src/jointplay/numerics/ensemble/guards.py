@@ -3,6 +3,7 @@
 As numerics.events for one trajectory, with the margins that guards have there; polynomials are of degree 5.
 """
 
+from ..events import aim, leaving, level_of
 from ..interface import inner
 from ..memory import MISS_ROW
 from ..modes import GAP
@@ -32,11 +33,9 @@ def margin(w, i, g):
 
 @inner
 def level(w, i, g):
-    """The level that guard g is to leave (numerics.events.start_of)."""
-    start, side, most = w[8 * (c.GUARD + g) + i], w[8 * (c.SIDE + g) + i], margin(w, i, g)
-    if w[8 * (c.FIRED + g) + i] > 0.0 or 0.0 <= -side * start <= most:
-        return start - side * most
-    return 0.0
+    """The level that guard g is to leave."""
+    start, side = w[8 * (c.GUARD + g) + i], w[8 * (c.SIDE + g) + i]
+    return level_of(start, side, w[8 * (c.FIRED + g) + i], margin(w, i, g))
 
 
 @inner
@@ -48,14 +47,9 @@ def first(k, i, doubt):
         if side != 0.0:
             least = level(w, i, g) - side * doubt * margin(w, i, g)
             coefficients(w, 8 * (c.WATCHES + g), w[8 * (c.GUARD + g) + i], i, b)
-            lowest = 0.0
-            for n in range(STAGES + 1):
-                b[n] -= least
-                lowest = min(lowest, side * b[n])
-            if lowest < 0.0:
-                place = first_root(b, STAGES, int(side), k.stack)
-                if place < earliest:
-                    which, earliest = g, place
+            place = leaving(b, STAGES + 0 * g, int(side), least, k.stack)
+            if place < earliest:
+                which, earliest = g, place
     return which, earliest
 
 
@@ -63,11 +57,10 @@ def first(k, i, doubt):
 def aimed(k, i, g, place):
     """The level that is left at `place`: zero where the guard has been inside between (events.aim)."""
     least, side = level(k.w, i, g), k.w[8 * (c.SIDE + g) + i]
-    if least != 0.0:
-        coefficients(k.w, 8 * (c.WATCHES + g), k.w[8 * (c.GUARD + g) + i], i, k.b)
-        if side * value(k.b, 0, STAGES, 0.5 * place, k.b[8:]) > margin(k.w, i, g):
-            return 0.0
-    return least
+    if least == 0.0:
+        return least
+    coefficients(k.w, 8 * (c.WATCHES + g), k.w[8 * (c.GUARD + g) + i], i, k.b)
+    return aim(k.b, STAGES + 0 * g, side, place, least, margin(k.w, i, g))
 
 
 @inner

@@ -2,12 +2,13 @@
 
 from math import inf
 
+from ..control import at_end, restarted
 from ..interface import inner
 from ..memory import EVENT_ROW
-from ..modes import CONTACT, FREE, PULLS, RELEASED, follow, inside, mask, touch
-from ..status import CHATTER, CHATTER_COUNT, STEP_LIMIT
+from ..modes import FREE, PULLS, RELEASED, follow, inside, mask, start
+from ..status import CHATTER, CHATTER_COUNT, STEP_LIMIT, crowded
 from . import layout as c
-from .attempts import DONE, STEPPING, bounded
+from .attempts import DONE, STEPPING, begin
 from .radau import STAGES
 from .record import note, record
 
@@ -59,7 +60,8 @@ def enter(f, k, j, i, job):
     w[8 * c.END + i], w[8 * c.LEFT + i] = real[c.J_END], whole[c.J_STEPS]
     w[8 * c.H_PAST + i] = w[8 * c.OFFSET + i] = w[8 * c.ERROR_BEFORE + i] = w[8 * c.ODD + i] = 1.0
     w[8 * c.H_LIMIT + i], w[8 * c.H_CONTROL + i] = 1e300, real[c.J_H]
-    w[8 * c.H + i] = w[8 * c.H_NEXT + i] = bounded(w, i, real[c.J_H])
+    begin(w, i, real[c.J_H])
+    w[8 * c.H + i] = w[8 * c.H_NEXT + i]
     w[8 * c.DIRECTION + i] = whole[c.J_DIRECTION] if whole[c.J_DIRECTION] else 1.0
     w[8 * c.AHEAD + i] = real[c.J_LEVEL] if whole[c.J_DIRECTION] else 1e300
     w[8 * c.MARGIN + i], w[8 * (c.MARGIN + 1) + i] = real[c.J_GAP], real[c.J_FORCE]
@@ -72,21 +74,12 @@ def enter(f, k, j, i, job):
 
 @inner
 def _start(f, k, i, rest):
-    """The mode that belongs to the initial state (as numerics.flow has it)."""
+    """The mode that belongs to the initial state."""
     _gather(k, i)
     f.trig(k.s, k.p)
     for r in range(c.N):
         k.w[8 * (c.SINE + r) + i], k.w[8 * (c.COSINE + r) + i] = k.s[1 + 2 * c.N + r], k.s[1 + 3 * c.N + r]
-    k.modes[0] = CONTACT
-    mask(k.modes, k.m)
-    slip = 1 + 0 * i
-    f.contacts(slip, k.s, k.p, k.m, k.out)
-    closed, force = k.out[0] >= 0.0, k.out[3]
-    k.modes[0] = FREE
-    if closed and (k.flags[0] & PULLS or force > 0.0):
-        touch(f.contacts, 0 * i, k.flags, k.modes, k.m, k.s, k.p, rest, k.out)
-    elif closed:
-        k.modes[0] = RELEASED
+    start(f.contacts, 0 * i, k.flags, k.modes, k.m, k.s, k.p, rest, k.out)
     _scatter(k, i)
 
 
@@ -94,8 +87,8 @@ def _start(f, k, i, rest):
 def event(f, k, j, i):
     """Change the mode of a lane at its base point; count events that crowd."""
     w, job, t = k.w, k.whole[8 * c.JOB + i], k.w[8 * c.T + i]
-    real, near = j.real[job], t - k.real[8 * c.T_EVENT + i] < j.real[job, c.J_NEAR]
-    k.whole[8 * c.CLOSE + i] = k.whole[8 * c.CLOSE + i] + 1 if near else 0
+    real, later = j.real[job], t - k.real[8 * c.T_EVENT + i]
+    k.whole[8 * c.CLOSE + i] = crowded(k.whole[8 * c.CLOSE + i], later, real[c.J_NEAR])
     k.real[8 * c.T_EVENT + i] = t
     j.count[job, c.C_EVENTS] += 1
     row = j.log[j.place[c.LOGGED]]
@@ -120,12 +113,12 @@ def event(f, k, j, i):
 def _restart(k, i):
     """Length of the first step after an event: that which served the last one into the same mode."""
     w, variant = k.w, int(k.w[8 * c.VARIANT + i])
-    served, short = w[8 * (c.H_VARIANT + variant) + i], k.real[8 * (c.H_START + variant) + i]
-    h = served if served > 0.0 else w[8 * c.H_CONTROL + i]
-    h = min(h, short) if short > 0.0 else h
+    served, kept = w[8 * (c.H_VARIANT + variant) + i], k.real[8 * (c.H_START + variant) + i]
+    h = restarted(w[8 * c.H_CONTROL + i], served, kept)
     w[8 * c.SMOOTH + i], w[8 * c.REJECTION + i], w[8 * c.H_BEFORE + i] = 0.0, 0.0, 0.0
     w[8 * c.H_LIMIT + i], w[8 * c.ODD + i], w[8 * c.H_CONTROL + i] = 1e300, 1.0, h
-    w[8 * c.H + i] = w[8 * c.H_NEXT + i] = bounded(w, i, h)
+    begin(w, i, h)
+    w[8 * c.H + i] = w[8 * c.H_NEXT + i]
     k.whole[8 * c.FRESH + i] = 1
 
 
@@ -138,7 +131,7 @@ def ends(k, j, i):
         return True
     if k.whole[8 * c.PHASE + i] != STEPPING or w[8 * c.JOINED + i] > 0.0:
         return False
-    if abs(end - w[8 * c.T + i]) <= 4e-16 * abs(end):  # a sum of lengths may miss the end by rounding
+    if at_end(w[8 * c.T + i], end):
         w[8 * c.T + i] = end
     if k.whole[8 * c.CLOSE + i] >= CHATTER_COUNT:
         status = CHATTER

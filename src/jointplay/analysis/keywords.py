@@ -1,0 +1,177 @@
+"""Analyses say by their signatures what they accept: the decorator, and types of keywords that they share.
+
+`analysis` makes a function an analysis: its annotations check each call (`mechanism.signature`), and its
+`progress` is told how far it is. Study files are checked by the same annotations and rules.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from inspect import isgeneratorfunction
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Discriminator,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    Tag,
+    ValidationInfo,
+    field_validator,
+)
+
+from jointplay.analysis.looks import reported
+from jointplay.errors import refuse
+from jointplay.mechanism.base import (
+    Angle,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Record,
+    accepts,
+    measured,
+    unit,
+)
+from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.signature import Rule, checked
+
+T = TypeVar("T")
+RTOL = (1e-14, 1e-4)
+MOST = 100_000  # values along an axis
+
+_MOVING = "a Mechanism or TestSystem, such as catalog.chunmei2002(),"
+_START = "a table of crank_angle, crank_speed, or a list of numbers (the state),"
+_PLANE = "a table of two coordinates, each a rising list of numbers or a table of start, stop and num,"
+
+
+def analysis(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
+    """Make a function an analysis: its signature checks each call, and its `progress` is told as time passes.
+
+    What a generator function's progress is told is up to who drives it: `cells.divided` goes around this.
+
+    Parameters
+    ----------
+    *rules : callable
+        As in `checked`: say what of the keywords does not fit together, or not the mechanism.
+    """
+    return lambda function: checked(*rules)(function if isgeneratorfunction(function) else reported(function))
+
+
+class Initial(Record):
+    """Where a linkage starts: the ideal mechanism's position and speeds at a crank angle, or as written out.
+
+    Parameters
+    ----------
+    crank_angle : float, optional
+        rad; 0 if left out.
+    crank_speed : float, optional
+        rad/s; the drive's no-load speed if left out.
+    branch : {'upper', 'lower'}, optional
+        Of the ideal mechanism; its own if left out.
+    angle, angular_velocity : dict of str to float, optional
+        Of every link, by name, rad and rad/s, instead of the crank's.
+    """
+
+    crank_angle: Angle | None = measured("crank angle", "rad", None)
+    crank_speed: Number | None = measured("crank speed", "rad/s", None)
+    branch: Literal["upper", "lower"] | None = None
+    angle: dict[str, Angle] | None = measured("angle of each link, by name", "rad", None)
+    angular_velocity: dict[str, Number] | None = measured(
+        "angular velocity of each link, by name", "rad/s", None
+    )
+
+    @field_validator("angle", "angular_velocity")
+    @classmethod
+    def _instead_of_the_crank(cls, given: Any, info: ValidationInfo) -> Any:
+        crank = [key for key in ("crank_angle", "crank_speed", "branch") if info.data.get(key) is not None]
+        if given is not None and crank:
+            raise refuse(given, f"either {' and '.join(crank)}, or angle and angular_velocity, are accepted")
+        return given
+
+
+class Span(Record):
+    """Evenly spaced values.
+
+    Parameters
+    ----------
+    start, stop : float
+        First and last.
+    num : int
+        How many.
+    """
+
+    start: Number
+    stop: Number
+    num: Annotated[int, Field(strict=True, ge=2, le=MOST)]
+
+
+def _moving(given: Any) -> Any:
+    if not isinstance(given, Mechanism | TestSystem):
+        raise refuse(given, f"{_MOVING} is accepted")
+    return given
+
+
+def as_list(given: Any) -> Any:
+    """Arrays and ranges as lists."""
+    if hasattr(given, "__array__"):
+        return given.__array__().tolist()
+    return list(given) if isinstance(given, range) else given
+
+
+def as_several(given: Any) -> Any:
+    """One value as a list of one."""
+    given = as_list(given)
+    return given if isinstance(given, Sequence) and not isinstance(given, str) else (given,)
+
+
+def _form(given: Any) -> str:
+    return "table" if isinstance(given, Mapping | Record) else "list"
+
+
+def _plain(given: Any) -> Any:
+    """A record as a table of what it says."""
+    return given.model_dump(exclude_none=True) if isinstance(given, Record) else given
+
+
+def _table_or_list(table: type[Record], numbers: Any, words: str) -> Any:
+    """Type of what is written as a table or as a list of numbers, and taken as such."""
+    either = Annotated[table, Tag("table")] | Annotated[numbers, Tag("list")]
+    return Annotated[
+        either,
+        Discriminator(_form),
+        BeforeValidator(as_list),
+        AfterValidator(_plain),
+        PlainSerializer(_plain),
+        accepts(words),
+    ]
+
+
+def several(item: Any, words: str) -> Any:
+    """Type of a list of which one value may stand by itself."""
+    return Annotated[tuple[item, ...], BeforeValidator(as_several), accepts(words)]
+
+
+def listed(item: Any, words: str) -> Any:
+    """Type of a list, or an array."""
+    return Annotated[tuple[item, ...], BeforeValidator(as_list), accepts(words)]
+
+
+Moving = Annotated[Mechanism | TestSystem, PlainValidator(_moving), accepts(_MOVING)]
+Length = Annotated[Positive, Field(le=1e9)]  # turns, or s
+Duration = Annotated[Length, unit("duration", "s")]
+Before = Annotated[NonNegative, Field(le=1e9)]
+Rtol = Annotated[Number, Field(ge=RTOL[0], le=RTOL[1])]
+Share = Annotated[NonNegative, Field(lt=1)]
+Small = Annotated[Positive, Field(lt=1)]
+Names = listed(str, "a list of names")
+Text = Annotated[str, Field(min_length=1)]
+JointName = Annotated[Name, Field(description="joint name", json_schema_extra={"noun": True})]
+Quantity = Annotated[Text, accepts("the name of a quantity")]
+Quantities = listed(str, "a list of names of quantities")
+Start = _table_or_list(Initial, tuple[Number, ...], _START)
+Starts = Annotated[tuple[Start, ...], accepts("a list of starts, each as initial,")]
+Plane = Annotated[dict[str, _table_or_list(Span, list[Number], _PLANE)], accepts(_PLANE)]
+Progress = Annotated[Callable[[float], None] | None, accepts("a function of the fraction done")]

@@ -1,0 +1,147 @@
+"""What a long computation does between two of its pieces: it tells how far it is, and ends if that is asked.
+
+Compiled code runs in pieces (pieces), and long loops of Python have passes: each calls `look`. What tells
+knows nothing of who asked; what runs deep inside an analysis needs no callable handed down.
+"""
+
+from __future__ import annotations
+
+import _thread
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import wraps
+from typing import TypeVar
+
+T = TypeVar("T")
+EVERY = 0.25  # s between two reports, where no more is known to be done
+PATIENCE = 1.0  # s in which what is asked to end comes to a look; else it is interrupted wherever it is
+
+
+class Stopped(KeyboardInterrupt):
+    """Ends a run between two pieces, where what it has so far is kept."""
+
+
+class Told:
+    """A user's `progress`: told of fractions that never fall, and again of the last one as time passes."""
+
+    def __init__(self, progress: Callable[[float], None]):
+        self.progress, self.fraction, self.last = progress, 0.0, -math.inf
+        self.error: Exception | None = None
+
+    def __call__(self, fraction: float) -> None:
+        self.fraction, self.last = min(1.0, max(self.fraction, float(fraction))), time.monotonic()
+        try:
+            self.progress(self.fraction)
+        except Exception as error:
+            self.error = error
+            raise
+
+    def again(self) -> None:
+        """Tell the same again if the last time is a while ago."""
+        if time.monotonic() - self.last >= EVERY:
+            self(self.fraction)
+
+
+_told: ContextVar[Told | None] = ContextVar("told", default=None)
+
+
+def reported(analysis: Callable) -> Callable:
+    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at its end."""
+
+    @wraps(analysis)
+    def told(*arguments, progress: Callable[[float], None] | None = None, **keywords):
+        if not callable(progress):  # None, or what the analysis refuses
+            return analysis(*arguments, progress=progress, **keywords)
+        tell = Told(progress)
+        before = _told.set(tell)
+        try:
+            found = analysis(*arguments, progress=tell, **keywords)
+            tell(1.0)
+            return found
+        finally:
+            _told.reset(before)
+
+    return told
+
+
+def part(
+    progress: Callable[[float], None] | None, first: float, last: float
+) -> Callable[[float], None] | None:
+    """The progress of a part of the work, which is the whole's from `first` to `last`."""
+    return None if progress is None else lambda done: progress(first + (last - first) * done)
+
+
+def from_progress(error: Exception) -> bool:
+    """Whether an error is what a user's `progress` raised, and so no failure of what was computed."""
+    told = _told.get()
+    return told is not None and told.error is error
+
+
+def look() -> None:
+    """Say that it still runs; end it here if that is asked.
+
+    Raises
+    ------
+    Stopped
+        Once, after `stop`.
+    """
+    if (told := _told.get()) is not None:
+        told.again()
+    if _stop.asked:
+        _stop.heeded = _stop.asked = False
+        raise Stopped
+
+
+def seen(passes: Iterable[T]) -> Iterator[T]:
+    """The same, with a look before each."""
+    for each in passes:
+        look()
+        yield each
+
+
+class _Stop:
+    """Whether something runs that keeps what it has when it is stopped; whether it is asked to stop."""
+
+    heeded = asked = False
+
+
+_stop = _Stop()
+
+
+@contextmanager
+def keeping(kept: bool = True) -> Iterator[None]:
+    """Let `stop` end what runs inside the block at its next look."""
+    _stop.heeded, _stop.asked = kept, False
+    try:
+        yield
+    finally:
+        _stop.heeded = _stop.asked = False
+
+
+def stop() -> bool:
+    """Ask what runs to end at its next look and keep what it has; False where nothing does so.
+
+    Where no look comes soon, as while something compiles, the main thread is interrupted all the same.
+    """
+    if not _stop.heeded or _stop.asked:
+        return False
+    _stop.asked = True
+    late = threading.Timer(PATIENCE, _interrupt)
+    late.daemon = True
+    late.start()
+    return True
+
+
+def _interrupt() -> None:
+    if not _stop.asked:
+        return
+    _stop.heeded = False
+    if hasattr(signal, "pthread_kill"):  # a real one, that ends what the main thread waits for
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+    else:
+        _thread.interrupt_main()

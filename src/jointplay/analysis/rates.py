@@ -1,0 +1,88 @@
+"""Accelerations of recorded states, also where the motion's own steps pass over what they depend on.
+
+An acceleration amplifies the error of a state by the fastest rate of the equations: by 10^6 per second at the
+motor's line. Where friction turns over, that line answers within microseconds; a step of the motion passes
+over this, and its polynomial keeps a part of it that is nothing for a speed and much for an acceleration. The
+flow marks such steps (numerics.record). What they recorded is here followed anew, from the beginning of each
+step, by two steps or more and with a thousandth of the tolerance; only accelerations, and what depends on
+them, are taken from there. The motion and all else that is recorded stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.run import Records, Request, functions, memory
+from jointplay.analysis.words import RATES
+from jointplay.codegen import cache
+from jointplay.mechanism.scene import Scene
+
+CLOSER = 1e-3  # of the tolerance
+LEAST = 1e-13  # tolerance at which rounding begins
+ATTEMPTS = 10_000  # in one step of the motion
+TOGETHER = 256  # doubts in a compiled call, which no interrupt ends
+END, TIME = 1, 2  # columns of a doubt
+
+
+def needed(names: Iterable[str]) -> bool:
+    """Whether any of these quantities depends on accelerations."""
+    return not {*names}.isdisjoint(RATES)
+
+
+def quantities(scene: Scene, rtol: float, records: Records, rows: np.ndarray) -> Quantities:
+    """Quantities of some rows of the records of a run with `Request.rates`, accelerations and all."""
+    return Quantities(scene, rows, records.start, resolved(scene, rtol, records.doubts, rows))
+
+
+def resolved(scene: Scene, rtol: float, doubts: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Rows of records (time, positions, speeds, modes, work) with states whose accelerations are right.
+
+    Parameters
+    ----------
+    scene, rtol
+        What was followed, with `Request.rates`, and how closely.
+    doubts, rows : ndarray
+        Its steps in doubt, and some of its samples, steps or section points.
+
+    Returns
+    -------
+    ndarray
+        The same rows where no step was in doubt. States in contact modes other than the asked ones, which lie
+        within an event's uncertainty, stay as they are.
+    """
+    places = np.searchsorted(doubts[:, TIME], rows[:, 0], side="left") - 1  # a beginning is its own state
+    held = np.flatnonzero(places >= 0)
+    held = held[rows[held, 0] <= doubts[places[held], END]]
+    if not len(held):
+        return rows
+    places, wanted, found = places[held], rows[held], rows.copy()
+    anew = _anew(scene, rtol, doubts, places, wanted)
+    same = (anew[:, 0] == wanted[:, 0]) & np.all(_modes(scene, anew) == _modes(scene, wanted), axis=1)
+    first = np.searchsorted(places, places)  # of the same doubt
+    astray = np.cumsum(~same)  # up to a row; none between the first of its doubt and itself
+    same &= astray == np.where(same[first], astray[first], -1)
+    found[held[same]] = anew[same]
+    return found
+
+
+def _anew(scene: Scene, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Rows at the times of `rows`, each from the beginning of the doubt at its place; 0 where none came."""
+    from jointplay.numerics.interface import address
+
+    method, closer = cache.method("flow"), max(CLOSER, min(LEAST / rtol, 1.0))
+    k, x, o = memory(scene, Request(np.inf, rtol, rows[:, 0], max_steps=ATTEMPTS))
+    x = x._replace(absolute=closer * x.absolute, relative=closer * x.relative)
+    used, first = np.unique(places, return_index=True)
+    flow, f = address(method.flow, method.PLAIN), functions(scene.structure)
+    for i in range(0, len(used), TOGETHER):
+        method.anew(flow, f, k, x, o, doubts[used[i : i + TOGETHER]], first[i : i + TOGETHER])
+    return x.samples
+
+
+def _modes(scene: Scene, rows: np.ndarray) -> np.ndarray:
+    """Contact modes of rows."""
+    sizes, first = cache.structure_module(scene.structure).SIZES, 1 + len(scene.state)
+    return rows[:, first : first + sizes["contacts"] + sizes["resets"]]

@@ -1,0 +1,251 @@
+"""From the answers of cells to one labelled dataset, cells along the varied dimensions, and back to one cell.
+
+A variable of the cells gets the varied dimensions in front. Along names (links, joints, states) cells are
+aligned by name; along numbers they stand one after another, and what a shorter one lacks is NaN (-1 of whole
+numbers, an empty text). A coordinate that differs from cell to cell, and a variable whose name a varied
+parameter has taken, is called ``cell_`` and its name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Protocol
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis.cells import Read
+from jointplay.analysis.quantities import flags
+from jointplay.analysis.sweeps.survey import Survey
+from jointplay.analysis.words import STATUS
+from jointplay.errors import NOTHING, InputError, Problem
+from jointplay.jobs.journal import refuse_lost
+from jointplay.jobs.layout import Field, Form, Plain, shared, thawed
+from jointplay.mechanism.base import accepts, is_number
+from jointplay.mechanism.signature import checked
+
+Parts = tuple[tuple[str, ...], np.ndarray, dict[str, Any]]
+OWN = "cell_"
+
+
+class Grid(Protocol):
+    """Where cells stand: the varied dimensions, the numbers of cells along them, and their coordinates."""
+
+    dims: tuple[str, ...]
+    shape: tuple[int, ...]
+    coordinates: dict[str, Any]
+
+
+def plain(dataset: xr.Dataset) -> Plain:
+    """A dataset as a layout, which it shares with others, and the values of its variables in that order."""
+    coords, values, fields = set(dataset.coords), [], []
+    for name, variable in dataset.variables.items():
+        part = "coords" if name in coords else "variables"
+        fields.append((part, str(name), tuple(map(str, variable.dims)), variable.attrs))
+        values.append(np.asarray(variable.values))
+    return Plain(shared(fields, dataset.attrs), values)
+
+
+def dataset(kind: str, grid: Grid, keys: Sequence[str], read: Read) -> xr.Dataset:
+    """Put the answers of all cells together.
+
+    Parameters
+    ----------
+    kind : str
+        Of the study.
+    grid : Grid
+        The cells, the last dimension fastest.
+    keys : sequence of str
+        Of each cell, in that order.
+    read : callable
+        Goes through the answers, as (key, answer) in any order; called twice, so that they need not be in
+        memory all at once. Answers are as `jointplay.analysis.cells.guarded` gives them, with a ``dataset``
+        as `plain` makes it; a cell without one has only a ``status`` and ``trouble``.
+
+    Returns
+    -------
+    xarray.Dataset
+        With ``cell_status`` and ``trouble`` of each cell, and ``status``, the first that is not ok. The
+        attribute ``swept`` names the varied dimensions.
+
+    Raises
+    ------
+    OSError
+        When answers are missing.
+    """
+    survey = Survey(keys)
+    for key, answer in read():
+        survey.see(key, answer)
+    refuse_lost(int((survey.status < 0).sum()))
+    stack = _Stack(grid, survey)
+    for key, answer in read():
+        if "dataset" in answer:
+            stack.put(key, answer["dataset"].values)
+    return stack.whole(kind)
+
+
+class _Stack:
+    """Cells on their way into one dataset: an array for each variable, cells first."""
+
+    def __init__(self, grid: Grid, survey: Survey) -> None:
+        self.grid, self.survey = grid, survey
+        self.taken = {*grid.dims, *grid.coordinates, "status", "trouble"}
+        self.coords, own = self._shared()
+        stacked = [("variables", name) for name in survey.names("variables") if name != "status"]
+        self.full = {each: self._empty(*each) for each in (*stacked, *(("coords", name) for name in own))}
+        self.targets = {form: self._targets(form) for form in survey.forms}
+
+    def put(self, key: str, values: Sequence[np.ndarray]) -> None:
+        """Fill in a cell."""
+        for number in self.survey.places[key]:
+            for full, i, places in self.targets[self.survey.form[number]]:
+                full[(number, *places)] = values[i]
+
+    def whole(self, kind: str) -> xr.Dataset:
+        """The dataset."""
+        fields, coords = {}, dict(self.coords)
+        for (part, name), full in self.full.items():
+            place = fields if part == "variables" else coords
+            place[self._free(name, part == "coords")] = self._stacked(part, name, full)
+        attributes = dict(self.survey.attributes()) | {
+            "Conventions": "CF-1.11",
+            "kind": kind,
+            "swept": " ".join(self.grid.dims),
+        }
+        return xr.Dataset(fields | self._counts() | self._ends(), coords | self.grid.coordinates, attributes)
+
+    def _free(self, name: str, own: bool = False) -> str:
+        return OWN + name if own or name in self.taken else name
+
+    def _dims(self, dims: Sequence[str]) -> tuple[str, ...]:
+        return tuple(self._free(dim) for dim in dims)
+
+    def _shared(self) -> tuple[dict[str, Parts], list[str]]:
+        """Coordinates that cells have in common, and names of those that they have each for itself."""
+        shared, own, survey = {}, [], self.survey
+        for name in survey.names("coords"):
+            if name in survey.labels:
+                having = survey.having("coords", name)
+                field = max(having, key=lambda each: each[0].sizes[name])[2]
+                values = np.array(survey.labels[name], dtype=str)
+            elif all(name not in form.labels for form in survey.forms) and survey.common[name].fits:
+                field, values = survey.common[name].field, survey.common[name].values
+            else:
+                own.append(name)
+                continue
+            shared[self._free(name)] = (self._dims(field.dims), values, thawed(field.attrs))
+        return shared, own
+
+    def _empty(self, part: str, name: str) -> np.ndarray:
+        having = self.survey.having(part, name)
+        kind = np.result_type(*(form.kinds[i] for form, i, _ in having))
+        kind = np.dtype(object) if kind.kind in "UO" else kind
+        sizes = [self.survey.sizes[dim] for dim in having[0][2].dims]
+        return np.full((len(self.survey.form), *sizes), _missing(kind), dtype=kind)
+
+    def _targets(self, form: Form) -> list[tuple[np.ndarray, int, tuple[Any, ...]]]:
+        """Array, number of the field and places along its dimensions, of all that cells of a form fill in."""
+        return [
+            (self.full[field.part, field.name], i, self._places(form, field))
+            for i, field in enumerate(form.layout.fields)
+            if (field.part, field.name) in self.full
+        ]
+
+    def _places(self, form: Form, field: Field) -> tuple[Any, ...]:
+        labels = self.survey.labels
+        along = [
+            [labels[dim].index(label) for label in form.labels[dim]]
+            if dim in labels and dim in form.labels
+            else list(range(form.sizes[dim]))
+            for dim in field.dims
+        ]
+        if all(places == list(range(len(places))) for places in along):
+            return tuple(slice(len(places)) for places in along)
+        return np.ix_(*along)
+
+    def _stacked(self, part: str, name: str, full: np.ndarray) -> Parts:
+        """A variable of every cell."""
+        field = self.survey.having(part, name)[0][2]
+        full = full.astype(str) if full.dtype == object else full
+        shape = (*self.grid.shape, *full.shape[1:])
+        return (*self.grid.dims, *self._dims(field.dims)), full.reshape(shape), thawed(field.attrs)
+
+    def _counts(self) -> dict[str, Any]:
+        """How many entries each cell has along dimensions where cells differ."""
+        found = {}
+        for dim in self.survey.sizes:
+            each = self.survey.lengths(dim)
+            if dim not in self.survey.labels and len(set(each)) > 1:
+                told = {"units": "1", "long_name": f"entries of the cell along {self._free(dim)}"}
+                told["sample_dimension"] = self._free(dim)
+                found[f"n_{dim}"] = (self.grid.dims, np.reshape(each, self.grid.shape), told)
+        return found
+
+    def _ends(self) -> dict[str, Any]:
+        """How each cell ended."""
+        status, trouble = self.survey.status, np.array(self.survey.trouble, dtype=str)
+        bad, told = status[status != 0], flags(STATUS)
+        dims, shape = self.grid.dims, self.grid.shape
+        words = {"units": "1", "long_name": "what went wrong"}
+        return {
+            "status": ((), np.int8(bad[0] if len(bad) else 0), {"long_name": "how the sweep ended"} | told),
+            "cell_status": (dims, status.reshape(shape), {"long_name": "how the cell ended"} | told),
+            "trouble": (dims, trouble.reshape(shape), words),
+        }
+
+
+def _missing(kind: np.dtype) -> Any:
+    return {"f": np.nan, "c": np.nan, "i": -1, "u": 0, "b": False}.get(kind.kind, "")
+
+
+@checked()
+def cell(dataset: Annotated[xr.Dataset, accepts("a result")], **values: Any) -> xr.Dataset:
+    """Take one cell out of a sweep, as the analysis by itself would give it.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        The result of a study with `[vary]`.
+    **values : float
+        Of each varied parameter, the nearest one there is; of a study with cases, ``case`` and its number.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the names and lengths of that cell, its ``status``, and ``trouble``, what went wrong.
+
+    Raises
+    ------
+    InputError
+        When the values do not name one cell.
+    """
+    dims = str(dataset.attrs.get("swept", "")).split()
+    if not dims or set(values) != set(dims):
+        expected = f"one value of each of {', '.join(dims)} is needed" if dims else "a sweep is accepted"
+        raise InputError([Problem("cell", values or NOTHING, expected)])
+    wrong = [(name, value) for name, value in values.items() if not is_number(value)]
+    if wrong:
+        raise InputError(Problem(name, value, "a number is accepted") for name, value in wrong)
+    try:
+        found = dataset.sel(values, method="nearest")
+    except (KeyError, TypeError, ValueError, IndexError) as error:
+        expected = f"a number for each of {', '.join(dims)}, of those in the result, is accepted"
+        raise InputError([Problem("cell", values, expected)]) from error
+    counts = {name: v.attrs["sample_dimension"] for name, v in found.items() if "sample_dimension" in v.attrs}
+    found = found.isel({dim: slice(int(found[name])) for name, dim in counts.items()})
+    along = (name for name, each in dataset.coords.items() if each.dims and set(each.dims) <= set(dims))
+    varied = [name for name in along if not str(name).startswith(OWN)]
+    found = found.drop_vars([*counts, *varied, "status"])
+    found.attrs.pop("swept")
+    return _own_names(found)
+
+
+def _own_names(found: xr.Dataset) -> xr.Dataset:
+    """Take `OWN` off every name again; a coordinate along its own dimension becomes its index."""
+    taken = [str(name) for name in (*found.variables, *found.dims) if str(name).startswith(OWN)]
+    back = {name: name.removeprefix(OWN) for name in taken}
+    along = [name for name in taken if name in found and found[name].dims in ((name,), (back[name],))]
+    indices = {back[name]: found[name].variable for name in along}
+    rest = found.drop_vars(along)
+    rest = rest.rename({name: back[name] for name in taken if name in (*rest.variables, *rest.dims)})
+    return rest.assign_coords({name: (name, v.values, v.attrs) for name, v in indices.items()})

@@ -1,0 +1,78 @@
+"""What is told of a point of a bifurcation diagram: its variables with their names and units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from jointplay.jobs.layout import Plain, shared
+from jointplay.jobs.strands import Entry
+
+NOT_KNOWN = -1  # of whole numbers, as a period
+LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "state": "state"}
+ATTRIBUTES = {
+    "period": ("1", "period in section points"),
+    "turn_period": ("s", "mean period of a turn"),
+    "impacts": ("1", "contacts begun a turn"),
+    "separations": ("1", "contacts lost a turn"),
+    "contact_fraction": ("1", "fraction of time in contact"),
+    "smallest_impact_speed": ("m s-1", "smallest speed at which a contact began"),
+    "smallest_missed_gap": ("m", "smallest gap of an approach that missed contact"),
+    "mode_word": ("1", "contact modes of the turn, one after another"),
+    "lyapunov_exponent": ("s-1", "Lyapunov exponent"),
+    "lyapunov_standard_error": ("s-1", "standard error of the Lyapunov exponent"),
+    "lyapunov_exponent_per_turn": ("1", "Lyapunov exponent a turn"),
+    "lyapunov_standard_error_per_turn": ("1", "standard error of the Lyapunov exponent a turn"),
+    "end_state": ("1", "positions and speeds at the end"),
+    "n_steps": ("1", "accepted steps"),
+}
+COMMENTS = {
+    "period": "turns, where the section is a crank angle; 0: none within period_tolerance; -1: not known",
+    "mode_word": "f free, r released, + - slip, s stick, c contact; of a test system the walls met",
+    "end_state": "rad, m, rad/s, m/s; accepted as a start",
+}
+LENGTHS = ("smallest_impact_speed", "smallest_missed_gap")  # a test system's have no units
+
+
+def told(found: Entry, keep: int) -> Entry:
+    """What was found at a point (`attractor.settle`) as the answer of a cell, with so many section points.
+
+    What failed has the number of its steps alone.
+    """
+    names = found.get("labels", {}) | ({"state": found["end"].names} if "end" in found else {})
+    values = found.get("values", {}) | {"n_steps": ((), found.get("n_steps", 0))}
+    if "end" in found:
+        values["end_state"] = (("state",), found["end"].state)
+    rows = found.get("points", {}).items()
+    si = bool(names.get("link"))
+    parts = {name: (dims, _padded(dims, each, keep), own) for name, (dims, each, own) in rows}
+    parts |= {name: (*pair, attributes(name, si or name not in LENGTHS)) for name, pair in values.items()}
+    used = {dim for dims, *_ in parts.values() for dim in dims}
+    labels = {
+        dim: ((dim,), np.array(names[dim], dtype=str), {"long_name": text})
+        for dim, text in LABELLED.items()
+        if dim in used
+    }
+    fields = [
+        (part, name, dims, own)
+        for part, each in (("variables", parts), ("coords", labels))
+        for name, (dims, _, own) in each.items()
+    ]
+    arrays = [np.asarray(each) for _, each, _ in (*parts.values(), *labels.values())]
+    kept = {key: found[key] for key in ("status", "trouble", "end") if key in found}
+    return kept | {"dataset": Plain(shared(fields, {}), arrays)}
+
+
+def _padded(dims: tuple[str, ...], values: Any, keep: int) -> np.ndarray:
+    """Values of section points, with what there is none of filled in."""
+    values = np.asarray(values)
+    lacking = [(0, keep - n if dim == "point" else 0) for dim, n in zip(dims, values.shape, strict=True)]
+    return np.pad(values, lacking, constant_values=NOT_KNOWN if values.dtype.kind == "i" else np.nan)
+
+
+def attributes(name: str, si: bool = True) -> dict[str, str]:
+    """Attributes of a variable of a sweep; without units, as a test system's lengths, unless `si`."""
+    units, text = ATTRIBUTES[name]
+    comment = {"comment": COMMENTS[name]} if name in COMMENTS else {}
+    return {"units": units if si else "1", "long_name": text} | comment

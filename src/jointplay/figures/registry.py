@@ -1,0 +1,82 @@
+"""The figures by name, and what each needs; a file that marks its function by `picture` adds it.
+
+A figure is a function from a dataset and options, by keyword, to a matplotlib Figure; each has a file here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from jointplay.errors import Problem
+from jointplay.kinds import KINDS as STUDIES
+from jointplay.kinds import Kind
+
+from . import style
+
+Options, Keywords = Mapping[str, Any], Mapping[str, Any]
+
+
+def _anything(options: Options, keywords: Keywords) -> Iterator[Problem]:
+    yield from ()
+
+
+@dataclass(frozen=True)
+class About:
+    """What a figure needs.
+
+    Parameters
+    ----------
+    of : tuple of str
+        Kinds of study that it suits, beside those whose rows name it.
+    needs : tuple of str
+        Variables that the result must have.
+    pair : bool
+        Whether it draws one of two recorded quantities over the other.
+    clearance : bool
+        Whether it draws a joint with clearance.
+    choices : mapping of str to collection of str
+        By option: the words that it can be.
+    checks : mapping of str to callable
+        By option: raises an `InputError` where its value makes no sense, whatever the result.
+    fits : callable
+        Given the figure's options and a study's keywords: the problems of drawing the one from the other.
+    """
+
+    of: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    pair: bool = False
+    clearance: bool = False
+    choices: Mapping[str, Collection[str]] = field(default_factory=dict)
+    checks: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
+    fits: Callable[[Options, Keywords], Iterator[Problem]] = _anything
+
+
+KINDS: dict[str, Callable[..., Figure]] = {}
+ABOUT: dict[str, About] = {}
+
+
+def picture(**about: Any) -> Callable[[Callable[..., Figure]], Callable[..., Figure]]:
+    """Add a function to the figures, in their style, under its own name; keywords as of `About`."""
+
+    def added(draw: Callable[..., Figure]) -> Callable[..., Figure]:
+        KINDS[draw.__name__], ABOUT[draw.__name__] = style.paper()(draw), About(**about)
+        return KINDS[draw.__name__]
+
+    return added
+
+
+def suited(row: Kind | None) -> tuple[str, ...]:
+    """Figures that suit a result of a kind of study, the usual one first."""
+    if row is None:
+        return ()
+    others = (name for name, about in ABOUT.items() if row.name in about.of)
+    return tuple(dict.fromkeys((*row.figures, *others)))
+
+
+def suited_to(kind: Any) -> tuple[str, ...]:
+    """Figures that suit a result which says that it is of a kind."""
+    return suited(STUDIES.get(str(kind)))

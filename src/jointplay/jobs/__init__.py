@@ -1,0 +1,1 @@
+"""Many computations side by side: workers, and what they have finished."""

@@ -1,0 +1,174 @@
+"""The workers of a dask cluster: the death of one costs no cell but that which it died of.
+
+Answers travel back, since workers reach no folder of this machine; a task ends between two cells when its
+time is up, and what is left goes out as a new task, so that little is lost when this process ends. The
+scheduler sends a task whose worker died to another, three times unless it is set otherwise (its option
+``allowed-failures``), and then gives it up, with those that waited at the same worker. When all others have
+ended, the strands of these tasks run once more, alone on the cluster and cell by cell; a cell that is given
+up again is marked `crashed`.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from typing import Any
+
+from jointplay.errors import InputError, Problem
+from jointplay.jobs.journal import Journal
+from jointplay.jobs.origin import code, mixed
+from jointplay.jobs.strands import CRASHED, Strand, remaining
+from jointplay.jobs.worker import DIED, Done, Pace, Task, work
+
+LIMIT = 30.0  # s that a task may take, but for its last cell
+AHEAD = 2  # tasks sent for each worker
+PATIENCE = "10s"  # for the scheduler to answer
+LOST = "the cluster's scheduler was lost; what has arrived is kept"
+LOOK = 5.0  # s between looks whether there are workers
+
+
+class Cluster:
+    """A cluster that runs strands.
+
+    Parameters
+    ----------
+    client : distributed.Client
+        Connected to its scheduler.
+    journal : Journal
+        Where answers go.
+    say : callable
+        Called with a line where there is something to tell.
+    """
+
+    def __init__(self, client: Any, journal: Journal, say: Callable[[str], None]) -> None:
+        self.client, self.journal, self.say = client, journal, say
+        self.waits, self.kinds = False, set[str]()
+
+    def run(self, strands: Sequence[Strand]) -> None:
+        """Run every strand; what its cells answer is in the journal afterwards.
+
+        Raises
+        ------
+        OSError
+            When the scheduler is lost, or a worker cannot run what it is sent, as when its code is another.
+        """
+        left = deque(strands)
+        while left:
+            suspects = self._side_by_side(left)
+            if suspects:
+                self.say(f"workers died; {len(suspects)} of their chains or cells run once more, each alone")
+            left.extend(rest for strand in suspects for rest in self._alone(strand))
+
+    def _side_by_side(self, left: deque[Strand]) -> list[Strand]:
+        """Run strands until none is left; those whose workers died."""
+        pace, sent, suspects = Pace(), {}, []
+        while left or sent:
+            workers = self._workers()
+            while left and len(sent) < AHEAD * workers:
+                batch = [left.popleft() for _ in range(pace.size(len(left), workers))]
+                sent[self._send(batch)] = batch
+            for future in self._ended(list(sent)):
+                batch = sent.pop(future)
+                if (done := self._taken(future)) is None:
+                    suspects += batch
+                else:
+                    pace.learn(done)
+                    left.extendleft(reversed(remaining(batch, done.answers, done.answers)))
+        return suspects
+
+    def _alone(self, strand: Strand) -> list[Strand]:
+        """Run a strand cell by cell until its time is up or a cell crashed; what is left of it."""
+        end, left = time.monotonic() + LIMIT, [strand]
+        while left:
+            key = left[0].keys[0]
+            future = self._send([left[0].only(key)])
+            while not self._ended([future]):
+                self._workers()
+            done = self._taken(future)
+            answers = done.answers if done else {key: {"status": CRASHED, "trouble": DIED}}
+            left = remaining(left, answers, answers)
+            if done is None:
+                self.say(f"cell marked as crashed: {DIED}")
+                self.journal.write(answers)
+            if done is None or time.monotonic() >= end:
+                break
+        return left
+
+    def _send(self, strands: Sequence[Strand]) -> Any:
+        return self.client.submit(work, Task(strands, None, limit=LIMIT, code=code()), pure=False)
+
+    def _ended(self, sent: Sequence[Any]) -> list[Any]:
+        """Those of some tasks that have ended; none after `LOOK` seconds."""
+        from distributed import wait
+
+        try:
+            return list(wait(sent, timeout=LOOK, return_when="FIRST_COMPLETED").done)
+        except TimeoutError:
+            return []
+        except CancelledError:
+            raise OSError(LOST) from None
+
+    def _taken(self, future: Any) -> Done | None:
+        """What came of a task, its answers written; None where its workers died."""
+        try:
+            done = future.result()  # which a dying worker may take with it, after it has arrived
+        except Exception as error:
+            if type(error).__name__ == "KilledWorker":
+                return None
+            if isinstance(error, CancelledError):
+                raise OSError(LOST) from None
+            if future.status != "error":
+                raise
+            told = f"a worker of the cluster failed ({type(error).__name__}: {error})"
+            raise OSError(f"{told}; workers need the same version of jointplay") from error
+        self.journal.write(done.answers, done.origin)
+        self._see(done.origin.processor)
+        return done
+
+    def _see(self, processor: str) -> None:
+        """Tell where workers are of several kinds."""
+        if processor not in self.kinds:
+            self.kinds.add(processor)
+            if told := mixed(self.kinds):
+                self.say(told)
+
+    def _workers(self) -> int:
+        """How many threads there are, one at least; told where there are none."""
+        there = sum(self.client.nthreads().values())
+        if not there and not self.waits:
+            self.say("the cluster has no workers; waiting for one")
+        self.waits = not there
+        return max(1, there)
+
+
+@contextmanager
+def connected(scheduler: str | None) -> Iterator[Any]:
+    """Connect to the scheduler of a dask cluster until the block ends.
+
+    Raises
+    ------
+    InputError
+        When dask is not installed, or no scheduler answers.
+    OSError
+        When the scheduler is lost.
+    """
+    try:
+        from distributed import Client
+    except ImportError:
+        expected = "loky or threading is accepted; dask needs `pip install distributed`"
+        raise InputError([Problem("--backend", "dask", expected)]) from None
+    if scheduler is None:
+        expected = "the address of a scheduler, as tcp://host:8786, is needed beside --backend dask"
+        raise InputError([Problem("--scheduler", scheduler, expected)])
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told here
+    try:
+        client = Client(scheduler, timeout=PATIENCE)
+    except (OSError, ValueError) as error:
+        expected = f"the address of a running scheduler, as tcp://host:8786, is accepted ({error})"
+        raise InputError([Problem("--scheduler", scheduler, expected)]) from None
+    with client:
+        yield client

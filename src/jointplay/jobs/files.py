@@ -1,0 +1,75 @@
+"""Files that are there whole or not at all, and locks that end with their process."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from jointplay.errors import InputError, Problem
+
+
+class Busy(InputError):
+    """Another run of the same study is writing its journal."""
+
+
+@contextmanager
+def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
+    """Give a temporary name beside `path`; on success move the file there, else remove it.
+
+    Without `flush` it is there whole after a kill at any moment, but may not be after a power cut.
+    """
+    temporary = beside(path)
+    try:
+        yield temporary
+        if flush:
+            _flush(temporary)
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    with suppress(OSError):  # some file systems cannot sync a folder; the file itself is safe
+        if flush:
+            _flush(path.parent)
+
+
+def beside(path: Path) -> Path:
+    """The temporary name of a file."""
+    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def _flush(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def lock(path: Path, shown: Path) -> Iterator[None]:
+    """Hold a lock, a file, until the block ends, or the process, however that ends.
+
+    `shown` names in the message what is locked.
+
+    Raises
+    ------
+    Busy
+        When another process holds it.
+    """
+    try:
+        import fcntl
+    except ImportError:  # no POSIX: two runs at once are then not told apart
+        yield
+        return
+    with open(path, "a+", errors="replace") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.seek(0)
+            expected = f"one run at a time is accepted; process {file.read().strip()} is at it"
+            raise Busy([Problem("journal", str(shown), expected)]) from None
+        file.truncate(0)
+        file.write(f"{os.getpid()} on {os.uname().nodename}")
+        file.flush()
+        yield

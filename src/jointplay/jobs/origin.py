@@ -1,0 +1,99 @@
+"""What decides the bits of a cell's answer beside its key, and what else is noted of where it comes from."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import platform
+import subprocess
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+from typing import NamedTuple
+
+from jointplay.codegen import cache
+
+PACKAGE = Path(__file__).resolve().parents[1]
+ROOMS = ("analysis", "mechanism")  # beside those that the kernels' digest covers
+
+
+class Origin(NamedTuple):
+    """Where answers come from."""
+
+    code: str
+    processor: str
+
+
+@lru_cache(maxsize=1)
+def code() -> str:
+    """Digest of all code that decides what a cell answers: kernels, analyses, mechanisms."""
+    total = hashlib.sha256(cache.digest().encode())
+    for room in ROOMS:
+        for path in sorted((PACKAGE / room).rglob("*.py")):
+            total.update(f"{path.relative_to(PACKAGE)}\n".encode() + path.read_bytes())
+    return total.hexdigest()[:16]
+
+
+def own() -> Origin:
+    """The origin of what this process computes."""
+    return Origin(code(), processor())
+
+
+def mixed(kinds: set[str]) -> str | None:
+    """Say that cells ran on several kinds of processors, in a line; None where they did not."""
+    if len(kinds) < 2:
+        return None
+    names = ", ".join(sorted(kinds))
+    return f"{len(kinds)} kinds of processors ({names}): not bit for bit what one kind gives"
+
+
+def environment() -> dict[str, str]:
+    """Versions of what decides the numbers."""
+    packages = {name: version(name) for name in ("numpy", "numba", "llvmlite")}
+    return {"python": platform.python_version(), **packages, "platform": platform.platform()}
+
+
+@lru_cache(maxsize=1)
+def processor() -> str:
+    """The kind of processor that kernels are compiled for: its name, and a digest of what it can do.
+
+    Numba's own word, so with NUMBA_CPU_NAME and NUMBA_CPU_FEATURES heeded.
+    """
+    from jointplay.numerics.numba_private import target  # it takes a second
+
+    triple, name, features = target()
+    return f"{name} {hashlib.sha256(f'{triple} {features}'.encode()).hexdigest()[:8]}"
+
+
+def version(package: str) -> str:
+    """Version of an installed package, or ``unknown``."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "unknown"
+
+
+def git_describe(package: Path = PACKAGE) -> str | None:
+    """``git describe --dirty`` when the package runs from its own checkout, else None. Never fails."""
+    try:
+        checkout = Path(_git(package, "rev-parse", "--show-toplevel"))
+        # an installed copy may lie inside somebody else's checkout: that describes another project
+        if checkout.resolve() / "src" / package.name != package:
+            return None
+        return _git(package, "describe", "--always", "--tags", "--dirty")
+    except (OSError, ValueError, subprocess.SubprocessError):
+        return None
+
+
+def _git(folder: Path, *arguments: str) -> str:
+    # a hook's GIT_DIR would point elsewhere; asking must not write into the checkout's index
+    clean = {key: value for key, value in os.environ.items() if not key.startswith("GIT_")}
+    answer = subprocess.run(
+        ["git", "-C", str(folder), *arguments],
+        capture_output=True,
+        text=True,
+        timeout=10,
+        check=True,
+        env=clean | {"GIT_OPTIONAL_LOCKS": "0"},
+    )
+    return answer.stdout.strip()

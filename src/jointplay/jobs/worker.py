@@ -1,0 +1,174 @@
+"""What a worker does: run cells one after another and write each to the journal as it finishes.
+
+It is sent tasks, which grow from one strand to as many as fill half a second.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+import uuid
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Self
+
+from jointplay.jobs.frames import write_part
+from jointplay.jobs.origin import Origin, code, own
+from jointplay.jobs.parallel import side_by_side
+from jointplay.jobs.strands import KEY, Entry, Strand
+
+FILL = 0.5  # s that a task is to last
+BATCH = 0.5  # s; cells shorter than this share a part of the journal
+DIED = "the worker process died twice at this cell, as when memory runs out"
+
+
+@dataclass(frozen=True)
+class Task:
+    """Cells for a worker.
+
+    Parameters
+    ----------
+    strands : sequence of Strand
+        What to run.
+    folder : str, optional
+        The journal; None where this machine cannot reach it: answers then travel back.
+    limit : float, optional
+        Seconds after which answers travel back, though cells are left.
+    code : str, optional
+        Which code is to compute them, as `journal.code` tells.
+    """
+
+    strands: Sequence[Strand]
+    folder: str | None
+    limit: float | None = None
+    code: str | None = None
+
+
+@dataclass(frozen=True)
+class Done:
+    """What came of a task: how many strands, in how many seconds, the answers that travel back, whose."""
+
+    strands: int
+    seconds: float
+    answers: dict[str, Entry]
+    origin: Origin
+
+
+def work(task: Task) -> Done:
+    """Run the cells of a task; what each answers is in the journal.
+
+    Raises
+    ------
+    RuntimeError
+        When this is other code than the task asks for.
+    """
+    if task.code not in (None, code()):
+        raise RuntimeError(f"its code is {code()}, and {task.code} is needed")
+    began = time.perf_counter()
+    with Notes(task.folder, task.limit) as notes, suppress(_TimeIsUp):
+        for strand in task.strands:
+            strand.run(notes)
+    answers = notes.answers if task.folder is None else {}
+    return Done(len(task.strands), time.perf_counter() - began, answers, own())
+
+
+class _TimeIsUp(Exception):
+    """Ends a task between two cells."""
+
+
+class Notes:
+    """What a worker writes down: at which cell it is, and what finished ones answered."""
+
+    def __init__(self, folder: str | None, limit: float | None = None) -> None:
+        self.folder = None if folder is None else Path(folder)
+        self.end = math.inf if limit is None else time.monotonic() + limit
+        self.late = False
+        self.answers: dict[str, Entry] = {}
+        self.written = time.monotonic()
+        self.mark = self.folder and self.folder / f"{os.getpid()}-{uuid.uuid4().hex[:8]}.at"
+        self.file = self.mark and self.mark.open("wb", buffering=0)  # once: to open one takes 0.2 ms
+
+    def begin(self, key: str) -> None:
+        """Say that a cell is begun; not after the time is up, if any has been finished."""
+        if self.late:
+            raise _TimeIsUp
+        if self.file:
+            self.file.seek(0)
+            self.file.write(f"{key:{KEY}}".encode())
+
+    def put(self, key: str, answer: Entry) -> None:
+        """Keep the answer of a finished cell."""
+        self.answers[key] = answer
+        if time.monotonic() - self.written >= BATCH:
+            self._write()
+        self.late = time.monotonic() >= self.end
+
+    def _write(self) -> None:
+        if self.folder and self.answers:
+            write_part(self.folder, self.answers)
+            self.answers, self.written = {}, time.monotonic()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._write()
+        if self.file and self.mark:
+            self.file.close()
+            self.mark.unlink(missing_ok=True)
+
+
+class Pace:
+    """Grows tasks from one strand on."""
+
+    def __init__(self) -> None:
+        self.done, self.seconds = 0, 0.0
+
+    def learn(self, done: Done) -> None:
+        """Note how long a task took."""
+        self.done, self.seconds = self.done + done.strands, self.seconds + done.seconds
+
+    def size(self, left: int, workers: int) -> int:
+        """Strands of the next task; towards the end fewer, so that all workers end at once."""
+        wanted = int(FILL * self.done / self.seconds) if self.seconds else 1
+        return max(1, min(wanted, left // (4 * max(workers, 1))))
+
+
+def in_tasks(
+    strands: Sequence[Strand],
+    take: Callable[[Done], None],
+    jobs: int,
+    backend: str = "loky",
+    folder: str | None = None,
+    look: Callable[[], None] = lambda: None,
+) -> None:
+    """Run strands in tasks on this machine.
+
+    Parameters
+    ----------
+    strands : sequence of Strand
+        What to run.
+    take : callable
+        Called with what came of each task.
+    jobs, backend, look
+        As in `side_by_side`.
+    folder : str, optional
+        The journal; else answers travel back.
+    """
+    pace, left = Pace(), deque(strands)
+
+    def tasks() -> Iterator[Callable[[], Done]]:
+        while left:
+            some = [left.popleft() for _ in range(pace.size(len(left), jobs))]
+            yield partial(work, Task(some, folder))
+
+    def took(done: Done) -> None:
+        pace.learn(done)
+        take(done)
+
+    side_by_side(tasks(), took, jobs, backend, look)

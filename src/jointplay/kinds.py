@@ -1,0 +1,207 @@
+"""The kinds of study: one row each says what the program has to know of a kind beside its keywords.
+
+The keywords of a kind, with their types, defaults and rules, are those of its analysis function
+(`analysis.keywords`). To add a kind, write that function and add its row to `KINDS`; a figure of its own is
+one file (`figures.registry`). See docs/developers.md. Rows name code by its place, so that nothing is
+imported before it is needed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+LENGTH = "{turns} turns after {transient} dropped turns"
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What a picture of a whole sweep shows of each cell where nothing is asked for.
+
+    Parameters
+    ----------
+    name : str
+        A variable of a cell's result.
+    entries : tuple of (str, object)
+        Along which of its own dimensions which entry is taken.
+    title : str
+        What that is called, where the variable's own name does not do.
+    """
+
+    name: str
+    entries: tuple[tuple[str, Any], ...] = ()
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of study.
+
+    Parameters
+    ----------
+    name : str
+        As study files and results call it.
+    home : str
+        Where its analysis function is, as ``package.module:function``; a leading dot stands for this package.
+    figures : tuple of str
+        What its result can be drawn as; the first whose variables it has is the usual one. A figure can add
+        itself.
+    length : str
+        What a study of this kind asks for, in a line, with its keywords in braces.
+    shown : tuple of Shown
+        What a sweep shows; the first whose variable the result has.
+    recorded : str
+        Where the function is that tells, from its keyword ``record`` and the mechanism, what quantities a
+        result has.
+    varies : bool
+        Whether a study of this kind may have a table `[vary]`.
+    tangents : bool
+        Whether the motion's tangents are followed, so that their code is compiled before workers start.
+    kept : bool
+        Whether what an interrupted run has computed so far is a result.
+    table, summary : str
+        Where the functions are that write a result as text, for a file and for the terminal; empty: none.
+    slow : int
+        How early it begins among studies that run side by side: the larger, the earlier.
+    """
+
+    name: str
+    home: str
+    figures: tuple[str, ...] = ()
+    length: str = LENGTH
+    shown: tuple[Shown, ...] = ()
+    recorded: str = ".analysis.words:recorded"
+    varies: bool = True
+    tangents: bool = False
+    kept: bool = False
+    table: str = ""
+    summary: str = ""
+    slow: int = 0
+
+    @property
+    def function(self) -> Callable[..., Any]:
+        """The analysis function."""
+        return load(self.home)
+
+
+def load(home: str) -> Any:
+    """Import what stands at a place such as ``.analysis.simulate:simulate``."""
+    module, _, name = home.partition(":")
+    return getattr(import_module(module, __package__), name)
+
+
+_ROWS = (
+    Kind(
+        "response",
+        ".analysis.simulate:simulate",
+        ("overview", "time_history", "contact_angle", "journal_orbit", "phase_portrait"),
+        kept=True,
+    ),
+    Kind("section", ".analysis.poincare:poincare", ("poincare_section",), kept=True),
+    Kind(
+        "readings",
+        ".analysis.paper.readings:readings",
+        ("readings",),
+        varies=False,
+        table=".study.tables:readings_table",
+        slow=2,
+    ),
+    Kind(
+        "claims",
+        ".analysis.paper.claims:claims",
+        ("claims",),
+        varies=False,
+        table=".study.tables:claims_table",
+        slow=1,
+    ),
+    Kind(
+        "scheme_comparison",
+        ".analysis.scheme.scheme_comparison:scheme_comparison",
+        ("scheme_comparison",),
+        "single turns after {start_turn} turns, clearances {clearance} m",
+        varies=False,
+    ),
+    Kind(
+        "bifurcation",
+        ".analysis.sweeps.bifurcation:bifurcation",
+        ("bifurcation", "parameter_map"),
+        LENGTH + " at each point",
+        recorded=".analysis.sweeps.bifurcation:names",
+    ),
+    Kind(
+        "lyapunov",
+        ".analysis.exponents.lyapunov:lyapunov",
+        ("lyapunov",),
+        shown=(
+            Shown("lyapunov_exponent_per_turn", title="largest Lyapunov exponent a turn"),
+            Shown("lyapunov_exponent", title="largest Lyapunov exponent"),
+        ),
+        tangents=True,
+        kept=True,
+    ),
+    Kind(
+        "chaos_test",
+        ".analysis.signals.chaos_test:chaos_test",
+        ("chaos_test",),
+        "{turns} section points after {transient} dropped turns",
+        (Shown("chaos_indicator_quartile", (("quartile", 0.5),), "median K of the 0-1 test"),),
+    ),
+    Kind("spectrum", ".analysis.signals.spectrum:spectrum", ("spectrum",), shown=(Shown("variance"),)),
+    Kind(
+        "dimension",
+        ".analysis.signals.dimension:dimension",
+        ("dimension",),
+        "{turns} section points after {transient} dropped turns",
+        (Shown("correlation_dimension"),),
+    ),
+    Kind(
+        "sensitivity",
+        ".analysis.states.sensitivity:sensitivity",
+        ("divergence", "field"),
+        shown=(Shown("growth"),),
+        tangents=True,
+        kept=True,
+    ),
+    Kind(
+        "basins",
+        ".analysis.states.basins:basins",
+        ("basins",),
+        shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
+    ),
+    Kind(
+        "periodic_orbit",
+        ".analysis.orbits.periodic_orbit:periodic_orbit",
+        ("floquet", "time_history", "journal_orbit", "phase_portrait"),
+        "period {period}, after {transient} dropped turns",
+        (Shown("floquet_multiplier", title="largest modulus of a Floquet multiplier"),),
+        recorded=".analysis.orbits.periodic_orbit:names",
+        tangents=True,
+    ),
+    Kind(
+        "continuation",
+        ".analysis.orbits.continuation:continuation",
+        ("continuation", "floquet"),
+        "{parameter} from {range[0]:g} to {range[1]:g}, period {period}",
+        tangents=True,
+        kept=True,
+    ),
+    Kind(
+        "stress",
+        ".analysis.stress.stress:stress",
+        ("stress",),
+        "{scenes} scenes of seed {seed} from number {first}, {turns} turns each",
+        varies=False,
+        table=".study.stress_table:stress_table",
+        summary=".study.stress_table:stress_summary",
+    ),
+    Kind(
+        "work_precision",
+        ".analysis.precision.work_precision:work_precision",
+        ("work_precision",),
+        "{turns} turns at {tolerances:#} tolerances, beside {peers}",
+        varies=False,
+    ),
+)
+KINDS: dict[str, Kind] = {row.name: row for row in _ROWS}

@@ -1,0 +1,149 @@
+"""Public functions whose own signature says what they accept: every problem at once, as an `InputError`.
+
+What stands in `Annotated` is checked, by the types and in the words of the records and study files; any other
+annotation only tells the reader, and the function looks at the value itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import cache, partial, wraps
+from inspect import Parameter, signature
+from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
+
+from pydantic import ConfigDict, create_model
+
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.base import Record
+
+T = TypeVar("T")
+_BY_PLACE = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+
+
+class Arguments(Record):
+    """The arguments of a call."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+    root: ClassVar[str | None] = ""
+
+
+class MoreArguments(Arguments):
+    """The arguments of a call of a function that takes others by name, too."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+Rule = Callable[..., Iterable[Problem] | None]
+
+
+def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
+    """Check the arguments of each call by the function's annotations, and bring them into their types.
+
+    Parameters
+    ----------
+    *rules : callable
+        Each is called with those of the arguments that it names, where all of these are right by themselves;
+        it yields the problems of their not fitting together, or raises an `InputError`.
+
+    Returns
+    -------
+    callable
+        Decorates a function. What it gives has ``fields()``, type and default of each argument, and
+        ``broken``, which tells what rules say of arguments that come from elsewhere.
+
+    Raises
+    ------
+    InputError
+        At a call, listing every argument that is unknown, missing, not accepted, or does not fit the others.
+    """
+
+    def decorated(function: Callable[..., T]) -> Callable[..., T]:
+        fields = cache(partial(_fields, function))
+        own = signature(function).parameters
+        alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
+        open_ended = any(each.kind is Parameter.VAR_KEYWORD for each in own.values())
+        form = cache(partial(_form, function.__name__, fields, open_ended))
+        named = [(rule, {*signature(rule).parameters}) for rule in rules]
+
+        def broken(given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
+            """What rules say of arguments, those left out that are known to be wrong by themselves."""
+            usual = {name: None if default is ... else default for name, (_, default) in fields().items()}
+            sound = {name: value for name, value in given.items() if name not in wrong}
+            try:
+                sound = usual | (dict(form(needed=False)(**sound)) if wrong else sound)
+            except InputError:  # so much is wrong that not all of it is known
+                return []
+            said = (
+                _said(rule, {n: sound[n] for n in names}) for rule, names in named if not names & {*wrong}
+            )
+            return [each for problems in said for each in problems]
+
+        @wraps(function)
+        def call(*values: Any, **others: Any) -> T:
+            given = _by_name(function, values, others)
+            try:
+                arguments, problems = dict(form()(**given)), []
+            except InputError as error:
+                arguments, problems = given, error.problems
+            if problems := problems + broken(arguments, {first(problem.key) for problem in problems}):
+                raise InputError(problems)
+            by_place = [arguments.pop(name) for name in alone]
+            return function(*by_place, **arguments)
+
+        call.fields, call.broken = fields, broken  # type: ignore[attr-defined]
+        return call
+
+    return decorated
+
+
+def _said(rule: Rule, arguments: dict[str, Any]) -> list[Problem]:
+    """What a rule says of the arguments that it names."""
+    try:
+        return list(rule(**arguments) or ())
+    except InputError as error:
+        return error.problems
+
+
+def first(key: str) -> str:
+    """The first part of a key path: ``links`` of ``links[0].mass``."""
+    return re.split(r"[.\[]", key)[0]
+
+
+def _fields(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
+    """Type and default of each argument of a function; of one that is needed, `...`."""
+    hints, own = get_type_hints(function, include_extras=True), signature(function).parameters.items()
+    return {
+        name: _field(hints.get(name), each) for name, each in own if each.kind is not Parameter.VAR_KEYWORD
+    }
+
+
+def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
+    """The arguments of a function as a record; None stands for those left out, where none is needed."""
+    base = MoreArguments if open_ended else Arguments
+    own: Any = {
+        key: (hint, None if default is ... and not needed else default)
+        for key, (hint, default) in fields().items()
+    }
+    return create_model(name, __base__=base, **own)
+
+
+def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:
+    default = ... if parameter.default is Parameter.empty else parameter.default
+    said = any(get_origin(each) is Annotated for each in (hint, *get_args(hint)))
+    return (hint if said else Any, default)
+
+
+def _by_name(function: Callable[..., Any], values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
+    parameters = signature(function).parameters.items()
+    places = [name for name, each in parameters if each.kind in _BY_PLACE]
+    if len(values) > len(places):
+        known = ", ".join(name for name in places if name != "self") or "nothing"
+        expected = f"{known} by position, all else by keyword is accepted"
+        raise InputError([Problem(function.__name__, values[len(places) :], expected)])
+    placed = dict(zip(places, values, strict=False))
+    if twice := placed.keys() & named.keys():
+        raise InputError(
+            Problem(name, named[name], "once is accepted, not by position too") for name in twice
+        )
+    return placed | named

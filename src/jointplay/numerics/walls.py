@@ -1,0 +1,152 @@
+"""Rigid walls: impacts, the rest in which ever lower rebounds end, and release.
+
+With g a wall's gap, v = g' after an impact and a = g'' < 0 in flight, a rebound lasts 2 v/|a| and the next
+one begins with r v. All that follow last
+
+    T = 2 w/|a(t + T/3)|,   w = v/(1 - r),
+
+to second order in v, as long as one flight with the speed w: a rebound's length and its speed at the end
+both have corrections in a', and their sums come to that. Once a rebound's height v^2/(2 |a|) is within the
+tolerance, the body is put on the wall, g = g' = 0; the impacts will have ended T later. The wall holds it
+until it need no longer push: there a = 0, and the gap opens as the cube of time. References: Budd and Dux,
+Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dynamics 58 (2009) 85-106.
+"""
+
+from .interface import inner
+from .memory import EVALUATIONS, H
+from .modes import FREE, IMPACT, RESTING, SEPARATION, look, mask, variant_of
+
+ROUNDS = 3  # of the iteration for T, each of which gains an order in v
+STEADY = 0.1  # share of a by which it may change until the last impact
+LEAP = 1e4  # of events that crowd: length of a step in which an opening gap exceeds rounding
+ROOM = 4.0  # heights of a rebound that another wall must be away
+
+
+@inner
+def walls_of(x):
+    """How many walls there are; their modes follow those of the contacts."""
+    return len(x.modes) - len(x.flags)
+
+
+@inner
+def settle(f, j, x):
+    """Put the body on wall j, moving with it."""
+    f.reset(walls_of(x) + j, x.s, x.p)
+    f.trig(x.s, x.p)
+
+
+@inner
+def _ahead(f, j, k, x, o, later):
+    """The rate's own rate of gap j in flight, `later` on from the base point along the motion at rest."""
+    at, s, rates = len(x.flags) + j, k.ahead, 8 * (o.first + 1 + o.n_q + o.n)
+    for r in range(len(x.s)):
+        s[r] = x.s[r]
+    f.reset(walls_of(x) + j, s, x.p)
+    f.trig(s, x.p)
+    for i in range(8 * o.first, rates):
+        k.w[i] = 0.0
+    x.modes[at] = RESTING
+    mask(x.modes, x.m)
+    f.rate(variant_of(x.modes), k.w, s, x.p, x.m)
+    x.count[EVALUATIONS] += 1
+    x.modes[at] = FREE
+    for r in range(o.n_q):
+        s[1 + r] += later * s[1 + o.n_q + r]
+    for r in range(o.n):
+        s[1 + o.n_q + r] += later * k.w[rates + 8 * r + 7]
+    s[0] += later
+    f.trig(s, x.p)
+    look(f.contacts, x.modes, x.m, s, x.p, k.contact)
+    return k.contact[6 * at + 5]
+
+
+@inner
+def _lasting(f, j, k, x, o, before):
+    """How long the rebounds from wall j last yet; -1 where they do not end, or the first is too high.
+
+    The body has just left the wall, which it met with the speed `before`.
+    """
+    at = len(x.flags) + j
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    v, a, lasts = k.contact[6 * at + 2], k.contact[6 * at + 5], 0.0
+    ratio, now = v / before if before > 0.0 else 0.0, a
+    low = v * v <= 2.0 * o.hop * abs(a) or 2.0 * v <= o.near * abs(a) or v <= o.rest
+    if not (low and ratio < 1.0):
+        return -1.0
+    for _ in range(ROUNDS):
+        now = _ahead(f, j, k, x, o, max(lasts / 3.0, o.near))
+        if not now < 0.0:
+            return -1.0
+        lasts = -2.0 * max(v, 0.0) / (1.0 - ratio) / now
+    if lasts > o.near and not abs(_ahead(f, j, k, x, o, lasts) - a) <= -STEADY * now:
+        return -1.0
+    for i in range(len(x.flags), len(x.modes)):
+        if i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now):
+            return -1.0
+    return lasts
+
+
+@inner
+def _opening(f, j, k, x, o):
+    """Multiplicity with which gap j starts at zero, from the base point, in flight."""
+    at = len(x.flags) + j
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    v, a = k.contact[6 * at + 2], k.contact[6 * at + 5]
+    if v > 0.0:
+        return 1
+    return 2 if abs(a) > 0.5 * abs(_ahead(f, j, k, x, o, o.near)) else 3
+
+
+@inner
+def strike(f, j, k, x, o):
+    """What follows where the guard of wall j fires at the base point: the kind of event; `_lasting`.
+
+    `fired` takes the multiplicity with which the gap starts at zero.
+    """
+    at, guard = len(x.flags) + j, 4 * len(x.flags) + j
+    if x.modes[at] == RESTING:
+        settle(f, j, x)
+        x.modes[at], x.fired[guard] = FREE, 3
+        return SEPARATION, -1.0
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    before = -k.contact[6 * at + 2]
+    if before > 0.0:  # else the gap opens, and rounding alone has closed it
+        f.reset(j, x.s, x.p)
+    x.fired[guard] = _opening(f, j, k, x, o)
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    for i in range(len(x.flags), len(x.modes)):
+        if x.modes[i] == RESTING and abs(k.contact[6 * i + 2]) > o.rest:  # thrown off by this impact
+            x.modes[i], x.fired[guard - at + i] = FREE, 1
+    return IMPACT, _lasting(f, j, k, x, o, before)
+
+
+@inner
+def hold(f, j, k, x):
+    """The body rests on wall j from here on."""
+    at = len(x.flags) + j
+    settle(f, j, x)
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    x.fired[4 * len(x.flags) + j] = 1 if k.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
+    x.modes[at] = RESTING
+
+
+@inner
+def stay(f, x):
+    """After a step, take away by how much a body has drifted off the wall on which it rests."""
+    for j in range(walls_of(x)):
+        if x.modes[len(x.flags) + j] == RESTING:
+            f.trig(x.s, x.p)
+            settle(f, j, x)
+
+
+@inner
+def begin(f, k, x, o):
+    """What starts on a wall, moving with it: pressed against it, it rests there."""
+    for j in range(walls_of(x)):
+        at = len(x.flags) + j
+        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+        if abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest:
+            x.fired[4 * len(x.flags) + j] = _opening(f, j, k, x, o)
+            x.real[H] = max(x.real[H], LEAP * o.near)
+            if _lasting(f, j, k, x, o, 0.0) >= 0.0:
+                hold(f, j, k, x)

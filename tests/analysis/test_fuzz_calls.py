@@ -1,0 +1,49 @@
+"""Drawn calls of public functions: an answer or an `InputError`. Three thousand of them: fuzz_calls.py."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import jointplay as jp
+from tests.analysis.fuzz_calls import CALLS, drawn, fault
+
+SLOW = (
+    "basins",
+    "stress",
+    "readings",
+    "claims",
+    "waveform",
+    "scheme_comparison",
+    "work_precision",
+    "sensitivity",
+)
+
+
+def test_every_public_name_is_called():
+    assert set(jp.__all__) - {"__version__", "InputError", "ModelWarning", "catalog"} <= set(CALLS)
+    assert {f"catalog.{name}" for name in jp.catalog.NAMES} <= set(CALLS)
+
+
+def test_a_hundred_drawn_calls():
+    """Of those that compile nothing of their own."""
+    numbers = (number for number in range(1000) if drawn(number, 3)[0] not in SLOW)
+    calls = [call for _, number in zip(range(100), numbers, strict=False) if _plain(call := drawn(number, 3))]
+    assert len(calls) > 80
+    assert [wrong for wrong, _ in (fault(*call) for call in calls) if wrong] == []
+
+
+def _plain(call):
+    name, _, _, given = call
+    moving = given.get("mechanism")
+    elastic = isinstance(moving, jp.Mechanism) and (moving.elastic_links or not moving.clearance_joints)
+    return name[0].isupper() or not elastic
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [0, 3])
+def test_three_thousand_drawn_calls(seed):
+    script = Path(__file__).with_name("fuzz_calls.py")
+    done = subprocess.run([sys.executable, script, "3000", str(seed)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout

@@ -1,0 +1,204 @@
+"""Impacts that come to rest: their limit and the release, against every single impact of exact motions."""
+
+import math
+
+import numpy as np
+import pytest
+from sympy import Integer, Rational, symbols
+
+import jointplay as jp
+from jointplay import catalog
+from jointplay.analysis import tangents
+from jointplay.analysis.run import Request, functions, memory
+from jointplay.analysis.words import EVENTS
+from jointplay.equations import oscillators
+from jointplay.equations.system import Angle, Reset, System, number
+from jointplay.mechanism.assemble import assemble
+from jointplay.numerics import flow
+from jointplay.numerics.memory import LOGGED
+
+from .exact_maps import TAU, bounce, distinct, rattle
+
+OK = 0
+SLOW = 1e-4  # impacts below this speed are not compared one by one
+SEPARATION, IMPACT, REST = (EVENTS.index(name) for name in ("separation", "impact", "rest"))
+
+
+def events(system, start, end, rtol=1e-10, begin=0.0):
+    """Events (time, wall, kind, speed before) of a motion that begins at the time `begin`."""
+    scene = assemble(system, start)
+    k, x, o = memory(scene, Request(end, rtol, events=True, log_from=0.0))
+    x.s[0] = begin
+    assert flow.flow(functions(scene.structure), k, x, o, None, None) == OK
+    rows = x.log[: x.count[LOGGED]]
+    return [(row[3], int(row[1]), EVENTS[int(row[2])], abs(row[5])) for row in rows]
+
+
+def compare(found, exact, within):
+    """Rests and releases, and every impact but those whose speed is next to nothing."""
+    found, exact = ([e[:3] for e in each if e[2] != "impact" or e[3] > SLOW] for each in (found, exact))
+    assert [e[1:] for e in found] == [e[1:] for e in exact]
+    assert [e[0] for e in found] == pytest.approx([e[0] for e in exact], abs=within)
+    return [e for e in found if e[2] == "rest"]
+
+
+@pytest.mark.parametrize("gap", [0.2, 0.4, 0.8, 1.0, 1.2])
+def test_limit_of_the_impacts_and_release(gap):
+    """From the lower wall at t = 1 with v = 1.3, restitution 0.6, and on for a period after the release."""
+    exact = rattle(gap, 0.6, (1.0, -gap / 2, 1.3), 2 * TAU)
+    found = events(catalog.impact_pair(gap, 0.6), (-gap / 2, 1.3), 2 * TAU, begin=1.0)
+    assert len(compare(found, exact, 1e-9)) == 1
+    assert [e[0] for e in found if e[2] == "separation"] == pytest.approx([TAU], abs=1e-13)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-13])
+def test_the_limit_does_not_depend_on_where_the_sum_begins(rtol):
+    exact = rattle(0.2, 0.6, (0.0, 0.0, 0.4), TAU)
+    found = events(catalog.impact_pair(0.2, 0.6), (0.0, 0.4), TAU, rtol)
+    exact, found = ([e[0] for e in each if e[2] in ("rest", "separation")] for each in (exact, found))
+    assert found == pytest.approx(exact, abs=max(1e-9, 1e-2 * rtol))
+
+
+@pytest.mark.parametrize(("acceleration", "restitution"), [(1.5, 0.2), (5.0, 0.1), (1.03, 0.2), (0.9, 0.5)])
+def test_a_ball_rests_on_the_table_until_that_falls_faster(acceleration, restitution):
+    exact = bounce(acceleration, restitution, (0.0, 1.5, 0.0), 3 * TAU)
+    found = events(catalog.bouncing_ball(acceleration, restitution), (1.5, 0.0), 3 * TAU)
+    assert compare(
+        [(*e[:3], 1.0) for e in found if e[2] != "impact"], [e for e in exact if e[2] != "impact"], 1e-9
+    )
+    released = [e[0] % TAU for e in found if e[2] == "separation"]
+    assert released == pytest.approx([math.asin(min(1.0, 1 / acceleration))] * len(released), abs=1e-12)
+
+
+def test_at_rest_the_ball_moves_with_the_table():
+    found = jp.simulate(catalog.bouncing_ball(0.9, 0.5), turns=30, initial=(1.5, 0.0), rtol=1e-6)
+    later = found.sel(time=slice(float(found.event_time[-1]), None))
+    assert later.sizes["time"] > 1000
+    y, v = later.state_value.values.T
+    assert y == pytest.approx(np.sin(later.time.values), abs=1e-9)
+    assert v == pytest.approx(np.cos(later.time.values), abs=1e-9)
+
+
+@pytest.mark.parametrize(("gap", "speed"), [(0.4, 1.3), (3.0, 0.3)])
+def test_a_wall_without_restitution_holds_at_once(gap, speed):
+    exact = rattle(gap, 0.0, (0.0, 0.0, speed), 20.0)
+    found = events(catalog.impact_pair(gap, 0.0), (0.0, speed), 20.0)
+    assert compare(found, exact, 1e-9)
+
+
+def test_random_starts_all_come_to_their_end():
+    random, rested = np.random.default_rng(14), 0
+    for gap in (0.2, 0.4):
+        for start in random.uniform((-gap / 2, -2), (gap / 2, 2), (24, 2)):
+            found = jp.simulate(catalog.impact_pair(gap, 0.6), turns=20, initial=start)
+            assert int(found.status) == OK
+            rested += int((found.event_kind == REST).any())
+    assert rested > 10
+
+
+@pytest.mark.parametrize(
+    ("start", "expected"),
+    [
+        ((0.2, 0.0), [(math.pi, 0, "separation")]),  # pressed against the upper wall from t = 0 on
+        ((-0.2, 0.0), []),  # the lower one lets go at once
+    ],
+)
+def test_a_start_at_rest_on_a_wall(start, expected):
+    """The force is zero then, at t = 0."""
+    found = events(catalog.impact_pair(0.4, 0.6), start, 1.2 * math.pi)
+    first = [e[:3] for e in found][: len(expected)]
+    assert [e[1:] for e in first] == [e[1:] for e in expected]
+    assert [e[0] for e in first] == pytest.approx([e[0] for e in expected], abs=1e-12)
+    if not expected:
+        flight = 0.4  # from -0.2 to 0.2: t - sin t = 0.4
+        assert found[0][0] - math.sin(found[0][0]) == pytest.approx(flight, abs=1e-10)
+
+
+def test_a_start_a_rounding_beyond_a_wall_is_on_it():
+    """As the states are that a body at rest has been recorded with."""
+    found = events(catalog.bouncing_ball(0.9, 0.5), (-1e-13, 1.0), TAU)
+    assert found == []
+    with pytest.raises(jp.InputError):
+        jp.simulate(catalog.bouncing_ball(0.9, 0.5), turns=1, initial=(-1e-6, 1.0))
+
+
+def test_what_rests_every_period_repeats_exactly():
+    """Nothing is left of a start once the ball has lain on the table."""
+    ball = catalog.bouncing_ball(1.5, 0.2)
+    begin, end = (e[0] for e in bounce(1.5, 0.2, (0.0, 1.5, 0.0), 14.0) if e[2] != "impact" and e[0] > 8)
+    for start in ((1.5, 0.0), (2.3, -0.4)):
+        section = jp.poincare(ball, turns=5, transient=3, initial=start)
+        assert distinct(section, 1e-11) == 1
+        assert section.state_value.values == pytest.approx(np.tile([0.0, 1.0], (5, 1)), abs=1e-10)
+    exponents = jp.lyapunov(ball, exponents=2, turns=10, initial=(1.5, 0.0))
+    assert int(exponents.status) == OK
+    assert (exponents.lyapunov_exponent.values == -np.inf).all()
+    orbit = jp.periodic_orbit(ball, initial=(1.5, 0.0))
+    assert (int(orbit.status), int(orbit.stable)) == (OK, 1)
+    assert not orbit.floquet_multiplier.values.any()
+    swept = jp.bifurcation(
+        ball, over={"acceleration": [0.9, 1.5]}, direction=("up", "down"), turns=8, transient=20
+    )
+    assert not swept.cell_status.values.any()
+    assert (swept.period.values == 1).all()
+    share = swept.contact_fraction.sel(acceleration=[0.9, 1.5])
+    assert share.values.ravel() == pytest.approx([1.0, 1.0, *[(end - begin) / TAU] * 2], abs=1e-6)
+
+
+def test_the_tangent_map_through_a_rest_is_zero():
+    scene = assemble(catalog.impact_pair(0.2, 0.6), (0.0, 0.29))
+    rest = next(e[0] for e in rattle(0.2, 0.6, (0.0, 0.0, 0.29), TAU) if e[2] == "rest")
+    before, after = (tangents.tangent_map(scene, rest + shift) for shift in (-1e-3, 1e-3))
+    assert np.abs(before).max() > 1e-6
+    assert not after.any()
+    assert not tangents.tangent_map(scene, rest + 2 * math.pi).any()
+
+
+y, x, v, u = symbols("y x v u", real=True)
+
+
+def two_masses() -> System:
+    """Two masses with coupled inertia on a spring; the gap below them is a mixture of both positions."""
+    phase, r = Angle("phase", None, Integer(1)), number("restitution")
+    mass = {(0, 0): Integer(2), (1, 0): Rational(1, 2), (1, 1): Integer(1)}
+    force = (phase.sin - 1 + 3 * (x - y), 3 * (y - x) - u / 5 - x)
+    gap, impulse = y + x / 2, (1 + r) * (v + u / 2)
+    wall = Reset("floor", gap, {v: v - Rational(3, 4) * impulse, u: u - impulse / 2})  # along M^-1 N
+    outputs = {"state:y": y, "state:x": x, "state:v": v, "state:u": u, "phase": phase.value, "gap:floor": gap}
+    return System((y, x), (v, u), (r,), (), mass, force, (phase,), resets=(wall,), outputs=outputs)
+
+
+@pytest.fixture
+def coupled(monkeypatch):
+    monkeypatch.setitem(oscillators.SYSTEMS, "two_masses", two_masses)
+    return jp.TestSystem(
+        name="two masses",
+        system="two_masses",
+        parameters={"restitution": 0.5},
+        initial=(0.5, 0.2, 0.0, 0.3),
+        period=TAU,
+    )
+
+
+def test_a_part_that_goes_on_moving(coupled):
+    """At rest in one direction only: where the sum began may show in neither the motion nor its tangents."""
+    tight, loose = (jp.simulate(coupled, turns=1, rtol=rtol, samples_per_turn=60) for rtol in (1e-13, 1e-8))
+    assert (tight.event_kind == REST).any()
+    assert loose.state_value.values[-1] == pytest.approx(tight.state_value.values[-1], abs=3e-8)
+    rest = float(tight.event_time[tight.event_kind == REST][0])
+    released = tight.event_time[tight.event_kind == SEPARATION].values
+    until = rest + 0.5 * (min([*released[released > rest], rest + 1.0]) - rest)
+    scene, h = assemble(coupled), 1e-5
+    found = tangents.tangent_map(scene, until, 1e-12)
+    assert np.linalg.matrix_rank(found, 1e-9) == 2
+
+    def end(state):
+        response = jp.simulate(coupled, duration=until, initial=state, rtol=1e-13, at=[until])
+        return response.state_value.values[-1]
+
+    columns = [(end(scene.state + d) - end(scene.state - d)) / (2 * h) for d in h * np.eye(4)]
+    assert np.transpose(columns) - found == pytest.approx(0, abs=1e-5)
+    N, state = np.array([1.0, 0.5]), end(scene.state)
+    assert [N @ state[:2], N @ state[2:]] == pytest.approx([0.0, 0.0], abs=1e-12)
+    exponents = jp.lyapunov(coupled, exponents=4, turns=20)
+    assert np.isfinite(exponents.lyapunov_exponent.values).sum() == 2

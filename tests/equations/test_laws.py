@@ -1,0 +1,143 @@
+"""Laws of the normal force keep to what `Law` asks of them; one more is one object, used everywhere."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.ensemble import follow_ensemble, suits
+from jointplay.analysis.run import Request, follow
+from jointplay.analysis.vary import axes
+from jointplay.codegen.ensemble import FRICTION as TRIED_FRICTION
+from jointplay.codegen.ensemble import LAWS as TRIED_LAWS
+from jointplay.codegen.ensemble import known
+from jointplay.equations.laws import LAWS, Law
+from jointplay.errors import InputError
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.parts import Contact, Friction
+
+ROUND = 1e-10  # m, where the power of a penetration is rounded off
+FRICTION = {
+    "none": None,
+    "coulomb": Friction(coefficient=0.2),
+    "viscous": Friction(coefficient=0.1, viscous=5.0),
+}
+FRICTION["tanh"] = Friction(law="tanh", coefficient=0.2, velocity=0.01)
+
+
+def _hunt_crossley(u, v_n, K, C, n):
+    """F_n = K |u|^(n - 1) u (1 + C v_n), rounded off at u = 0; it stores K |u|^(n + 1) / (n + 1)."""
+    square = u**2 + ROUND**2
+    return K * square ** ((n - 1) / 2) * u * (1 + C * v_n), K * square ** ((n + 1) / 2) / (n + 1)
+
+
+HUNT_CROSSLEY = Law(
+    force=_hunt_crossley,
+    slopes=lambda K, C, n: (K * ROUND ** (n - 1), 0.0),
+    numbers={"stiffness": ("K", "1"), "damping": ("C", "s/m"), "power": ("n", "1")},
+)
+TRIED = {"kelvin_voigt": (7.15e6, 228.0), "test_hunt_crossley": (2.3e9, 0.5, 1.5)}
+
+
+@pytest.fixture
+def added(monkeypatch):
+    monkeypatch.setitem(LAWS, "test_hunt_crossley", HUNT_CROSSLEY)
+
+
+def linkage(law="kelvin_voigt", friction=None, **changes):
+    """The paper's linkage with another law in its joints."""
+    stiffness, damping, *further = TRIED[law]
+    names = dict(zip(LAWS[law].further, further, strict=True))
+    contact = Contact(law=law, stiffness=stiffness, damping=damping, parameters=names)
+    plain = catalog.chunmei2002(gear_ratio=3.0, **changes)
+    joints = [joint.model_copy(update={"contact": contact, "friction": friction}) for joint in plain.joints]
+    return jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
+
+
+def test_every_law_is_tried_here(added):
+    assert set(LAWS) == set(TRIED)
+
+
+@pytest.mark.parametrize("name", TRIED)
+def test_a_law_is_defined_beyond_the_surface_and_bounded_near_it(added, name):
+    law, numbers = LAWS[name], TRIED[name]
+    u, v = np.meshgrid(np.linspace(-1e-3, 1e-3, 41), np.linspace(-2.0, 2.0, 41))
+    force, stored = law.force(u, v, *numbers)
+    assert np.isfinite(force).all()
+    assert np.isfinite(stored).all()
+    assert law.force(0.0, 0.0, *numbers)[0] == 0.0
+    assert (law.force(u[u > 0], 0.0, *numbers)[0] > 0).all()
+    per_u, per_v = law.slopes(*numbers)
+    for u, v in ((1e-16, 0.0), (-1e-16, 0.0), (0.0, 1e-12), (1e-16, -1e-12)):
+        assert abs(law.force(u, v, *numbers)[0]) <= (per_u * abs(u) + per_v * abs(v)) * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("name", TRIED)
+def test_without_damping_the_force_is_the_slope_of_what_is_stored(added, name):
+    law, (K, _, *further), u, h = LAWS[name], TRIED[name], np.linspace(-1e-4, 1e-4, 9), 1e-9
+    slope = (law.force(u + h, 0.0, K, 0.0, *further)[1] - law.force(u - h, 0.0, K, 0.0, *further)[1]) / (
+        2 * h
+    )
+    assert np.allclose(slope, law.force(u, 0.0, K, 0.0, *further)[0], rtol=1e-6, atol=1e-3)
+
+
+def test_a_motion_with_an_added_law_has_its_forces_and_balances_its_energy(added):
+    record = ["normal_force", "penetration", "normal_velocity", "mode", "energy_residual", "energy"]
+    found = jp.simulate(linkage("test_hunt_crossley"), turns=0.3, rtol=1e-9, record=record)
+    touching = found.mode.values > 0
+    u, v = found.penetration.values[touching], found.normal_velocity.values[touching]
+    assert int(found.status) == 0
+    assert touching.sum() > 30
+    assert not touching.all()
+    assert np.allclose(
+        found.normal_force.values[touching], _hunt_crossley(u, v, *TRIED["test_hunt_crossley"])[0]
+    )
+    assert np.abs(found.energy_residual.values).max() < 1e-6 * np.abs(found.energy.values).max()
+
+
+def test_wrong_numbers_of_a_law_are_refused_together(added):
+    with pytest.raises(InputError) as caught:
+        Contact(law="test_hunt_crossley", stiffness=-1.0, damping=0.0, parameters={"powr": 1.5})
+    told = str(caught.value)
+    assert "contact.stiffness: got -1.0" in told
+    assert "did you mean 'power'?" in told
+    assert "contact.parameters.power: got nothing" in told
+    with pytest.raises(InputError, match="one of 'kelvin_voigt', 'test_hunt_crossley' is accepted"):
+        Contact(law="hertz", stiffness=1.0, damping=0.0)
+
+
+def test_numbers_of_an_added_law_vary(added):
+    mechanism, key = linkage("test_hunt_crossley"), "joints.B.contact.parameters.power"
+    found = jp.bifurcation(mechanism, over={key: [1.4, 1.5]}, transient=0, turns=1, rtol=1e-6)
+    assert found.power.values.tolist() == [1.4, 1.5]
+    assert (found.power.units, found.power.long_name) == ("1", "power of joint B")
+    (stiffness,) = axes(mechanism, {"joints.B.contact.stiffness": [1e9]})
+    assert stiffness.units == "1"
+    assert float(np.ptp(found["angular_velocity"].values)) > 0
+
+
+@pytest.mark.parametrize(
+    ("law", "friction"), [*(("kelvin_voigt", each) for each in FRICTION), ("test_hunt_crossley", "none")]
+)
+def test_lanes_know_a_law_or_step_aside(added, law, friction):
+    mechanism = linkage(law, FRICTION[friction], clearance=5e-5)
+    scene = assemble(mechanism, section="angle:crank")
+    request = Request(0.15 * scene.period, 1e-6, events=True, log_from=-1.0)
+    assert known(scene.structure) == suits(scene, request) == (law == "kelvin_voigt")
+    (found,), alone = follow_ensemble([scene], [request]), follow(scene, request)
+    assert found.events[:, 1].tolist() == alone.events[:, 1].tolist()
+    if law != "kelvin_voigt":
+        assert found.events.tobytes() == alone.events.tobytes()
+        with pytest.raises(InputError, match="ensemble"):
+            jp.basins(mechanism, plane={"crank_angle": [0.0, 1.0], "crank_speed": [1.0, 2.0]}, ensemble=True)
+
+
+def test_every_friction_is_tried_in_lanes():
+    laws = get_args(Friction.model_fields["law"].annotation)
+    assert {*laws, "none"} <= set(FRICTION)
+    assert {*laws, "none"} == set(TRIED_FRICTION)
+    assert set(TRIED_LAWS) <= set(TRIED)

@@ -1,0 +1,205 @@
+"""Every kind of figure is drawn as it was before: what it consists of, in words and numbers.
+
+After a change that is meant, look at the figure, then run this file: `python tests/figures/test_pictures.py`.
+"""
+
+from __future__ import annotations
+
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+from synthetic import flag_words, oscillator, response, section
+from synthetic_branches import branches, orbit
+from synthetic_tables import claims, readings, schemes
+from test_bifurcation import sweep
+from test_chaos_figures import counted, density, judged
+from test_fields import basins, divergence, field
+from test_lyapunov_figure import exponents
+from test_sweep_figure import cases, swept
+from test_work_precision import works
+
+from jointplay import figures
+
+KNOWN = Path(__file__).with_name("pictures.txt")
+VERDICTS = ("ok", "sensitive", "stopped", "unconfirmed", "suspect")
+
+
+def stressed() -> xr.Dataset:
+    """Twelve scenes of five verdicts; two without an energy balance."""
+    count = np.arange(12)
+    data = {
+        "verdict": ("scene", (count % 5).astype(np.int8), flag_words(VERDICTS, "verdict")),
+        "stiffness_number": ("scene", 10.0 ** (count / 3)),
+        "cpu_time": ("scene", 1e-4 * (1 + count)),
+        "energy_residual": ("scene", np.where(count > 9, np.nan, 10.0 ** (-18.0 + 1.4 * count))),
+        "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
+    }
+    return xr.Dataset(data, attrs={"kind": "stress"})
+
+
+PICTURES = {
+    "time_history": lambda: (response(), {"kind": "time_history"}),
+    "time_history of turns": lambda: (response(), {"kind": "time_history", "turns": [1, 3], "axis": "angle"}),
+    "time_history of a system": lambda: (oscillator(), {}),
+    "contact_angle": lambda: (response(), {"kind": "contact_angle"}),
+    "journal_orbit": lambda: (response(), {"kind": "journal_orbit"}),
+    "phase_portrait": lambda: (response(), {"kind": "phase_portrait"}),
+    "phase_portrait of a system": lambda: (oscillator(), {"kind": "phase_portrait"}),
+    "poincare_section": lambda: (section(), {}),
+    "poincare_section of a run": lambda: (response(), {"kind": "poincare_section"}),
+    "poincare_section of two": lambda: (section(300, joints=("B", "C")), {"x": "journal_x"}),
+    "overview": lambda: (response(), {}),
+    "overview of a failed run": lambda: (response(status="diverged"), {}),
+    "claims": lambda: (claims(), {}),
+    "readings": lambda: (readings(), {}),
+    "scheme_comparison": lambda: (schemes(), {}),
+    "bifurcation": lambda: (sweep(), {}),
+    "bifurcation of starts": lambda: (sweep(directions=("reset",), starts=3, exponents=0), {}),
+    "parameter_map": lambda: (sweep(("reset",), over=("clearance", "gear_ratio")), {"kind": "parameter_map"}),
+    "lyapunov": lambda: (exponents(), {}),
+    "chaos_test": lambda: (judged(), {}),
+    "spectrum": lambda: (density(), {}),
+    "dimension": lambda: (counted(), {}),
+    "divergence": lambda: (divergence(), {}),
+    "field": lambda: (field(), {}),
+    "basins": lambda: (basins(), {}),
+    "continuation": lambda: (branches(), {}),
+    "floquet": lambda: (orbit((0.5, 0.3), (0.5, -0.3), (-0.2, 0.0)), {}),
+    "floquet of a branch": lambda: (branches(), {"kind": "floquet"}),
+    "stress": lambda: (stressed(), {}),
+    "work_precision": lambda: (works(), {}),
+    "sweep": lambda: (swept("clearance"), {"kind": "sweep"}),
+    "sweep over two": lambda: (swept("clearance", "gear_ratio"), {"kind": "sweep"}),
+    "sweep of cases": lambda: (cases(), {"kind": "sweep"}),
+}
+
+
+def number(value) -> str:
+    """Four digits, and no sign of a zero."""
+    return f"{float(value) + 0.0:.4g}"
+
+
+def numbers(values) -> str:
+    """How many there are, their sum and that of their places times them, of those that are finite."""
+    flat = np.ma.masked_invalid(np.ma.asarray(values, dtype=float)).filled(0.0).ravel()
+    size = np.abs(flat).max(initial=0.0)
+    sums = (flat.sum(), flat @ np.linspace(0.0, 1.0, flat.size)) if size else (0.0, 0.0)
+    return f"{flat.size}: " + " ".join("0" if abs(each) < 1e-9 * size else number(each) for each in sums)
+
+
+def colours(values) -> str:
+    each = np.atleast_2d(values)
+    return (
+        f"{len(each)} {to_hex(each[0], keep_alpha=True)} {to_hex(each[-1], keep_alpha=True)}"
+        if each.size
+        else "-"
+    )
+
+
+def line(one) -> str:
+    look = [to_hex(one.get_color()), number(one.get_linewidth()), one.get_linestyle(), one.get_marker()]
+    more = [
+        number(one.get_markersize()),
+        number(one.get_markeredgewidth()),
+        one.get_alpha(),
+        one.get_zorder(),
+    ]
+    data = [numbers(one.get_xdata(orig=False)), numbers(one.get_ydata(orig=False))]
+    return f"line {one.get_label()!r} {look} {more} {one.get_rasterized()} {data}"
+
+
+def cloud(one) -> str:
+    look = [colours(one.get_facecolor()), colours(one.get_edgecolor()), numbers(one.get_linewidth())]
+    data = [numbers(one.get_offsets()), numbers([path.vertices.sum() for path in one.get_paths()])]
+    values = "-" if one.get_array() is None else f"{numbers(one.get_array())} {scaled(one)}"
+    kind, order = type(one).__name__, f"{one.get_alpha()} {one.get_zorder()}"
+    return f"{kind} {one.get_label()!r} {look} {order} {data} {values}"
+
+
+def scaled(one) -> str:
+    return f"{one.cmap.name} {[number(each) for each in one.get_clim()]} {type(one.norm).__name__}"
+
+
+def patches(all_of_them) -> list[str]:
+    """Those that look alike together, as the bars of a histogram."""
+    for look, some in groupby(all_of_them, patch):
+        corners = [one.get_path().transformed(one.get_patch_transform()).vertices for one in some]
+        yield f"{look} {len(corners)} of them, {numbers(np.concatenate(corners))}"
+
+
+def patch(one) -> str:
+    look = [colours(one.get_facecolor()), colours(one.get_edgecolor()), number(one.get_linewidth())]
+    return f"{type(one).__name__} {look} {one.get_hatch()} {one.get_zorder()}"
+
+
+def text(one) -> str:
+    where = [number(each) for each in one.get_position()]
+    look = [to_hex(one.get_color()), number(one.get_size()), one.get_ha(), one.get_va(), one.get_rotation()]
+    return f"text {one.get_text()!r} {where} {look}"
+
+
+def legend(one) -> str:
+    words = [each.get_text() for each in one.get_texts()]
+    return f"legend {words} {one._loc} {one._ncols} {number(one.handletextpad)} {number(one.columnspacing)}"
+
+
+def axis(name, one, limits) -> str:
+    ticks = [type(one.get_major_locator()).__name__, type(one.get_major_formatter()).__name__]
+    look = [one.get_scale(), one.get_visible(), one.get_ticks_position(), number(one.label.get_size())]
+    return f"{name} {one.get_label_text()!r} {[number(each) for each in limits]} {look} {ticks}"
+
+
+def panel(ax) -> list[str]:
+    """What is in a panel, one thing a line."""
+    titles = [ax.get_title(loc=loc) for loc in ("left", "center", "right")]
+    spines = [name for name, spine in ax.spines.items() if spine.get_visible()]
+    yield f"panel {titles} {ax.get_aspect()} {ax.axison} {spines} {to_hex(ax.get_facecolor())}"
+    yield axis("x", ax.xaxis, ax.get_xlim())
+    yield axis("y", ax.yaxis, ax.get_ylim())
+    yield from map(line, ax.lines)
+    yield from map(cloud, ax.collections)
+    yield from patches(ax.patches)
+    yield from (f"image {numbers(one.get_array())} {scaled(one)}" for one in ax.images)
+    yield from map(text, ax.texts)
+    yield from map(legend, filter(None, [ax.get_legend()]))
+    yield from (axis("second x", one.xaxis, one.get_xlim()) for one in ax.child_axes)
+
+
+def picture(name: str) -> list[str]:
+    """A figure in words and numbers."""
+    dataset, options = PICTURES[name]()
+    figure = figures.draw(dataset, options)
+    size = [number(each) for each in figure.get_size_inches()]
+    found = [
+        f"figure {size} {figure.get_suptitle()!r}",
+        *map(legend, figure.legends),
+        *map(text, figure.texts),
+    ]
+    for ax in figure.axes:
+        found += panel(ax)
+    return [each.replace("\n", " ") for each in found]
+
+
+def known() -> dict[str, list[str]]:
+    """The pictures as they are stored: a heading and their lines."""
+    blocks = KNOWN.read_text(encoding="utf-8").strip("\n").split("\n\n")
+    return {block.split("\n")[0]: block.split("\n")[1:] for block in blocks}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_figure_is_drawn_as_it_was(name):
+    assert picture(name) == known()[name]
+
+
+def test_every_kind_of_figure_is_among_them():
+    assert {name.split(" ")[0] for name in PICTURES} == set(figures.KINDS)
+    assert set(known()) == set(PICTURES)
+
+
+if __name__ == "__main__":
+    blocks = ["\n".join([name, *picture(name)]) for name in PICTURES]
+    KNOWN.write_text("\n\n".join(blocks) + "\n", encoding="utf-8")

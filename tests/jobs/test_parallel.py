@@ -1,0 +1,103 @@
+"""Calls side by side: asked for as workers get free, ended by an error, by a death, with their parent."""
+
+import os
+import subprocess
+import sys
+import time
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from jointplay.jobs import parallel
+from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
+
+SENDER = """
+import os, time
+from functools import partial
+from jointplay.jobs.parallel import side_by_side
+side_by_side([partial(os.symlink, "here", "begun"), partial(time.sleep, 1000)], print, 1)
+"""
+SOON = 60.0  # s on a busy machine; a quarter of one is meant
+
+
+def alive(process):
+    """Whether a process runs still, and is not only waited for."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().split(") ")[1][0] != "Z"
+    except OSError:
+        return False
+
+
+def gone(process):
+    """Whether a process ends before long."""
+    end = time.monotonic() + SOON
+    while alive(process) and time.monotonic() < end:
+        time.sleep(0.05)
+    return not alive(process)
+
+
+@pytest.mark.parametrize(("backend", "jobs", "ahead"), [("here", 1, 1), ("threading", 3, 3), ("loky", 2, 4)])
+def test_calls_are_asked_for_as_workers_get_free(backend, jobs, ahead):
+    asked, found = [], []
+
+    def calls():
+        for i in range(20):
+            asked.append(i)
+            assert len(asked) - len(found) <= ahead
+            yield partial(pow, i, 2)
+
+    side_by_side(calls(), found.append, jobs, backend)
+    assert sorted(found) == [i * i for i in range(20)]
+
+
+@pytest.mark.parametrize("backend", ["here", "threading", "loky"])
+def test_what_a_call_raises_is_raised(backend):
+    with pytest.raises(ValueError, match="x"):
+        side_by_side([partial(int, "x")], print, 1, backend)
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="reads the processes of Linux")
+def test_an_error_ends_the_workers_and_a_dead_one_does_not_spoil_the_next():
+    found = []
+
+    def take(process):
+        found.append(process)
+        raise KeyError(process)
+
+    with pytest.raises(KeyError):
+        side_by_side([os.getpid, partial(time.sleep, 1000)], take, 2)
+    assert found[0] != os.getpid()
+    assert gone(found[0])
+    with pytest.raises(BrokenProcessPool):
+        side_by_side([partial(os._exit, 1), partial(time.sleep, 1000)], found.append, 2)
+    side_by_side([partial(abs, -3)], found.append, 1)
+    assert found[1:] == [3]
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="reads the processes of Linux")
+def test_workers_end_with_the_process_that_sent_their_calls(tmp_path):
+    sender = subprocess.Popen([sys.executable, "-P", "-c", SENDER], cwd=tmp_path)
+    while not (tmp_path / "begun").is_symlink():
+        time.sleep(0.05)
+        assert sender.poll() is None
+    child = sender.pid
+    workers = [int(word) for word in Path(f"/proc/{child}/task/{child}/children").read_text().split()]
+    sender.kill()
+    sender.wait()
+    assert workers
+    assert all(map(gone, workers))
+
+
+def test_somebody_looks_while_workers_are_busy():
+    looks = []
+
+    def look():
+        looks.append(1)
+        if len(looks) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        side_by_side([partial(time.sleep, 1000)], print, 1, "threading", look)
+    assert len(looks) == 3
+    assert parallel.LOOK <= 0.25  # s: what waits for a look is to be prompt

@@ -1,0 +1,120 @@
+"""docs/developers.md done as it says: a kind of study and a figure, of which no file of the package knows."""
+
+import pickle
+import re
+import sys
+import tomllib
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import jointplay as jp
+from jointplay import cli, figures
+from jointplay.errors import InputError
+from jointplay.kinds import KINDS, Kind, Shown
+from jointplay.study.file import load, validate
+from jointplay.study.schema import schema
+
+PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
+ANALYSIS, ROW, FIGURE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
+(STUDY,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.S | re.M)
+SWEEP = STUDY + '\n[vary]\namplitude = [0.2, 0.25, 0.3]\n\n[figure]\nkind = "sweep"\n'
+
+
+@pytest.fixture(autouse=True)
+def returns(tmp_path_factory, monkeypatch):
+    """The analysis, the figure and the row, as if they lay in the package; gone after the test."""
+    folder = tmp_path_factory.mktemp("modules")
+    (folder / "returns_analysis.py").write_text(ANALYSIS)
+    (folder / "returns_figure.py").write_text(FIGURE)
+    monkeypatch.syspath_prepend(str(folder))
+    before = [dict(table) for table in (figures.KINDS, figures.ABOUT)]
+    row = eval(ROW.replace(".analysis.signals.returns:", "returns_analysis:"), {"Kind": Kind, "Shown": Shown})
+    monkeypatch.setitem(KINDS, row.name, row)
+    import_module("returns_figure")
+    yield import_module("returns_analysis").returns
+    for name in ("returns_analysis", "returns_figure"):
+        del sys.modules[name]
+    for table, kept in zip((figures.KINDS, figures.ABOUT), before, strict=True):
+        table.clear()
+        table.update(kept)
+
+
+@pytest.fixture
+def study(tmp_path):
+    """Path of the study file of the page."""
+    path = tmp_path / "returns.toml"
+    path.write_text(STUDY)
+    return path
+
+
+def problems(call, *values, **keywords):
+    """Key and message of each problem, without the tables of a study."""
+    with pytest.raises(InputError) as caught:
+        call(*values, **keywords)
+    return {re.sub("^(analysis|integrator)[.]", "", p.key): p.expected for p in caught.value.problems}
+
+
+def test_it_runs_is_drawn_and_drawn_again(study, returns, tmp_path, capsys):
+    assert cli.main(["check", str(study)]) == 0
+    assert "40 turns after 10 dropped turns" in capsys.readouterr().out
+    assert cli.main(["run", str(study), "--out", str(tmp_path), "--set", "figure.scale=log"]) == 0
+    found = jp.open(tmp_path / "returns.nc")
+    same = returns(jp.catalog.duffing(amplitude=0.3), turns=40, transient=10)
+    assert found["return_share"].item() == same["return_share"].item()
+    assert (tmp_path / "returns.png").exists()
+    (tmp_path / "returns.png").unlink()
+    assert cli.main(["figure", str(tmp_path / "returns.nc")]) == 0
+    assert (tmp_path / "returns.png").exists()
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_it_is_swept_and_resumed(study, tmp_path, jobs, capsys):
+    study.write_text(SWEEP)
+    command = ["run", str(study), "--out", str(tmp_path), "--jobs", jobs]
+    assert cli.main([*command, "--set", "vary.amplitude=[0.2, 0.3]"]) == 0
+    assert cli.main(command) == 0
+    assert "2 of 3 cells are there already" in capsys.readouterr().out
+    found = jp.open(tmp_path / "returns.nc")
+    assert found.sizes["amplitude"] == 3
+    assert (found["cell_status"] == 0).all()
+    assert (tmp_path / "returns.png").exists()
+    assert cli.main(["status", str(study), "--out", str(tmp_path)]) == 0
+    assert "3 of 3 finished" in capsys.readouterr().out
+    assert figures.cells.usual(found).name == "return_share"
+
+
+def test_its_mistakes_are_told_alike_and_all_at_once(returns):
+    table = {"name": "x"} | tomllib.loads(STUDY)
+    wrong = {"turns": 3, "every": 4, "near": 1.0, "initial": [0.1]}
+    said = problems(validate, table | {"analysis": wrong, "integrator": {"rtol": 1.0}})
+    assert set(said) == {"every", "near", "initial", "rtol"}
+    assert said == problems(returns, jp.catalog.duffing(), **wrong, rtol=1.0)
+    assert "no such key: did you mean 'turns'" in str(problems(validate, table | {"analysis": {"turms": 1}}))
+    assert set(problems(validate, table | {"figure": {"kind": "returns", "scale": "x"}})) == {"figure.scale"}
+    assert set(problems(validate, table | {"figure": {"kind": "overview"}})) == {"figure.kind"}
+
+
+def test_its_record_travels(study):
+    record = load(study).record
+    assert pickle.loads(pickle.dumps(record)) == record  # no class by value, as it would be without its row
+
+
+def test_its_schema_says_its_keywords(study):
+    table = schema()["$defs"]["ReturnsAnalysis"]
+    assert table["properties"]["turns"]["default"] == 100
+    assert load(study).record.analysis.near == 0.1
+
+
+def test_a_figure_may_suit_a_kind_that_does_not_name_it(tmp_path):
+    response = {
+        "name": "x",
+        "kind": "response",
+        "mechanism": {"catalog": "duffing"},
+        "analysis": {"turns": 1},
+    }
+    asked = response | {"figure": {"kind": "returns"}}
+    assert set(problems(validate, asked)) == {"figure.kind"}
+    figures.registry.picture(of=("response",))(figures.KINDS["returns"])
+    assert validate(asked).figure == {"kind": "returns"}
