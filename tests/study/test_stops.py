@@ -12,6 +12,7 @@ import pytest
 from program import jointplay
 
 from jointplay.analysis import looks
+from jointplay.analysis.orbits.branch import Tracer
 from jointplay.cli import main
 from jointplay.study.status import name_of
 from jointplay.study.store import open_result
@@ -95,6 +96,7 @@ def interrupting(monkeypatch):
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr("jointplay.study.progress.Progress.__call__", pressed)
+    monkeypatch.setattr(looks, "PATIENCE", 60.0)  # longer than whatever compiles meanwhile
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
@@ -112,6 +114,24 @@ def test_what_a_single_analysis_has_is_kept_apart_from_its_result(kind, tmp_path
     assert name_of(found) == "interrupted"
     assert worth_keeping(found)
     assert result.read_text() == "of a run before"
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_a_branch_is_kept_although_no_look_comes(tmp_path, interrupting, monkeypatch, capsys):
+    def busy(self, last, length):
+        if looks._stop.asked:
+            time.sleep(60)
+        return advance(self, last, length)
+
+    advance = Tracer._advance
+    monkeypatch.setattr(Tracer, "_advance", busy)
+    monkeypatch.setattr(looks, "PATIENCE", 0.05)
+    analysis, worth_keeping = KEPT["continuation"]
+    study = tmp_path / "one.toml"
+    study.write_text(f'kind = "continuation"\n{SYSTEM}{analysis}')
+    assert main(["run", str(study), "--out", str(tmp_path)]) == 130
+    assert "one.partial.nc" in capsys.readouterr().out
+    assert worth_keeping(open_result(tmp_path / "one.partial.nc"))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

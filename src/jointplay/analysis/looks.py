@@ -26,6 +26,10 @@ class Stopped(KeyboardInterrupt):
     """Ends a run between two pieces, where what it has so far is kept."""
 
 
+class Late(KeyboardInterrupt):
+    """Ends a run that did not come to a look in time, wherever it is: what is whole by then is kept."""
+
+
 class Told:
     """A user's `progress`: told of fractions that never fall, and again of the last one as time passes."""
 
@@ -107,7 +111,7 @@ def seen(passes: Iterable[T]) -> Iterator[T]:
 class _Stop:
     """Whether something runs that keeps what it has when it is stopped; whether it is asked to stop."""
 
-    heeded = asked = False
+    heeded = asked = late = False
 
 
 _stop = _Stop()
@@ -116,18 +120,25 @@ _stop = _Stop()
 @contextmanager
 def keeping(kept: bool = True) -> Iterator[None]:
     """Let `stop` end what runs inside the block at its next look."""
-    _stop.heeded, _stop.asked = kept, False
+    _stop.heeded, _stop.asked, _stop.late = kept, False, False
     try:
         yield
     finally:
-        _stop.heeded = _stop.asked = False
+        _stop.heeded = _stop.asked = _stop.late = False
 
 
 def stop() -> bool:
     """Ask what runs to end at its next look and keep what it has; False where nothing does so.
 
     Where no look comes soon, as while something compiles, the main thread is interrupted all the same.
+
+    Raises
+    ------
+    Late
+        In that interrupt, which calls this once more.
     """
+    if _stop.late:
+        raise Late
     if not _stop.heeded or _stop.asked:
         return False
     _stop.asked = True
@@ -140,7 +151,7 @@ def stop() -> bool:
 def _interrupt() -> None:
     if not _stop.asked:
         return
-    _stop.heeded = False
+    _stop.heeded, _stop.asked, _stop.late = False, False, True
     if hasattr(signal, "pthread_kill"):  # a real one, that ends what the main thread waits for
         signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
     else:

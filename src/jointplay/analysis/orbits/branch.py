@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from jointplay.analysis.looks import Stopped
+from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.orbits.arclength import Family, Point, solve
 from jointplay.analysis.orbits.branch_points import Special, between
 from jointplay.analysis.orbits.image import Image
@@ -76,7 +76,7 @@ class Tracer:
             last = self._settled(start)
             while end is None:
                 last, length, end = self._advance(last, length)
-        except Stopped:
+        except (Stopped, Late):
             end = "interrupted"
         return Branch(self.points, self.specials, ("origin", end))
 

@@ -20,7 +20,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, Text, analysis
-from jointplay.analysis.looks import Stopped
+from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.orbits import branch_words
 from jointplay.analysis.orbits.arclength import Family, Point, cached, first
 from jointplay.analysis.orbits.branch import Branch, Tracer
@@ -186,7 +186,7 @@ def explore(
             branches.append(branch)
             if "interrupted" in branch.ends:
                 break
-    except Stopped:  # between two branches
+    except (Stopped, Late):  # between two branches
         branches = branches or [_lone(orbit, q, "interrupted")]
         branches[-1] = replace(branches[-1], ends=(branches[-1].ends[0], "interrupted"))
     return branches
