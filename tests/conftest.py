@@ -6,8 +6,8 @@ Meanwhile the structures that most tests use are compiled here, and not by every
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.request import quantity
-from jointplay.analysis.run import functions
+from jointplay.analysis.rules import quantity
+from jointplay.analysis.trajectory import functions
 from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle

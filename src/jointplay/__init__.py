@@ -30,8 +30,8 @@ __version__ = "0.1.0"
 _HOME = {
     **{row.home.partition(":")[2]: row.home.removeprefix(".") for row in KINDS.values()},
     "growth": "analysis.exponents.growth",
-    "waveform": "analysis.scheme.waveform",
-    "open": "study.store:open_result",
+    "waveform": "lab.scheme.waveform",
+    "open": "results.store:open_result",
     "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",
     "InputError": "errors",

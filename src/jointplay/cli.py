@@ -156,8 +156,8 @@ def _say(line: str) -> None:
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:
     """Tell what came of a run, and draw it."""
-    from jointplay.study.status import explain
-    from jointplay.study.tables import summary, write_table
+    from jointplay.lab.paper.tables import summary, write_table
+    from jointplay.results.outcome import explain
 
     dataset, path = outcome.dataset, outcome.path
     print(f"result  {path}", flush=True)
@@ -190,7 +190,7 @@ def _pictured(dataset, options: dict) -> dict | None:
     if (whole := figures.of_sweep(dataset, options)) is None:
         _say("figure  none of the whole sweep; one cell: jointplay.figure(jointplay.cell(result, ...))")
     elif not options.get("quantity"):
-        shown = figures.cells.usual(dataset).name
+        shown = figures.drawing.cell_quantity.usual(dataset).name
         _say(f"figure  {shown} of each cell; others by kind = 'sweep' and quantity in [figure]")
     return whole
 
@@ -232,7 +232,7 @@ def reproduce(arguments: argparse.Namespace) -> int:
     """Compute and draw every figure of the paper, or those named, and grade its conclusions."""
     from functools import partial
 
-    from jointplay.study.reproduce import reproduce as reproduce_studies
+    from jointplay.lab.reproduce import reproduce as reproduce_studies
 
     say = partial(print, flush=True)
     try:
@@ -259,8 +259,8 @@ def check(arguments: argparse.Namespace) -> int:
 
 def figure(arguments: argparse.Namespace) -> int:
     """Draw a stored result again."""
+    from jointplay.results.store import check_writable, open_result
     from jointplay.study.file import figure_options
-    from jointplay.study.store import check_writable, open_result
 
     dataset = open_result(arguments.result)
     options = figure_options(dataset, arguments.kind, arguments.set)
@@ -282,8 +282,8 @@ def _targets(out: str | None, result: Path) -> list[Path]:
 
 def export(arguments: argparse.Namespace) -> int:
     """Write a stored result for other programs: MATLAB (.mat) or a table (.csv)."""
-    from jointplay.study.export import export as write
-    from jointplay.study.store import open_result
+    from jointplay.results.export import export as write
+    from jointplay.results.store import open_result
 
     target = Path(arguments.result).with_suffix(".mat") if arguments.out is None else arguments.out
     print(f"written {write(open_result(arguments.result), target, arguments.over)}")
@@ -328,7 +328,7 @@ def cache(arguments: argparse.Namespace) -> int:
 
 def _draw(dataset, options: dict, targets: list[Path]) -> None:
     from jointplay import figures
-    from jointplay.study.store import write_figure
+    from jointplay.results.store import write_figure
 
     picture = figures.draw(dataset, options)
     for target in targets:

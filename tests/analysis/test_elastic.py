@@ -9,8 +9,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.mechanism.beam import line_density, stiffness
-
-from ..linkages import bending
+from tests.support.linkages import bending
 
 WORDS = ["angle", "angular_velocity", "angular_acceleration", "deflection"]
 HERMITE = {"damping_ratio": 0.01}

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from tests.support.linkages import bending, mechanism, start
 
-from ..linkages import bending, mechanism, start
 from ..reference.bodies import Parameters
 
 BALANCE = ["energy_residual", "drive_work", "joint_work", "structural_work", "kinetic_energy", "mode"]

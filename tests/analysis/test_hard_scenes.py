@@ -7,9 +7,9 @@ import pytest
 
 from jointplay import catalog
 from jointplay.analysis.quantities import Quantities
-from jointplay.analysis.run import Request, follow, memory
-from jointplay.analysis.stress.scenes import draw
+from jointplay.analysis.trajectory import Request, follow, memory
 from jointplay.analysis.words import EVENTS, STATUS
+from jointplay.lab.stress.scenes import draw
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.modes import STICK
 

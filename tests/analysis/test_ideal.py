@@ -10,8 +10,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.mechanism.closure import ideal_state
-
-from ..linkages import bending
+from tests.support.linkages import bending
 
 LINKS = ["crank", "coupler", "rocker"]
 MOTION = ["angle", "angular_velocity", "angular_acceleration"]

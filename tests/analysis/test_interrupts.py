@@ -13,13 +13,13 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import ensemble, pieces, run
+from jointplay.analysis import ensemble_runs, pieces, trajectory
 from jointplay.analysis.exponents.growth import growth
-from jointplay.analysis.paper import fixed_steps
-from jointplay.analysis.paper.fixed_steps import March
-from jointplay.analysis.scheme.waveform import waveform
 from jointplay.analysis.signals.correlation_sum import correlation_sum
 from jointplay.analysis.states.basins import basins
+from jointplay.lab.paper import fixed_steps
+from jointplay.lab.paper.fixed_steps import March
+from jointplay.lab.scheme.waveform import waveform
 from jointplay.mechanism.assemble import assemble
 
 LONG = 3_000_000  # turns
@@ -147,9 +147,9 @@ WITH_TANGENTS = {
 
 @pytest.mark.parametrize("call", WITH_TANGENTS.values(), ids=WITH_TANGENTS)
 def test_tangents_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch, call):
-    monkeypatch.setattr(run, "pace", fixed(10**9))
+    monkeypatch.setattr(trajectory, "pace", fixed(10**9))
     whole = values(call())
-    monkeypatch.setattr(run, "pace", fixed(7))
+    monkeypatch.setattr(trajectory, "pace", fixed(7))
     cut = values(call())
     assert whole.keys() == cut.keys()
     for name, each in whole.items():
@@ -161,11 +161,11 @@ def test_ensembles_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch):
         assemble(LOOSE.replace(clearance=e), section="angle:crank") for e in np.geomspace(1e-5, 3e-4, 11)
     ]
     cut = {"level": scenes[0].crank_angle + 1.0, "period": 2 * np.pi, "direction": 1, "stop_after": 2}
-    asked = [run.Request(1.0, 1e-6, events=True, log_from=-1.0, **cut) for _ in scenes]
+    asked = [trajectory.Request(1.0, 1e-6, events=True, log_from=-1.0, **cut) for _ in scenes]
     found = []
     for attempts in (10**9, 3):
-        monkeypatch.setattr(ensemble, "pace", fixed(attempts))
-        found.append(ensemble.follow_ensemble(scenes, asked))
+        monkeypatch.setattr(ensemble_runs, "pace", fixed(attempts))
+        found.append(ensemble_runs.follow_ensemble(scenes, asked))
     for one, other in zip(*found, strict=True):
         assert one.counts == other.counts
         for name in ("samples", "events", "sections", "start"):

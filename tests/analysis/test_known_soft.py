@@ -9,7 +9,7 @@ from scipy.linalg import expm
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.words import EVENTS, MODES
 from jointplay.mechanism.assemble import assemble
 

@@ -10,7 +10,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.parts import Contact
+from jointplay.mechanism.joints import Contact
 from jointplay.mechanism.records import Mechanism
 
 WORDS = ["angle", "angular_velocity", "journal_x", "journal_y"]

@@ -12,7 +12,7 @@ import jointplay as jp
 from jointplay.analysis.words import BALANCE, LINKAGE, recorded
 from jointplay.equations.structure import parameter_names
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.parts import Friction
+from jointplay.mechanism.joints import Friction
 
 RTOL, REFERENCE = 1e-8, 1e-12
 A_TURN = 1000  # tolerated errors of a speed in a turn: the tolerated error of its acceleration

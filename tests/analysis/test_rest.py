@@ -9,7 +9,7 @@ from sympy import Integer, Rational, symbols
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.analysis.run import Request, functions, memory
+from jointplay.analysis.trajectory import Request, functions, memory
 from jointplay.analysis.words import EVENTS
 from jointplay.equations import oscillators
 from jointplay.equations.system import Angle, Reset, System, number

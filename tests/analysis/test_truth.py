@@ -10,8 +10,8 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.words import EVENTS
+from tests.support.linkages import mechanism, start
 
-from ..linkages import mechanism, start
 from ..reference.bodies import LINKS
 from ..reference.scenes import SCENES
 

@@ -28,7 +28,7 @@ from jointplay.jobs.pool import Pool
 from jointplay.study import run
 from jointplay.study.execute import complete
 from jointplay.study.file import Loaded, load, validate
-from jointplay.study.source import parse
+from jointplay.study.toml_text import parse
 
 LINKAGE = """\
 name = "harness"

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from jointplay.analysis.precision.contenders import Ours
-from jointplay.analysis.precision.measure import SHORT, time_at
 from jointplay.analysis.words import EVENTS
+from jointplay.lab.precision.contenders import Ours
+from jointplay.lab.precision.measure import SHORT, time_at
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 

@@ -8,10 +8,10 @@ import pytest
 from jointplay.equations.oscillators import SYSTEMS
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
+from tests.support.linkages import scattered
+from tests.support.plain import Point, plain
 
 from ..equations.both import bent_pair, bent_state, pair, point
-from ..linkages import scattered
-from ..plain import Point, plain
 from .samples import STATES, modes_of, oscillator
 
 STEP = 1e-30

@@ -8,10 +8,10 @@ import pytest
 from jointplay.codegen.source import MAX_TURN
 from jointplay.equations.oscillators import SYSTEMS
 from jointplay.numerics.control import TURN
+from tests.support.linkages import scattered
+from tests.support.plain import Point, plain
 
 from ..equations.both import bent_pair, bent_state, pair, point
-from ..linkages import scattered
-from ..plain import Point, plain
 from .samples import STATES, modes_of, oscillator
 
 

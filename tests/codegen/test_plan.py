@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from jointplay.codegen import cache
-from jointplay.codegen.plan import LARGEST_DENSE
+from jointplay.codegen.elimination import LARGEST_DENSE
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
+from tests.support.plain import Point, plain
 
 from ..equations.both import bent_pair, bent_state, point
 from ..numerics.linear import factored, newtons_matrix
-from ..plain import Point, plain
 from .test_jacobian import by_complex_steps, shifted
 
 MODES = {

@@ -14,8 +14,8 @@ from jointplay.equations.structure import parameter_names
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.beam import Beam
+from tests.support.plain import plain, text
 
-from ..plain import plain, text
 from .samples import ARGUMENTS, oscillator
 
 SCRIPT = """

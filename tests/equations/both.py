@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from jointplay.mechanism.assemble import assemble
+from tests.support.linkages import SMALL, SOFT, bending, mechanism, own_state, start
+from tests.support.plain import Point, plain
 
-from ..linkages import SMALL, SOFT, bending, mechanism, own_state, start
-from ..plain import Point, plain
 from ..reference.bodies import Bodies, Parameters
 from ..reference.flexible_twin import loop
 from .lagrange import Lagrange

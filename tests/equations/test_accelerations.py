@@ -7,7 +7,8 @@ import itertools
 import numpy as np
 import pytest
 
-from ..linkages import ARRANGEMENTS, scattered
+from tests.support.linkages import ARRANGEMENTS, scattered
+
 from .both import pair, point
 
 MODES = ("free", "slip+", "slip-", "stick")

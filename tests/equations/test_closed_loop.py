@@ -8,10 +8,10 @@ import pytest
 from jointplay.codegen import outputs
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.parts import Pin
+from jointplay.mechanism.joints import Pin
+from tests.support.linkages import mechanism
+from tests.support.plain import plain
 
-from ..linkages import mechanism
-from ..plain import plain
 from ..reference.bodies import LINKS, Parameters
 from .both import bent_pair, bent_state, point
 from .test_bending import check_energies, check_reactions

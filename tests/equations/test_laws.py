@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.ensemble import follow_ensemble, suits
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.ensemble_runs import follow_ensemble, suits
+from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.vary import axes
 from jointplay.codegen.ensemble import FRICTION as TRIED_FRICTION
 from jointplay.codegen.ensemble import LAWS as TRIED_LAWS
@@ -18,7 +18,7 @@ from jointplay.equations.laws import LAWS, Law
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.parts import Contact, Friction
+from jointplay.mechanism.joints import Contact, Friction
 
 ROUND = 1e-10  # m, where the power of a penetration is rounded off
 FRICTION = {

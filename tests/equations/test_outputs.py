@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from jointplay.codegen import outputs
+from tests.support.linkages import ARRANGEMENTS, scattered
+from tests.support.plain import masks, plain
 
-from ..linkages import ARRANGEMENTS, scattered
-from ..plain import masks, plain
 from ..reference.bodies import LINKS, Bodies
 from .both import numbers, pair, state
 

@@ -7,9 +7,9 @@ import pytest
 
 from jointplay.codegen import outputs
 from jointplay.mechanism.assemble import assemble
+from tests.support.linkages import SMALL, SOFT, bending, mechanism
+from tests.support.plain import Point, masks, plain
 
-from ..linkages import SMALL, SOFT, bending, mechanism
-from ..plain import Point, masks, plain
 from ..reference.bodies import Parameters
 from .both import bent_state
 from .lagrange import Lagrange

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from jointplay.numerics.modes import STICKS
+from tests.support.plain import plain, text
 
-from ..plain import plain, text
 from .both import bent_pair, bent_state, point
 
 SMOOTH = 3.0

@@ -7,11 +7,11 @@ import warnings
 import matplotlib as mpl
 import pytest
 from matplotlib.figure import Figure
-from synthetic import oscillator, response, section
 
 from jointplay import figures
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS
+from tests.figures.support.synthetic import oscillator, response, section
 
 
 def keys(options: dict, dataset=None) -> dict[str, str]:

@@ -12,17 +12,17 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
-from synthetic import flag_words, oscillator, response, section
-from synthetic_branches import branches, orbit
-from synthetic_tables import claims, readings, schemes
-from test_bifurcation import sweep
-from test_chaos_figures import counted, density, judged
-from test_fields import basins, divergence, field
-from test_lyapunov_figure import exponents
-from test_sweep_figure import cases, swept
-from test_work_precision import works
 
 from jointplay import figures
+from tests.figures.exponents.test_lyapunov_figure import exponents
+from tests.figures.lab.test_work_precision import works
+from tests.figures.signals.test_chaos_figures import counted, density, judged
+from tests.figures.states.test_fields import basins, divergence, field
+from tests.figures.support.synthetic import flag_words, oscillator, response, section
+from tests.figures.support.synthetic_branches import branches, orbit
+from tests.figures.support.synthetic_tables import claims, readings, schemes
+from tests.figures.sweeps.test_bifurcation import sweep
+from tests.figures.sweeps.test_sweep_figure import cases, swept
 
 KNOWN = Path(__file__).with_name("pictures.txt")
 VERDICTS = ("ok", "sensitive", "stopped", "unconfirmed", "suspect")

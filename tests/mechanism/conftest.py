@@ -1,9 +1,9 @@
 """Input that the tests of the records spoil."""
 
 import pytest
-from wrong import listed
 
 from jointplay.mechanism import catalog
+from tests.mechanism.wrong import listed
 
 
 @pytest.fixture

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bars import BARS, COUPLER, CRANK, ROCKER, bar, frequency
 
 from jointplay.mechanism.beam import modal
+from tests.mechanism.bars import BARS, COUPLER, CRANK, ROCKER, bar, frequency
 
 
 @pytest.mark.parametrize("data", BARS, ids=lambda data: data["name"])

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from bars import BARS, Integrals, bar, sampled
 
 from jointplay.mechanism.beam import modal, stiffness
+from tests.mechanism.bars import BARS, Integrals, bar, sampled
 
 CURVED = ("frequency", "slope_start", "slope_end", "gauge")
 SUMMED = ("force", "moment")

@@ -5,9 +5,9 @@ Static modal amplitudes are η_i = Q_i/ω_i². Cubic elements are exact at their
 
 import numpy as np
 import pytest
-from bars import COUPLER, bar
 
 from jointplay.mechanism.beam import line_density, modal, stiffness
+from tests.mechanism.bars import COUPLER, bar
 
 LENGTH = COUPLER["length"]
 EXACT = [{"elements": n} for n in (2, 4, 8)]

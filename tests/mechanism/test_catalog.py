@@ -4,11 +4,11 @@ import inspect
 import math
 
 import pytest
-from wrong import problems_of
 
 from jointplay.errors import NOTHING
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
+from tests.mechanism.wrong import problems_of
 
 REQUIRED = {
     "impact_pair": {"gap": 0.4, "restitution": 0.8},

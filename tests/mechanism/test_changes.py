@@ -1,7 +1,6 @@
 """Changed copies of a mechanism, and sections that fit it."""
 
 import pytest
-from wrong import only, problems_of
 
 from jointplay.mechanism import catalog, check_section
 from jointplay.mechanism.records import (
@@ -12,6 +11,7 @@ from jointplay.mechanism.records import (
     Plane,
     SeparationSection,
 )
+from tests.mechanism.wrong import only, problems_of
 
 # Changes
 

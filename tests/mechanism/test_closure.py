@@ -5,12 +5,12 @@ import math
 import pytest
 from hypothesis import assume, event, given
 from hypothesis import strategies as st
-from wrong import problems_of
 
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.closure import BRANCHES, four_bar, ideal_state
 from jointplay.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, Pin
+from tests.mechanism.wrong import problems_of
 
 PAPER = catalog.chunmei2002()
 angle = st.floats(-10, 10)

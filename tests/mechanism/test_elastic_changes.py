@@ -4,12 +4,12 @@ import pickle
 
 import numpy as np
 import pytest
-from bars import COUPLER, bar
-from wrong import listed
 
 from jointplay.mechanism import catalog
 from jointplay.mechanism.beam import modal
 from jointplay.mechanism.records import Beam, Mechanism
+from tests.mechanism.bars import COUPLER, bar
+from tests.mechanism.wrong import listed
 
 LENGTH, MASS = COUPLER["length"], COUPLER["mass"]
 

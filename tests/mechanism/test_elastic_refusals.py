@@ -4,11 +4,11 @@ import math
 import re
 
 import pytest
-from bars import COUPLER, bar
-from wrong import only, problems_of
 
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import Beam, Link, Mechanism
+from tests.mechanism.bars import COUPLER, bar
+from tests.mechanism.wrong import only, problems_of
 
 COUPLER_BENDS = {"elastic": ("coupler",)}
 

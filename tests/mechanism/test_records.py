@@ -6,11 +6,11 @@ import subprocess
 import sys
 
 import pytest
-from wrong import only, problems_of
 
 from jointplay.errors import NOTHING
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import Contact, Friction, Joint, Link, Mechanism, Pin, TestSystem
+from tests.mechanism.wrong import only, problems_of
 
 # Round trips and what a record is
 

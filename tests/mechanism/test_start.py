@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
-from wrong import problems_of
 
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.closure import ideal_state
 from jointplay.mechanism.start import start
+from tests.mechanism.wrong import problems_of
 
 LOOSE = catalog.chunmei2002()
 CLOSED = catalog.chunmei2002(clearance=0)

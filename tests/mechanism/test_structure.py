@@ -6,12 +6,12 @@ import re
 import numpy as np
 import pytest
 from pydantic import BaseModel
-from wrong import only, problems_of
 
 from jointplay.accepted import from_pydantic
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import Drive, Joint, Link, Mechanism, Pin, Section
+from tests.mechanism.wrong import only, problems_of
 
 # Bad input in how the parts fit
 

@@ -23,11 +23,11 @@ OWN = {
         "tests/codegen",
         "tests/equations",
         "tests/numerics",
-        "tests/analysis/test_ensemble.py",
-        "tests/study/test_cache_verb.py",
+        "tests/analysis/sweeps/test_ensemble.py",
+        "tests/cli/test_cache_verb.py",
         "tests/test_fresh_kernels.py",
     ],
-    "numerics": ["tests/numerics", "tests/codegen", "tests/analysis/test_ensemble.py"],
+    "numerics": ["tests/numerics", "tests/codegen", "tests/analysis/sweeps/test_ensemble.py"],
 }
 EXACT = [
     *("tests/analysis/test_known_ball.py", "tests/analysis/test_known_impacts.py"),

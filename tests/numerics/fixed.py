@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from jointplay.analysis import run
+from jointplay.analysis import trajectory
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import flow, memory
 
@@ -17,10 +17,10 @@ def follow(system, duration, h, initial=None):
     in the same units and is divided by it too.
     """
     scene = assemble(system, initial)
-    k, x, o = run.memory(scene, run.Request(duration, rtol=LOOSE))
+    k, x, o = trajectory.memory(scene, trajectory.Request(duration, rtol=LOOSE))
     x.real[memory.H] = h
     code = flow.flow(
-        run.functions(scene.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE), None, None
+        trajectory.functions(scene.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE), None, None
     )
     assert code == flow.OK
     return x.s[1 : 1 + len(x.absolute)].copy(), x.count[:5].tolist()

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.codegen import algebra, plan
+from jointplay.codegen import algebra, elimination
 from jointplay.numerics import radau
 from jointplay.numerics.memory import method_rows
-
-from ..plain import run
+from tests.support.plain import run
 
 C, A = radau.NODES[:7], radau.COLLOCATION.reshape(8, 8).T[:7, :7]
 EIGENVALUES = radau.EIGEN_RE + 1j * radau.EIGEN_IM
@@ -86,14 +85,16 @@ def planned(n_q, n, density=0.3, variant=0):
         for (i, j), at in part.items():
             values[at] = B[i, shift + j] = derivatives[i, shift + j]
     first = max(each.rows for each in plans)
-    system = Linear(n_q, n, np.linalg.solve(M, B), values, plan.text(plans, n_q, first), first, variant)
+    system = Linear(
+        n_q, n, np.linalg.solve(M, B), values, elimination.text(plans, n_q, first), first, variant
+    )
     system.M, system.B, system.plan = M, B, plans[variant]
     return system
 
 
 def sparse_plan(random, n_q, n, density):
     """A plan of random patterns; values are numbered as they come."""
-    found = plan.Plan(n)
+    found = elimination.Plan(n)
     for i, j in zip(
         *np.nonzero(np.tril(random.random((n, n)) < density) | np.eye(n, dtype=bool)), strict=True
     ):

@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from jointplay.analysis.ensemble import follow_ensemble
-from jointplay.analysis.run import Request
+from jointplay.analysis.ensemble_runs import follow_ensemble
+from jointplay.analysis.trajectory import Request
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.ensemble import radau as r
@@ -84,8 +84,8 @@ def test_finished_lanes_are_refilled(company):
 
 SCRIPT = """
 import json, math
-from jointplay.analysis.ensemble import follow_ensemble
-from jointplay.analysis.run import Request
+from jointplay.analysis.ensemble_runs import follow_ensemble
+from jointplay.analysis.trajectory import Request
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 scenes = [assemble(catalog.chunmei2002(clearance=e, gear_ratio=3.0, friction=0.3)) for e in (2.9e-5, 5e-5)]

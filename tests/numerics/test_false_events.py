@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.words import EVENTS
 from jointplay.mechanism.assemble import assemble
 

@@ -9,8 +9,7 @@ import pytest
 from jointplay.numerics import lanes
 from jointplay.numerics.interface import POLICY
 from jointplay.numerics.memory import lane_rows
-
-from ..plain import uncompiled
+from tests.support.plain import uncompiled
 
 READ = uncompiled("lanes")
 PLACES = [(0, 8, 16, 24), (40, 8, 24, 0), (3, 21, 11, 45), (55, 0, 47, 20), (8, 16, 16, 40), (30, 5, 40, 12)]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from jointplay import catalog
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.trajectory import Request, follow
 from jointplay.mechanism.assemble import assemble
 
 BEGIN, END, SAMPLES = 20.0, 150.0, 130_001

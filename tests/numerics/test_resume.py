@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import pieces, run
+from jointplay.analysis import pieces, trajectory
 
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
 SOFT = jp.catalog.soft_impact_pair(gap=1.0, stiffness=50.0, damping=1.0)
@@ -37,8 +37,8 @@ def records(mechanism, turns):
 @pytest.mark.parametrize(("rows", "attempts"), [(40, 10**6), (4096, 1), (31, 7)])
 def test_short_logs_and_short_pieces_change_no_bit(monkeypatch, mechanism, turns, rows, attempts):
     whole = records(mechanism, turns)
-    monkeypatch.setattr(run, "LOG_ROWS", rows)
-    monkeypatch.setattr(run, "pace", lambda *_: fixed(attempts))
+    monkeypatch.setattr(trajectory, "LOG_ROWS", rows)
+    monkeypatch.setattr(trajectory, "pace", lambda *_: fixed(attempts))
     pieces = records(mechanism, turns)
     assert all(
         np.array_equal(a, b, equal_nan=a.dtype.kind == "f") for a, b in zip(whole, pieces, strict=True)

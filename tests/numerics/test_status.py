@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.run import Request, functions
-from jointplay.analysis.run import memory as run_memory
+from jointplay.analysis.trajectory import Request, functions
+from jointplay.analysis.trajectory import memory as run_memory
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import flow
 from jointplay.numerics.codes import Status

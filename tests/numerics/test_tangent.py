@@ -11,7 +11,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import run, tangents
+from jointplay.analysis import tangents, trajectory
 from jointplay.analysis.words import EVENTS
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import flow, tangent
@@ -24,8 +24,8 @@ FAR, NEAR = (3e-6, 3e-5, 3e-4), (3e-7, 1e-6, 3e-6, 1e-5)  # sizes of the differe
 
 def moved(scene, state, duration):
     """State at the end, and the events on the way."""
-    request = run.Request(duration, RTOL, at=np.array([duration]), events=True, log_from=0.0)
-    records = run.follow(replace(scene, state=state), request)
+    request = trajectory.Request(duration, RTOL, at=np.array([duration]), events=True, log_from=0.0)
+    records = trajectory.follow(replace(scene, state=state), request)
     assert records.status == 0
     kinds = [tuple(row[:2].astype(int)) for row in records.events]
     return records.samples[-1, 1 : 1 + len(state)], kinds
@@ -66,7 +66,7 @@ def starts(mechanism, count, seed=1):
         states = random.uniform((-0.15, -1.5), (0.15, 1.5), size=(count, 2))
         return [replace(scene, state=state) for state in states]
     at = np.sort(random.uniform(0.0, 8.0, count)) * scene.period
-    rows = run.follow(scene, run.Request(at[-1] * 1.001, 1e-9, at=at)).samples
+    rows = trajectory.follow(scene, trajectory.Request(at[-1] * 1.001, 1e-9, at=at)).samples
     return [replace(scene, state=row[1 : 1 + len(scene.state)]) for row in rows]
 
 
@@ -163,9 +163,9 @@ def test_bouncing_ball():
 def test_tangents_leave_the_motion_alone():
     """Where they tolerate every step, the motion is the same to the last bit, with any number of tangents."""
     scene = assemble(catalog.chunmei2002(**RUBBING))
-    request = run.Request(3 * scene.period, 1e-8)
-    k, x, o = run.memory(scene, request)
-    flow.flow(run.functions(scene.structure), k, x, o, None, None)
+    request = trajectory.Request(3 * scene.period, 1e-8)
+    k, x, o = trajectory.memory(scene, request)
+    flow.flow(trajectory.functions(scene.structure), k, x, o, None, None)
     for count in (1, 6):
         bundle = tangents.Bundle(scene, request, np.eye(6)[:count])
         bundle.y.real[tangent.LIMIT] = np.inf
@@ -178,7 +178,7 @@ def test_tangents_leave_the_motion_alone():
 def test_a_stop_and_go_changes_no_bit():
     scene, ends = assemble(catalog.chunmei2002(**LOOSE)), []
     for block in (math.inf, 0.01 * scene.period):
-        bundle = tangents.Bundle(scene, run.Request(2 * scene.period), np.eye(6)[:3])
+        bundle = tangents.Bundle(scene, trajectory.Request(2 * scene.period), np.eye(6)[:3])
         bundle.record(block)
         while bundle.advance() == bundle.full:
             assert len(bundle.taken()) == 1

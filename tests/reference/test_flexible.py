@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from tests.support.linkages import mechanism, start
 
 from ..analysis.test_truth import OTHER_NAMES, found_events
-from ..linkages import mechanism, start
 from .bodies import LINKS
 from .flexible_scenes import SCENES
 

@@ -9,7 +9,7 @@ import jointplay as jp
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.study.file import validate
-from jointplay.study.kinds import ELSEWHERE, INTEGRATOR
+from jointplay.study.models import ELSEWHERE, INTEGRATOR
 
 PAIR = {"catalog": "impact_pair", "gap": 3.0, "restitution": 0.8}
 LINKAGE = {"catalog": "chunmei2002", "clearance": 2.9e-4}

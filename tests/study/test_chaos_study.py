@@ -12,7 +12,7 @@ from jointplay.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate
-from jointplay.study.source import override, parse
+from jointplay.study.toml_text import override, parse
 
 STUDIES = sorted((Path(__file__).parents[2] / "studies" / "chaos").glob("*_12[abc].toml"))
 OWN = {  # what only this kind has

@@ -82,7 +82,7 @@ def test_it_is_swept_and_resumed(study, tmp_path, jobs, capsys):
     assert (tmp_path / "returns.png").exists()
     assert cli.main(["status", str(study), "--out", str(tmp_path)]) == 0
     assert "3 of 3 finished" in capsys.readouterr().out
-    assert figures.cells.usual(found).name == "return_share"
+    assert figures.drawing.cell_quantity.usual(found).name == "return_share"
 
 
 def test_its_mistakes_are_told_alike_and_all_at_once(returns):

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-from study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
 
 from jointplay.analysis.signals import chaos_test
 from jointplay.analysis.words import LINKAGE, WORDS
@@ -11,7 +10,8 @@ from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import CrankAngle, MotorLine
 from jointplay.study.file import load, validate
-from jointplay.study.source import override, parse
+from jointplay.study.toml_text import override, parse
+from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
 
 
 def problems(text, *changes, name="x"):

@@ -1,15 +1,15 @@
 """Which cells a study asks for, and what `plan` and `status` say of them."""
 
 import pytest
-from sweep_samples import CELLS, CHAINS, loaded, ran
 
 from jointplay import cli
 from jointplay.analysis import vary
 from jointplay.errors import InputError
-from jointplay.study import cells
+from jointplay.study import keys
 from jointplay.study.plan import plan, status
 from jointplay.study.run import first_work, run
-from jointplay.study.vary import points
+from jointplay.study.vary_table import points
+from tests.support.sweep_samples import CELLS, CHAINS, loaded, ran
 
 HEAD, TAIL = CELLS.split("[vary]\n")[0], "\n[analysis]\nturns = 5\n"
 
@@ -93,7 +93,7 @@ def test_looking_at_many_values_takes_so_many_looks(monkeypatch):
 
     changed = vary.changed
     monkeypatch.setattr(vary, "changed", counted)
-    monkeypatch.setattr(cells, "changed", counted)
+    monkeypatch.setattr(keys, "changed", counted)
     record = loaded(CELLS, "vary={gap={start=2.9, stop=3.1, num=500}}").record
     assert len(made) == 500
     vary.axes(record.mechanism, {"gap": [Value(2 + i / 500) for i in range(500)]})

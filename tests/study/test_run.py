@@ -5,10 +5,10 @@ import json
 import xarray as xr
 
 from jointplay.mechanism import catalog
-from jointplay.study import provenance
+from jointplay.results import provenance
+from jointplay.results.store import open_result, write_result
 from jointplay.study.file import load
 from jointplay.study.run import run
-from jointplay.study.store import open_result, write_result
 
 
 def test_the_analysis_gets_the_mechanism_and_the_keywords(study, calls):

@@ -3,7 +3,7 @@
 import pytest
 
 from jointplay.kinds import KINDS
-from jointplay.study.kinds import models
+from jointplay.study.models import models
 from jointplay.study.schema import schema
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from jointplay.errors import InputError
-from jointplay.study import source
+from jointplay.study import toml_text
 
 
 def keys(error):
@@ -28,7 +28,7 @@ def keys(error):
 )
 def test_a_change_is_read_as_toml_or_else_as_text(change, path, value):
     table = {"a": 0, "t": {"e": 0.0}, "list": [{"m": 1}, {"m": 2}]}
-    changed = source.override(table, [change])
+    changed = toml_text.override(table, [change])
     for step in path:
         changed = changed[step]
     assert changed == value
@@ -40,26 +40,26 @@ def test_a_change_is_read_as_toml_or_else_as_text(change, path, value):
 )
 def test_a_change_that_does_not_fit_is_refused(change):
     with pytest.raises(InputError) as error:
-        source.override({"a": 0, "list": []}, [change])
+        toml_text.override({"a": 0, "list": []}, [change])
     assert keys(error) == ["--set"]
 
 
 def test_every_wrong_change_is_named():
     with pytest.raises(InputError) as error:
-        source.override({}, ["a", "b=1", "c"])
+        toml_text.override({}, ["a", "b=1", "c"])
     assert [problem.given for problem in error.value.problems] == ["a", "c"]
 
 
 def test_a_syntax_error_names_its_line():
     with pytest.raises(InputError) as error:
-        source.parse("kind = 'response'\nturns == 3\n")
+        toml_text.parse("kind = 'response'\nturns == 3\n")
     assert "line 2" in str(error.value)
     assert "turns == 3" in str(error.value)
 
 
 def test_an_error_at_the_end_of_the_text_shows_its_first_line():
     with pytest.raises(InputError) as error:
-        source.parse("kind = 'response'\nlist = [1,\n2\n")
+        toml_text.parse("kind = 'response'\nlist = [1,\n2\n")
     assert [problem.given for problem in error.value.problems] == ["kind = 'response'"]
 
 
@@ -68,17 +68,17 @@ def test_an_error_at_the_end_of_the_text_shows_its_first_line():
 )
 def test_hostile_text_is_refused(text):
     with pytest.raises(InputError):
-        source.parse(text)
+        toml_text.parse(text)
 
 
 def test_endless_nesting_and_numbers_out_of_all_size_are_refused_with_their_place():
-    deep = source.parse(".".join("a" * 200) + " = 1")
-    huge = source.parse("[t]\nn = 0x" + "f" * 400)
-    tiny = source.parse("[t]\nn = [0.0, -1e-320, inf, nan]")
-    assert source.implausible(deep)[0].key.startswith("a.a.a")
-    assert [problem.key for problem in source.implausible(huge)] == ["t.n"]
-    assert [problem.key for problem in source.implausible(tiny)] == ["t.n[1]"]
-    assert source.implausible({"t": {"n": [1, 2.0, "x", True, 0, -1e-50]}}) == []
+    deep = toml_text.parse(".".join("a" * 200) + " = 1")
+    huge = toml_text.parse("[t]\nn = 0x" + "f" * 400)
+    tiny = toml_text.parse("[t]\nn = [0.0, -1e-320, inf, nan]")
+    assert toml_text.implausible(deep)[0].key.startswith("a.a.a")
+    assert [problem.key for problem in toml_text.implausible(huge)] == ["t.n"]
+    assert [problem.key for problem in toml_text.implausible(tiny)] == ["t.n[1]"]
+    assert toml_text.implausible({"t": {"n": [1, 2.0, "x", True, 0, -1e-50]}}) == []
 
 
 def test_what_is_no_readable_text_is_refused(tmp_path):
@@ -86,11 +86,11 @@ def test_what_is_no_readable_text_is_refused(tmp_path):
     latin.write_bytes("title = 'Kurbel für'".encode("latin-1"))
     for path in (latin, tmp_path, tmp_path / "none.toml", "nul\0byte"):
         with pytest.raises(InputError) as error:
-            source.read_text(path)
+            toml_text.read_text(path)
         assert keys(error) == ["study file"]
 
 
 def test_windows_text_is_read(tmp_path):
     path = tmp_path / "windows.toml"
     path.write_bytes(b"\xef\xbb\xbfkind = 'response'\r\n")
-    assert source.parse(source.read_text(path)) == {"kind": "response"}
+    assert toml_text.parse(toml_text.read_text(path)) == {"kind": "response"}

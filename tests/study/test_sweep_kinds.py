@@ -1,12 +1,12 @@
 """Every kind of study with cells: each cell, taken out again, is that kind's analysis by itself."""
 
 import pytest
-from sweep_samples import bare, loaded, ran
 
 import jointplay as jp
 from jointplay.analysis.vary import changed
 from jointplay.kinds import KINDS
 from jointplay.study.run import function_of
+from tests.support.sweep_samples import bare, loaded, ran
 
 PAIR = """\
 [mechanism]

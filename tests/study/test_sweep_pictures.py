@@ -1,10 +1,10 @@
 """Pictures of whole sweeps from study files: what is drawn of itself, what is refused before a run."""
 
 import pytest
-from sweep_samples import CELLS
 
 from jointplay import cli
 from jointplay import open as opened
+from tests.support.sweep_samples import CELLS
 
 ONE = CELLS.replace("restitution = [0.7, 0.8]\n", "")
 

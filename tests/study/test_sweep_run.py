@@ -12,21 +12,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from deadly import Deadly
-from sweep_samples import CELLS, CHAINS, bare, die, forked, loaded, ran, same
 
 import jointplay as jp
 from jointplay import cli
 from jointplay.analysis import quantities
-from jointplay.analysis.sweeps import sweep as chains
+from jointplay.analysis.sweeps import chains as chains
 from jointplay.errors import InputError
 from jointplay.jobs import worker
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
 from jointplay.jobs.strands import CRASHED
-from jointplay.study import execute, store
+from jointplay.results import store
+from jointplay.study import execute
 from jointplay.study.file import load, validate
 from jointplay.study.run import first_work, run
+from tests.support.deadly import Deadly
+from tests.support.sweep_samples import CELLS, CHAINS, bare, die, forked, loaded, ran, same
 
 SHIPPED = Path(__file__).parents[2] / "studies"
 STUDIES = {"cells": CELLS, "chains": CHAINS}

@@ -7,7 +7,7 @@ import jointplay as jp
 from jointplay.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, validate
-from jointplay.study.source import override, parse
+from jointplay.study.toml_text import override, parse
 
 PAIR = """\
 kind = "bifurcation"

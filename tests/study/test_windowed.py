@@ -1,10 +1,10 @@
 """Windows in study files: the length may be left out, and what contradicts them is refused by its key."""
 
 import pytest
-from study_samples import TEXT
 
 from jointplay.errors import InputError
 from jointplay.study.file import load
+from tests.support.study_samples import TEXT
 
 WINDOWED = """\
 kind = "response"

@@ -15,9 +15,9 @@ from typing import Any, ClassVar
 
 import xarray as xr
 
-from jointplay.analysis.ensemble import follow_ensemble
+from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.looks import from_progress, look, reported
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.trajectory import Request, follow
 from jointplay.errors import InputError
 from jointplay.jobs.strands import CRASHED, Entry, Kept, Notes, Strand
 from jointplay.jobs.worker import in_tasks

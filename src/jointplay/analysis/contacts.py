@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from jointplay.analysis.quantities import Quantities
-from jointplay.analysis.run import Records
+from jointplay.analysis.trajectory import Records
 from jointplay.codegen import cache, outputs
 from jointplay.mechanism.scene import Scene
 from jointplay.numerics.codes import Event, Mode

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rates
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -21,7 +21,7 @@ from jointplay.analysis.keywords import (
     analysis,
 )
 from jointplay.analysis.quantities import beyond_the_model, dataset, flags, scalars
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural

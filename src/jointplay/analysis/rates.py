@@ -15,7 +15,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.analysis.quantities import Quantities
-from jointplay.analysis.run import Records, Request, functions, memory
+from jointplay.analysis.trajectory import Records, Request, functions, memory
 from jointplay.analysis.words import RATES
 from jointplay.codegen import cache
 from jointplay.mechanism.scene import Scene

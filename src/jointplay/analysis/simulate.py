@@ -11,7 +11,7 @@ import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis import rates
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -25,7 +25,7 @@ from jointplay.analysis.keywords import (
     listed,
 )
 from jointplay.analysis.quantities import Quantities, attributes, beyond_the_model, dataset, flags, scalars
-from jointplay.analysis.run import Records, Request, follow
+from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
 from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.errors import Problem, refuse

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.codegen import cache
 from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble

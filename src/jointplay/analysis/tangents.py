@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from jointplay.analysis.run import Request, advance, memory
+from jointplay.analysis.trajectory import Request, advance, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.scene import SPEED_FLOOR, Scene

@@ -2,7 +2,7 @@
 
 rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eight increments, into w
 jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
-                                  of a plan, whose algebra then stands here too (codegen.plan)
+                                  of a plan, whose algebra then stands here too (codegen.elimination)
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'; then of each
                                   reset: gap, 0, its rate, 0, F_t, the rate's own rate (codegen.walls)
 trig(s, p)                        sines and cosines of the base point
@@ -17,7 +17,7 @@ from sympy import Expr, Integer, Symbol
 
 from ..equations.system import System
 from ..numerics.modes import CONE, FORCE, GAP, IN_FLIGHT, PULLS, SLIDE, SLIPPING, STICKS
-from . import outputs, plan
+from . import elimination, outputs
 from .dynamics import Dynamics, variants
 from .source import Layout, Program, lanes, point, statements, used
 
@@ -32,8 +32,8 @@ from jointplay.numerics.interface import SIGNATURES, compiled, entry
 def text(system: System) -> str:
     """Source of the module of a system."""
     solved = {variant: Dynamics(system, variant) for variant in variants(system)}
-    large = len(system.speeds) > plan.LARGEST_DENSE
-    plans = [plan.Plan.of(dynamics) for dynamics in solved.values()] if large else []
+    large = len(system.speeds) > elimination.LARGEST_DENSE
+    plans = [elimination.Plan.of(dynamics) for dynamics in solved.values()] if large else []
     layout = Layout(system, max((each.rows for each in plans), default=0))
     parts = [HEADER, f"SIZES = {_sizes(layout, plans)!r}", _names(system)]
     rates, jacobians, contacts = [], [], []
@@ -46,12 +46,12 @@ def text(system: System) -> str:
     parts += [_choice("rate", "w, s, p, m", rates), _choice("jacobian", "s, p, m, J", jacobians)]
     parts += [_choice("contacts", "s, p, m, out", contacts, first=SLIPPING), _trig(layout), _reset(layout)]
     if large:
-        parts.append(plan.text(plans, len(system.positions), layout.rows["time"]))
+        parts.append(elimination.text(plans, len(system.positions), layout.rows["time"]))
     parts.append(outputs.text(system))
     return "\n".join(parts)
 
 
-def _sizes(layout: Layout, plans: list[plan.Plan]) -> dict[str, int]:
+def _sizes(layout: Layout, plans: list[elimination.Plan]) -> dict[str, int]:
     system = layout.system
     return {
         "positions": len(system.positions),

@@ -1,22 +1,23 @@
 """Pictures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
 
 from importlib import import_module
-from pkgutil import iter_modules
+from pkgutil import walk_packages
 from typing import Annotated, Any
 
 from matplotlib.figure import Figure
 from xarray import Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem
+from jointplay.figures import check
+from jointplay.figures.drawing import cell_quantity, pick
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.signature import checked
 
-from . import cells, check, pick
 from .check import misfits
 from .registry import ABOUT, KINDS, suited, suited_to
 
-for _each in iter_modules(__path__):  # a figure adds itself
-    import_module(f"{__name__}.{_each.name}")
+for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
+    import_module(_each.name)
 
 __all__ = ["ABOUT", "KINDS", "draw", "misfits", "of_sweep", "problems", "suited"]
 
@@ -53,7 +54,7 @@ def draw(
     for known in ({}, {"kind": options.get("kind") or usual_kind(dataset)}):
         if wrong := problems(options | known):
             raise InputError(wrong)
-    if known["kind"] != "sweep" and (left := cells.varied(dataset)):
+    if known["kind"] != "sweep" and (left := cell_quantity.varied(dataset)):
         one = f"jp.cell(dataset, {', '.join(f'{dim}=...' for dim in left)})"
         expected = f"one cell is drawn, as {one} gives it, or a number a cell by the figure kind 'sweep'"
         raise InputError([Problem("result", f"a sweep over {', '.join(left)}", expected)])
@@ -62,7 +63,7 @@ def draw(
 
 def of_sweep(dataset: Dataset, options: dict) -> dict | None:
     """Return the options that draw a whole sweep; None where those given are of one cell, or none suit."""
-    whole, shown = options | {"kind": "sweep"}, options.get("quantity") or cells.usual(dataset)
+    whole, shown = options | {"kind": "sweep"}, options.get("quantity") or cell_quantity.usual(dataset)
     asked = options.get("kind") == "sweep" or ("kind" not in options and shown and not problems(whole))
     return whole if asked else None
 
@@ -77,7 +78,7 @@ def problems(options: dict) -> list[Problem]:
 
 def usual_kind(dataset: Dataset) -> str:
     """Return the picture that a dataset gets where none is asked for."""
-    if cells.usual(dataset):
+    if cell_quantity.usual(dataset):
         return "sweep"
     kind, there = dataset.attrs.get("kind"), {str(name) for name in dataset.data_vars}
     for name in suited_to(kind):

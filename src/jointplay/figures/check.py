@@ -5,9 +5,9 @@ from inspect import signature
 from typing import Any
 
 from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.figures.drawing import pick, style, timebase
+from jointplay.figures.motion.phase_portrait import PAIRS
 
-from . import pick, style, timebase
-from .phase_portrait import PAIRS
 from .registry import ABOUT, KINDS
 
 NAMES = ("variables", "x", "y")

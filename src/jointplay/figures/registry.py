@@ -12,10 +12,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from jointplay.errors import Problem
+from jointplay.figures.drawing import style
 from jointplay.kinds import KINDS as STUDIES
 from jointplay.kinds import Kind
-
-from . import style
 
 Options, Keywords = Mapping[str, Any], Mapping[str, Any]
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from jointplay.equations.structure import Beam, Clearance, Linkage, Loop, Pin, parameter_names
 from jointplay.errors import NOTHING, InputError, Problem, unknown
-from jointplay.mechanism import chains, oscillators
+from jointplay.mechanism import kinematic_chains, oscillators
 from jointplay.mechanism.beam import line_density, modal
-from jointplay.mechanism.chains import Place, place_of
 from jointplay.mechanism.closure import closed_four_bar
+from jointplay.mechanism.kinematic_chains import Place, place_of
 from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, MotorLine, TestSystem
 from jointplay.mechanism.scene import DEEP, DEFLECTION, SPEED_FLOOR, Scene
@@ -53,7 +53,7 @@ def assemble(
     if isinstance(mechanism, TestSystem):
         return oscillators.scene(mechanism, initial, section)
     loop = closed_four_bar(mechanism)
-    places = chains.forest(mechanism, without=loop.joints[2] if loop else None)
+    places = kinematic_chains.forest(mechanism, without=loop.joints[2] if loop else None)
     structure = _structure(mechanism, places, section, powers, relaxed)
     angles, speeds = start(mechanism, initial)
     values = numbers(mechanism, places, structure, angles)
@@ -99,7 +99,7 @@ def linkage(mechanism: Mechanism) -> Linkage:
         If ideal joints close a loop other than a four-bar's.
     """
     loop = closed_four_bar(mechanism)
-    places = chains.forest(mechanism, without=loop.joints[2] if loop else None)
+    places = kinematic_chains.forest(mechanism, without=loop.joints[2] if loop else None)
     return _structure(mechanism, places, None, False, False)
 
 
@@ -128,7 +128,7 @@ def _structure(mechanism: Mechanism, places: dict[str, Place], section, powers, 
     floats = [[k for k in links if places[k].chain == f] for f in range(_floating(places))]
     return Linkage(
         links=links,
-        couplings=tuple(chains.couplings(mechanism, places)),
+        couplings=tuple(kinematic_chains.couplings(mechanism, places)),
         floats=tuple(map(tuple, floats)),
         joints=tuple(_clearance(joint, mechanism, places) for joint in mechanism.clearance_joints),
         pins=tuple(_pin(k, place, places) for k, place in places.items() if place.parent is not None),
@@ -169,7 +169,7 @@ def _clearance(joint: Joint, mechanism: Mechanism, places: dict[str, Place]) -> 
 
 
 def _pin(link: str, place: Place, places: dict[str, Place]) -> Pin:
-    moved = chains.beyond(places, link)
+    moved = kinematic_chains.beyond(places, link)
     arms = dict.fromkeys(k for j in moved for k in (*places[j].arms, j))
     sign = 1 if place.parent.bush.link == link else -1
     return Pin(place.parent.name, sign, tuple(arms), place.chain, tuple(moved))
@@ -218,7 +218,7 @@ def _scales(mechanism: Mechanism, structure: Linkage, nominal: float) -> tuple[n
 
 def _coordinates(mechanism, structure: Linkage, places, angles, speeds) -> tuple[list[float], list[float]]:
     """Positions and speeds in the order of the equations; straight beams, bases as in the ideal mechanism."""
-    ideal = chains.forest(mechanism, cut=False)
+    ideal = kinematic_chains.forest(mechanism, cut=False)
     position, velocity = [], []
     for part, axis in _freedoms(structure):
         x, v = 0.0, 0.0

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from jointplay.mechanism.base import GROUND, Flag, NonNegative, Number, Positive
 from jointplay.mechanism.beam import Beam, Link
-from jointplay.mechanism.parts import Contact, Friction, Joint, Pin
+from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
 from jointplay.mechanism.signature import checked
 

@@ -12,7 +12,7 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
 from jointplay.mechanism.beam import DampingRatio, Elements, Link, damping_field, elements_field
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
-from jointplay.mechanism.parts import Friction, Joint
+from jointplay.mechanism.joints import Friction, Joint
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from jointplay.mechanism.base import GROUND
-from jointplay.mechanism.parts import Joint, Pin
+from jointplay.mechanism.joints import Joint, Pin
 
 Branch = Literal["upper", "lower"]
 

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 from jointplay.equations.laws import LAWS
 from jointplay.equations.structure import Linkage
-from jointplay.mechanism import chains
+from jointplay.mechanism import kinematic_chains
 from jointplay.mechanism.beam import modal
-from jointplay.mechanism.chains import Place, place_of
 from jointplay.mechanism.closure import four_bar
+from jointplay.mechanism.kinematic_chains import Place, place_of
 from jointplay.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, MotorLine
 
 
@@ -35,8 +35,8 @@ def numbers(
         By name, SI units; what is given from outside is 0.
     """
     links, by_name = mechanism.links, {link.name: link for link in mechanism.links}
-    values = {f"H_{k}_{m}": chains.inertia(links, places, k, m) for k, m in structure.couplings}
-    values |= {f"mu_{k}": chains.moment(list(links), places, k) for k in structure.links}
+    values = {f"H_{k}_{m}": kinematic_chains.inertia(links, places, k, m) for k, m in structure.couplings}
+    values |= {f"mu_{k}": kinematic_chains.moment(list(links), places, k) for k in structure.links}
     values |= {f"m_{f}": sum(by_name[k].mass for k in chain) for f, chain in enumerate(structure.floats)}
     values["g"] = mechanism.gravity
     for joint in mechanism.clearance_joints:
@@ -44,7 +44,7 @@ def numbers(
     for pin in structure.pins:
         moved = [by_name[k] for k in pin.links]
         values[f"m_{pin.name}"] = sum(link.mass for link in moved)
-        values |= {f"mu_{pin.name}_{k}": chains.moment(moved, places, k) for k in pin.arms}
+        values |= {f"mu_{pin.name}_{k}": kinematic_chains.moment(moved, places, k) for k in pin.arms}
     for beam in structure.beams:
         values |= _beam(by_name[beam.link], places[beam.link])
     if structure.loop:

@@ -17,7 +17,7 @@ from jointplay.mechanism.base import GROUND, Flag, Name, Number, Positive, Recor
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
-from jointplay.mechanism.parts import Contact, Friction, Joint, Pin
+from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.section import (
     ContactSection,
     CrankAngle,

@@ -15,8 +15,8 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import GROUND, MOST, Record
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import ConstantSpeed, MotorLine
+from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.loop import find_four_bar
-from jointplay.mechanism.parts import Joint
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ A lane row holds a quantity at the eight places of a step at which equations are
 buffer k.w is w[8 r : 8 r + 8], lanes 0 to 6 at the seven stages (lane 6 is the step's end), lane 7 at its
 base point x.s. Rows follow each other as
 
-    0          the method's own, or those of a structure's plan (codegen.plan)
+    0          the method's own, or those of a structure's plan (codegen.elimination)
     o.first    the increment of time from x.s on; then of each position and speed; then the rate of each speed
     o.guards   four guards of each contact (gap, force, sliding speed, cone); then of each rigid wall,
                the section quantity if there is one, and the power of each integral

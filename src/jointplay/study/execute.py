@@ -25,12 +25,12 @@ from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
 from jointplay.jobs.strands import Entry, Strand, part, redone, remaining
-from jointplay.study import store
-from jointplay.study.cells import keyed
+from jointplay.results import store
+from jointplay.results.outcome import name_of
 from jointplay.study.file import Loaded
-from jointplay.study.kinds import Study
+from jointplay.study.keys import keyed
+from jointplay.study.models import Study
 from jointplay.study.run import computed, first_work, hands_out, named
-from jointplay.study.status import name_of
 
 LOOK, RARELY = 0.5, 200  # s between looks at how far it is, and at least times what a look takes
 

@@ -11,11 +11,12 @@ import xarray as xr
 
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS
-from jointplay.study import provenance, source
+from jointplay.results import provenance
+from jointplay.results.store import open_result
+from jointplay.study import toml_text
 from jointplay.study.entry import build_mechanism
-from jointplay.study.kinds import Study, broken_rules, keyword_of, models
-from jointplay.study.store import open_result
-from jointplay.study.vary import parsed, values
+from jointplay.study.models import Study, broken_rules, keyword_of, models
+from jointplay.study.vary_table import parsed, values
 
 
 @dataclass(frozen=True)
@@ -48,9 +49,9 @@ def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
     if Path(path).suffix == ".nc":
         table, text = _stored(path)
     else:
-        text = source.read_text(path)
-        table = source.parse(text)
-    return Loaded(validate({"name": Path(path).stem} | source.override(table, changes)), text)
+        text = toml_text.read_text(path)
+        table = toml_text.parse(text)
+    return Loaded(validate({"name": Path(path).stem} | toml_text.override(table, changes)), text)
 
 
 def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
@@ -70,7 +71,7 @@ def validate(table: Mapping[str, Any]) -> Study:
     jointplay.errors.InputError
         Listing everything that is wrong, with key paths.
     """
-    problems = source.implausible(dict(table))
+    problems = toml_text.implausible(dict(table))
     if problems:
         raise InputError(problems)
     if table.get("kind") not in list(KINDS):  # a list: what was given need not be hashable
@@ -134,7 +135,7 @@ def figure_options(
     study = provenance.read(dataset).get("study")
     own = study.get("figure") if isinstance(study, dict) else None
     options = (own if isinstance(own, dict) else {}) if kind is None else {"kind": kind}
-    options = source.override(options, changes)
-    if problems := source.implausible(options):
+    options = toml_text.override(options, changes)
+    if problems := toml_text.implausible(options):
         raise InputError(problems)
     return options

@@ -15,7 +15,7 @@ from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.study.vary import points
 
 if TYPE_CHECKING:
-    from jointplay.study.kinds import Study
+    from jointplay.study.models import Study
 
 
 def figure_problems(study: Study) -> list[Problem]:

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from jointplay.errors import InputError, Problem
-from jointplay.study.source import parse, read_text
+from jointplay.study.toml_text import parse, read_text
 from jointplay.terminal import one_line
 
 

@@ -16,9 +16,9 @@ from jointplay.analysis.cells import Work
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.strands import CRASHED, Kept, Strand
 from jointplay.numerics.codes import Status
-from jointplay.study.cells import counted, head, keyed
 from jointplay.study.execute import journal_of
 from jointplay.study.file import Loaded
+from jointplay.study.keys import counted, head, keyed
 from jointplay.study.run import first_work, hands_out
 
 

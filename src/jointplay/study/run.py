@@ -14,10 +14,10 @@ from jointplay.jobs.pool import check_jobs
 from jointplay.jobs.strands import Entry
 from jointplay.kinds import Kind
 from jointplay.numerics.codes import Status
-from jointplay.study import provenance
-from jointplay.study.cells import varied
+from jointplay.results import provenance
 from jointplay.study.file import Loaded
-from jointplay.study.kinds import Study, SweepStudy
+from jointplay.study.keys import varied
+from jointplay.study.models import Study, SweepStudy
 
 
 def function_of(row: Kind) -> Callable[..., xr.Dataset]:

@@ -7,8 +7,8 @@ from statistics import median
 import numpy as np
 
 from jointplay import catalog
-from jointplay.analysis.ensemble import follow_ensemble
-from jointplay.analysis.run import Request, follow
+from jointplay.analysis.ensemble_runs import follow_ensemble
+from jointplay.analysis.trajectory import Request, follow
 from jointplay.mechanism.assemble import assemble
 
 TRAJECTORIES, AGAIN = 64, 7

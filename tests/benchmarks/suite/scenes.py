@@ -13,7 +13,7 @@ from statistics import median
 import numpy as np
 
 from jointplay.analysis.exponents.stretching import framed
-from jointplay.analysis.run import Request, counts, functions, memory
+from jointplay.analysis.trajectory import Request, counts, functions, memory
 from jointplay.codegen import cache
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble

@@ -17,15 +17,15 @@ import numpy as np
 import xarray as xr
 from pydantic import BeforeValidator
 
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.exponents import exponents as means
 from jointplay.analysis.exponents import second_estimate
 from jointplay.analysis.exponents.stretching import USABLE, follow, framed, turn_period
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.quantities import dataset, scalars
-from jointplay.analysis.run import INTERRUPTED, Request
 from jointplay.analysis.tangents import Bundle
+from jointplay.analysis.trajectory import INTERRUPTED, Request
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit

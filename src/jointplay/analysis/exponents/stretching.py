@@ -11,9 +11,9 @@ import numpy as np
 
 from jointplay.analysis.exponents import exponents as means
 from jointplay.analysis.looks import Stopped
-from jointplay.analysis.run import INTERRUPTED, MAX_STEPS, Request, counts
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales
+from jointplay.analysis.trajectory import INTERRUPTED, MAX_STEPS, Request, counts
 from jointplay.mechanism.scene import Scene
 
 LOOKS = 10  # how often a target error is looked at

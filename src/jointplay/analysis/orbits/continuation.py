@@ -32,8 +32,8 @@ from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import dataset, flags
 from jointplay.analysis.rates import needed
-from jointplay.analysis.run import INTERRUPTED
 from jointplay.analysis.starts import placed
+from jointplay.analysis.trajectory import INTERRUPTED
 from jointplay.analysis.vary import axes, changed
 from jointplay.analysis.words import STATUS, recorded
 from jointplay.mechanism.base import Count, Flag, Natural, Number, unit

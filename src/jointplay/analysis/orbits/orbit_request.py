@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator
 
 from jointplay.analysis.keywords import Small, as_list
-from jointplay.analysis.request import check_start
+from jointplay.analysis.rules import check_start
 from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.vary import axes
 from jointplay.analysis.words import recorded

@@ -21,12 +21,12 @@ from functools import cached_property
 
 import numpy as np
 
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.orbits.image import Image
 from jointplay.analysis.rates import resolved
-from jointplay.analysis.run import Request
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import Bundle, scales
+from jointplay.analysis.trajectory import Request
 from jointplay.analysis.words import STATUS
 from jointplay.mechanism.records import Plane, Section
 from jointplay.mechanism.scene import Scene
@@ -243,7 +243,7 @@ def section_map(
     Parameters
     ----------
     scene : Scene
-        Assembled with the section's quantity (`analysis.request.quantity`).
+        Assembled with the section's quantity (`analysis.rules.quantity`).
     section : CrankAngle or Plane
         Of a plane, the quantity must be a state of a test system.
     turns : int

@@ -15,7 +15,7 @@ from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol
 from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.quantities import flags
-from jointplay.analysis.request import section_fits, start_fits
+from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import zero_one
 from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series, squared, usual
 from jointplay.analysis.simulate import simulate

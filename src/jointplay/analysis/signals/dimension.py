@@ -15,7 +15,7 @@ from pydantic import AfterValidator
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantities, Rtol, Share, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
-from jointplay.analysis.request import section_fits, start_fits
+from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import correlation_sum as pairs
 from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series
 from jointplay.errors import refuse

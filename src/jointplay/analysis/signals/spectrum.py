@@ -24,7 +24,7 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator, Field
 
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.keywords import (
     Before,
     Duration,

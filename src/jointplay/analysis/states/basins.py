@@ -2,8 +2,8 @@
 
 Every node is followed to its end (`analysis.states.ends`), ends are sorted into attractors
 (`analysis.states.matching`), and the attractors' shares and the boundary's dimension estimated
-(`analysis.states.uncertainty`); each says how at its head. Validity: a motion that has not settled after
-transient and patience is described as it is then.
+(`analysis.states.basin_uncertainty`); each says how at its head. Validity: a motion that has not settled
+after transient and patience is described as it is then.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ import numpy as np
 import xarray as xr
 from pydantic import Field
 
-from jointplay.analysis import ensemble as follows
-from jointplay.analysis import request as asked
+from jointplay.analysis import ensemble_runs as follows
+from jointplay.analysis import rules as asked
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.quantities import flags
+from jointplay.analysis.states import basin_uncertainty as unsure
 from jointplay.analysis.states import basin_words as words
-from jointplay.analysis.states import plane as planes
-from jointplay.analysis.states import uncertainty as unsure
+from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.states.ends import BAD, Watch, ends, features
 from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.sensitivity import overall

@@ -25,12 +25,12 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn
 from jointplay.analysis.quantities import flags
-from jointplay.analysis.run import INTERRUPTED, Request, follow
-from jointplay.analysis.states import plane as planes
+from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.tangents import scales
+from jointplay.analysis.trajectory import INTERRUPTED, Request, follow
 from jointplay.analysis.words import STATUS
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.scene import Scene

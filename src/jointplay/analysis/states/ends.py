@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import request as asked
-from jointplay.analysis.ensemble import follow_ensemble
+from jointplay.analysis import rules as asked
+from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.exponents.growth import STATE
 from jointplay.analysis.period import period
-from jointplay.analysis.run import Records, Request, follow
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states.journals import Journals
-from jointplay.analysis.states.plane import Starts
+from jointplay.analysis.states.start_plane import Starts
+from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.mechanism.records import CrankAngle
@@ -37,7 +37,7 @@ BAD, STOPPED = STATUS.index("bad_parameters"), STATUS.index("not_converged")
 class Watch:
     """How long ends are looked for: turns of transient, turns looked at, further tries; tolerances.
 
-    `ensemble`: eight motions at once (analysis.ensemble).
+    `ensemble`: eight motions at once (analysis.ensemble_runs).
     """
 
     transient: int

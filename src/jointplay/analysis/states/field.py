@@ -22,13 +22,13 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.cells import Read, Work, handed_out, warm
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.quantities import flags
-from jointplay.analysis.run import Request
-from jointplay.analysis.states import plane as planes
+from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.tangents import Bundle, scales
+from jointplay.analysis.trajectory import Request
 from jointplay.analysis.words import STATUS
 from jointplay.mechanism.scene import Scene
 

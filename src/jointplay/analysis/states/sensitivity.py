@@ -13,13 +13,13 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis import request as asked
+from jointplay.analysis import rules as asked
 from jointplay.analysis.cells import Steps, divided
 from jointplay.analysis.exponents.growth import unresolved
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.quantities import flags
-from jointplay.analysis.states import plane as planes
+from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.states.divergence import Divergence
 from jointplay.analysis.states.field import CRASHED, field
 from jointplay.analysis.words import STATUS

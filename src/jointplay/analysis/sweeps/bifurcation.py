@@ -20,7 +20,7 @@ import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis.cells import Read, Steps, divided
-from jointplay.analysis.ensemble import ensemble_fits
+from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.keywords import (
     Moving,
     Names,
@@ -32,11 +32,11 @@ from jointplay.analysis.keywords import (
     as_list,
     as_several,
 )
-from jointplay.analysis.request import check_start, quantity
+from jointplay.analysis.rules import check_start, quantity
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, TOLERANCE, Plan
-from jointplay.analysis.sweeps.sweep import DIRECTIONS, Sweep, numbered
+from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
 from jointplay.analysis.vary import axes, checked_axes, largest
 from jointplay.analysis.words import recorded
 from jointplay.errors import InputError, Problem

@@ -19,8 +19,8 @@ from jointplay.analysis.quantities import flags
 from jointplay.analysis.sweeps.survey import Survey
 from jointplay.analysis.words import STATUS
 from jointplay.errors import NOTHING, InputError, Problem
+from jointplay.jobs.columns import Field, Form, Plain, shared, thawed
 from jointplay.jobs.journal import refuse_lost
-from jointplay.jobs.layout import Field, Form, Plain, shared, thawed
 from jointplay.mechanism.base import accepts, is_number
 from jointplay.mechanism.signature import checked
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.jobs.layout import Plain, shared
+from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.strands import Entry
 
 NOT_KNOWN = -1  # of whole numbers, as a period

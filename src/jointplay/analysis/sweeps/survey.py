@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.jobs.layout import PARTS, Field, Form
+from jointplay.jobs.columns import PARTS, Field, Form
 
 
 class Common:

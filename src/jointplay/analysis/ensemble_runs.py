@@ -1,0 +1,158 @@
+"""Follow an ensemble: many scenes of one structure, eight at once, as sweeps and fields of starts need them.
+
+The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
+numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
+Differential Equations II, section IV.8. Validity: rigid linkages of three links that turn freely, clearance
+in one joint, rtol from 1e-8 up; whatever else is asked for is followed one by one.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from jointplay.analysis import margins
+from jointplay.analysis.pieces import in_pieces, pace
+from jointplay.analysis.trajectory import Records, Request, follow, functions
+from jointplay.codegen import cache
+from jointplay.codegen.ensemble import known
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.assemble import linkage
+from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.scene import Scene
+from jointplay.numerics.codes import Row
+
+RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
+LOG_ROWS = 8192
+ACCEPTED = (
+    "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint, "
+    f"at an rtol of {RTOL:g} or more"
+)
+
+
+def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list[Problem]:
+    """What forbids to follow motions of a mechanism eight at once, where that is asked for."""
+    fit = not ensemble or (rtol >= RTOL and isinstance(mechanism, Mechanism) and _fits(mechanism))
+    return [] if fit else [Problem("ensemble", ensemble, ACCEPTED)]
+
+
+def _fits(mechanism: Mechanism) -> bool:
+    """Whether the structure of its equations goes in lanes."""
+    try:
+        return known(linkage(mechanism))
+    except InputError:
+        return True  # a mechanism that cannot be assembled says so when it is
+
+
+def follow_ensemble(scenes: Sequence[Scene], requests: Sequence[Request]) -> list[Records]:
+    """Follow the motions of scenes, eight at once where that can be.
+
+    Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
+    eight at once cannot do (`suits`) is followed one by one (analysis.trajectory.follow).
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        What moves.
+    requests : sequence of Request
+        For how long each, and what to record: sections at an angle of the crank, events, closest approaches.
+
+    Returns
+    -------
+    list of Records
+        As analysis.trajectory.follow gives them, in order; of those in lanes, `samples` is the row at the
+        end, and the wall time a mean.
+    """
+    pairs, groups = list(zip(scenes, requests, strict=True)), {}
+    for n, pair in enumerate(pairs):
+        groups.setdefault(pair[0].structure if suits(*pair) else None, []).append(n)
+    found = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
+    for group in groups.values():
+        found |= zip(group, _in_lanes([pairs[n] for n in group]), strict=True)
+    return [found[n] for n in range(len(pairs))]
+
+
+def suits(scene: Scene, request: Request) -> bool:
+    """Whether this can be followed beside others: one contact and three free angles, at a moderate rtol."""
+    from jointplay.numerics.ensemble.radau import MAX_TURN
+
+    if not known(scene.structure):
+        return False
+    asked = not (len(request.at) or request.steps or request.event >= 0 or request.rates)
+    whole = request.log_from <= 0 or not (request.events or request.misses)
+    ahead = (request.level - scene.state[0]) * request.direction > 0
+    section = request.direction == 0 or (ahead and request.period > MAX_TURN)  # one in a step
+    if not (asked and section and whole and request.rtol >= RTOL and scene.h_max == np.inf):
+        return False
+    same = np.ptp(scene.absolute[3:]) == 0 and np.all(scene.absolute[:3] == 1) and np.all(scene.turning == 1)
+    return bool(same and np.all(scene.relative == np.repeat([0.0, 1.0], 3)))
+
+
+def _in_lanes(pairs: list[tuple[Scene, Request]]) -> list[Records]:
+    """Motions of one structure, in lanes."""
+    from jointplay.numerics.ensemble.layout import LOGGED, PASSED_BY, PAUSE
+    from jointplay.numerics.interface import direct
+
+    began, scenes = time.perf_counter(), [scene for scene, _ in pairs]
+    flow, f, g, rows, flags = _kernels(scenes[0].structure)
+    real = np.array([_real(*pair) for pair in pairs])
+    whole = np.array([_whole(request, flags) for _, request in pairs], dtype=np.int64)
+    states, numbers = (np.array([getattr(scene, name) for scene in scenes]) for name in ("state", "numbers"))
+    jobs, lanes = flow.jobs(states, numbers, real, whole, LOG_ROWS), flow.lanes(rows, numbers.shape[1])
+    parts, run, place = [], direct(flow.flow), jobs.place
+
+    def call(pause: int) -> int:
+        place[PAUSE] = pause
+        return run(f, g, lanes, jobs)
+
+    def take() -> None:
+        parts.append(jobs.log[: place[LOGGED]].copy())
+        place[LOGGED] = 0
+
+    own = pace(scenes[0].structure, "ensemble")
+    in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
+    each, log = (time.perf_counter() - began) / len(scenes), np.concatenate(parts)
+    log = log[np.argsort(log[:, 0], kind="stable")]
+    cuts = np.searchsorted(log[:, 0], np.arange(len(scenes) + 1))
+    return [_records(jobs, n, log[cuts[n] : cuts[n + 1], 1:], each) for n in range(len(scenes))]
+
+
+def _kernels(structure) -> tuple:
+    """The loop; functions of a structure at a point, and in lanes; rows of these; flags of its contact."""
+    from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
+    from jointplay.numerics.interface import pointers
+
+    cache.prepare("ensemble.flow")
+    module, f = cache.ensemble_module(structure), functions(structure)
+    g = pointers(module, cache.ensemble_algebra(), kind=Functions, signatures=SIGNATURES)
+    (flags,) = cache.structure_module(structure).CONTACTS.values()
+    return cache.method("ensemble.flow"), f, g, module.ROWS, flags
+
+
+def _real(scene: Scene, request: Request) -> list[float]:
+    """Numbers of a trajectory, in the order of numerics.ensemble.layout."""
+    rest = margins.rest(scene, request.rtol)
+    gap, force = margins.guards(scene, rest, 1, 0)[:2]
+    scales = [request.rtol, request.rtol * float(scene.absolute[-1]), rest, 1e-7 * scene.period]
+    lengths = [1e-5 * scene.period, float(margins.cones(scene)[0]), gap, force]
+    cut = [float(margins.bushes(scene, 1)[0]), request.level, request.period]
+    return [float(request.duration), *scales, *lengths, *cut]
+
+
+def _whole(request: Request, flags: int) -> list[int]:
+    """Whole numbers of a trajectory, in the order of numerics.ensemble.layout."""
+    cut = [request.direction, request.skip, request.stop_after]
+    return [*cut, request.max_steps, int(request.events), int(request.misses), flags]
+
+
+def _records(jobs, n: int, log: np.ndarray, seconds: float) -> Records:
+    from jointplay.numerics.ensemble import layout as c
+
+    kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
+    names = ("n_steps", "n_rejected", "n_failed", "n_evaluations", "n_events")
+    counts = {name: int(jobs.count[n, place]) for place, name in enumerate(names)}
+    status = int(jobs.count[n, c.C_STATUS])
+    return Records(jobs.final[n : n + 1], *kinds, jobs.start[n], status, seconds, counts)

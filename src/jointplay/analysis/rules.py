@@ -1,0 +1,206 @@
+"""The keywords that analyses share: length, start, section. Checked here, all problems at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from jointplay.analysis.trajectory import MAX_STEPS
+from jointplay.analysis.words import BALANCE, EVENTS, WORDS, recorded
+from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.mechanism.assemble import assemble, check_section
+from jointplay.mechanism.closure import closed_four_bar
+from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
+from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.section import ContactSection, SeparationSection
+
+SLACK = 4  # nominal periods that a turn may take before the run gives up
+MOST = 20_000_000  # samples of a run, in memory
+
+
+def length_fits(turns: float | None, duration: float | None) -> Iterator[Problem]:
+    """Yield a problem where a run has no length, or two."""
+    if turns is None and duration is None:
+        yield Problem("turns", NOTHING, "the length of the run is needed: turns, or duration in s")
+    if turns is not None and duration is not None:
+        yield Problem("turns", turns, "either turns or duration is accepted, not both")
+
+
+def section_fits(mechanism: Mechanism | TestSystem, section: Section | None) -> None:
+    """Refuse a section that the mechanism has not."""
+    quantity(section, mechanism)
+
+
+def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
+    """Refuse quantities that the mechanism has not."""
+    recorded(record, mechanism)
+
+
+def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
+    """Refuse a start that the mechanism has not."""
+    check_start(mechanism, initial)
+
+
+def samples_fit(
+    mechanism: Mechanism | TestSystem, turns: float | None, duration: float | None, samples_per_turn: int
+) -> Iterator[Problem]:
+    """Yield a problem where evenly spaced samples are more than a run can keep."""
+    try:
+        period = 1.0 if duration is None else assemble(mechanism).period
+    except InputError:
+        return  # what is wrong with the mechanism is said elsewhere
+    lengths = {"turns": turns, "duration": duration, "samples_per_turn": samples_per_turn}
+    yield from too_many(lengths, period)
+
+
+def check_start(
+    mechanism: Mechanism | TestSystem,
+    initial: Any,
+    key: str = "initial",
+    assembled: Callable[..., Scene] = assemble,
+) -> None:
+    """Refuse a start that a mechanism cannot have, with keys below that of the start.
+
+    Raises
+    ------
+    InputError
+        Listing every problem.
+    """
+    try:
+        assembled(mechanism, initial)
+    except InputError as error:
+        raise InputError(_below(key, problem) for problem in error.problems) from None
+
+
+def _below(key: str, problem: Problem) -> Problem:
+    own = problem.key.startswith(("mechanism", "parameters"))
+    return problem if own else replace(problem, key=join(key, problem.key.removeprefix("initial")))
+
+
+def too_many(given: Mapping[str, float | None], period: float = 1.0, root: str = "") -> Iterator[Problem]:
+    """Yield a problem where the product of some keywords is more samples than a run can keep.
+
+    Parameters
+    ----------
+    given : mapping of str to float or None
+        Their values; a ``duration`` is in s, all else a number.
+    period : float
+        Length of a nominal turn, s.
+    root : str
+        How the keys of errors begin.
+    """
+    asked = {key: value for key, value in given.items() if value is not None}
+    count = math.prod(value / period if key == "duration" else value for key, value in asked.items())
+    if count > MOST:
+        first, *others = asked
+        together = f"together with {', '.join(others)} " if others else ""
+        expected = f"{together}at most {MOST:,} samples are accepted, not {count:,.0f}"
+        yield Problem(join(root, first), asked[first], expected)
+
+
+def steps(max_steps: int | None) -> int:
+    """The number of attempts after which a run stops."""
+    return MAX_STEPS if max_steps is None else max_steps
+
+
+def quantity(section: Section | None, mechanism: Mechanism | TestSystem) -> str | None:
+    """The quantity (as word:label) whose level makes the section; None if events make it, or nothing does.
+
+    Raises
+    ------
+    InputError
+        If the mechanism has no such quantity.
+    """
+    if section is None:
+        return None
+    linkage = isinstance(mechanism, Mechanism)
+    if linkage:
+        check_section(section, mechanism)
+    elif isinstance(section, ContactSection | SeparationSection):
+        _contacts(section, assemble(mechanism))
+    if isinstance(section, CrankAngle):
+        return f"angle:{mechanism.crank}" if linkage else _phase(mechanism)
+    if isinstance(section, Plane):
+        return _plane(section, mechanism) if linkage else section.quantity
+    return None
+
+
+def _phase(system: TestSystem) -> str:
+    if system.period is None:
+        expected = "a plane section is accepted for a system that nothing forces"
+        raise InputError([Problem("section.kind", "crank_angle", expected)], "section")
+    return "phase"
+
+
+def _plane(section: Plane, mechanism: Mechanism) -> str:
+    follower = section.link not in (None, mechanism.crank)
+    if section.quantity == "angle" and follower and closed_four_bar(mechanism):
+        expected = f"the crank, {mechanism.crank}, is accepted: without clearance the other angles follow it"
+        raise InputError([Problem("section.link", section.link, expected)], "section")
+    words = [name for name, word in WORDS.items() if name not in _NOT_SECTIONS]
+    if section.quantity not in words:
+        problem = unknown("section.quantity", section.quantity, section.quantity, words, "quantity")
+        raise InputError([problem], "section")
+    of = WORDS[section.quantity].of
+    names = {
+        "link": [each.name for each in mechanism.links],
+        "bending": [each.name for each in mechanism.links if each.elastic],
+        "joint": [j.name for j in mechanism.clearance_joints],
+    }
+    given = {"link": section.link, "bending": section.link, "joint": section.joint}.get(of)
+    if of is None:
+        return section.quantity
+    if not names[of] or given not in (None, *names[of]):
+        whose = "an elastic link" if of == "bending" else f"a {of}"
+        accepted = f"a quantity of {whose} is accepted: {', '.join(names[of]) or 'none here'}"
+        raise InputError([Problem("section.quantity", section.quantity, accepted)], "section")
+    if given is None and len(names[of]) > 1:
+        problem = Problem(
+            f"section.{of}", NOTHING, f"one of {', '.join(names[of])} is needed for {section.quantity}"
+        )
+        raise InputError([problem], "section")
+    return f"{section.quantity}:{given or names[of][0]}"
+
+
+def _contacts(section: ContactSection | SeparationSection, scene: Scene) -> tuple[tuple[str, ...], str]:
+    """Names of the joints (or walls) that can make such a section, and the kind of event that does."""
+    names, kind = scene.joints, section.kind
+    if scene.resets and kind == "contact":
+        names, kind = scene.resets, "impact"
+    if not names or section.joint not in (None, *names):
+        raise InputError(
+            [unknown("section.joint", section.joint, section.joint, names, "contact")], "section"
+        )
+    return names, kind
+
+
+_NOT_SECTIONS = (
+    *(
+        "mode",
+        "reaction_x",
+        "reaction_y",
+        "reaction",
+        "energy",
+        "state_value",
+        *BALANCE,
+    ),
+    *("contact_angle", "eccentricity_ratio"),
+)
+
+
+def section_fields(section: Section | None, scene: Scene, skip: int) -> dict[str, Any]:
+    """The fields of a run's request that describe a section."""
+    if section is None:
+        return {}
+    if isinstance(section, CrankAngle):
+        forward = 1 if scene.crank_speed >= 0 else -1
+        turns = (section.angle - scene.crank_angle) * forward / math.tau
+        first = scene.crank_angle + forward * math.tau * (turns - math.ceil(turns) + 1)
+        return {"level": first, "period": math.tau, "direction": forward, "skip": skip}
+    if isinstance(section, Plane):
+        return {"level": section.value, "direction": 1 if section.direction == "up" else -1, "skip": skip}
+    names, kind = _contacts(section, scene)
+    joint = -1 if section.joint is None else names.index(section.joint)
+    return {"event": EVENTS.index(kind), "joint": joint, "skip": skip}

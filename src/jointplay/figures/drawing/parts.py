@@ -1,0 +1,205 @@
+"""What several pictures draw alike: curves with gaps, paths with contact, point clouds, notes."""
+
+from textwrap import fill
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
+from xarray import DataArray, Dataset
+
+from jointplay.figures.drawing import pick, style
+from jointplay.figures.drawing.ticks import Degrees
+from jointplay.figures.drawing.units import PLAIN, Shown, shown
+
+LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
+BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers
+DENSE = 3000  # samples of a path, from which it is drawn thinner
+EMPTY = "No samples in this run"
+NOTE = 7.0  # mm of height for the status of the run
+EXPLAINED = {
+    "diverged": "the solution grew beyond bounds",
+    "step_limit": "the step limit was reached",
+    "chatter": "contacts followed each other ever faster",
+    "not_converged": "an iteration did not converge",
+    "bad_parameters": "the parameters cannot be simulated",
+    "crashed": "the computation crashed",
+    "not_run": "it has not been run",
+    "interrupted": "it was stopped before its end",
+}
+
+
+def curve(ax: Axes, x: np.ndarray, y: np.ndarray, **look) -> Line2D:
+    """Draw y over x; samples without neighbours, which a line would not show, become dots."""
+    there = np.isfinite(x) & np.isfinite(y)
+    alone = np.flatnonzero(there & ~neighbours(there)).tolist()
+    look = {"linewidth": 0.8, "rasterized": x.size > style.VERTEX_LIMIT} | look
+    dots = {"marker": "o", "markersize": 1.5 * look["linewidth"], "markevery": alone} if alone else {}
+    (line,) = ax.plot(x, y, **look, **dots)
+    return line
+
+
+def neighbours(mask: np.ndarray) -> np.ndarray:
+    """Return which samples stand directly before or after a marked one."""
+    beside = np.zeros_like(mask)
+    beside[:-1] |= mask[1:]
+    beside[1:] |= mask[:-1]
+    return beside
+
+
+def path(ax: Axes, x: np.ndarray, y: np.ndarray, contact: np.ndarray | None) -> None:
+    """Draw the path (x, y): free flight light and thin, contact dark and thick; plain if unknown."""
+    if not x.size:
+        say(ax, EMPTY)
+    if contact is None:
+        curve(ax, x, y, color=style.BLACK, linewidth=0.6, label="path (modes not recorded)")
+        return
+    free = ~contact
+    joined = free | neighbours(free)  # flight is drawn up to the contact samples
+    thin = 1.0 if x.size < DENSE else 0.6
+    for where, look in ((joined, style.IN_FLIGHT), (contact, style.IN_CONTACT)):
+        changes = {"linewidth": thin * look["linewidth"], "label": look["label"] if where.any() else "_"}
+        curve(ax, x, np.where(where, y, np.nan), **(look | changes))
+
+
+def cloud(ax: Axes, x: np.ndarray, y: np.ndarray) -> Line2D:
+    """Draw points, the smaller the more of them stand apart, embedded as an image in vector files."""
+    apart = spots(x, y)
+    size = 2.4 if apart < 300 else 0.9 if apart < 5000 else 0.5
+    (points,) = ax.plot(
+        x, y, "o", linestyle="none", color=style.BLACK, markersize=size, markeredgewidth=0, rasterized=True
+    )
+    return points
+
+
+def spots(x: np.ndarray, y: np.ndarray) -> int:
+    """Count the cells, a thousandth of the points' size each, that hold points: a fixed point is one."""
+    points = np.stack([x, y], -1)[np.isfinite(x) & np.isfinite(y)]
+    size = np.max(np.abs(points), axis=0, initial=1e-300)
+    return len(np.unique(np.round(points / size * 1e3), axis=0))
+
+
+def clearance_circle(ax: Axes, reach: float) -> None:
+    """Draw the clearance circle, of radius 1, and set limits around it and the farthest point, at `reach`."""
+    ax.add_patch(
+        Circle(
+            (0, 0),
+            1,
+            facecolor=style.DISC,
+            edgecolor=style.GREY,
+            linewidth=0.6,
+            zorder=0,
+            label="clearance circle",
+        )
+    )
+    half = 1.08 * max(1.0, reach)
+    ax.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+
+
+def axis_label(array: DataArray, unit: Shown) -> str:
+    """Return `array`'s name with its display unit."""
+    return f"{pick.title(array)} ({unit.symbol})"
+
+
+def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown) -> None:
+    """Label both axes with what they show and its unit."""
+    ax.set_xlabel(fill(axis_label(x, x_unit), LONGEST))
+    name_y(ax, y, y_unit)
+    if x_unit.symbol == "deg":
+        ax.xaxis.set_major_locator(Degrees())
+
+
+def name_y(ax: Axes, y: DataArray, unit: Shown, longest: int = LONGEST) -> None:
+    """Label the y axis, broken where it would be longer than the panel is high."""
+    ax.set_ylabel(fill(axis_label(y, unit), longest))
+    if unit.symbol == "deg":
+        ax.yaxis.set_major_locator(Degrees())
+
+
+def displayed(array: DataArray, unit: Shown | None = None) -> tuple[np.ndarray, Shown]:
+    """Return the values of `array` in its display unit, or in `unit`, and that unit."""
+    unit = unit or shown(array.values, str(array.attrs.get("units", "")))
+    return array.values * unit.factor, unit
+
+
+def valued(axis: DataArray) -> str:
+    """Return the name and the one value of a parameter."""
+    value, unit = displayed(axis)
+    symbol = "" if unit.symbol == PLAIN["1"] else f" {unit.symbol}"
+    return f"{pick.title(axis)} {float(value):.4g}{symbol}"
+
+
+def roomy(ax: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    """Set limits around points; a cloud narrower than 0.1 % of its size is shown as the point that it is."""
+    for values, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
+        values = values[np.isfinite(values)]
+        if values.size:
+            low, high, size = values.min(), values.max(), np.abs(values).max()
+            pad = 0.06 * (high - low) if high - low > 1e-3 * size else 0.02 * size or 1.0
+            set_limits(low - pad, high + pad)
+
+
+def shade_missing(ax: Axes, x: np.ndarray, missing: np.ndarray, label: str) -> None:
+    """Hatch the stretches of a history that have no value."""
+    edges = np.flatnonzero(np.diff(np.r_[False, missing, False])).reshape(-1, 2)
+    for number, (first, end) in enumerate(edges):
+        ax.axvspan(
+            x[max(first - 1, 0)],
+            x[min(end, x.size - 1)],
+            facecolor=style.DISC,
+            edgecolor=style.GREY,
+            hatch="////",
+            linewidth=0.0,
+            zorder=0,
+            label=label if number == 0 else "_",
+        )
+
+
+def missing_note(x: np.ndarray, y: np.ndarray, what: str) -> str:
+    """Say how many points of a cloud or path cannot be drawn; empty where all can."""
+    lost = int(np.count_nonzero(~(np.isfinite(x) & np.isfinite(y))))
+    return f"no value at {lost} of {x.size} {what}" if lost else ""
+
+
+def heading(ax: Axes, *words: str, beside_top_axis: bool = False) -> None:
+    """Write the words that are not empty above the left end of a panel."""
+    place = {"y": 1.0, "pad": BESIDE_TOP_AXIS} if beside_top_axis else {}
+    ax.set_title(fill(" ".join(filter(None, words)), NARROW), loc="left", **place)
+
+
+def say(ax: Axes, sentence: str) -> None:
+    """Write a sentence where a panel has nothing to draw."""
+    ax.text(
+        0.5, 0.5, fill(sentence, 30), transform=ax.transAxes, ha="center", va="center", color=style.WARNING
+    )
+    ax.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
+
+
+def status_note(dataset: Dataset) -> str:
+    """Say in one line what went wrong in a run; empty where all is well."""
+    if "status" not in dataset:
+        return ""
+    meanings = pick.flags(dataset["status"])
+    codes = dataset["cell_status" if "cell_status" in dataset else "status"].values
+    found = [meanings.get(int(code), f"code {int(code)}" if code else "ok") for code in np.unique(codes)]
+    bad = [f"{EXPLAINED.get(word, 'see the status')} (status {word})" for word in found if word != "ok"]
+    many = f" in {np.count_nonzero(codes)} of {codes.size}" if codes.size > 1 else ""
+    return f"Incomplete result{many}: " + ", ".join(bad) if bad else ""
+
+
+def finish(figure: Figure, dataset: Dataset) -> Figure:
+    """Write the run's status on top if it is not ok, and settle the layout while the style still holds."""
+    note = status_note(dataset)
+    if note:
+        width, height = figure.get_size_inches()
+        height += NOTE * style.MILLIMETRE
+        figure.set_size_inches(width, height)
+        frame = {"facecolor": "white", "edgecolor": style.WARNING, "linewidth": 0.8, "pad": 2.0}
+        lines = fill(note, int(width / style.MILLIMETRE / 1.8))
+        figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
+    figure.draw_without_rendering()
+    return figure

@@ -1,0 +1,124 @@
+"""What pictures of sweeps share: the varied parameters, one motion out of several, axes in friendly units."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+from xarray import DataArray, Dataset
+
+from jointplay.errors import Problem, unknown
+from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing.units import Shown
+
+BESIDE = ("direction", "start")  # dimensions of a grid that are no parameters
+ORDER = ("down", "reset", "up")  # drawn one over the other
+LOOKS = {
+    "up": {"color": style.BLUE, "label": "upward"},
+    "down": {"color": style.AMBER, "label": "downward"},
+    "reset": {"color": style.BLACK, "label": "each from the start"},
+}
+STARTS = (style.BLACK, style.AMBER, style.BLUE, style.GREY)
+
+
+def parameters(dataset: Dataset, kind: str) -> list[str]:
+    """Return the varied parameters of a sweep; a dataset that is none is an error."""
+    if dataset.attrs.get("kind") != "bifurcation" or "cell_status" not in dataset:
+        raise pick.refuse("kind", kind, "a result of a study of kind bifurcation")
+    return [str(dim) for dim in dataset["cell_status"].dims if dim not in BESIDE]
+
+
+def one_parameter(dataset: Dataset, at: float | None) -> tuple[Dataset, str]:
+    """Return the sweep along its last parameter, at the value of the other nearest to `at`, and its name."""
+    *others, name = parameters(dataset, "bifurcation")
+    if at is not None and not (others and pick.is_number(at)):
+        expected = f"a value of {others[0]}" if others else "nothing: there is one parameter only"
+        raise pick.refuse("at", at, expected)
+    for other in others:
+        values = dataset[other].values
+        dataset = dataset.isel({other: 0 if at is None else int(np.abs(values - at).argmin())})
+    return dataset, name
+
+
+def chosen(dataset: Dataset, direction: str | None, start: int | None) -> Dataset:
+    """Return the sweep with the asked direction and start alone; all of those that are not asked for."""
+    if direction is not None:
+        pick.choice("direction", direction, pick.labels(dataset, "direction"))
+        dataset = dataset.sel(direction=[direction])
+    if start is not None:
+        count = dataset.sizes.get("start", 1)
+        if not isinstance(start, int) or isinstance(start, bool) or not 0 <= start < count:
+            raise pick.refuse("start", start, f"the number of a start, 0 to {count - 1}")
+        dataset = dataset.isel(start=[start]) if "start" in dataset.dims else dataset
+    return dataset
+
+
+def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
+    """Return each direction and start of a sweep with how it looks, in the order of drawing."""
+    ways, found = pick.labels(dataset, "direction"), []
+    starts = dataset.sizes.get("start", 1)
+    for way in sorted(ways, key=ORDER.index):
+        for s in range(starts):
+            one = dataset.sel(direction=way)
+            one = one.isel(start=s) if "start" in one.dims else one
+            look = dict(LOOKS[way]) if len(ways) > 1 else {"color": style.BLACK, "label": ""}
+            if len(ways) == 1 and starts > 1:
+                number = int(dataset["start"].values[s])
+                look = {"color": STARTS[number % len(STARTS)], "label": f"start {number}"}
+            look["size"] = 1.6 if len(ways) > 1 and way == sorted(ways, key=ORDER.index)[0] else 1.0
+            found.append((one, look | ({"label": "_"} if len(ways) > 1 and s else {})))
+    return found
+
+
+def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield what a figure asks for and a sweep of such directions and quantities does not have."""
+    for key, known in (("direction", asked["direction"]), ("quantity", asked["recorded"])):
+        if key in options and known and options[key] not in known:
+            yield unknown(f"figure.{key}", options[key], options[key], known, key)
+
+
+def of_one(array: DataArray, dataset: Dataset, along: Sequence[str], **labelled: str | None) -> DataArray:
+    """Return an array at the given (or first) label of each dimension but those `along`; its name says so."""
+    for dim in [d for d in array.dims if d not in along]:
+        label = pick.label(dataset, str(dim), labelled.get(str(dim)))
+        several = array.sizes[dim] > 1
+        array = array.sel({dim: label})
+        if several:
+            array = array.assign_attrs(long_name=f"{pick.title(array)}, {label}")
+    return array
+
+
+def is_log(values: np.ndarray) -> bool:
+    """Return whether values are spaced evenly in their logarithms and not in themselves."""
+    if values.size < 3 or values[0] <= 0:
+        return False
+    ratios, steps = np.diff(np.log(values)), np.diff(values)
+    return bool(np.allclose(ratios, ratios[0], rtol=1e-3) and not np.allclose(steps, steps[0], rtol=1e-2))
+
+
+def parameter_axis(ax: Axes, axis: DataArray, which: str = "x") -> Shown:
+    """Set scale, limits, numbers and label of an axis for a parameter; return its unit."""
+    values, unit = parts.displayed(axis)
+    log = is_log(values)
+    ax.set(**{f"{which}label": parts.axis_label(axis, unit), f"{which}scale": "log" if log else "linear"})
+    if log and values[-1] < 1e3 * values[0]:
+        numbers = getattr(ax, f"{which}axis")
+        numbers.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        numbers.set_major_formatter(StrMethodFormatter("{x:g}"))
+        numbers.set_minor_locator(NullLocator())
+    if values.size > 1:
+        borders, step = values[[0, -1]], np.array([-0.01, 0.01])
+        away = (values[-1] / values[0]) ** step if log else step * np.ptp(values)
+        ax.set(**{f"{which}lim": borders * away if log else borders + away})
+    return unit
+
+
+def edges(values: np.ndarray) -> np.ndarray:
+    """Return the borders of cells around values: midway, in logarithms where these are evenly spaced."""
+    if values.size == 1:
+        return values[0] + np.array([-0.5, 0.5]) * (abs(values[0]) or 1.0)
+    place = np.log(values) if is_log(values) else values
+    inner = (place[1:] + place[:-1]) / 2
+    found = np.concatenate([[2 * place[0] - inner[0]], inner, [2 * place[-1] - inner[-1]]])
+    return np.exp(found) if is_log(values) else found

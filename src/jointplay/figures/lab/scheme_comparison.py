@@ -1,0 +1,122 @@
+"""Scheme comparison: error of the paper's scheme after each pass, and of both methods over run time."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from xarray import DataArray, Dataset
+
+from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing.units import PLAIN
+from jointplay.figures.registry import picture
+
+MEASURES = {
+    "deflection": "Error of the deflection",
+    "angle": "Error of the angles",
+    "force": "Error of the forces",
+    "change": "Change from the pass before",
+}
+HIGHEST = 1e3  # of an error that is drawn: beyond it, the passes have left the solution
+COLOURS, MARKERS = (style.BLACK, style.BLUE, style.AMBER, style.GREY), "osD^vP"
+DASHES = ("-", (0, (4, 1.5)), (0, (1.2, 1.2)), (0, (6, 1, 1, 1)))
+
+
+@picture(choices={"measure": MEASURES})
+def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figure:
+    """Draw errors after each pass, a panel for each number of windows a turn, and errors over run times.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.scheme_comparison` returned.
+    measure : {"deflection", "angle", "force", "change"}
+        The error in the upper panels; the lower one shows that of the deflection.
+
+    Returns
+    -------
+    Figure
+    """
+    variable = f"pass_{pick.choice('measure', measure, MEASURES)}" + "_error" * (measure != "change")
+    if not {"case", "windows_per_turn", "pass"} <= set(dataset.dims) or variable not in dataset:
+        raise pick.refuse("kind", "scheme_comparison", "a result of a study of kind scheme_comparison")
+    looks = [look(dataset, number) for number in range(dataset.sizes["case"])]
+    figure = style.sheet(180.0, 130.0)
+    upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.15))
+    axes = upper.subplots(1, dataset.sizes["windows_per_turn"], sharey=True, squeeze=False)[0]
+    for number, (ax, letter) in enumerate(zip(axes, "abcdefghijklmnop", strict=False)):
+        passes_panel(ax, dataset[variable].isel(windows_per_turn=number), looks, f"({letter})")
+    bounded(axes[0])
+    unit = str(dataset[variable].attrs.get("units", "1"))
+    axes[0].set_ylabel(f"{MEASURES[measure]} ({PLAIN.get(unit, unit)})")
+    ax, words = lower.subplots(1, 2, width_ratios=(1.35, 1))
+    work_panel(ax, dataset, looks, f"({'abcdefghijklmnopq'[len(axes)]})")
+    explain(words, dataset, looks)
+    return parts.finish(figure, dataset)
+
+
+def look(dataset: Dataset, number: int) -> dict:
+    """Return how a case is drawn: its clearance says colour and marker, its start the dashes."""
+    case = dataset.isel(case=number)
+    place = dict.fromkeys(("clearance", "start_turn"), number)
+    for name in place:
+        if name in dataset.coords:
+            place[name] = int(np.unique(dataset[name].values).searchsorted(case[name].item()))
+    kind = place["clearance"]
+    return {
+        "color": COLOURS[kind % len(COLOURS)],
+        "marker": MARKERS[kind % len(MARKERS)],
+        "linestyle": DASHES[place["start_turn"] % len(DASHES)],
+        "markersize": 3.0,
+        "linewidth": 0.8,
+    }
+
+
+def passes_panel(ax: Axes, errors: DataArray, looks: list[dict], letter: str) -> None:
+    """Draw one number of windows: a line a case, as far as its passes stay finite."""
+    count = int(errors["windows_per_turn"])
+    x = errors["pass"].values
+    for values, one in zip(errors.transpose("case", "pass").values, looks, strict=True):
+        ax.plot(x, np.where(np.isfinite(values), values, np.nan), markevery=max(1, x.size // 6), **one)
+    lost = sum(not (values[-1] <= HIGHEST) for values in errors.transpose("case", "pass").values)
+    if lost:
+        words = f"{lost} of {len(looks)} cases\ngrow beyond measure"
+        ax.text(0.97, 0.97, words, transform=ax.transAxes, ha="right", va="top", fontsize=7)
+    ax.set_yscale("log")
+    ax.set_xlabel("Pass (\N{EN DASH})")
+    ax.set_xlim(x[0] - 0.5, x[-1] + 0.5)
+    ax.xaxis.get_major_locator().set_params(integer=True)
+    parts.heading(ax, letter, f"{count} window{'s' * (count != 1)} a turn")
+
+
+def bounded(ax: Axes) -> None:
+    """Let lines that go beyond any meaning leave through the top."""
+    low, high = ax.get_ylim()
+    ax.set_ylim(low, min(high, HIGHEST))
+
+
+def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> None:
+    """Draw error over run time of both methods, a line a case and method."""
+    for method, hollow in (("scheme", True), ("monolithic", False)):
+        times, errors = (
+            dataset[f"{method}_{name}"].transpose("case", ...).values for name in ("run_time", "error")
+        )
+        for x, y, one in zip(times, errors, looks, strict=True):
+            there = np.isfinite(x) & np.isfinite(y)
+            ax.plot(1e3 * x[there], y[there], markerfacecolor="white" if hollow else one["color"], **one)
+    ax.set(
+        xscale="log",
+        yscale="log",
+        xlabel="Run time of a turn (ms)",
+        ylabel="Error of the deflection (\N{EN DASH})",
+    )
+    parts.heading(ax, letter)
+
+
+def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
+    """Name the cases and the two methods, in a panel of words."""
+    plain = {"color": style.BLACK, "marker": "o", "markersize": 3.0, "linestyle": "none"}
+    handles = [Line2D([], [], **one) for one in looks]
+    handles += [Line2D([], [], **plain, markerfacecolor="white"), Line2D([], [], **plain)]
+    names = [*pick.labels(dataset, "case"), "scheme, in windows that settle", "all unknowns at once"]
+    ax.set_axis_off()
+    ax.legend(handles, names, loc="center left", title="One window a turn: as in the paper", alignment="left")

@@ -1,0 +1,78 @@
+"""Stress: what scenes far outside ordinary use cost, and whether their energy balances close."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
+from xarray import Dataset
+
+from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.registry import picture
+
+LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder
+    "ok": ("o", style.GREY, 2.0),
+    "sensitive": ("o", style.BLUE, 2.0),
+    "stopped": ("x", style.AMBER, 3.0),
+    "unconfirmed": ("+", style.BLACK, 4.0),
+    "suspect": ("s", style.WARNING, 4.0),
+}
+BINS = np.logspace(-17, 0, 69)  # of energy residuals; what is smaller is drawn in the first
+
+
+@picture()
+def stress(dataset: Dataset) -> Figure:
+    """Draw the processor time of a turn over the contact's stiffness, and the energy residuals, by verdict.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.stress` returned.
+
+    Returns
+    -------
+    Figure
+    """
+    if not {"verdict", "stiffness_number", "energy_residual"} <= set(dataset.data_vars):
+        raise pick.refuse("kind", "stress", "a result of a study of kind stress")
+    figure = style.sheet(180.0, 80.0)
+    times, residuals = figure.subplots(1, 2)
+    time_panel(times, dataset)
+    residual_panel(residuals, dataset)
+    return parts.finish(figure, dataset)
+
+
+def time_panel(ax: Axes, dataset: Dataset) -> None:
+    """Draw processor times over the number of radians that the contact swings in a turn."""
+    x, y = dataset["stiffness_number"].values, 1e3 * dataset["cpu_time"].values
+    for word, chosen in verdicts(dataset):
+        marker, colour, size = LOOKS[word]
+        look = {"marker": marker, "color": colour, "markersize": size, "markeredgewidth": 0.7}
+        label = f"{word} ({np.count_nonzero(chosen)})"
+        ax.plot(x[chosen], y[chosen], linestyle="none", label=label, rasterized=True, **look)
+    ax.set(
+        xscale="log",
+        yscale="log",
+        xlabel="Contact vibration in a turn (rad)",
+        ylabel="Processor time of a turn (ms)",
+    )
+    parts.heading(ax, "(a)")
+    ax.figure.legend(loc="outside upper center", ncols=len(LOOKS), handletextpad=0.2, columnspacing=1.2)
+
+
+def residual_panel(ax: Axes, dataset: Dataset) -> None:
+    """Draw how the energy residuals are spread, verdicts on top of each other."""
+    values = np.clip(dataset["energy_residual"].values, BINS[0], BINS[-1])
+    groups = [(word, values[chosen & np.isfinite(values)]) for word, chosen in verdicts(dataset)]
+    if groups:
+        colours = [LOOKS[word][1] for word, _ in groups]
+        ax.hist([each for _, each in groups], BINS, stacked=True, color=colours)
+    ax.set(xscale="log", xlabel="Energy unaccounted for, over what flowed (\N{EN DASH})", ylabel="Scenes")
+    ax.set_xlim(BINS[0], max(1e-5, 10 * np.max(values, initial=0.0, where=np.isfinite(values))))
+    ax.xaxis.set_major_locator(LogLocator(numticks=7))
+    parts.heading(ax, "(b)")
+
+
+def verdicts(dataset: Dataset) -> list[tuple[str, np.ndarray]]:
+    """Return the verdicts that there are, each with its scenes."""
+    codes, meanings = dataset["verdict"].values, pick.flags(dataset["verdict"])
+    return [(word, codes == code) for code, word in meanings.items() if np.any(codes == code)]

@@ -1,0 +1,100 @@
+"""Contact angle: the direction of the journal over time, told in three ways."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from xarray import Dataset
+
+from jointplay.figures.drawing import angles, parts, pick, style, timebase, window_panels
+from jointplay.figures.drawing.ticks import Degrees
+from jointplay.figures.registry import picture
+
+PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
+# what a row shows, what makes it of the stored angle, the range in deg that it is confined to
+ROWS = (
+    ("wrapped", angles.wrapped, 360.0),
+    ("unwrapped", angles.unwrapped, None),
+    ("arctan $(r_y/r_x)$", angles.principal, 180.0),
+)
+
+
+@picture(needs=("contact_angle",), clearance=True)
+def contact_angle(
+    dataset: Dataset,
+    *,
+    joint: str | None = None,
+    turns: float | Sequence[float] | None = None,
+    time: Sequence[float] | None = None,
+    axis: str | Sequence[str] | None = None,
+    column: str = "double",
+) -> Figure:
+    """Draw the direction of a journal wrapped, unwrapped, and on the arctangent's principal branch.
+
+    On the principal branch, opposite directions are one: its jumps are none of the motion's, and are not
+    drawn. Of a run recorded in windows, each has a column and is unwrapped from its own start.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        A response with `contact_angle`; with `mode`, contact is told from free flight.
+    joint : str, optional
+        The joint; by default the first with clearance.
+    turns : float or pair, optional
+        The last so many turns, or [first, last]; by default everything.
+    time : pair, optional
+        A window in s, instead of `turns`.
+    axis : str or pair, optional
+        As in `time_history`.
+    column : {"double", "single"}
+        Width of the figure: 180 mm or 88 mm.
+
+    Returns
+    -------
+    Figure
+    """
+    width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
+    joint = pick.label(dataset, "joint", joint)
+    panes = window_panels.panes(timebase.window(dataset, turns, time))
+    figure = style.sheet(width, len(ROWS) * (PANEL + GAP) + MARGINS)
+    axes = figure.subplots(len(ROWS), len(panes), sharex="col", squeeze=False)
+    window_panels.apart(figure, panes)
+    for column_axes, pane in zip(axes.T, panes, strict=True):
+        bases = pane.bases(dataset, axis)
+        angle_column(column_axes, pane.samples, joint, bases[0])
+        timebase.dress(column_axes[-1], column_axes[0], bases, "right" if pane.title else "center")
+    for row in axes:
+        window_panels.level(row)
+        window_panels.name_once(row)
+    window_panels.head(axes, panes, two_axes=len(bases) > 1)
+    handles = {}
+    for ax in axes[0]:
+        handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2)
+    return parts.finish(figure, dataset)
+
+
+def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Base) -> None:
+    """Draw one stretch of time, a panel a row."""
+    array = pick.curve(part, "contact_angle", "kind", joint=joint)
+    x, degrees = base.forward(array["time"].values), parts.displayed(array)[0]
+    contact = pick.in_contact(part, joint)
+    for ax, (words, told, span) in zip(axes, ROWS, strict=True):
+        angle_panel(ax, x, told(degrees), contact, span)
+        ax.set_ylabel(f"Contact angle,\n{words} (deg)")
+        ax.yaxis.set_major_locator(Degrees())
+        if x.size > 1:
+            ax.set_xlim(timebase.limits(base, x))
+
+
+def angle_panel(
+    ax: Axes, x: np.ndarray, degrees: np.ndarray, contact: np.ndarray | None, span: float | None
+) -> None:
+    """Draw an angle that is confined to a range of `span` deg, if to any."""
+    if span is not None:
+        masks = [] if contact is None else [contact]
+        x, degrees, *masks = angles.broken(degrees, span, x, degrees, *masks)
+        contact = masks[0] if masks else None
+        ax.set_ylim(-0.53 * span, 0.53 * span)
+    parts.path(ax, x, degrees, contact)

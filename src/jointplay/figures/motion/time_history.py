@@ -1,0 +1,198 @@
+"""Time histories: one panel a variable, on one time axis, with the events of the run in a strip below."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from xarray import DataArray, Dataset
+
+from jointplay.figures.drawing import angles, parts, pick, style, timebase, window_panels
+from jointplay.figures.drawing.units import Shown
+from jointplay.figures.registry import picture
+
+DEFAULTS = ("normal_force", "angular_acceleration", "state_value")
+LONGEST = 27  # characters of a y label that fit the height of a panel
+WRAPPED = ("contact_angle",)  # jump by a turn where they pass half a turn
+SOMEONE = {"link": ("of a link", "of the {}"), "pin": ("an ideal joint", "ideal joint {}")}
+PANEL, STRIP, GAP, MARGINS = 37.0, 5.0, 7.0, 15.0  # mm of height: panel, row of events, between, at the ends
+
+
+@picture()
+def time_history(
+    dataset: Dataset,
+    *,
+    variables: str | Sequence[str] | None = None,
+    link: str | None = None,
+    joint: str | None = None,
+    pin: str | None = None,
+    turns: float | Sequence[float] | None = None,
+    time: Sequence[float] | None = None,
+    axis: str | Sequence[str] | None = None,
+    events: bool | Sequence[str] = False,
+    column: str = "double",
+) -> Figure:
+    """Draw variables over time; of a run recorded in windows, a column each.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        A response.
+    variables : str or sequence of str, optional
+        What to draw, a panel each; a test system's states by their labels. By default the normal forces, or
+        what else there is: angular accelerations, states.
+    link, joint, pin : str, optional
+        Draw this link, joint with clearance or ideal joint only; by default all.
+    turns : float or pair, optional
+        The last so many turns, or [first, last]; by default everything.
+    time : pair, optional
+        A window in s, instead of `turns`.
+    axis : str or pair, optional
+        "time", "turns" or "angle" (of the crank) at the bottom, and another on top; by default time and
+        turns, of windows the crank's angle (or, if longer than two turns, its turns) and time.
+    events : bool or sequence of str, optional
+        Show the events (or only these kinds) in a strip below.
+    column : {"double", "single"}
+        Width of the figure: 180 mm or 88 mm.
+
+    Returns
+    -------
+    Figure
+    """
+    width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
+    part = timebase.window(dataset, turns, time)
+    arrays = chosen(part, variables, link=link, joint=joint, pin=pin)
+    rows = event_rows(dataset, part, events, joint)
+    panes = window_panels.panes(part)
+    heights = [PANEL] * len(arrays) + [2 + STRIP * len(rows)] * bool(rows)
+    figure = style.sheet(width, sum(heights) + GAP * len(heights) + MARGINS)
+    layout = {"sharex": "col", "squeeze": False, "height_ratios": heights}
+    axes = figure.subplots(len(heights), len(panes), **layout)
+    window_panels.apart(figure, panes)
+    for number, pane in enumerate(panes):
+        bases = pane.bases(dataset, axis)
+        history_column(axes[:, number], pane, arrays, bases[0], rows)
+        timebase.dress(axes[-1, number], axes[0, number], bases, "right" if pane.title else "center")
+    for number, row in enumerate(axes):
+        if number < len(arrays):
+            window_panels.level(row)
+        window_panels.name_once(row, ticks=number >= len(arrays))
+    legends(axes[:, -1])
+    window_panels.head(axes, panes, two_axes=len(bases) > 1)
+    return parts.finish(figure, dataset)
+
+
+def history_column(
+    axes: Sequence[Axes],
+    pane: window_panels.Pane,
+    arrays: Sequence[DataArray],
+    base: timebase.Base,
+    rows: dict,
+) -> None:
+    """Draw variables, and events below, in one stretch of time."""
+    times = pane.samples["time"].values
+    for ax, array in zip(axes, arrays, strict=False):
+        history_panel(ax, array.isel(time=pane.index), base, several(array), parts.displayed(array)[1])
+    if rows:
+        first, last = times[[0, -1]] if times.size else (np.inf, -np.inf)
+        strip(axes[-1], {kind: t[(t >= first) & (t <= last)] for kind, t in rows.items()}, base)
+
+
+def chosen(dataset: Dataset, variables, **labelled: str | None) -> list[DataArray]:
+    """Return what is to be drawn, cut down to one link, joint or pin where that was asked."""
+    if variables is None:
+        known = [name for name in DEFAULTS if name in dataset and dataset[name].size]
+        variables = known[:1] or pick.names(dataset, "time")[:1]
+    asked = [variables] if isinstance(variables, str) else list(variables)
+    if not asked:
+        raise pick.refuse("variables", variables, "the name of a variable over time, or several")
+    arrays = [pick.variable(dataset, name) for name in asked]
+    for dim, label in labelled.items():
+        if label is not None:
+            pick.choice(dim, label, pick.labels(dataset, dim))
+            arrays = [only(array, dim, label) if dim in array.dims else array for array in arrays]
+    return arrays
+
+
+def only(array: DataArray, dim: str, label: str) -> DataArray:
+    """Return the share of one link, joint or pin; its name says whose, where there are several."""
+    share = array.sel({dim: [label]})
+    named = array.sizes[dim] > 1 or dim in SOMEONE
+    return share.assign_attrs(long_name=whose(array, dim, label)) if named else share
+
+
+def whose(array: DataArray, dim: str, label: str) -> str:
+    """Return a name such as "coupler angular velocity", where the variable is the "link angular velocity"."""
+    words = pick.title(array)
+    general, particular = SOMEONE.get(dim, ("", ""))
+    if general and general in words:
+        return words.replace(general, particular.format(label))
+    return label + words[len(dim) :] if words.lower().startswith(f"{dim} ") else f"{words}, {label}"
+
+
+def several(array: DataArray) -> bool:
+    """Tell whether a reader has to be told which link, joint or state is drawn."""
+    return any(array.sizes[dim] > 1 for dim in array.dims if dim != "time")
+
+
+def history_panel(
+    ax: Axes, array: DataArray, base: timebase.Base, named: bool, unit: Shown | None = None
+) -> None:
+    """Draw one variable over the time axis `base`: a curve for each of its labels, `named` so or not."""
+    x = base.forward(array["time"].values)
+    values, unit = parts.displayed(array.transpose("time", ...), unit)
+    others = [dim for dim in array.dims if dim != "time"]
+    names = [str(label) for label in array[others[0]].values] if others else [None]
+    columns = values if values.ndim == 2 else values[:, None]
+    if not columns.size:
+        parts.say(ax, parts.EMPTY)
+    for column, name in zip(columns.T, names, strict=True):
+        xs, ys = angles.broken(column, 360.0, x, column) if array.name in WRAPPED else (x, column)
+        parts.curve(ax, xs, ys, label=name if named else "_")
+    missing = ~np.isfinite(columns)
+    lacking = ", ".join(
+        str(name) for name, gone in zip(names, missing.T, strict=True) if gone.any() and named
+    )
+    parts.shade_missing(ax, x, missing.any(axis=1), f"no value ({lacking})" if lacking else "no value")
+    parts.name_y(ax, array, unit, LONGEST)
+    if x.size > 1:
+        ax.set_xlim(timebase.limits(base, x))
+
+
+def legends(axes: Sequence[Axes]) -> None:
+    """Name the curves to the right of each panel, but not again what the panel above has named."""
+    told = []
+    for ax in axes:
+        names = ax.get_legend_handles_labels()[1]
+        if names and names != told:
+            ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05))
+        told = names
+
+
+def event_rows(dataset: Dataset, part: Dataset, events, joint: str | None) -> dict[str, np.ndarray]:
+    """Return the times in s of the events in the window, by kind; absent kinds only if named."""
+    if events is False or events is None:
+        return {}
+    if "event_kind" not in dataset:
+        raise pick.refuse("events", events, "false: this result has no events")
+    meanings = pick.flags(dataset["event_kind"])
+    named = [] if events is True else [events] if isinstance(events, str) else list(events)
+    for kind in named:
+        pick.choice("events", kind, meanings.values(), "kind of event")
+    times, kinds = dataset["event_time"].values, dataset["event_kind"].values
+    span = part["time"].values[[0, -1]] if part.sizes["time"] else (np.inf, -np.inf)
+    inside = (times >= span[0]) & (times <= span[1])
+    if joint is not None:
+        inside &= dataset["event_joint"].values == pick.labels(dataset, "joint").index(joint)
+    rows = {kind: times[inside & (kinds == code)] for code, kind in meanings.items()}
+    return {kind: found for kind, found in rows.items() if kind in named or (not named and found.size)}
+
+
+def strip(ax: Axes, rows: dict[str, np.ndarray], base: timebase.Base) -> None:
+    """Draw events as ticks, a row a kind."""
+    for height, times in enumerate(rows.values()):
+        x = base.forward(times)
+        ax.plot(x, np.full(x.size, height), "|", color=style.BLACK, markersize=7, markeredgewidth=0.7)
+    ax.set_yticks(range(len(rows)), [kind.replace("_", " ") for kind in rows])
+    ax.set_ylim(len(rows) - 0.4, -0.6)
+    ax.tick_params(axis="y", length=0)

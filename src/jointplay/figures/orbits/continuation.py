@@ -1,0 +1,195 @@
+"""Branches of periodic orbits over a parameter: stable solid, unstable dashed, special points marked."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from xarray import DataArray, Dataset
+
+from jointplay.figures.drawing import parts, pick, style, sweep_axes
+from jointplay.figures.registry import picture
+from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
+
+COLOURS = (style.BLUE, style.WARNING, "#007a53", "#7b3294")  # of branches, by their period
+STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}
+MARKS = {  # kind of special point: marker, name
+    "fold": ("s", "fold"),
+    "branch_point": ("^", "branch point"),
+    "period_doubling": ("o", "period doubling"),
+    "neimark_sacker": ("D", "Neimark-Sacker"),
+    "grazing": ("|", "grazing"),
+}
+OVER = {"size": 0.5}  # of a diagram's points, pt, under branches
+
+
+@picture(checks={"limits": lambda value: lines(value)})
+def continuation(
+    dataset: Dataset,
+    *,
+    quantity: str | None = None,
+    link: str | None = None,
+    joint: str | None = None,
+    multipliers: bool = False,
+    limits: Sequence[Any] | None = None,
+    over: Dataset | None = None,
+) -> Figure:
+    """Draw a quantity of orbits over the parameter.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.continuation` returned.
+    quantity : str, optional
+        A quantity on the section, a test system's state by its name, or a number of the orbit such as
+        ``period_time``.
+    link, joint : str, optional
+        Of which link or joint; by default the first.
+    multipliers : bool
+        Draw the moduli of the two largest multipliers below.
+    limits : sequence, optional
+        Values of the parameter, in its stored units, drawn as vertical lines: numbers, or pairs of a number
+        and a label.
+    over : Dataset, optional
+        A bifurcation diagram over the same parameter, drawn underneath.
+
+    Returns
+    -------
+    Figure
+    """
+    if dataset.attrs.get("kind") != "continuation" or "parameter" not in dataset.attrs:
+        raise pick.refuse("kind", "continuation", "a result of a study of kind continuation")
+    if not isinstance(multipliers, bool):
+        raise pick.refuse("multipliers", multipliers, "true or false")
+    marked = lines(limits)
+    figure = style.sheet(180.0, 122.0 if multipliers else 86.0)
+    heights = (2, 1) if multipliers else (1,)
+    axes = figure.subplots(len(heights), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
+    frame = background(axes[0], dataset, over, quantity, link, joint)
+    branches(axes[0], dataset, frame)
+    if multipliers:
+        moduli(axes[1], dataset, frame)
+        axes[0].set_xlabel("")
+    for number, ax in enumerate(axes):
+        mark(ax, marked, frame.x, named=number == 0)
+    if "special" in dataset.dims or dataset.sizes.get("branch"):
+        explain(axes[0], dataset)
+    return parts.finish(figure, dataset)
+
+
+def background(ax: Axes, dataset: Dataset, over, quantity, link, joint) -> Frame:
+    """Draw the diagram that lies underneath, if there is one; label the axes; say what they show."""
+    name = dataset.attrs["parameter"]
+    array = of_orbits(dataset, quantity, link, joint)
+    if over is None:
+        x_unit, y_unit = parts.displayed(dataset[name])[1], parts.displayed(array)[1]
+        parts.name_axes(ax, dataset[name], x_unit, array, y_unit)
+        return Frame(name, array, x_unit, y_unit)
+    part, other = sweep_axes.one_parameter(over, None)
+    if other != name:
+        raise pick.refuse("over", other, f"a diagram over {name} is accepted")
+    under = diagram(ax, part, quantity=quantity, link=link, joint=joint, **OVER)
+    x, (low, high) = dataset[name].values * under.x.factor, ax.get_xlim()
+    ax.set_xlim(np.nanmin(x, initial=low), np.nanmax(x, initial=high))
+    return Frame(name, array, under.x, under.y)
+
+
+def of_orbits(dataset: Dataset, quantity, link, joint) -> DataArray:
+    """Return a quantity over branch, point and turn."""
+    array = sought(dataset, quantity)
+    array = sweep_axes.of_one(array, dataset, ("branch", "point", "turn"), link=link, joint=joint)
+    if "turn" not in array.dims:
+        array = array.expand_dims("turn", -1)
+    return array.transpose("branch", "point", "turn")
+
+
+def branches(ax: Axes, dataset: Dataset, frame: Frame) -> None:
+    """Draw each branch, a line for each of its turns, and its special points."""
+    x = dataset[frame.parameter].values * frame.x.factor
+    y = frame.quantity.values * frame.y.factor
+    for b in range(len(x)):
+        look = {"color": colour(dataset, b), "zorder": 2.5}
+        jumps = np.flatnonzero(dataset["section_jump"].values[b])
+        for turn in range(y.shape[2]):
+            curve(ax, x[b], y[b, :, turn], steady(dataset, b), look, jumps)
+    kinds = pick.flags(dataset["special_kind"])
+    for kind, b, p in zip(
+        *(dataset[f"special_{n}"].values for n in ("kind", "branch", "point")), strict=True
+    ):
+        shape = {"marker": MARKS[kinds[int(kind)]][0], **marker(kinds[int(kind)])}
+        there = np.isfinite(y[b, p])
+        ax.plot(np.full(there.sum(), x[b, p]), y[b, p, there], **shape)
+
+
+def marker(kind: str) -> dict[str, Any]:
+    """Return how a special point looks."""
+    small = kind == "grazing"
+    return {
+        "linestyle": "none",
+        "color": style.GREY if small else style.BLACK,
+        "markerfacecolor": "white",
+        "markersize": 5.0 if small else 4.2,
+        "markeredgewidth": 0.6 if small else 0.9,
+        "zorder": 2.7 if small else 3.2,
+    }
+
+
+def colour(dataset: Dataset, branch: int) -> str:
+    """Return the colour of a branch: by its period in turns, 1, 2, 4, …"""
+    turns = np.nanmax(dataset["period"].values[branch], initial=1.0)
+    return COLOURS[int(np.log2(max(turns, 1.0))) % len(COLOURS)]
+
+
+def steady(dataset: Dataset, branch: int) -> np.ndarray:
+    """Return which points of a branch are stable."""
+    words = pick.flags(dataset["stable"])
+    return np.array([words.get(int(code)) == "stable" for code in dataset["stable"].values[branch]])
+
+
+def curve(
+    ax: Axes, x: np.ndarray, y: np.ndarray, stable: np.ndarray, look: dict[str, Any], breaks=()
+) -> None:
+    """Draw a line, stable stretches solid, unstable ones dashed; it is interrupted before `breaks`."""
+    x, y = (np.insert(each, breaks, np.nan) for each in (x, y))
+    stable = np.insert(stable, breaks, False)
+    there = np.isfinite(x) & np.isfinite(y)
+    loose = there & (~stable | (parts.neighbours(~stable & there) & there))  # both kinds share a point
+    for where, way in ((loose, UNSTABLE), (there & stable, STABLE)):
+        ax.plot(np.where(where, x, np.nan), np.where(where, y, np.nan), **(way | look))
+
+
+def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
+    """Draw the moduli of the two largest multipliers."""
+    x = dataset[frame.parameter].values * frame.x.factor
+    sizes = np.hypot(*(dataset["floquet_multiplier"].sel(part=part).values for part in ("real", "imaginary")))
+    ax.axhline(1.0, color=style.GREY, linewidth=0.6)
+    for b in range(len(x)):
+        look = {"color": colour(dataset, b)}
+        curve(ax, x[b], sizes[b, :, 0], steady(dataset, b), look)
+        if sizes.shape[2] > 1:
+            ax.plot(x[b], sizes[b, :, 1], **look, linewidth=0.5, linestyle=(0, (1, 1)))
+    ax.set(
+        ylabel="Modulus of\nmultipliers (\N{EN DASH})",
+        ylim=(0, min(3.0, 1.1 * np.nanmax(sizes, initial=1.1))),
+    )
+    ax.set_xlabel(parts.axis_label(dataset[frame.parameter], frame.x))
+
+
+def explain(ax: Axes, dataset: Dataset) -> None:
+    """Name line styles, colours and markers above the panel."""
+    turns = sorted({float(np.nanmax(row, initial=1.0)) for row in dataset["period"].values})
+    handles = [
+        Line2D([], [], color=COLOURS[int(np.log2(t)) % len(COLOURS)], label=f"period {t:g}") for t in turns
+    ]
+    handles += [
+        Line2D([], [], color=style.GREY, label=word, **way)
+        for word, way in (("stable", STABLE), ("unstable", UNSTABLE))
+    ]
+    kinds = pick.flags(dataset["special_kind"])
+    for code in np.unique(dataset["special_kind"].values):
+        shape, name = MARKS[kinds[int(code)]]
+        handles.append(Line2D([], [], marker=shape, label=name, **marker(kinds[int(code)])))
+    place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 4, "borderaxespad": 0.2}
+    ax.legend(handles=handles, **place, columnspacing=1.2, handletextpad=0.5)

@@ -1,0 +1,87 @@
+"""0-1 test for chaos: K of every frequency, the driven point, and its mean square displacement."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from xarray import Dataset
+
+from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing.units import PLAIN
+from jointplay.figures.registry import picture
+
+NEEDED = ("chaos_indicator", "chaos_indicator_quartile", "walk_x", "walk_y", "square_displacement")
+MARGIN = 0.12  # of K, beyond 0 and 1
+
+
+@picture()
+def chaos_test(dataset: Dataset) -> Figure:
+    """Draw K over frequency with its quartiles, the driven point's path, and its mean square displacement.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.chaos_test` returned.
+
+    Returns
+    -------
+    Figure
+    """
+    if not set(NEEDED) <= set(dataset.data_vars):
+        raise pick.refuse("kind", "chaos_test", "a result of a study of kind chaos_test")
+    figure = style.sheet(180.0, 66.0)
+    indicators, walk, displacement = figure.subplots(1, 3)
+    indicator_panel(indicators, dataset)
+    walk_panel(walk, dataset)
+    displacement_panel(displacement, dataset)
+    figure.suptitle(f"Samples: {dataset['sample'].attrs['long_name']}", fontsize=8)
+    return parts.finish(figure, dataset)
+
+
+def indicator_panel(ax: Axes, dataset: Dataset) -> None:
+    """Draw K of each frequency; the median as a line in a band of the middle half."""
+    low, median, high = dataset["chaos_indicator_quartile"].values
+    ax.plot(dataset["test_frequency"], dataset["chaos_indicator"], "o", color=style.BLACK, markersize=1.8)
+    ax.axhspan(low, high, color=style.AMBER, alpha=0.35, linewidth=0, zorder=0)
+    ax.axhline(median, color=style.BLUE, linewidth=0.8)
+    lowest = np.nanmin(dataset["chaos_indicator"].values, initial=0.0)
+    ax.set(
+        ylim=(min(lowest, 0.0) - MARGIN, 1 + MARGIN),
+        xlabel="Frequency c (rad a sample)",
+        ylabel="K (\N{EN DASH})",
+    )
+    verdict = pick.flags(dataset["verdict"]).get(int(dataset["verdict"]), "undecided")
+    told = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
+    parts.heading(ax, "(a)", told.replace("-", "\N{MINUS SIGN}"))
+
+
+def walk_panel(ax: Axes, dataset: Dataset) -> None:
+    """Draw the path of the point that the samples drive."""
+    if excuse := nothing_to_see(dataset):
+        parts.say(ax, excuse)
+        return
+    x, unit = parts.displayed(dataset["walk_x"])
+    y, _ = parts.displayed(dataset["walk_y"], unit)
+    ax.plot(x, y, color=style.GREY, linewidth=0.4, rasterized=x.size > parts.DENSE)
+    ax.plot(x, y, ".", color=style.BLACK, markersize=1.0, rasterized=True)
+    ax.set(xlabel=f"p ({unit.symbol})", ylabel=f"q ({unit.symbol})")
+    ax.set_aspect("equal", adjustable="datalim")
+    parts.heading(ax, "(b)", f"c = {float(dataset['walk_frequency']):.3f}")
+
+
+def displacement_panel(ax: Axes, dataset: Dataset) -> None:
+    """Draw the mean square displacement of that point over the number of samples."""
+    if excuse := nothing_to_see(dataset):
+        parts.say(ax, excuse)
+        return
+    _, unit = parts.displayed(dataset["walk_x"])
+    symbol = unit.symbol if unit.symbol in PLAIN.values() else f"{unit.symbol}²"
+    ax.plot(dataset["lag"], dataset["square_displacement"] * unit.factor**2, color=style.BLACK)
+    ax.set(xlim=(0, None), ylim=(0, None), xlabel="Samples n", ylabel=f"Mean square displacement ({symbol})")
+    parts.heading(ax, "(c)", f"c = {float(dataset['walk_frequency']):.3f}")
+
+
+def nothing_to_see(dataset: Dataset) -> str:
+    """Say why there is no path worth drawing; empty where there is one."""
+    if not np.any(np.isfinite(dataset["chaos_indicator"])):
+        return "Too few samples"
+    return "" if np.any(dataset["chaos_indicator"]) else "All samples are one point"

@@ -1,0 +1,103 @@
+"""Basins: which attractor each start of a plane reaches, the attractors' own points, and their shares."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from xarray import Dataset
+
+from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing.number_text import with_error
+from jointplay.figures.registry import picture
+from jointplay.figures.states.field import draw_cells, without_start
+
+# neighbours differ in lightness, so that a grey print keeps them apart
+COLOURS = ("#9ecae1", "#08306b", "#fdae6b", "#7f2704", "#a1d99b", "#00441b", "#dadaeb", "#54278f")
+REST, NONE = "#bdbdbd", "#ffffff"
+POINTS = 60  # of an attractor that are marked, at most
+
+
+@picture()
+def basins(dataset: Dataset, *, points: bool = True) -> Figure:
+    """Draw a colour for each attractor over the plane, with its section points and its share of the starts.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.basins` returned.
+    points : bool
+        Whether to mark the attractors' section points.
+
+    Returns
+    -------
+    Figure
+    """
+    if not isinstance(points, bool):
+        raise pick.refuse("points", points, "true or false")
+    if "attractor" not in dataset or "section_plane" not in dataset:
+        raise pick.refuse("kind", "basins", "a result of a study of kind basins")
+    shown = largest(dataset)
+    entries = legend(dataset, shown)
+    figure = style.sheet(88.0, 76.0 + 4.2 * len(entries))
+    ax = figure.subplots()
+    places = {number: place for place, number in enumerate(shown, start=1)}
+    labels = dataset["attractor"].astype(float)
+    coloured = [places.get(int(v), len(COLOURS) + 1 if v else 0) for v in labels.values.ravel()]
+    colours = ListedColormap([NONE, *COLOURS, REST])
+    norm = BoundaryNorm(np.arange(-0.5, len(COLOURS) + 2), colours.N)
+    draw_cells(ax, labels.copy(data=np.reshape(coloured, labels.shape)), cmap=colours, norm=norm)
+    if points:
+        mark(ax, dataset, shown)
+    ax.set_title(boundary(dataset), loc="left")
+    figure.legend(handles=entries, loc="outside lower left")
+    return parts.finish(figure, dataset)
+
+
+def largest(dataset: Dataset) -> list[int]:
+    """Return the numbers of the attractors with colours of their own, ascending."""
+    counts = dataset["count"].values
+    order = np.argsort(-counts, kind="stable")[: len(COLOURS)]
+    return sorted(int(dataset["number"].values[i]) for i in order if counts[i])
+
+
+def legend(dataset: Dataset, shown: list[int]) -> list[Patch]:
+    """Return an entry an attractor: period, share with its standard error."""
+    entries = []
+    for colour, number in zip(COLOURS, shown, strict=False):
+        one = dataset.sel(number=number)
+        period = int(one["period"])
+        kind = f"period {period}" if period else "no period"
+        share, error = 100 * float(one["fraction"]), 100 * float(one["fraction_standard_error"])
+        entries.append(Patch(color=colour, label=f"{number}: {kind}, {share:.1f} ± {error:.1f} %"))
+    rest = int(np.sum(dataset["count"].values > 0)) - len(shown)
+    if rest:
+        entries.append(Patch(color=REST, label=f"{rest} more"))
+    none = 100 * float(dataset["fraction_none"])
+    if none > 0:
+        words = without_start(dataset)
+        label = f"none ({words})" if words else f"none, {none:.1f} %"
+        entries.append(Patch(facecolor=NONE, edgecolor=style.GREY, label=label))
+    return entries
+
+
+def mark(ax: Axes, dataset: Dataset, shown: list[int]) -> None:
+    """Mark section points of the attractors, each in its colour within a dark and a white ring."""
+    factors = [parts.displayed(dataset[dim])[1].factor for dim in dataset["attractor"].dims]
+    limits = ax.get_xlim(), ax.get_ylim()
+    for colour, number in zip(COLOURS, shown, strict=False):
+        points = dataset["section_plane"].sel(number=number).transpose("point", "axis").values
+        x, y = (points[~np.isnan(points[:, 0])][:POINTS] * factors).T
+        size = 4.5 if x.size <= 12 else 2.2
+        look = {"linestyle": "none", "marker": "o", "clip_on": True}
+        ax.plot(x, y, markersize=size + 1.6, color="black", markeredgewidth=0, **look)
+        ax.plot(x, y, markersize=size, color=colour, markeredgecolor="white", markeredgewidth=0.6, **look)
+    ax.set(xlim=limits[0], ylim=limits[1])
+
+
+def boundary(dataset: Dataset) -> str:
+    """Return the boundary's dimension with its error; empty where it is not known."""
+    if "boundary_dimension" not in dataset or not np.isfinite(float(dataset["boundary_dimension"])):
+        return ""
+    error = float(dataset["uncertainty_exponent_standard_error"])
+    return f"Boundary's dimension {with_error(float(dataset['boundary_dimension']), error)}"

@@ -1,0 +1,91 @@
+"""Field: finite-time Lyapunov exponents over a plane of initial states."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from xarray import DataArray, Dataset
+
+from jointplay.errors import Problem
+from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing.units import shown
+from jointplay.figures.registry import picture
+
+PER = {"turn": "finite_time_exponent_per_turn", "second": "finite_time_exponent"}
+COLOURS = "cividis"
+CIRCLE = {"journal_x", "journal_y"}
+OUTER = 0.01, 0.99  # quantiles of the exponents between which colours differ
+
+
+def fits(_: Any, asked: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield why a study has no plane to draw."""
+    if "plane" not in asked:
+        yield Problem("figure.kind", "field", "it is accepted where analysis.plane is given")
+
+
+@picture(needs=("finite_time_exponent",), choices={"per": PER}, fits=fits)
+def field(dataset: Dataset, *, per: str = "turn") -> Figure:
+    """Draw exponents as colours over the plane.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.sensitivity` returned, with a plane.
+    per : {"turn", "second"}
+        Exponents a turn, or in 1/s.
+
+    Returns
+    -------
+    Figure
+    """
+    name = PER[pick.choice("per", per, PER)]
+    if name not in dataset:
+        raise pick.refuse("kind", "field", "a result of a study of kind sensitivity, with a plane")
+    figure = style.sheet(88.0, 78.0)
+    ax = figure.subplots()
+    exponents = dataset[name]
+    low, high = limits(exponents.values)
+    mesh = draw_cells(ax, exponents, cmap=COLOURS, vmin=low, vmax=high)
+    turns = int(dataset["field_turns"])
+    unit = shown(exponents.values, str(exponents.attrs["units"])).symbol
+    per_turn = " a turn" if per == "turn" else ""
+    bar = figure.colorbar(mesh, ax=ax, extend="both", pad=0.02)
+    over = f"over {turns} turn" + "s" * (turns != 1)
+    bar.set_label(f"Exponent{per_turn}, {over} ({unit})")
+    if low < 0 < high:
+        bar.ax.axhline(0.0, color=style.AMBER, linewidth=1.0)
+    parts.heading(ax, without_start(dataset))
+    return parts.finish(figure, dataset)
+
+
+def limits(values: np.ndarray) -> tuple[float, float]:
+    """Return the range of the colours: nearly all values, the farthest left out."""
+    there = values[np.isfinite(values)]
+    if not there.size:
+        return 0.0, 1.0
+    low, high = np.quantile(there, OUTER)
+    return float(low), float(high if high > low else low + 1e-12)
+
+
+def draw_cells(ax: Axes, array: DataArray, **look):
+    """Draw a cell a node over a plane's two coordinates, its first along x; name the axes."""
+    first, second = array.dims
+    (xs, x_unit), (ys, y_unit) = (parts.displayed(array[dim]) for dim in (first, second))
+    values = np.ma.masked_invalid(array.transpose(second, first).values.astype(float))
+    mesh = ax.pcolormesh(xs, ys, values, shading="nearest", rasterized=True, **look)
+    parts.name_axes(ax, array[first], x_unit, array[second], y_unit)
+    if {first, second} == CIRCLE:
+        ax.add_patch(Circle((0, 0), 1, facecolor="none", edgecolor=style.GREY, linewidth=0.8))
+        ax.set_aspect("equal")
+    return mesh
+
+
+def without_start(dataset: Dataset) -> str:
+    """Say how many nodes have no value though a motion starts there; empty where all have one."""
+    meanings = pick.flags(dataset["node_status"])
+    status = dataset["node_status"].values
+    words = [(meanings.get(int(code), "?"), int(np.sum(status == code))) for code in np.unique(status)]
+    return ", ".join(f"{word}: {count}" for word, count in words if word not in ("ok", "bad_parameters"))

@@ -1,0 +1,151 @@
+"""Maps over two parameters: exponent, period, impacts and whatever else was found, as colours."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from xarray import DataArray, Dataset
+
+from jointplay.errors import InputError, Problem, unknown
+from jointplay.figures.drawing import parts, pick, style, sweep_axes
+from jointplay.figures.registry import picture
+
+USUAL = ("lyapunov_exponent_per_turn", "period", "impacts")
+SIGNED = ("lyapunov_exponent_per_turn", "lyapunov_exponent", "growth", "growth_rate", "map_exponent")
+LONGEST = 8  # a period that has a colour of its own
+REST = 98  # percentile of absolute values that the colours reach
+
+
+def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield why a study has no such map."""
+    if len(asked["over"]) != 2:
+        yield Problem("figure.kind", "parameter_map", "accepted only where two parameters vary")
+    yield from sweep_axes.fits(options, asked)
+
+
+@picture(fits=fits)
+def parameter_map(
+    dataset: Dataset,
+    *,
+    maps: Sequence[str] | None = None,
+    joint: str | None = None,
+    exponent: int = 1,
+    direction: str | None = None,
+    start: int = 0,
+) -> Figure:
+    """Draw what was found over two parameters, a panel a variable; cells without a value are hatched.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.bifurcation` returned for two parameters.
+    maps : sequence of str, optional
+        Of the result, one value a point: by default the exponent a turn, the period and the impacts.
+    joint : str, optional
+        Of which joint; by default the first.
+    exponent : int
+        Which exponent, 1 the largest.
+    direction : {"up", "down", "reset"}, optional
+        Of which sweep; by default the first.
+    start : int
+        Of which start.
+
+    Returns
+    -------
+    Figure
+    """
+    names = sweep_axes.parameters(dataset, "parameter_map")
+    if len(names) != 2:
+        raise pick.refuse("kind", "parameter_map", "a result over two parameters")
+    known = mapped(dataset, names)
+    wanted = [v for v in USUAL if v in known] if maps is None else listed(maps, known)
+    part = sweep_axes.chosen(dataset, pick.label(dataset, "direction", direction), start).isel(direction=0)
+    part = part.isel(start=0) if "start" in part.dims else part
+    columns = min(len(wanted), 3)
+    rows = -(-len(wanted) // columns)
+    figure = style.sheet(180.0 if columns > 1 else 88.0, 78.0 * rows)
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    for number, (ax, name) in enumerate(zip(axes, wanted, strict=False)):
+        array = part[name]
+        if "exponent" in array.dims:
+            array = array.sel(exponent=numbered(dataset, exponent))
+        array = sweep_axes.of_one(array, dataset, names, joint=joint)
+        panel(ax, part, array, names, f"({'abcdefgh'[number % 8]})")
+        if number % columns:
+            ax.set_ylabel("")
+    for ax in axes[len(wanted) :]:
+        ax.set_axis_off()
+    return parts.finish(figure, dataset)
+
+
+def mapped(dataset: Dataset, names: Sequence[str]) -> list[str]:
+    """Return the variables that have one number a point of the sweep."""
+    beside = {*names, *sweep_axes.BESIDE, "joint", "exponent"}
+    return [
+        str(name)
+        for name, array in dataset.data_vars.items()
+        if set(names) <= set(array.dims) <= beside and array.dtype.kind in "fiu" and name != "cell_status"
+    ]
+
+
+def listed(maps: Any, known: Sequence[str]) -> list[str]:
+    """Return the asked variables, all of them known."""
+    wanted = [maps] if isinstance(maps, str) else list(maps)
+    if not wanted:
+        raise pick.refuse("maps", maps, "a list of at least one name")
+    named = enumerate(wanted)
+    wrong = [unknown(f"figure.maps[{i}]", v, v, known, "variable") for i, v in named if v not in known]
+    if wrong:
+        raise InputError(wrong)
+    return wanted
+
+
+def numbered(dataset: Dataset, exponent: Any) -> int:
+    """Return the number of an exponent that the result has."""
+    known = dataset["exponent"].values.tolist()
+    if isinstance(exponent, bool) or exponent not in known:
+        raise pick.refuse("exponent", exponent, f"the number of an exponent, 1 to {known[-1]}")
+    return exponent
+
+
+def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], letter: str) -> None:
+    """Draw one variable as colours over the two parameters, the last along x."""
+    down, across = names
+    y_unit, x_unit = (
+        sweep_axes.parameter_axis(ax, dataset[down], "y"),
+        sweep_axes.parameter_axis(ax, dataset[across]),
+    )
+    x, y = (sweep_axes.edges(dataset[n].values * u.factor) for n, u in ((across, x_unit), (down, y_unit)))
+    ax.patch.set(facecolor=style.DISC, edgecolor=style.GREY, hatch="////")  # seen where nothing is drawn
+    colours = classes if array.name == "period" else shades
+    values, label, extend, look = colours(array.transpose(down, across))
+    mesh = ax.pcolormesh(x, y, np.ma.masked_invalid(values), rasterized=True, **look)
+    bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=f"{letter} {label}", pad=0.02)
+    if colours is classes:
+        bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "none"])
+        bar.ax.tick_params(length=0, labelsize=7)
+    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
+
+
+def shades(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
+    """Return numbers with label and colours: signed ones in two hues that meet at 0, others dark to light."""
+    values, unit = parts.displayed(array)
+    label, finite = parts.axis_label(array, unit), np.abs(values[np.isfinite(values)])
+    if array.name not in SIGNED:
+        return values, label, "neither", {"cmap": "viridis"}
+    reach = (np.percentile(finite, REST) if finite.size else 0.0) or 1.0
+    return values, label, "both", {"cmap": "RdBu_r", "norm": Normalize(-reach, reach)}
+
+
+def classes(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
+    """Return periods as classes, each with a colour of its own; longer ones in grey, none in black."""
+    place = array.values.astype(float)
+    place = np.where(place > LONGEST, LONGEST + 1, np.where(place == 0, LONGEST + 2, place))
+    colours = [*colormaps["viridis_r"](np.linspace(0.05, 0.9, LONGEST)), style.GREY, style.BLACK]
+    norm = BoundaryNorm(np.arange(0.5, LONGEST + 3), LONGEST + 2)
+    look = {"cmap": ListedColormap(colours), "norm": norm}
+    return np.where(place < 0, np.nan, place), "Period (turns)", "neither", look

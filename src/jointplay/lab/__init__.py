@@ -1,0 +1,1 @@
+"""The laboratory: the paper's reproduction, and the program's own examination. No other room needs it."""

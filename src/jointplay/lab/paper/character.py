@@ -1,0 +1,109 @@
+"""What kind of motion a mechanism settles to: contact and impacts a turn, period, growth of a difference.
+
+The one rule by which this project calls a motion periodic or chaotic:
+
+periodic   a period is found and a small difference shrinks, by more than 3 standard errors of its growth;
+chaotic    no period is found and a small difference grows, by more than 3 standard errors;
+undecided  all else.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis.contacts import ROW, TIME, closed, counts
+from jointplay.analysis.exponents.growth import Turn, measure, standard_error
+from jointplay.analysis.period import period
+from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.rules import quantity
+from jointplay.analysis.trajectory import Records
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import CrankAngle, Mechanism
+from jointplay.mechanism.scene import Scene
+
+MOTIONS = ("undecided", "periodic", "chaotic")
+ERRORS = 3  # standard errors by which a growth must differ from 0
+TOLERANCE = 1e-4  # of the clearance: spread of section points that count as one
+RTOL = 1e-10
+
+
+def character(
+    mechanism: Mechanism,
+    *,
+    turns: int = 300,
+    transient: int = 400,
+    growth_turns: int = 200,
+    tolerance: float = TOLERANCE,
+    rtol: float = RTOL,
+    max_steps: int | None = None,
+    initial: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Follow one motion of a linkage with one clearance joint, and say what it is.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With clearance at one joint.
+    turns, transient, growth_turns : int
+        Turns looked at; turns dropped before; turns over which the growth is then averaged (0: none).
+    tolerance : float
+        Spread of the section points of one place, as a fraction of the clearance.
+    rtol : float
+        Relative tolerance of a step; the growth is followed at its own.
+    max_steps : int, optional
+        Attempted steps after which the run stops.
+    initial : mapping, optional
+        As in `simulate`.
+
+    Returns
+    -------
+    dict
+        ``status``; ``points``, shape (turns, 2), the journal's centre over the clearance at the section;
+        ``separations`` and ``impacts`` a turn; ``contact_fraction``; ``period``; ``growth``,
+        ``growth_standard_error`` a turn; ``motion``, an index into `MOTIONS`.
+    """
+    scene = assemble(mechanism, initial, quantity(CrankAngle(), mechanism))
+    turn, state, status = Turn(scene, rtol, max_steps), scene.state, 0
+    if transient:
+        state, _, status = turn(state, transient)
+    if status:
+        return {"status": status}
+    records = turn.records(state, turns, events=True)
+    if records.status:
+        return {"status": records.status}
+    points = _points(scene, records)
+    logs, status = np.zeros(0), 0
+    if growth_turns:
+        logs, _, status = measure(Turn(scene, max_steps=max_steps), turn.state_at(records), growth_turns)
+    last = records.sections[-1]
+    done = counts(records.events, last[TIME], len(points), bool(closed(scene, records, last[ROW:])[0]))
+    found = done | {
+        "points": points,
+        "period": period(points, tolerance),
+        "growth": float(logs.mean()) if len(logs) else math.nan,
+        "growth_standard_error": standard_error(logs),
+    }
+    return found | {
+        "motion": motion(found["period"], found["growth"], found["growth_standard_error"]),
+        "status": status,
+    }
+
+
+def motion(period: int, growth: float, error: float) -> int:
+    """Index into `MOTIONS`, by the rule at the head of this file; NaN leaves it undecided."""
+    if period and growth < -ERRORS * error:
+        return MOTIONS.index("periodic")
+    if not period and growth > ERRORS * error:
+        return MOTIONS.index("chaotic")
+    return MOTIONS.index("undecided")
+
+
+def _points(scene: Scene, records: Records) -> np.ndarray:
+    """The journal's centre over the clearance at the section, shape (turns, 2)."""
+    cut = Quantities(scene, records.sections[:, 2:], records.start)
+    found = cut.variables(("journal_x", "journal_y"), "turn")
+    return np.stack([found[name][1][:, 0] for name in ("journal_x", "journal_y")], -1) / scene.clearances[0]

@@ -1,0 +1,188 @@
+"""Motion by fixed steps of Runge and Kutta's method, without events; and the longest step that it bears."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from jointplay.analysis.pieces import Pace, in_pieces
+from jointplay.analysis.trajectory import Request, follow, functions, memory
+from jointplay.analysis.words import STATUS
+from jointplay.codegen import cache
+from jointplay.errors import InputError, Problem
+from jointplay.mechanism.scene import Scene
+
+SAMPLES = 96  # of a nominal turn, at which the eigenvalues are looked at
+LOOSE = 1e-4  # tolerance of the turn on which they are
+DIFFERENCE = 1e-7  # of a state's scale
+OK = STATUS.index("ok")
+SHARE = 0.5  # of the longest stable step: the step if none is given
+
+
+@dataclass(frozen=True)
+class Bound:
+    """The longest stable step (s), and the eigenvalue (1/s) that sets it, with what causes it."""
+
+    step: float
+    eigenvalue: complex
+    cause: str
+
+    def __str__(self) -> str:
+        value = self.eigenvalue
+        if not value:
+            return f"{self.step:.3g} s, with {self.cause},"
+        shown = f"{value.real:.3g}" + (f" ± {abs(value.imag):.3g} i" if value.imag else "")
+        return f"{self.step:.3g} s, where RK4 is stable with {self.cause} (eigenvalue {shown} 1/s)"
+
+
+def step_bound(scene: Scene) -> Bound:
+    """Find the longest step with which RK4 is stable.
+
+    Looked at are the eigenvalues of the equations in free flight and in the contact modes that occur, along
+    the first nominal turn.
+    """
+    at = np.linspace(0.0, scene.period, SAMPLES + 1)
+    rows = follow(scene, Request(scene.period, rtol=LOOSE, at=at)).samples
+    n_x, found = len(scene.state), [_turning(scene, rows)]
+    for row in rows:
+        modes = row[1 + n_x : 1 + n_x + len(scene.joints)]
+        cases = [0 * modes] + [modes] * bool(np.any(modes))
+        found += [_slowest(scene, row[: 1 + n_x], case.astype(np.int64)) for case in cases]
+    return min(found, key=lambda bound: bound.step)
+
+
+def _turning(scene: Scene, rows: np.ndarray) -> Bound:
+    """The step in which the fastest angle, or a forcing's phase, turns as far as the equations hold."""
+    from jointplay.numerics.control import TURN
+
+    n_q = len(scene.turning)
+    speeds = np.abs(rows[:, 1 + n_q : 1 + 2 * n_q]) * scene.turning
+    fastest = max(speeds.max(initial=0.0), math.tau / scene.period)
+    return Bound(TURN / fastest, 0j, f"no angle turning by more than {TURN:g} rad")
+
+
+def _slowest(scene: Scene, state: np.ndarray, modes: np.ndarray) -> Bound:
+    """The bound of one state in given contact modes."""
+    from jointplay.numerics.runge_kutta import longest_steps
+
+    n_q, n = len(scene.turning), len(scene.state) - len(scene.turning)
+    A = np.eye(n_q + n, k=n)
+    A[n_q:] = _jacobian(scene, state, modes)
+    values, vectors = np.linalg.eig(A)
+    steps = longest_steps(values)
+    worst = int(np.argmin(steps))
+    return Bound(float(steps[worst]), complex(values[worst]), _cause(scene, vectors[n_q:, worst], modes))
+
+
+def _jacobian(scene: Scene, state: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Derivatives of the accelerations by the state, by differences (a structure's own have two forms)."""
+    from jointplay.numerics.modes import mask, variant_of
+
+    k, x, o = memory(scene, Request(0.0))
+    x.s[: len(state)], x.modes[:] = state, modes
+    module = cache.structure_module(scene.structure)
+    module.trig(x.s, x.p)
+    mask(x.modes, x.m)
+    lanes = k.w[8 * (o.first + 1) :].reshape(-1, 8)
+    away = DIFFERENCE * (scene.absolute + scene.relative * np.abs(state[1:]))
+    columns = []
+    for r, size in enumerate(away):
+        lanes[r, :2] = size, -size
+        module.rate(variant_of(x.modes), k.w, x.s, x.p, x.m)
+        found = lanes[o.n_q + o.n : o.n_q + 2 * o.n, :2]
+        columns.append((found[:, 0] - found[:, 1]) / (2 * size))
+        lanes[r, :2] = 0.0
+    return np.stack(columns, axis=1)
+
+
+def _cause(scene: Scene, speeds: np.ndarray, modes: np.ndarray) -> str:
+    """What a fast motion comes from, by the link that moves most."""
+    names = cache.structure_module(scene.structure).STATE[1 + len(scene.turning) :]
+    driven = getattr(scene.structure, "drive", None) == "motor"
+    if driven and names[int(np.argmax(np.abs(speeds)))] == f"w_{scene.crank}":
+        return "the motor's slope"
+    return "the contact's stiffness" if np.any(modes) else "the free motion"
+
+
+def accepted_step(scene: Scene, step: float | None) -> float:
+    """Give the step to take, s: what is asked for if RK4 is stable with it, else a share of the longest.
+
+    Raises
+    ------
+    InputError
+        If the step is too long; or if the speeds of the system jump.
+    """
+    if scene.resets:
+        expected = "a system whose speeds do not jump is accepted: fixed steps would pass over its impacts"
+        raise InputError([Problem("mechanism", scene.resets, expected)])
+    bound = step_bound(scene)
+    if step is None:
+        return SHARE * min(bound.step, scene.period / SAMPLES)
+    if step > bound.step:
+        raise InputError([too_long("step", step, bound)])
+    return step
+
+
+def too_long(key: str, step: float, bound: Bound) -> Problem:
+    """What is said of a step beyond the bound."""
+    return Problem(key, step, f"at most {bound} is accepted")
+
+
+@dataclass(frozen=True)
+class March:
+    """A run by fixed steps that is taken up again and again: arrays of the method, and the loads' places."""
+
+    scene: Scene
+    places: np.ndarray
+    arrays: tuple
+
+    @classmethod
+    def of(cls, scene: Scene, loaded: tuple[str, ...] = ()) -> March:
+        """Start a scene; `loaded` names the parameters that are functions of time."""
+        names = cache.structure_module(scene.structure).PARAMETERS
+        places = np.array([names.index(name) for name in loaded], dtype=np.int64)
+        return cls(scene, places, memory(scene, Request(math.inf)))
+
+    def __call__(self, start: np.ndarray, h: float, count: int, loads: np.ndarray | None = None):
+        """Take `count` steps of length h from a state.
+
+        Parameters
+        ----------
+        start : ndarray
+            Time, positions, speeds.
+        h : float
+            Length of a step, s.
+        count : int
+            How many.
+        loads : ndarray, shape (count + 1, loads), optional
+            Values of the loaded parameters at the steps' ends; 0 if left out.
+
+        Returns
+        -------
+        ndarray, shape (count + 1, 1 + states + contacts)
+            Time, state and contact modes at the start and after every step; NaN after divergence.
+        """
+        (f, run, pace), (k, x, o) = self._loop, self.arrays
+        loads = np.zeros((count + 1, len(self.places))) if loads is None else np.ascontiguousarray(loads)
+        rows = np.empty((count + 1, len(start) + len(x.modes)))
+        x.s[: len(start)] = start
+        done = 0
+
+        def call(until: int) -> int:
+            nonlocal done
+            before, done = done, until
+            return run(f, k, x, o, float(h), self.places, loads, rows, before, until)
+
+        in_pieces(call, lambda: done, pace, OK, count)
+        return rows
+
+    @cached_property
+    def _loop(self) -> tuple:
+        """The structure's functions, the compiled loop and its pace."""
+        from jointplay.numerics.interface import direct
+        from jointplay.numerics.runge_kutta import march
+
+        return functions(self.scene.structure), direct(march), Pace()

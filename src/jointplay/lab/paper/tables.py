@@ -1,0 +1,89 @@
+"""The paper's conclusions with their grades, and its readings, as plain text."""
+
+from __future__ import annotations
+
+import math
+from textwrap import wrap
+
+import xarray as xr
+
+COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
+WIDTHS = (44, 12, 110)  # characters of conclusion, grade, evidence
+
+
+def claims_table(dataset: xr.Dataset) -> str:
+    """The paper's conclusions, how each stands, and the numbers behind that.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `jointplay.claims`.
+
+    Returns
+    -------
+    str
+        Lines in three columns.
+    """
+    grades = _words(dataset["grade"])
+    rows = [("conclusion of the paper", "grade", "numbers"), tuple("-" * (width - 2) for width in WIDTHS)]
+    for number, claim in enumerate(dataset.claim.values):
+        one = dataset.sel(claim=claim)
+        rows.append((f"{number + 1} {one.claim_text.item()}", grades[number], str(one.evidence.item())))
+    return "".join(_lines(row) for row in rows)
+
+
+def _lines(row: tuple[str, ...]) -> str:
+    """A row of cells, each broken to the width of its column."""
+    cells = [wrap(text, width - 2) or [""] for text, width in zip(row, WIDTHS, strict=True)]
+    height = max(map(len, cells))
+    padded = [cell + [""] * (height - len(cell)) for cell in cells]
+    lines = zip(*padded, strict=True)
+    return "".join("".join(map(str.ljust, line, WIDTHS)).rstrip() + "\n" for line in lines)
+
+
+def readings_table(dataset: xr.Dataset) -> str:
+    """Every panel of Figure 12 under every reading, one a line.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `jointplay.readings`.
+
+    Returns
+    -------
+    str
+    """
+    head = ("panel", "reading", *COLUMNS, "period", "growth a turn", "motion")
+    rows, motions = [], _words(dataset["motion"])
+    for panel in range(dataset.sizes["panel"]):
+        for reading in range(dataset.sizes["reading"]):
+            rows.append(_reading(dataset.isel(panel=panel, reading=reading), motions[panel][reading]))
+    both = (dataset.reading, dataset.reading_text)
+    texts = [f"{name.item():<32}{text.item()}" for name, text in zip(*both, strict=True)]
+    return "\n".join([_row(head), *map(_row, rows), "", *texts]) + "\n"
+
+
+def _row(words: tuple[str, ...]) -> str:
+    return "{:<7}{:<30}{:>12}{:>9}{:>18}{:>9}{:>8}  {:<18}{}".format(*words)
+
+
+def _reading(one: xr.Dataset, motion: str) -> tuple[str, ...]:
+    period = {0: "none", -1: "-"}.get(int(one.period), str(int(one.period)))
+    growth = f"{_number(one.growth, '+.3f')} ± {_number(one.growth_standard_error, '.3f')}"
+    numbers = (_number(one[name], form) for name, form in COLUMNS.items())
+    return one.panel.item(), one.reading.item(), *numbers, period, growth.replace("- ± -", "-"), motion
+
+
+def _number(value: xr.DataArray, form: str) -> str:
+    """A number as text, a dash where there is none."""
+    return format(float(value), form) if math.isfinite(value) else "-"
+
+
+def _words(codes: xr.DataArray) -> list:
+    """Flags as words, nested as the array is."""
+    words = codes.attrs["flag_meanings"].split()
+    return _named(codes.values.tolist(), words)
+
+
+def _named(codes, words: list[str]):
+    return [_named(code, words) for code in codes] if isinstance(codes, list) else words[codes]

@@ -1,0 +1,91 @@
+"""Error against run time and evaluations, for the method used here and for other solvers.
+
+All follow the same motion of the same equations, in one process and by turns, with the same modes and events;
+each locates events in its own way, and starts anew after them. Measured is CPU time, so that a busy machine
+disturbs little; even so, times are to be read as ratios.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import xarray as xr
+
+from jointplay.analysis import rules as asked
+from jointplay.analysis.keywords import Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.lab.precision.schedule import PEERS, Peers, Plan, Tolerances, strangers
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural, Positive, unit
+
+TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
+ROUNDS, BUDGET, RTOL = 7, 60.0, 1e-13
+
+
+@analysis(strangers, asked.start_fits)
+def work_precision(
+    mechanism: Moving,
+    *,
+    turns: Length = 1,
+    tolerances: Tolerances = TOLERANCES,
+    peers: Peers = tuple(PEERS),
+    rounds: Count = ROUNDS,
+    budget: Annotated[Positive, unit("CPU time for all runs", "s")] = BUDGET,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Compare this package's method with its peers on one motion.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    turns : float
+        Nominal turns, or forcing periods, that are followed.
+    tolerances : sequence of float
+        Relative tolerances that every method runs at, falling.
+    peers : sequence of str
+        Of heyoka, CVODE (scikit-sundae), LSODA, Radau, DOP853 (SciPy). Those not installed are named in
+        the result and left out.
+    rounds : int
+        Timed runs of each method and tolerance at most, after a first that is judged.
+    budget : float
+        CPU time for all runs, s, shared evenly by the methods. What does not fit is not run.
+    rtol : float
+        Tolerance of the run that is taken as the truth.
+    initial, max_steps, progress
+        As in `simulate`; `max_steps` is of this package's runs.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``solver`` and ``rtol``: ``error`` (largest of a state at the end, in units of 1 rad and
+        the nominal speed), ``cpu_time`` of a turn (s, median) and ``cpu_time_spread``, ``evaluations`` and
+        ``steps`` of a turn, ``events``, ``run_status``, ``agreement`` (flags same, other_events,
+        other_state, no_end). Over ``error_level``: ``cpu_time_at_error``. Of the truth:
+        ``truth_difference`` to the second method that comes closest, ``truth_confirmed``,
+        ``truth_own_difference``, ``status``.
+
+    Raises
+    ------
+    InputError
+        Listing what makes no sense.
+    """
+    from jointplay.lab.precision.contenders import OURS
+    from jointplay.lab.precision.measure import Row, contender, measure
+    from jointplay.lab.precision.precision_dataset import dataset
+    from jointplay.lab.precision.truth import Truth
+
+    plan = Plan(tolerances, peers)
+    scene, limit = assemble(mechanism, initial), asked.steps(max_steps)
+    end = turns * scene.period
+    truth = Truth.of(scene, rtol, end, limit)
+    rows = [
+        Row(name, tolerance, contender(name, scene, tolerance, end, truth, limit))
+        for name in (OURS, *plan.installed)
+        for tolerance in plan.tolerances
+    ]
+    if truth.outcome.status == "ok":
+        measure(rows, truth, rounds, budget, progress)
+    return dataset(rows, truth, plan, turns, rtol)

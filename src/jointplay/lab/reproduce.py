@@ -1,0 +1,165 @@
+"""Compute and draw all studies of the paper, side by side, and say how its conclusions stand."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from jointplay import figures
+from jointplay.errors import InputError, Problem, unknown
+from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
+from jointplay.jobs.pool import Pool, check_jobs
+from jointplay.kinds import KINDS
+from jointplay.results.outcome import explain
+from jointplay.results.store import check_writable, write_figure
+from jointplay.results.text import write_table
+from jointplay.study.execute import complete
+from jointplay.study.file import load
+from jointplay.study.keys import compile_for
+from jointplay.study.toml_text import parse, read_text
+
+FOLDER = Path("studies") / "paper"
+DIED = "a worker process died, as when memory runs out; try --jobs 1"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one study went: the files written, what failed if anything did, the seconds that it took."""
+
+    name: str
+    files: tuple[Path, ...] = ()
+    failure: str = ""
+    seconds: float = 0.0
+
+    def __str__(self) -> str:
+        return (
+            f"{self.name:<20} {f'FAILED: {self.failure}' if self.failure else 'done'} ({self.seconds:.1f} s)"
+        )
+
+
+def find_folder(start: Path | None = None) -> Path:
+    """Find the paper's studies: below the folder `start` (the current one), or in the package's checkout.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When there are none: an installed package comes without them.
+    """
+    start = Path.cwd() if start is None else start
+    places = [start / FOLDER, Path(__file__).resolve().parents[3] / FOLDER]
+    for place in places:
+        if any(place.glob("*.toml")):
+            return place
+    expected = f"a folder {FOLDER} with study files; run this in a checkout of the project"
+    raise InputError([Problem("studies", str(places[0]), f"{expected}: there is none here")])
+
+
+def choose(folder: Path, names: Sequence[str] = ()) -> list[Path]:
+    """Choose study files by name, all of them if none is named; those that take longest come first.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        Naming every study that there is not.
+    """
+    known = {path.stem: path for path in sorted(folder.glob("*.toml"))}
+    wrong = [unknown("NAME", name, name, known, "study of the paper") for name in names if name not in known]
+    if wrong:
+        raise InputError(wrong)
+    chosen = [known[name] for name in dict.fromkeys(names)] or list(known.values())
+    return sorted(chosen, key=_rank)
+
+
+def _rank(path: Path) -> int:
+    """Place in the order: what takes longest begins first."""
+    try:
+        kind = parse(read_text(path)).get("kind")
+    except InputError:  # it says so itself when its turn comes
+        kind = None
+    return -KINDS[kind].slow if kind in list(KINDS) else 0
+
+
+def reproduce(
+    names: Sequence[str] = (),
+    jobs: int = 2,
+    out: Path | str = "results/paper",
+    folder: Path | None = None,
+    fresh: bool = False,
+    say: Callable[[str], None] = lambda line: None,
+) -> list[Outcome]:
+    """Compute, store and draw studies of the paper in worker processes; finished cells are kept as by `run`.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Names of studies; all if empty.
+    jobs : int
+        Worker processes.
+    out : path-like
+        Where results, figures and tables go.
+    folder : path-like, optional
+        Where the studies are; found by `find_folder` if left out.
+    fresh : bool
+        Drop the cells that an earlier run finished.
+    say : callable
+        Called with a line as each study ends, and with the table of conclusions at the end.
+
+    Returns
+    -------
+    list of Outcome
+        One a study, in the order in which they ended. A study that failed does not stop the others.
+
+    Raises
+    ------
+    jointplay.errors.InputError
+        When a name, the number of jobs or a folder is wrong.
+    """
+    check_jobs(jobs)
+    paths = choose(find_folder() if folder is None else Path(folder), names)
+    out = check_writable(out, files=[path.stem + each for path in paths for each in (".nc", ".pdf", ".png")])
+    alone = jobs == 1 or len(paths) == 1
+    _compile(paths)
+    outcomes: list[Outcome] = []
+
+    def take(outcome: Outcome) -> None:
+        outcomes.append(outcome)
+        say(f"{len(outcomes):>3} of {len(paths)}  {outcome}")
+
+    calls = (partial(one_study, path, out, jobs if alone else 1, fresh) for path in paths)
+    try:
+        side_by_side(calls, take, min(jobs, len(paths)), "here" if alone else "loky")
+    except BrokenProcessPool:
+        done = {outcome.name for outcome in outcomes}
+        outcomes += [Outcome(path.stem, failure=DIED) for path in paths if path.stem not in done]
+    for table in (file for outcome in outcomes for file in outcome.files if file.name == "claims.txt"):
+        say("\n" + table.read_text(encoding="utf-8"))
+    return outcomes
+
+
+def _compile(paths: Sequence[Path]) -> None:
+    """Compile in this process what several studies share."""
+    for path in paths:
+        with suppress(InputError):  # it says so itself when its turn comes
+            compile_for(load(path).record)
+
+
+def one_study(path: Path, out: Path, jobs: int = 1, fresh: bool = False) -> Outcome:
+    """Compute, store and draw one study; whatever goes wrong is in the outcome."""
+    began, files, failure = time.perf_counter(), [], ""
+    try:
+        study = load(path)
+        found = complete(study, out, Pool(jobs), fresh=fresh)
+        dataset, name = found.dataset, study.record.name
+        failure = explain(dataset) or ""
+        files += [found.path, *write_table(dataset, out / f"{name}.txt")]
+        picture = figures.draw(dataset, study.record.figure)
+        files += [write_figure(picture, out / f"{name}.{ending}") for ending in ("pdf", "png")]
+    except InputError as error:
+        failure = failure or "; ".join(str(error).splitlines())
+    except Exception as error:
+        failure = failure or f"{type(error).__name__}: {error}"
+    return Outcome(path.stem, tuple(files), failure, time.perf_counter() - began)

@@ -1,0 +1,193 @@
+"""The paper's own scheme: waveform relaxation between a rigid mechanism and the modes of its elastic links.
+
+Reference: Chunmei, Yang, Ling and Ling (2002), section 3. Turn by turn: (1) the rigid mechanism for one turn
+by fixed steps of Runge and Kutta's fourth-order method, from the end of the turn before; (2) its motion and
+its forces load the modes of each elastic link, whose response follows by mode superposition; (3) the modes'
+accelerations, as given functions of time, go back into the rigid turn; (4) again; (5) until two passes over a
+turn agree. What they agree on is, as the step shrinks, the motion with ``order="paper"``: of second order in
+the step where nothing switches, of first where contacts come and go, which are not located.
+
+The passes need not converge over a whole turn (see `scheme_comparison`): a turn may be cut into windows that
+are relaxed one after another.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from jointplay.analysis.keywords import Moving, Progress, Start, analysis
+from jointplay.analysis.quantities import attributes, dataset, flags
+from jointplay.analysis.rules import start_fits
+from jointplay.analysis.simulate import SAMPLES_PER_TURN
+from jointplay.analysis.words import STATUS, recorded
+from jointplay.errors import Problem
+from jointplay.lab.paper.fixed_steps import accepted_step
+from jointplay.lab.scheme.scheme import Pass, Scheme
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Natural, Positive
+from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.scene import Scene
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Steps of a window, and every how many of them a sample is kept."""
+
+    h: float
+    count: int
+    every: int
+
+    @property
+    def kept(self) -> int:
+        """Samples of a window, its start left out."""
+        return self.count // self.every
+
+    @classmethod
+    def of(cls, scene: Scene, step: float, windows: int, samples: int = SAMPLES_PER_TURN) -> Grid:
+        """The longest steps, at most `step`, that cut a window of a nominal turn into equal parts."""
+        window, kept = scene.period / windows, max(1, round(samples / windows))
+        every = math.ceil(window / step / kept * (1.0 - 1e-12))
+        return cls(window / (every * kept), every * kept, every)
+
+
+def bends(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
+    """Say what is wrong with a mechanism whose links should bend."""
+    if not isinstance(mechanism, Mechanism):
+        yield Problem("mechanism", mechanism, "a Mechanism is accepted, such as catalog.chunmei2002()")
+    elif not mechanism.elastic_links:
+        names = ", ".join(link.name for link in mechanism.links)
+        yield Problem("mechanism.elastic", [], f"at least one elastic link is accepted, of {names}")
+
+
+@analysis(bends, start_fits)
+def waveform(
+    mechanism: Moving,
+    *,
+    turns: Natural = 1,
+    step: Positive | None = None,
+    passes: Natural = 20,
+    tolerance: Positive = 1e-6,
+    initial: Start | None = None,
+    windows_per_turn: Natural = 1,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Follow a motion by the paper's own scheme.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        With at least one elastic link; its inertia terms are taken as with ``order="paper"``.
+    turns : int
+        Nominal turns of the crank.
+    step : float, optional
+        Longest step, s; at most the longest stable one, and half of it if left out.
+    passes : int
+        At most, over a window.
+    tolerance : float
+        Change at which two passes over a window agree: of the deflections relative to the largest so far, and
+        of the speeds relative to the crank's nominal one.
+    initial : mapping, optional
+        As in `simulate`.
+    windows_per_turn : int
+        Windows of equal length that are relaxed one after another; 1 is the paper's.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Quantities over ``time``, up to the last window that stayed within measure; over ``turn`` the
+        ``passes`` done (the most that a window of the turn took), the ``last_change`` and whether the turn is
+        ``converged``; over ``turn`` and ``pass`` the ``change`` from the pass before (largest of the turn's
+        windows; a window that has converged keeps its last); ``status`` not_converged where a turn did not
+        converge, diverged where a pass grew beyond measure, which ends the run.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense, or the step is too long.
+    """
+    scene = assemble(mechanism, initial, relaxed=True)
+    grid = Grid.of(scene, accepted_step(scene, step), windows_per_turn)
+    scheme, began, windows = Scheme(scene, grid.h), time.perf_counter(), turns * windows_per_turn
+    parts, changes = [], [[] for _ in range(windows)]
+    for visit in scheme.relax(scheme.start(), grid.count, windows, passes, tolerance):
+        changes[visit.window].append(visit.change)
+        if visit.last and visit.done.finite:
+            parts.append(visit.done.thinned(grid.every, first=not parts))
+        if visit.last and progress is not None:
+            progress((visit.window + 1) / windows)
+    wall_time, table = time.perf_counter() - began, _turns(changes, passes, windows_per_turn, tolerance)
+    variables = _history(mechanism, scheme, parts) | table
+    variables |= _scalars(scene, grid, wall_time, _status(len(parts) == windows, table["converged"][1]))
+    found = dataset(scene, variables, {"time": variables.pop("time")}, "waveform")
+    return found.assign_attrs(windows_per_turn=windows_per_turn, tolerance=tolerance)
+
+
+def _turns(changes: list[list[float]], passes: int, windows: int, tolerance: float) -> dict[str, Any]:
+    """What was done in each turn, from the changes of every window's passes; those not reached have none."""
+    done = np.array([len(each) for each in changes]).reshape(-1, windows)
+    last = [each[-1] if each else math.inf for each in changes]
+    held = [
+        [math.nan, *each[1:]] + [end] * (passes - max(len(each), 1))
+        for each, end in zip(changes, last, strict=True)
+    ]
+    settled = np.array(last).reshape(-1, windows).max(axis=1)
+    one = "in the turn, the largest of its windows"
+    told = {
+        "passes": (done.max(axis=1), f"passes done {one}"),
+        "mean_passes": (done.mean(axis=1), "passes done in the turn, mean of its windows"),
+        "last_change": (settled, f"relative change of the last pass {one}"),
+        "converged": ((settled <= tolerance).astype(np.int8), "whether the passes of the turn agree"),
+    }
+    found = {
+        name: ("turn", values, {"units": "1", "long_name": text}) for name, (values, text) in told.items()
+    }
+    change, text = (
+        np.array(held).reshape(-1, windows, passes).max(axis=1),
+        f"relative change from the pass before {one}",
+    )
+    return found | {"change": (("turn", "pass"), change, {"units": "1", "long_name": text})}
+
+
+def _status(whole: bool, converged: np.ndarray) -> str:
+    """How the run ended."""
+    if not whole:
+        return "diverged"
+    return "ok" if np.all(converged) else "not_converged"
+
+
+def _history(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> dict[str, Any]:
+    """Quantities over time."""
+    scene = scheme.scene
+    rows, loads, bent = (
+        np.concatenate([getattr(part, name) for part in parts]) if parts else np.zeros((0, width))
+        for name, width in (
+            ("rows", 1 + len(scene.state) + len(scene.joints)),
+            ("loads", len(scheme.loaded)),
+            ("deflection", len(scene.links)),
+        )
+    )
+    names = [name for name in recorded(None, mechanism) if name != "deflection"]
+    found = scheme.quantities(rows, loads).variables(names, "time")
+    found["deflection"] = (("time", "link"), bent, attributes("deflection"))
+    return found | {"time": ("time", rows[:, 0], {"units": "s", "long_name": "time"})}
+
+
+def _scalars(scene: Scene, grid: Grid, wall_time: float, status: str) -> dict[str, Any]:
+    """What every result says of its run."""
+    code = np.int8(STATUS.index(status))
+    found = {
+        "step": (grid.h, "s", "step of the rigid passes and of the mode superposition"),
+        "wall_time": (wall_time, "s", "wall time of the run"),
+        "turn_period_nominal": (scene.period, "s", "nominal period of the drive"),
+    }
+    result = {name: ((), v, {"units": units, "long_name": text}) for name, (v, units, text) in found.items()}
+    return result | {"status": ((), code, {"long_name": "how the run ended"} | flags(STATUS))}

@@ -1,0 +1,142 @@
+"""Stress: scenes far outside ordinary use, each run twice, and what that says of the answers.
+
+Ranges: stiffness 10⁴ … 10¹¹ N/m, damping 0 … 10⁵ N s/m, clearance 10⁻⁷ … 3·10⁻³ m, gear ratio 0.2 … 60,
+friction 0 … 1.5, links from thin and long to thick and short, dead centres and change points, starts deep in
+contact, at rest, or far from the nominal speed, with and without tension and an elastic coupler.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from typing import Any
+
+from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
+from jointplay.analysis.tangents import warm_tangents
+from jointplay.lab.stress.error_growth import largest_growth
+from jointplay.lab.stress.motion import move, sizes
+from jointplay.lab.stress.scenes import VARIANTS, Case, draw, misfits, strangers
+from jointplay.lab.stress.stress_dataset import dataset
+from jointplay.lab.stress.verdict import CAUSES, VERDICTS, judge
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Natural
+from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.scene import Scene
+
+TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
+PATIENCE = 4  # steps that the second run may take, relative to the first's
+TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
+LOOKED = 200  # scenes that are looked through for structures to compile
+
+
+@divided
+@analysis(misfits, strangers)
+def stress(
+    mechanism: Moving | None = None,
+    *,
+    scenes: Natural,
+    first: Count = 0,
+    seed: Count = 0,
+    variants: listed(str, f"a list of variants: {', '.join(VARIANTS)}") = tuple(VARIANTS),
+    turns: Natural = TURNS,
+    rtol: Rtol = 1e-8,
+    max_steps: Natural | None = MAX_STEPS,
+    listed: Natural = LISTED,
+    n_jobs: Natural | None = None,
+    progress: Progress = None,
+) -> Steps:
+    """Run scenes drawn from wide ranges, each at two tolerances, and judge the first run by the second.
+
+    Parameters
+    ----------
+    mechanism : Mechanism, optional
+        A motor-driven four-bar whose numbers are changed; the catalog's `chunmei2002` if left out.
+    scenes, first : int
+        How many, and the number of the first; the first 64 of a series are its corners.
+    seed : int
+        Which series.
+    variants : sequence of str
+        Of `VARIANTS`: what parts a scene has; one of them each.
+    turns : int
+        Nominal turns of each run.
+    rtol : float
+        Relative tolerance of the run that is judged; the second has a hundredth of it.
+    max_steps : int, optional
+        Attempted steps after which it stops; the second may take four times as many.
+    listed : int
+        How many of the slowest, and of the worst, are listed with the study lines that run them again.
+    n_jobs : int, optional
+        Worker processes.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``scene``: ``verdict`` (flags ok, sensitive, stopped, unconfirmed, suspect: see
+        `jointplay.lab.stress.verdict`), ``cause`` and ``excess`` of a suspicion, ``disagreement``,
+        ``growth``, ``energy_residual``, ``scene_status``, ``tight_status``, counts, ``wall_time`` and
+        ``cpu_time`` of a turn (s), the numbers drawn. Over ``rank``: ``slowest``, ``worst`` and their study
+        lines. ``status`` is ok unless a scene crashed.
+
+    Raises
+    ------
+    InputError
+        Listing what does not fit.
+    """
+    printed = catalog.chunmei2002() if mechanism is None else mechanism
+    limit = MAX_STEPS if max_steps is None else max_steps
+    settings = {"seed": seed, "variants": tuple(variants), "turns": turns, "rtol": rtol, "max_steps": limit}
+    cells = [{"printed": printed, "number": first + k} | settings for k in range(scenes)]
+    _warm(cells)
+    answers = yield from handed_out(cell, cells, progress)
+    return dataset(printed, range(first, first + scenes), settings, answers, listed)
+
+
+def cell(
+    printed: Mechanism,
+    number: int,
+    seed: int,
+    variants: tuple[str, ...],
+    turns: int,
+    rtol: float,
+    max_steps: int,
+) -> dict[str, Any]:
+    """Draw one scene, run it twice, judge it."""
+    case = draw(printed, number, seed, variants)
+    scene = scene_of(case)
+    warm([scene])  # what that costs is no part of its time
+    loose = move(scene, turns, rtol, max_steps)
+    tight = move(scene, turns, TIGHTER * rtol, PATIENCE * max_steps)
+    unit, reached = sizes(scene, tight), min(loose.turns, tight.turns)
+
+    def growth(closer: int) -> float:
+        return largest_growth(assemble(case.mechanism, case.initial), unit, reached, rtol, max_steps, closer)
+
+    found = asdict(judge(loose, tight, unit, (rtol, TIGHTER * rtol), growth))
+    found |= {"verdict": VERDICTS.index(found["verdict"]), "cause": CAUSES.index(found["cause"])}
+    found |= {
+        "energy_residual": loose.residual if loose.turns else math.nan,
+        "tight_energy_residual": tight.residual,
+        "turns": loose.turns,
+    }
+    found |= {"tight_status": tight.status, "tight_n_steps": tight.counts["n_steps"]} | loose.counts
+    turns = loose.turns or math.nan
+    times = {"wall_time": loose.wall_time / turns, "cpu_time": loose.cpu_time / turns}
+    return found | {"status": loose.status} | times
+
+
+def scene_of(case: Case) -> Scene:
+    """The scene, with the work of its parts."""
+    return assemble(case.mechanism, case.initial, powers=True)
+
+
+def _warm(cells: list[dict[str, Any]]) -> None:
+    """Compile what the scenes need, once a structure, so that workers find it on the disk."""
+    drawn = (draw(*(one[key] for key in ("printed", "number", "seed", "variants"))) for one in cells[:LOOKED])
+    cases = {scene_of(case).structure: case for case in drawn}.values()
+    warm(map(scene_of, cases))
+    for case in cases:
+        warm_tangents(assemble(case.mechanism, case.initial))

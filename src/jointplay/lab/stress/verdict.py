@@ -1,0 +1,133 @@
+"""What two runs of a scene, the second with a tighter tolerance, say about the first.
+
+``ok``: both reached the end, their energy balances closed, their states and contacts agree. ``sensitive``:
+likewise, but the states differ by more, as errors of the size of the tolerance grow to in this motion
+(`growth`): it is chaotic, or stiff, or at a dead centre. ``stopped``: both ended early with a status that
+names the reason. ``unconfirmed``: one of them did. ``suspect``: energy is unaccounted for, or states or
+contacts differ by more than that; nothing told so but this comparison. Runs that stopped are held to the
+same, as far as both came.
+
+Slipping and sticking are not compared as events: where they matter the states tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.analysis.words import EVENTS
+from jointplay.lab.stress.motion import OK, Motion
+
+VERDICTS = ("ok", "sensitive", "stopped", "unconfirmed", "suspect")
+CAUSES = ("none", "states", "energy", "contacts")
+AGREE = 1e2  # disagreement of states that needs no explanation, in units of the tolerance
+GROWN = 1.0  # error that grows, in units of the tolerance: some 0.01 of it is what steps are found to make
+CLOSED = 1e2  # energy residual, relative to what flowed, in units of the tolerance
+SLIGHT = 100.0  # speed of a contact that only one run has met, in units of the states' disagreement; or the
+# square root of that: where a force or gap just touches zero, contacts appear with such a speed
+CLOSER = (1, 4, 16)  # how closely growth is looked at: what an event ends soon is seen only so
+SATURATED = 0.1  # grown errors beyond which the runs are two motions, with contacts of their own
+LEVELS = np.concatenate([[0.0], np.logspace(-12, 0, 49)])  # of speeds
+COMPARED = tuple(EVENTS.index(name) for name in ("contact", "separation", "reopening"))
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A verdict on a scene.
+
+    Parameters
+    ----------
+    verdict : str
+        Of `VERDICTS`.
+    cause : str
+        Of `CAUSES`: what was farthest from what can be explained; ``none`` where that is within its bound.
+    excess : float
+        How far, in units of that bound.
+    disagreement : float
+        Largest difference of the states at equal times, in units of their sizes.
+    growth : float
+        Largest growth of a small difference; NaN where it was not needed.
+    """
+
+    verdict: str
+    cause: str
+    excess: float
+    disagreement: float
+    growth: float
+
+
+def judge(
+    loose: Motion,
+    tight: Motion,
+    unit: np.ndarray,
+    tolerances: tuple[float, float],
+    growth: Callable[[int], float],
+) -> Verdict:
+    """Compare two runs of a scene.
+
+    Parameters
+    ----------
+    loose, tight : Motion
+        The run in question, and the one at a tighter tolerance.
+    unit : ndarray
+        Size of each state.
+    tolerances : tuple of float
+        Relative tolerances of both.
+    growth : callable
+        Gives the largest growth of a small difference, looked at so many times more closely; called where the
+        states differ, and again where that does not explain it.
+
+    Returns
+    -------
+    Verdict
+    """
+    rtol = tolerances[0]
+    apart, grown, allowed = disagreement(loose, tight, unit), np.nan, AGREE * rtol
+    for closer in CLOSER:
+        if apart <= allowed or not np.isfinite(apart):
+            break
+        grown = float(np.fmax(grown, growth(closer)))
+        allowed = max(allowed, GROWN * rtol * np.nan_to_num(grown, nan=1.0))
+    energy = max(m.residual / (CLOSED * t) for m, t in zip((loose, tight), tolerances, strict=True))
+    found = {"states": apart / allowed, "energy": energy, "contacts": 0.0}
+    whole = loose.status == tight.status == OK
+    if whole and allowed < SATURATED:
+        slight = max(SLIGHT * max(apart, AGREE * rtol), math.sqrt(apart))
+        found["contacts"] = unmatched(loose, tight) / slight
+    cause = max(found, key=lambda name: np.nan_to_num(found[name], nan=np.inf))
+    excess = float(found[cause])
+    suspect = not excess <= 1.0
+    word = "suspect" if suspect else _calm(loose, tight, apart <= AGREE * rtol)
+    return Verdict(word, cause if suspect else "none", excess, apart, float(grown))
+
+
+def _calm(loose: Motion, tight: Motion, agreeing: bool) -> str:
+    """The verdict where everything is explained."""
+    if loose.status != OK and tight.status != OK:
+        return "stopped"
+    if loose.status != OK or tight.status != OK:
+        return "unconfirmed"
+    return "ok" if agreeing else "sensitive"
+
+
+def disagreement(one: Motion, other: Motion, unit: np.ndarray) -> float:
+    """Largest difference of the states at the samples that both reached, in units of their sizes."""
+    n = min(len(one.states), len(other.states))
+    return float(np.max(np.abs(one.states[:n] - other.states[:n]) / unit, initial=0.0))
+
+
+def unmatched(one: Motion, other: Motion) -> float:
+    """Normal speed up to which beginnings and ends of contact must be left out for two runs to have the same.
+
+    In units of the largest met, or of the journal's surface speed if that is larger; 0 where none must.
+    """
+    chosen = [motion.events[np.isin(motion.events[:, 1], COMPARED)] for motion in (one, other)]
+    largest = max(1.0, float(np.max(np.abs(np.concatenate(chosen)[:, 2]), initial=0.0)))
+    for level in LEVELS:
+        kept = [events[np.abs(events[:, 2]) >= level * largest, :2] for events in chosen]
+        if np.array_equal(*kept):
+            return float(level)
+    return 1.0

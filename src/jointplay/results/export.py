@@ -1,0 +1,107 @@
+"""A result for other programs: MATLAB's .mat, or a table of comma-separated values with a row of units."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterator, Sequence
+from io import BytesIO, StringIO
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.jobs.files import replaced
+from jointplay.results.store import check_writable
+
+
+def export(dataset: xr.Dataset, path: Path | str, over: Sequence[str] | None = None) -> Path:
+    """Write a result in another form, whole or not at all.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result.
+    path : path-like
+        The final name. ``.mat``: every variable under its name, with structs ``units``, ``long_name``,
+        ``dims`` and ``attributes``. ``.csv``: a row of names, one of units, one for each point of some
+        dimensions.
+    over : sequence of str, optional
+        Of a table, the dimensions of its rows; those of the largest variable if left out. Links, joints and
+        states make columns, as ``angle:crank``; what has other dimensions is left out.
+
+    Raises
+    ------
+    InputError
+        When there is no such form or dimension.
+    """
+    path = Path(path)
+    if path.suffix not in FORMS:
+        accepted = f"a name that ends in one of {', '.join(FORMS)} is accepted"
+        raise InputError([Problem("--out", str(path), accepted)])
+    known = [str(dim) for dim in dataset.dims]
+    if wrong := [unknown("--over", dim, dim, known, "dimension") for dim in over or () if dim not in known]:
+        raise InputError(wrong)
+    check_writable(path.parent, files=[path.name])
+    with replaced(path) as temporary:
+        temporary.write_bytes(FORMS[path.suffix](dataset, over))
+    return path
+
+
+def _mat(dataset: xr.Dataset, _: Sequence[str] | None) -> bytes:
+    from scipy.io import savemat
+
+    variables = {str(name): variable for name, variable in dataset.variables.items()}
+    told = {
+        key: {name: str(variable.attrs.get(key, "")) for name, variable in variables.items()}
+        for key in ("units", "long_name")
+    }
+    told["dims"] = {name: " ".join(map(str, variable.dims)) for name, variable in variables.items()}
+    told["attributes"] = {str(key): str(value) for key, value in dataset.attrs.items()}
+    values = {name: _cells(variable.values) for name, variable in variables.items()}
+    stream = BytesIO()
+    try:
+        savemat(stream, values | told, do_compression=True, long_field_names=True, oned_as="column")
+    except (TypeError, ValueError) as error:  # its names have 63 letters at most
+        raise InputError(
+            [Problem("result", NOTHING, f"what a .mat file can hold is accepted: {error}")]
+        ) from None
+    return stream.getvalue()
+
+
+def _cells(values: np.ndarray) -> np.ndarray:
+    """Texts as MATLAB has them: cells, not rows of a character matrix."""
+    return values.astype(object) if values.dtype.kind == "U" and values.ndim else values
+
+
+def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
+    names = [dim for dim in dataset.dims if dim in dataset.coords and dataset[dim].dtype.kind in "UO"]
+    largest = max(dataset.variables.values(), key=lambda variable: variable.size, default=xr.Variable((), 0))
+    rows = list(dict.fromkeys(over or (dim for dim in largest.dims if dim not in names)))
+    columns = [column for name in dataset.variables for column in _columns(dataset, str(name), rows, names)]
+    stream = StringIO(newline="")
+    writer = csv.writer(stream)
+    writer.writerow([label for label, _, _ in columns])
+    writer.writerow([units for _, units, _ in columns])
+    writer.writerows(zip(*(values.tolist() for _, _, values in columns), strict=True))
+    return stream.getvalue().encode()
+
+
+def _columns(
+    dataset: xr.Dataset, name: str, rows: Sequence[str], names: Sequence[str]
+) -> Iterator[tuple[str, str, np.ndarray]]:
+    """Columns of a variable: one, or one for each name that it is over."""
+    variable = dataset[name].variable
+    own = [dim for dim in variable.dims if dim in names and dim not in rows]
+    if not set(variable.dims) & set(rows) or set(variable.dims) - {*rows, *own}:
+        return
+    units = str(variable.attrs.get("units", ""))
+    for places in product(*(range(dataset.sizes[dim]) for dim in own)):
+        at = dict(zip(own, places, strict=True))
+        label = ":".join([name, *(str(dataset[dim].values[i]) for dim, i in at.items())])
+        full = variable.isel(at).set_dims({dim: dataset.sizes[dim] for dim in rows})
+        yield label, units, full.transpose(*rows).values.ravel()
+
+
+FORMS: dict[str, Callable[[xr.Dataset, Sequence[str] | None], bytes]] = {".mat": _mat, ".csv": _csv}

@@ -1,0 +1,284 @@
+"""What a study says, as validated records, made of its kind's row and its analysis's signature.
+
+The keywords of the analysis function are the keys of the tables `[analysis]` and `[integrator]`: their types,
+defaults and rules come from there. What all kinds share is in `Study`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+from functools import cache
+from inspect import signature
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self
+
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    ValidationInfo,
+    create_model,
+    field_validator,
+    model_validator,
+)
+
+from jointplay import figures
+from jointplay.errors import InputError, Problem, join, refuse
+from jointplay.kinds import Kind
+from jointplay.mechanism.base import Record, named
+from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.signature import first
+from jointplay.study import fits
+from jointplay.study import vary_table as varied
+from jointplay.study.entry import MechanismSchema, build_mechanism
+from jointplay.study.vary_table import ROOT
+from jointplay.terminal import one_line
+
+NAME = r"^\w[\w .+-]*$"
+BYTES = 200  # of a name: file systems take 255, and endings are put to it
+INTEGRATOR = ("rtol", "max_steps", "ensemble")  # keywords of analyses that stand in the table [integrator]
+ELSEWHERE = ("mechanism", "over", "n_jobs", "progress")  # and those that no key of [analysis] gives
+
+
+class OfKind(Record):
+    """A record of one kind of study; to workers it goes with the kind's row, which makes its class there."""
+
+    row: ClassVar[Kind]
+    part: ClassVar[str]
+
+    def __reduce__(self) -> Any:
+        return _restored, (self.row, self.part, self.__getstate__())
+
+
+def _restored(row: Kind, part: str, state: dict[str, Any]) -> OfKind:
+    model = getattr(models(row), part)
+    made = model.__new__(model)
+    made.__setstate__(state)
+    return made
+
+
+class Integrator(OfKind):
+    """How accurately motions are followed."""
+
+    part: ClassVar[str] = "integrator"
+
+
+class Analysis(OfKind):
+    """What is asked of a motion."""
+
+    part: ClassVar[str] = "analysis"
+
+
+def _checked_figure(options: dict[str, Any]) -> dict[str, Any]:
+    problems = figures.problems(options)
+    if problems:
+        raise InputError(problems, "figure")
+    return options
+
+
+class FigureSchema:
+    """Marks a field so that its JSON schema lists the kinds of figure and their options."""
+
+    def __get_pydantic_json_schema__(self, *_: Any) -> dict[str, Any]:
+        options = [name for draw in figures.KINDS.values() for name in list(signature(draw).parameters)[1:]]
+        kind = {"enum": list(figures.KINDS)}
+        properties = {"kind": kind} | {name: {} for name in sorted(set(options))}
+        return {"type": "object", "properties": properties, "additionalProperties": False}
+
+
+def _short(name: str) -> str:
+    if (count := len(name.encode())) > BYTES:
+        raise refuse(
+            name, f"a name of at most {BYTES} bytes is accepted, not {count}: files are named after it"
+        )
+    return name
+
+
+class Study(OfKind):
+    """What every kind of study says.
+
+    Parameters
+    ----------
+    kind : str
+        Which analysis.
+    name : str
+        Name of the result and of its figure.
+    title : str, optional
+        One line for people.
+    mechanism : Mechanism or TestSystem
+        What is studied.
+    vary : dict
+        What changes from cell to cell, and its values; one cell if left out.
+    integrator : Integrator
+        How accurately.
+    analysis : Analysis
+        For how long, from where, and what to keep.
+    figure : dict
+        ``kind`` of figure and its options.
+    """
+
+    part: ClassVar[str] = "study"
+    root: ClassVar[str] = ""
+    kind: str
+    name: Annotated[str, Field(pattern=NAME, max_length=100), AfterValidator(_short)] = named(
+        "name of at most 100 letters, digits, spaces and _ . + -"
+    )
+    title: str | None = None
+    mechanism: Annotated[Mechanism | TestSystem, BeforeValidator(build_mechanism), MechanismSchema()]
+    vary: varied.Varied = varied.vary_field(default_factory=dict)
+    integrator: Integrator
+    analysis: Analysis
+    figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
+        default_factory=dict, json_schema_extra={"accepts": "a table of kind and its options"}
+    )
+
+    @field_validator("vary", check_fields=False)  # some kinds have none
+    @classmethod
+    def _can_vary(cls, vary: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
+        wrong = varied.problems(info.data["mechanism"], vary, "") if vary and "mechanism" in info.data else []
+        if wrong:
+            raise InputError(wrong)
+        return vary
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Self:
+        if problems := [*self._broken_rules(), *fits.figure_problems(self)]:
+            raise InputError(problems)
+        return self
+
+    def _broken_rules(self) -> list[Problem]:
+        """What the analysis function says of keywords that are right by themselves."""
+        return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism})
+
+    @property
+    def has_cells(self) -> bool:
+        """Whether it is a sweep, of which each finished cell is kept."""
+        return bool(self.vary)
+
+    @property
+    def heading(self) -> str:
+        """One line: what is computed, of what."""
+        return one_line(self.title or "") or f"{self.kind} of {self.mechanism.name}"
+
+    def keywords(self) -> dict[str, Any]:
+        """Keywords of the analysis function, as records and plain values; what was left out stays out."""
+        given = {**dict(self.integrator), **dict(self.analysis)}
+        return {key: value for key, value in given.items() if value is not None}
+
+    def summary(self) -> str:
+        """Say in a few lines what the study asks for."""
+        lines = [
+            f"{self.name}: {self.heading}",
+            f"kind       {self.kind}, {self._length()}",
+            f"tolerance  {self.integrator.rtol:g}",
+            f"figure     {self.figure.get('kind', 'as suits the result')}",
+            self.mechanism.summary(),
+        ]
+        if self.vary:
+            told = varied.values(self.vary).items()
+            spans = (f"{key}, {len(each)} from {min(each):g} to {max(each):g}" for key, each in told)
+            lines.insert(1, f"varies     {'; '.join(spans)}")
+        return "\n".join(lines)
+
+    def _length(self) -> str:
+        """What is asked for, in words."""
+        given = dict(self.analysis)
+        if windows := given.get("windows"):
+            return "turns " + " and ".join(f"{first:g} to {last:g}" for first, last in windows)
+        text = self.row.length
+        if given.get("duration") is not None:
+            text = text.replace("{turns} turns", "{duration} s")
+        return text.format(**{key: _Told((value,)) for key, value in given.items()})
+
+
+class SingleStudy(Study):
+    """A study that makes all its motions of one mechanism as it is."""
+
+    vary: ClassVar[dict] = {}  # type: ignore[misc]
+
+
+class SweepStudy(Study):
+    """A study whose analysis varies parameters itself."""
+
+    vary: varied.Vary = varied.vary_field()
+
+    def keywords(self) -> dict[str, Any]:
+        """Keywords of the analysis function; what was left out stays out."""
+        return super().keywords() | {"over": varied.values(self.vary)}
+
+    def _broken_rules(self) -> list[Problem]:
+        if not 1 <= len(self.vary) <= 2:
+            return [Problem("vary", list(self.vary), "one parameter or two are accepted")]
+        ends = {key: sorted({min(each), max(each)}) for key, each in varied.values(self.vary).items()}
+        return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism, "over": ends})
+
+
+class _Told(tuple):
+    """A value in a line of text, the items of a list one after another; in the format ``#`` their number."""
+
+    def __format__(self, form: str) -> str:
+        (value,) = self
+        several = value if isinstance(value, tuple) else (value,)
+        if form == "#":
+            return str(len(several))
+        return ", ".join(f"{each:g}" if isinstance(each, float) else str(each) for each in several)
+
+    def __getitem__(self, index: Any) -> Any:
+        return super().__getitem__(0)[index]
+
+
+class Models(NamedTuple):
+    """The records of a kind of study."""
+
+    study: type[Study]
+    integrator: type[Integrator]
+    analysis: type[Analysis]
+
+
+@cache
+def models(row: Kind) -> Models:
+    """Make the records of a kind of study."""
+    fields = row.function.fields()
+    title, about = row.name.title().replace("_", ""), f"Keywords of `{row.function.__name__}`."
+    integrator, analysis = (
+        create_model(f"{title}{base.__name__}", __base__=base, __doc__=about, **keys)
+        for base, keys in (
+            (Integrator, {name: each for name, each in fields.items() if name in INTEGRATOR}),
+            (Analysis, {name: each for name, each in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
+        )
+    )
+    needed = "duration" in fields or any(each.is_required() for each in analysis.model_fields.values())
+    study = create_model(
+        f"{title}Study",
+        __base__=SweepStudy if "over" in fields else Study if row.varies else SingleStudy,
+        __doc__=row.function.__doc__.partition("\n")[0],
+        kind=(Literal[row.name], ...),
+        integrator=(integrator, integrator()),
+        analysis=(analysis, ... if needed else analysis()),
+    )
+    found = Models(study, integrator, analysis)
+    for model in found:
+        model.row = row
+    return found
+
+
+def broken_rules(row: Kind, given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
+    """What the rules of an analysis say of keywords, but those that are `wrong` by themselves."""
+    return [replace(each, key=_place(each.key)) for each in row.function.broken(given, wrong)]
+
+
+def keyword_of(key: str) -> str:
+    """The keyword of the analysis that a key of a study gives; else the first part of the key."""
+    own, _, rest = key.partition(".")
+    inside = own in ("analysis", "integrator") and rest
+    return first(rest) if inside else "over" if first(own) == ROOT else first(own)
+
+
+def _place(key: str) -> str:
+    """Where a study has what an analysis function calls so."""
+    own, rest = first(key), key[len(first(key)) :]
+    if own == "parameters":  # of a test system
+        return f"mechanism.{key}"
+    if own in ("mechanism", "over"):
+        return key if own == "mechanism" else f"{ROOT}{rest}"
+    return join("integrator" if own in INTEGRATOR else "analysis", key)

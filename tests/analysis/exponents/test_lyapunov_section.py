@@ -1,0 +1,179 @@
+"""Exponents of a flow against those of its section map, against multipliers, twins and mirror images."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay import catalog
+from jointplay.analysis import tangents
+from jointplay.analysis.exponents.growth import Turn
+from jointplay.analysis.exponents.second_estimate import of_the_map
+from jointplay.analysis.exponents.stretching import frame
+from jointplay.analysis.rules import quantity
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.records import CrankAngle
+
+LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}
+TIGHT = {"clearance": 2.9e-5, "gear_ratio": 3.0}
+RTOL = 1e-10
+
+
+def turning(mechanism, rtol=RTOL):
+    return Turn(assemble(mechanism, None, quantity(CrankAngle(), mechanism)), rtol)
+
+
+def rate(mechanism, scene, state):
+    """Derivative of a linkage's state, in the order of its angles and speeds, from its outputs."""
+    links = [link.name for link in mechanism.links]
+    start = {
+        "angle": dict(zip(links, state[: len(links)], strict=True)),
+        "angular_velocity": dict(zip(links, state[len(links) :], strict=True)),
+    }
+    words = ["angular_velocity", "angular_acceleration"]
+    found = jp.simulate(mechanism, duration=1e-9 * scene.period, at=[0.0], initial=start, record=words)
+    return np.concatenate([found[word].values[0] for word in words])
+
+
+def map_derivative(mechanism, turn, state):
+    """Derivative of a linkage's section map in units of its scales, the next section point, the time."""
+    after, time, status = turn(state)
+    assert status == 0
+    M = tangents.tangent_map(replace(turn.scene, state=state), time, turn.rtol)
+    F, crank = rate(mechanism, turn.scene, after), turn.crank
+    P = M - np.outer(F, M[crank]) / F[crank]
+    free = [i for i in range(len(state)) if i != crank]
+    size = turn.scale[free]
+    return P[np.ix_(free, free)] * size / size[:, None], after, time
+
+
+def test_map_and_flow_of_a_forced_system():
+    """Tangent maps from phase to phase, QR by NumPy, from the same frame: the flow's growth, a turn."""
+    system, turns, state = catalog.duffing(), 8, np.array((0.3, 0.2))
+    turn, logs = turning(system, 1e-12), np.zeros(2)
+    size = tangents.scales(turn.scene)
+    Q = (frame(2, size) / size).T
+    flow = jp.lyapunov(system, exponents="all", turns=turns, initial=tuple(state), rtol=1e-12)
+    for _ in range(turns):
+        M = tangents.tangent_map(replace(turn.scene, state=state), turn.scene.period, 1e-12)
+        Q, R = np.linalg.qr(M * size / size[:, None] @ Q)
+        logs += np.log(np.abs(np.diag(R)))
+        state = turn(state)[0]
+    assert logs / turns == pytest.approx(flow.lyapunov_exponent_per_turn.values, rel=1e-6)
+
+
+def test_map_and_flow_of_the_chaotic_linkage():
+    """Crank angle 0 as the section: its map has the flow's exponents times the turn, without the zero."""
+    mechanism, turns = catalog.chunmei2002(**LOOSE), 100
+    turn = turning(mechanism)
+    state, logs, duration = turn(turn.scene.state, 20)[0], [], 0.0
+    Q = np.linalg.qr(np.random.default_rng(1).normal(size=(5, 2)))[0]
+    for _ in range(turns):
+        P, state, time = map_derivative(mechanism, turn, state)
+        Q, R = np.linalg.qr(P @ Q)
+        logs.append(np.log(np.abs(np.diag(R))))
+        duration += time
+    flow = jp.lyapunov(mechanism, exponents=3, turns=600, transient=20)
+    own = np.std(np.reshape(logs, (20, -1, 2)).mean(axis=1), axis=0, ddof=1) / math.sqrt(20)
+    values, errors = (
+        flow[f"lyapunov_{name}_per_turn"].values[[0, 2]] for name in ("exponent", "standard_error")
+    )
+    assert np.all(np.abs(np.mean(logs, axis=0) - values) < 3 * np.hypot(own, errors))
+    assert duration / turns == pytest.approx(float(flow.turn_period), rel=1e-4)
+
+
+@pytest.mark.parametrize("changes", [TIGHT, TIGHT | {"friction": 0.3}])
+def test_multipliers_of_a_periodic_motion(changes):
+    """λ = ln|multiplier|/T, of the section map and of the monodromy, which has a multiplier 1 besides."""
+    mechanism = catalog.chunmei2002(**changes)
+    turn = turning(mechanism, 1e-12)
+    state = turn(turn.scene.state, 60)[0]
+    P, after, time = map_derivative(mechanism, turn, state)
+    assert after == pytest.approx(state, rel=1e-8)
+    M = tangents.tangent_map(replace(turn.scene, state=state), time, 1e-12)
+    whole, section = (np.sort(np.abs(np.linalg.eigvals(each)))[::-1] for each in (M, P))
+    assert whole[0] == pytest.approx(1.0, abs=1e-6)
+    assert section[:2] == pytest.approx(whole[1:3], rel=1e-4)
+    found = jp.lyapunov(mechanism, exponents=3, turns=100, transient=60)
+    values = found.lyapunov_exponent.values
+    assert abs(values[0]) * time < 1e-4
+    assert values[1:] * time == pytest.approx(np.log(section[:2]), rel=1e-2, abs=2e-4)
+
+
+def test_both_estimates_of_the_chaotic_linkage():
+    """Tangents with saltation, and twins without any Jacobian: within three combined standard errors."""
+    found = jp.lyapunov(catalog.chunmei2002(**LOOSE), exponents=2, turns=500, transient=20, twin_turns=200)
+    assert int(found.status) == int(found.growth_status) == 0
+    value, error = (float(found[f"lyapunov_{name}_per_turn"][0]) for name in ("exponent", "standard_error"))
+    assert float(found.map_exponent) == value
+    combined = math.hypot(error, float(found.growth_standard_error))
+    assert float(found.growth_difference) == pytest.approx((float(found.growth) - value) / combined)
+    assert abs(float(found.growth_difference)) < 3
+    assert combined < 0.15 < value
+    assert abs(float(found.lyapunov_exponent[1])) < 0.05  # the one that is zero
+
+
+@pytest.mark.parametrize(
+    ("system", "keywords"),
+    [
+        (catalog.impact_pair(0.4, 0.8), {"initial": (0.05, 0.7)}),
+        (catalog.duffing(), {}),
+        (catalog.gear_backlash(0.1, 0.2, 1.6, 0.05), {}),
+        (catalog.soft_impact_pair(1.0, 50.0, 2.0, tension=False), {}),
+    ],
+)
+def test_both_estimates_of_test_systems(system, keywords):
+    found = jp.lyapunov(system, exponents=1, turns=1500, transient=50, twin_turns=800, **keywords)
+    assert abs(float(found.growth_difference)) < 3
+    assert float(found.map_exponent) == float(found.lyapunov_exponent_per_turn[0])
+
+
+def test_both_estimates_of_a_periodic_motion():
+    """The flow's largest exponent is 0, and says nothing of the map's: that is the next one."""
+    mechanism = catalog.chunmei2002(**TIGHT)
+    one, two = (jp.lyapunov(mechanism, exponents=k, turns=80, transient=30, twin_turns=40) for k in (1, 2))
+    assert math.isnan(float(one.map_exponent))
+    assert math.isnan(float(one.growth_difference))
+    assert float(two.map_exponent) == pytest.approx(float(two.growth), abs=2e-3)
+    assert float(two.growth) < -1
+
+
+@pytest.mark.parametrize(
+    ("values", "timeless", "expected"),
+    [
+        ([1.0, -2.0], False, 1.0),
+        ([1.0, 1e-4, -2.0], True, 1.0),
+        ([1e-4, -0.2, -2.0], True, -0.2),
+        ([-1e-6, -0.2], True, -0.2),
+        ([1.0], True, 1.0),
+        ([1e-4], True, math.nan),
+        ([math.nan, math.nan], True, math.nan),
+        ([1.0, 1e-4, -math.inf], True, 1.0),
+    ],
+)
+def test_which_exponent_is_the_map_s(values, timeless, expected):
+    errors = np.where(np.isnan(values), np.nan, 1e-2)
+    found, error = of_the_map(np.array(values), errors, timeless)
+    assert found == pytest.approx(expected, nan_ok=True)
+    assert math.isnan(error) == math.isnan(expected)
+
+
+def test_a_mirror_image_has_the_same_exponents():
+    """All angles and speeds change their sign, and so does the frame: nothing else."""
+    upper = catalog.chunmei2002(2.9e-4, speed=80.0, friction=0)
+    lower = upper.replace(speed=-80.0, gravity=-upper.gravity, branch="lower")
+    found, image = (jp.lyapunov(m, exponents="all", turns=3, rtol=1e-10) for m in (upper, lower))
+    assert image.lyapunov_exponent.values == pytest.approx(found.lyapunov_exponent.values, rel=1e-5)
+    assert np.ptp(found.lyapunov_exponent.values) > 1
+
+
+@pytest.mark.parametrize("changes", [TIGHT, {"clearance": 2.9e-5}, LOOSE | {"friction": 0}])
+def test_exponents_add_up_to_the_divergence(changes):
+    """To 1e-6 of it, or one of them is minus infinity, for a dimension lost in sticking."""
+    found = jp.lyapunov(catalog.chunmei2002(**changes), exponents="all", turns=40, transient=20)
+    assert np.all(np.isfinite(found.lyapunov_exponent))
+    assert float(found.sum_residual) < 1e-6 * abs(float(found.mean_divergence))
+    zero = np.abs(found.lyapunov_exponent * found.turn_period) < 0.05
+    assert int(zero.sum()) == 1

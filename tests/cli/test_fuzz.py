@@ -1,0 +1,153 @@
+"""Mutated study files: accepted or refused with reasons, never a traceback. Ten thousand of them: fuzz.py."""
+
+import random
+import re
+import tomllib
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from jointplay import cli
+from jointplay.errors import Problem
+from jointplay.kinds import KINDS
+from jointplay.study import vary_table
+from jointplay.study.file import validate
+from tests.cli import mutations
+from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
+from tests.support.sweep_samples import CELLS, CHAINS
+
+GRID = "gap = { start = 2.9, stop = 3.1, num = 3 }\nrestitution = [0.7, 0.8]\n"
+ZIPPED = CELLS.replace(GRID, "gap = [2.9, 3.0, 3.1]\nrestitution = [0.7, 0.8, 0.7]\nzip = true\n")
+CASES = CELLS.replace(GRID, "cases = [{ gap = 2.9, restitution = 0.7 }, { gap = 3.0, restitution = 0.8 }]\n")
+SHIPPED = {tomllib.loads(text)["kind"]: text for text in mutations.TEXTS}
+TEXTS = [TEXT, WRITTEN_OUT, BENT, BENT_WRITTEN_OUT, CELLS, CHAINS, ZIPPED, CASES, *SHIPPED.values()]
+SEEDS = st.integers(0, 2**32)
+LINE = re.compile(r"  (\S.*?: got .*; .+|and [\d,]+ more)")
+
+
+def said(path, *words):
+    """`check` a file: accepted in silence or refused with key paths; any exception fails the test."""
+    with redirect_stdout(StringIO()), redirect_stderr(StringIO()) as errors:
+        code = cli.main(["check", str(path), *words])
+    lines = errors.getvalue().splitlines()
+    assert code in (0, 2)
+    assert bool(lines) == (code == 2)
+    assert all(LINE.fullmatch(line) for line in lines[1:])
+    return "\n".join(lines)
+
+
+def written(folder, text):
+    path = folder / "study.toml"
+    path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    return path
+
+
+def test_the_samples_hold_every_kind_of_study():
+    assert set(SHIPPED) == set(KINDS)
+    assert ZIPPED != CELLS != CASES
+    assert all(validate({"name": "sample"} | tomllib.loads(text)).vary for text in (ZIPPED, CASES))
+
+
+@settings(max_examples=60, deadline=None)
+@given(text=st.sampled_from(TEXTS), data=st.data())
+def test_a_text_with_characters_changed(text, data, tmp_path_factory):
+    start = data.draw(st.integers(0, len(text)))
+    stop = data.draw(st.integers(start, min(len(text), start + 20)))
+    changed = text[:start] + data.draw(st.text(max_size=8)) + text[stop:]
+    said(written(tmp_path_factory.getbasetemp(), changed))
+
+
+@settings(max_examples=150, deadline=None)
+@given(seed=SEEDS)
+def test_a_study_with_its_tables_changed(seed, tmp_path_factory):
+    dice = random.Random(seed)
+    table = mutations.changed_table(tomllib.loads(dice.choice(TEXTS)), dice)
+    said(written(tmp_path_factory.getbasetemp(), mutations.dumped(table)))
+
+
+@settings(max_examples=60, deadline=None)
+@given(seed=SEEDS)
+def test_any_key_set_to_anything_on_the_command_line(seed, tmp_path_factory):
+    dice = random.Random(seed)
+    text = dice.choice(TEXTS)
+    change = mutations.change(tomllib.loads(text), dice)
+    said(written(tmp_path_factory.getbasetemp(), text), "--set", change)
+
+
+@given(seed=SEEDS)
+@settings(max_examples=30, deadline=None)
+def test_what_is_written_is_what_was_changed(seed):
+    dice = random.Random(seed)
+    table = mutations.changed_table(dice.choice(mutations.TABLES), dice)
+    assert tomllib.loads(mutations.dumped(table)) == table or "nan" in repr(table)  # no NaN equals another
+
+
+@pytest.mark.parametrize(
+    ("text", "change", "key"),
+    [
+        (
+            TEXT,
+            "figure={ kind = 'time_history', events = 1.5 }",
+            "figure.events: got 1.5; true, false, or a list",
+        ),
+        (SHIPPED["spectrum"], f"figure.between=[0, {10**30}]", ""),
+        (SHIPPED["spectrum"], f"figure.between=[{10**30}, 1]", "figure.between: got [1000000000000000"),
+        (
+            TEXT,
+            "analysis.turns=1000000000",
+            "analysis.turns: got 1000000000.0; together with samples_per_turn at",
+        ),
+        (SHIPPED["basins"], "analysis.pairs=1000000000", "analysis.pairs: got 1000000000; a whole number"),
+    ],
+)
+def test_what_was_once_a_traceback_is_refused_by_its_key(text, change, key, tmp_path):
+    assert key in said(written(tmp_path, text), "--set", change)
+
+
+def test_a_plane_that_no_memory_holds_is_refused(tmp_path):
+    changes = [
+        f"analysis.plane.{name}.num=100000" for name in tomllib.loads(SHIPPED["basins"])["analysis"]["plane"]
+    ]
+    assert "analysis.plane: got '10,000,000,000 nodes'" in said(
+        written(tmp_path, SHIPPED["basins"]), "--set", *changes
+    )
+
+
+def test_too_little_memory_is_said_and_not_thrown(tmp_path, monkeypatch, capsys):
+    def exhausted(*_, **__):
+        raise MemoryError("8 TiB")
+
+    monkeypatch.setattr("jointplay.study.file.load", exhausted)
+    assert cli.main(["check", str(tmp_path)]) == cli.FAILED
+    assert "not enough memory: 8 TiB" in capsys.readouterr().err
+
+
+def test_a_key_that_cannot_be_printed_plainly_is_quoted():
+    assert str(Problem("vary.a\nb", 1, "nothing")) == "'vary.a\\nb': got 1; nothing"
+    assert str(Problem(" mechanism", 1, "nothing")) == "' mechanism': got 1; nothing"
+
+
+@pytest.mark.parametrize("form", ["gap", "zip"])
+def test_of_a_long_range_some_values_are_tried_out_and_both_ends(form, tmp_path, monkeypatch):
+    tried, told = [], vary_table._told
+
+    def counted(mechanism, given, root):
+        tried.append(sum(map(len, given.values())))
+        return told(mechanism, given, root)
+
+    monkeypatch.setattr(vary_table, "_told", counted)
+    text = CELLS.replace(
+        GRID, "gap = { start = 1.0, stop = -1.0, num = 20000 }\n" + "zip = true\n" * (form == "zip")
+    )
+    assert "vary.gap" in said(written(tmp_path, text))
+    assert sum(tried) == vary_table.TRIED
+
+
+def test_a_wall_beyond_the_reach_of_rounding_is_no_traceback(tmp_path):
+    """A unit of the position does not show in its gap."""
+    text = CELLS.replace(GRID, "gap = [2.95, 3.1e30]\n")
+    assert text != CELLS
+    assert said(written(tmp_path, text)) == ""

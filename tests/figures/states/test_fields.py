@@ -1,0 +1,176 @@
+"""Divergence, fields of exponents and basins: what is stored is what is drawn."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from jointplay import figures
+from jointplay.errors import InputError
+from jointplay.figures.states.basins import COLOURS
+from tests.figures.support.synthetic import STATUS, flag_words
+
+X = {"units": "1", "long_name": "journal x over clearance"}
+Y = {"units": "rad", "long_name": "crank angle"}
+
+
+def divergence(growth=0.5, level=0.1):
+    turn = np.arange(21.0)
+    mean = np.minimum(np.log(1e-9) + 1.2 * turn, np.log(level))
+    distance = np.exp(mean)[None, None] * np.array([0.5, 1.0, 2.0])[None, :, None]
+    data = {
+        "distance": (("reference", "neighbour", "turn"), distance, {"units": "1"}),
+        "mean_log_distance": ("turn", mean, {"units": "1"}),
+        "fitted_log_distance": ("turn", np.where((turn > 1) & (turn < 12), mean, np.nan), {"units": "1"}),
+        "growth": ((), growth),
+        "growth_standard_error": ((), 0.034),
+        "saturation": ((), level),
+        "status": ((), np.int8(0), flag_words(STATUS, "outcome")),
+    }
+    return xr.Dataset(data, {"turn": turn}, {"kind": "sensitivity"})
+
+
+def field(low=-1.0):
+    values = np.linspace(low, 2.0, 12).reshape(4, 3)
+    values[0, 0] = np.nan
+    status = np.where(np.isnan(values), 3, 0).astype(np.int8)
+    dims = ("journal_x", "crank_angle")
+    data = {
+        "finite_time_exponent": (dims, 10 * values, {"units": "s-1"}),
+        "finite_time_exponent_per_turn": (dims, values, {"units": "1"}),
+        "field_turns": ((), 3),
+        "node_status": (dims, status, flag_words(STATUS, "outcome")),
+        "status": ((), np.int8(0), flag_words(STATUS, "outcome")),
+    }
+    coords = {
+        "journal_x": ("journal_x", np.arange(4.0), X),
+        "crank_angle": ("crank_angle", np.arange(3.0), Y),
+    }
+    return xr.Dataset(data, coords, {"kind": "sensitivity"})
+
+
+def basins(count=2):
+    dims, number = ("journal_x", "crank_angle"), np.arange(1, count + 1)
+    labels = np.arange(12).reshape(4, 3) % (count + 1)
+    hits = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    status = np.where(labels == 0, 3, 0).astype(np.int8)
+    points = np.full((count, 3, 2), np.nan)
+    points[:, 0] = np.stack([number, np.full(count, np.pi / 4)], -1)
+    data = {
+        "attractor": (dims, labels.astype(np.int32), {"units": "1"}),
+        "node_status": (dims, status, flag_words(STATUS, "outcome")),
+        "period": ("number", number % 3),
+        "count": ("number", hits),
+        "fraction": ("number", hits / 12),
+        "fraction_standard_error": ("number", np.full(count, 0.02)),
+        "fraction_none": ((), 1 - hits.sum() / 12),
+        "section_plane": (("number", "point", "axis"), points),
+        "boundary_dimension": ((), 1.63),
+        "uncertainty_exponent_standard_error": ((), 0.04),
+        "status": ((), np.int8(0), flag_words(STATUS, "outcome")),
+    }
+    coords = {
+        "journal_x": ("journal_x", np.arange(4.0), X),
+        "crank_angle": ("crank_angle", np.arange(3.0), Y),
+    }
+    return xr.Dataset(data, coords | {"number": number}, {"kind": "basins"})
+
+
+def names(figure):
+    (legend,) = figure.legends
+    return [text.get_text() for text in legend.get_texts()]
+
+
+def test_every_neighbour_the_mean_and_the_fit_are_drawn():
+    data = divergence()
+    figure = figures.draw(data)
+    (ax,) = figure.axes
+    assert ax.get_yscale() == "log"
+    drawn = [line.get_ydata() for line in ax.lines]
+    for line, stored in zip(drawn[:3], data.distance.values[0], strict=True):
+        np.testing.assert_array_equal(line, stored)
+    np.testing.assert_allclose(drawn[3], np.exp(data.mean_log_distance.values))
+    np.testing.assert_allclose(drawn[4], np.exp(data.fitted_log_distance.values))
+    assert ax.lines[3].get_linewidth() > 2 * ax.lines[0].get_linewidth()
+    assert names(figure) == ["neighbours", "mean logarithm", "growth 0.500 ± 0.034 a turn", "stays at 0.1"]
+
+
+def test_what_is_not_known_is_not_drawn():
+    figure = figures.draw(divergence(np.nan, np.nan), {"neighbours": False})
+    assert names(figure) == ["mean logarithm"]
+
+
+def mesh(figure):
+    return figure.axes[0].collections[0]
+
+
+def test_a_field_has_its_first_coordinate_along_x():
+    data = field()
+    figure = figures.draw(data)
+    drawn = mesh(figure).get_array()
+    np.testing.assert_array_equal(drawn.mask, np.isnan(data.finite_time_exponent_per_turn.values.T))
+    np.testing.assert_array_equal(
+        drawn.compressed(), data.finite_time_exponent_per_turn.values.T[~drawn.mask]
+    )
+    ax, bar = figure.axes
+    assert ax.get_xlabel().startswith("Journal x over clearance")
+    assert ax.get_ylabel() == "Crank angle (deg)"
+    assert ax.get_ylim()[1] == pytest.approx(np.degrees(2.5))
+    assert bar.get_ylabel() == "Exponent a turn, over 3 turns (\N{EN DASH})"
+    assert ax.get_title(loc="left") == "chatter: 1"
+    assert len(bar.lines) == 1
+
+
+def test_a_field_per_second_has_units_and_no_line_at_zero_without_signs():
+    figure = figures.draw(field(0.1), per="second")
+    assert figure.axes[1].get_ylabel() == "Exponent, over 3 turns (s-1)"
+    assert not figure.axes[1].lines
+
+
+def test_basins_have_a_colour_an_entry_and_a_mark_each():
+    data = basins()
+    figure = figures.draw(data)
+    np.testing.assert_array_equal(mesh(figure).get_array().ravel(), data.attractor.values.T.ravel())
+    assert names(figure) == [
+        "1: period 1, 33.3 ± 2.0 %",
+        "2: period 2, 33.3 ± 2.0 %",
+        "none (chatter: 4)",
+    ]
+    marks = [line for line in figure.axes[0].lines if line.get_markeredgecolor() == "white"]
+    assert [line.get_markerfacecolor() for line in marks] == list(COLOURS[:2])
+    assert [line.get_xydata().tolist() for line in marks] == [[[1.0, 45.0]], [[2.0, 45.0]]]
+    assert figure.axes[0].get_title(loc="left") == "Boundary's dimension 1.630 ± 0.040"
+    assert not figures.draw(data, {"points": False}).axes[0].lines
+
+
+def test_more_attractors_than_colours_are_counted():
+    figure = figures.draw(basins(10))
+    assert names(figure)[-2:] == ["2 more", "none (chatter: 2)"]
+    assert len(names(figure)) == len(COLOURS) + 2
+    assert mesh(figure).get_array().max() == len(COLOURS) + 1
+
+
+def test_attractors_differ_in_lightness_from_the_next():
+    light = [np.dot([0.3, 0.59, 0.11], [int(c[i : i + 2], 16) / 255 for i in (1, 3, 5)]) for c in COLOURS]
+    assert np.abs(np.diff(light)).min() > 0.3
+
+
+def test_what_is_drawn_by_itself_is_what_there_is():
+    assert figures.usual_kind(field()) == "field"
+    assert figures.usual_kind(divergence()) == "divergence"
+    assert figures.usual_kind(field().assign(divergence().data_vars)) == "divergence"
+
+
+@pytest.mark.parametrize(
+    ("data", "options"),
+    [
+        (field(), {"kind": "divergence"}),
+        (divergence(), {"kind": "field"}),
+        (divergence(), {"kind": "basins"}),
+        (field(), {"per": "minute"}),
+        (basins(), {"points": 3}),
+        (divergence(), {"neighbours": "all"}),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(data, options):
+    with pytest.raises(InputError, match="figure"):
+        figures.draw(data, options)

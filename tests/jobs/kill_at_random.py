@@ -1,0 +1,82 @@
+"""Kill a run at random moments, main process or a worker, until it ends; compare with one left alone.
+
+    python tests/jobs/kill_at_random.py [KILLS]
+
+Every answer in the journal must be there once, and the result must be the undisturbed one bit for bit. 30
+kills take a quarter of an hour, mostly to start Python anew.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from contextlib import suppress
+from pathlib import Path
+
+from jointplay.jobs.journal import Journal
+from jointplay.results.store import open_result
+from tests.support.sweep_samples import CELLS, CHAINS, PLANE, loaded, ran, same
+
+LONGER = {
+    "cells": (CELLS, ["vary.gap={start=2.9, stop=3.1, num=60}", "analysis.turns=1500"]),
+    "chains": (CHAINS, ["vary.gap={start=2.9, stop=3.1, num=80}", "analysis.turns=1500"]),
+    "plane": (PLANE, ["analysis.plane.y.num=80", "analysis.plane.v.num=80", "analysis.transient=300"]),
+}
+
+
+def children(process):
+    """Processes that a process has started."""
+    with suppress(OSError):
+        return [int(word) for word in Path(f"/proc/{process}/task/{process}/children").read_text().split()]
+    return []
+
+
+def run_and_kill(command, journal, wait):
+    """Kill a run some time after it began to write, or let it end; its exit code, and who was killed."""
+    before = len(journal.parts())
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while process.poll() is None and len(journal.parts()) == before:
+        time.sleep(0.01)
+    with suppress(subprocess.TimeoutExpired):
+        return process.wait(wait), None
+    workers = children(process.pid)
+    victim = random.choice([process.pid, *workers[:2]])
+    with suppress(OSError):
+        os.kill(victim, signal.SIGKILL)
+    return process.wait(), "main" if victim == process.pid else "worker"
+
+
+def twice(journal):
+    """Keys that stand in more than one part."""
+    keys = Counter(key for frame in journal._sound() for key in frame.index)
+    return [key for key, count in keys.items() if count > 1]
+
+
+def main(kills):
+    """Take the studies in turn."""
+    names = list(LONGER)
+    for number in range(kills):
+        name = names[number % len(names)]
+        text, changes = LONGER[name]
+        with tempfile.TemporaryDirectory() as folder:
+            out, path, told = Path(folder), Path(folder) / f"{name}.toml", []
+            path.write_text(text)
+            command = [sys.executable, "-m", "jointplay", "run", path, "--out", out, "--no-figure"]
+            command = [*map(str, command), "--set", *changes]
+            journal = Journal(out / f"{name}.journal")
+            while not told or told[-1][0]:
+                told.append(run_and_kill(command, journal, random.uniform(0.0, 2.0) if not told else 600))
+                time.sleep(0.5)  # workers whose parent is dead end within a quarter of a second
+                assert not twice(journal), "a finished cell ran twice"
+            ran(loaded(text, *changes), out / "alone", jobs=2)
+            one, other = (open_result(place / f"{name}.nc") for place in (out, out / "alone"))
+            assert same(one, other), "the result differs"
+            print(f"{number + 1:>3} {name:<7} {told}", flush=True)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 30)

@@ -1,0 +1,109 @@
+"""Scenes under stress are drawn as they are said to be, each by its number alone."""
+
+import math
+
+import numpy as np
+import pytest
+
+from jointplay import catalog
+from jointplay.lab.stress import ranges
+from jointplay.lab.stress.scenes import CORNERS, VARIANTS, draw
+
+PRINTED = catalog.chunmei2002()
+
+
+def journal(case):
+    """The journal's place in its bush, by the vector loop, m."""
+    angle, link, joint = case.initial["angle"], case.mechanism.link, case.mechanism.joint
+    ends = {name: link(name).length * np.exp(1j * angle[name]) for name in ("crank", "coupler", "rocker")}
+    return ends["crank"] + ends["coupler"] - ends["rocker"] - complex(*joint("C").bush.point)
+
+
+def test_a_scene_depends_on_seed_and_number_alone():
+    alone = draw(PRINTED, 77, seed=3)
+    assert [draw(PRINTED, k, seed=3) for k in range(75, 79)][2] == alone
+    assert draw(PRINTED, 77, seed=4) != alone
+    assert draw(PRINTED, 78, seed=3).mechanism != alone.mechanism
+
+
+def test_the_numbers_of_a_scene_do_not_depend_on_which_variants_there_are():
+    one, other = draw(PRINTED, 90, 0, ("rigid",)), draw(PRINTED, 90, 0, ("no_tension",))
+    assert one.initial == other.initial
+    assert other.mechanism == one.mechanism.replace(tension=False)
+
+
+def test_corners_are_every_combination_of_ends():
+    seen = set()
+    for k in range(CORNERS):
+        joint = (drawn := draw(PRINTED, k, 0, ("rigid",)).mechanism).joint("B")
+        friction = joint.friction.coefficient if joint.friction else 0.0
+        seen.add(
+            (
+                joint.contact.stiffness,
+                joint.contact.damping,
+                joint.clearance,
+                drawn.drive.gear_ratio,
+                friction,
+            )
+        )
+    ends = (ranges.STIFFNESS, (0.0, ranges.DAMPING[1]), ranges.CLEARANCE, ranges.GEAR_RATIO, ranges.FRICTION)
+    assert len(seen) == 32
+    assert all({one[i] for one in seen} == set(span) for i, span in enumerate(ends))
+    beyond = draw(PRINTED, 64, 0, ("rigid",)).mechanism
+    assert beyond.joint("B").clearance not in ranges.CLEARANCE
+    assert beyond.drive.gear_ratio not in ranges.GEAR_RATIO
+
+
+@pytest.fixture(scope="module")
+def cases():
+    return [draw(PRINTED, k, seed=1) for k in range(CORNERS, CORNERS + 300)]
+
+
+def test_random_scenes_fill_their_ranges(cases):
+    joints = [case.mechanism.joint("B") for case in cases]
+    for values, span in (
+        ([joint.contact.stiffness for joint in joints], ranges.STIFFNESS),
+        ([joint.clearance for joint in joints], ranges.CLEARANCE),
+        ([case.mechanism.drive.gear_ratio for case in cases], ranges.GEAR_RATIO),
+    ):
+        places = (np.log(values) - math.log(span[0])) / math.log(span[1] / span[0])
+        assert 0 <= places.min() < 0.03
+        assert 0.97 < places.max() <= 1
+        assert places.mean() == pytest.approx(0.5, abs=0.06)
+    assert {case.variant for case in cases} == set(VARIANTS)
+    assert 0.15 < np.mean([joint.contact.damping == 0 for joint in joints]) < 0.35
+
+
+def test_the_journal_lies_as_drawn(cases):
+    for case in cases:
+        r, clearance = abs(journal(case)), case.mechanism.joint("B").clearance
+        inside = {
+            "centre": r < 1e-15,
+            "inside": r < clearance,
+            "edge": math.isclose(r, clearance, rel_tol=1e-8),
+        }
+        assert (inside | {"deep": r > clearance})[case.start], case.number
+
+
+def test_special_places_are_special(cases):
+    for case in cases:
+        crank, coupler, rocker = (case.initial["angle"][name] for name in ("crank", "coupler", "rocker"))
+        if case.geometry.endswith("dead_centre"):
+            away = abs(math.remainder(coupler - rocker, math.pi))
+            assert away < 1e-12 if case.geometry == "dead_centre" else 1e-10 < away < 0.02
+        if case.geometry == "change_point":
+            p, q, s = (case.mechanism.link(name).length for name in ("crank", "coupler", "rocker"))
+            g = abs(p * np.exp(1j * crank) + q * np.exp(1j * coupler) - s * np.exp(1j * rocker))
+            sides = sorted([p, q, s, g])
+            assert sides[0] + sides[3] == pytest.approx(sides[1] + sides[2], rel=1e-9) or p > min(q, s)
+
+
+def test_change_points_lie_at_both_ends_of_the_grounds_range(cases):
+    ends = []
+    for case in cases:
+        if case.geometry == "change_point":
+            p, q, s = (case.mechanism.link(name).length for name in ("crank", "coupler", "rocker"))
+            angles = [case.initial["angle"][name] for name in ("crank", "coupler", "rocker")]
+            g = abs(np.exp(1j * np.array(angles)) @ [p, q, -s])
+            ends += [k for k, end in enumerate((p + abs(q - s), q + s - p)) if math.isclose(g, end)]
+    assert 0.3 < np.mean(ends) < 0.7

@@ -1,0 +1,49 @@
+"""Provenance: complete, plain, and the same for identical runs."""
+
+import json
+import shutil
+import subprocess
+
+import pytest
+
+from jointplay.results import provenance
+
+
+def test_the_record_is_plain_json_and_does_not_change_between_runs():
+    first, second = (
+        json.dumps(provenance.record({"kind": "response"}, "kind = 'response'")) for _ in range(2)
+    )
+    assert first == second
+    record = json.loads(first)
+    assert record["study"] == {"kind": "response"}
+    assert record["study_text"] == "kind = 'response'"
+    assert set(record["environment"]) == {"python", "numpy", "numba", "llvmlite", "platform", "processor"}
+    assert set(record["software"]) == {"name", "version", "git"}
+
+
+def test_without_git_there_is_no_description(tmp_path, monkeypatch):
+    assert provenance.git_describe(tmp_path) is None
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert provenance.git_describe() is None
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="needs git")
+def test_a_changed_checkout_is_called_dirty_and_a_foreign_one_is_not_described(tmp_path):
+    def git(*words):
+        subprocess.run(
+            ["git", "-C", tmp_path, "-c", "user.name=x", "-c", "user.email=x@y", *words], check=True
+        )
+
+    package = tmp_path / "src" / "jointplay"
+    package.mkdir(parents=True)
+    (package / "a.py").write_text("1")
+    git("init", "-q")
+    git("add", ".")
+    git("commit", "-qm", "first")
+    clean = provenance.git_describe(package)
+    (package / "a.py").write_text("2")
+    assert clean
+    assert provenance.git_describe(package) == f"{clean}-dirty"
+    installed = tmp_path / "lib" / "jointplay"
+    installed.mkdir(parents=True)
+    assert provenance.git_describe(installed) is None

@@ -1,0 +1,102 @@
+"""Result files: whole or not at all, and the same for the same data."""
+
+import os
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+from jointplay.errors import InputError
+from jointplay.results import store
+
+
+@pytest.fixture
+def dataset():
+    rng = np.random.default_rng(1)
+    force = rng.normal(size=(2000, 1))
+    force[3] = np.nan
+    return xr.Dataset(
+        {
+            "normal_force": (("time", "joint"), force, {"units": "N", "long_name": "normal force"}),
+            "mode": (
+                ("time", "joint"),
+                np.ones((2000, 1), np.int8),
+                {"flag_values": np.arange(6, dtype=np.int8)},
+            ),
+            "status": ((), np.int8(0), {"flag_values": np.arange(8, dtype=np.int8)}),
+        },
+        coords={"time": ("time", np.linspace(0, 1, 2000), {"units": "s"}), "joint": ["B"]},
+        attrs={"title": "a test"},
+    )
+
+
+def test_what_is_written_is_what_is_read(dataset, tmp_path):
+    path = store.write_result(dataset, tmp_path / "r.nc")
+    back = store.open_result(path)
+    xr.testing.assert_identical(back, dataset)
+    assert back["mode"].dtype == np.int8
+    with netCDF4.Dataset(path) as plain:
+        assert np.isnan(plain["normal_force"].getncattr("_FillValue"))
+        assert not any("_FillValue" in plain[name].ncattrs() for name in ("time", "mode", "status"))
+
+
+def test_identical_data_give_identical_files(dataset, tmp_path):
+    first, second = (store.write_result(dataset, tmp_path / name).read_bytes() for name in ("a.nc", "b.nc"))
+    assert first == second
+
+
+def test_a_failure_in_the_middle_leaves_the_old_file_and_no_litter(dataset, tmp_path, monkeypatch):
+    path = tmp_path / "r.nc"
+    path.write_text("the old result")
+
+    def breaks(self, target, **_):
+        target.write_text("half")
+        raise RuntimeError("NetCDF: HDF error")
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", breaks)
+    with pytest.raises(OSError, match="HDF error"):
+        store.write_result(dataset, path)
+    assert path.read_text() == "the old result"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_interrupt_in_the_middle_leaves_nothing(dataset, tmp_path, monkeypatch):
+    def stops(self, target, **_):
+        target.write_text("half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", stops)
+    with pytest.raises(KeyboardInterrupt):
+        store.write_result(dataset, tmp_path / "r.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_result_has_its_name_only_when_it_is_on_the_disk(dataset, tmp_path, monkeypatch):
+    order, sync, replace = [], os.fsync, os.replace
+    monkeypatch.setattr(os, "fsync", lambda *a: (order.append("sync"), sync(*a)))
+    monkeypatch.setattr(os, "replace", lambda *a: (order.append("name"), replace(*a)))
+    store.write_result(dataset, tmp_path / "r.nc")
+    assert order == ["sync", "name", "sync"]
+
+
+def test_what_is_no_result_is_refused(tmp_path):
+    text = tmp_path / "text.nc"
+    text.write_text("no netCDF")
+    empty = tmp_path / "empty.nc"
+    empty.touch()
+    for path in (text, empty, tmp_path, tmp_path / "none.nc", "nul\0byte"):
+        with pytest.raises(InputError, match="result file"):
+            store.open_result(path)
+
+
+def test_a_folder_below_a_file_cannot_be_written(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="Not a directory") as error:
+        store.check_writable(tmp_path / "file" / "out")
+    assert error.value.problems[0].key == "--out"
+
+
+def test_a_missing_folder_is_made_and_left_clean(tmp_path):
+    folder = store.check_writable(tmp_path / "a" / "b")
+    assert list(folder.iterdir()) == []

@@ -1,0 +1,67 @@
+"""The reference's mechanisms as the package's records, and states at which both are compared."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from jointplay.mechanism import catalog
+from jointplay.mechanism.beam import Beam, Link
+from jointplay.mechanism.joints import Contact, Friction
+from jointplay.mechanism.records import ConstantSpeed, Mechanism
+from tests.reference.bodies import Bodies, Parameters
+
+ARRANGEMENTS = ("B", "C", "A", "O", "BC", "AC", "OABC")
+SMALL = 2.9e-5
+MODES = ("free", "released", "slip+", "slip-", "stick", "contact")
+SOFT = {  # so soft that stiffness, inertia of second order and gravity are of one size
+    "crank": Beam(modulus=1e4, damping_ratio=0.03),
+    "coupler": Beam(modulus=1e7, damping_ratio=0.01, elements=None, shapes="sine", modes=3),
+    "rocker": Beam(modulus=2e7, damping_ratio=0.0),
+}
+
+
+def mechanism(p: Parameters, clearance: dict[str, float], smooth: float | None = None) -> Mechanism:
+    """The package's record of a mechanism of the reference; `smooth` is the velocity of friction by tanh."""
+    plain = catalog.chunmei2002(clearance=clearance, gear_ratio=p.i, gravity=p.gravity)
+    contact = Contact(stiffness=p.K, damping=p.C_n, tension=p.tension)
+    law = "tanh" if smooth else "coulomb"
+    sliding = Friction(law=law, coefficient=p.f, viscous=p.C_t, velocity=smooth)
+    friction = sliding if p.f or p.C_t else None
+    fields = {name: getattr(plain, name) for name in type(plain).model_fields}
+    fields["joints"] = tuple(
+        joint.model_copy(update={"contact": contact, "friction": friction}) for joint in plain.joints
+    )
+    drives = {"motor": plain.drive, "speed": ConstantSpeed(link="crank", speed=p.w0), "none": None}
+    return Mechanism(**fields | {"drive": drives[p.drive]})
+
+
+def bending(rigid: Mechanism, beams: dict[str, Beam], order: str = "consistent") -> Mechanism:
+    """The mechanism with elastic links, their beams by name."""
+    fields = {name: getattr(rigid, name) for name in Mechanism.model_fields}
+    links = (
+        Link(**dict(link) | {"elastic": True, "beam": beams[link.name]}) if link.name in beams else link
+        for link in rigid.links
+    )
+    return Mechanism(**fields | {"links": tuple(links), "order": order})
+
+
+def start(p: Parameters) -> dict[str, float]:
+    """The reference's start, for a mechanism that no drive gives a speed."""
+    return {"crank_angle": 0.0, "crank_speed": p.w0}
+
+
+def scattered(system: Bodies, seed: int) -> np.ndarray:
+    """A state in which every joint is displaced by more than its clearance, and moves; any crank angle."""
+    random = np.random.default_rng(seed)
+    size = np.repeat([1e-3, 5.0], system.n)
+    y = system.start() + size * random.standard_normal(2 * system.n)
+    if system.p.drive == "speed":
+        y[system.n] = system.p.w0
+    return y
+
+
+def own_state(system: Bodies, y: np.ndarray) -> np.ndarray:
+    """The package's positions and speeds at the reference's state y; a prescribed crank is none of them."""
+    if system.p.drive != "speed":
+        return np.array(y)
+    return np.delete(y, [0, system.n])

@@ -1,0 +1,103 @@
+"""Sweeps of cells that take milliseconds, and how to compare what came of them."""
+
+import os
+import signal
+from contextlib import suppress
+from pathlib import Path
+
+from jointplay.jobs.pool import Pool
+from jointplay.study.execute import complete
+from jointplay.study.file import Loaded, validate
+from jointplay.study.toml_text import override, parse
+
+CELLS = """\
+kind = "lyapunov"
+name = "cells"
+
+[mechanism]
+catalog = "impact_pair"
+gap = 3.0
+restitution = 0.8
+
+[vary]
+gap = { start = 2.9, stop = 3.1, num = 3 }
+restitution = [0.7, 0.8]
+
+[analysis]
+turns = 5
+"""
+CHAINS = """\
+kind = "bifurcation"
+name = "chains"
+
+[mechanism]
+catalog = "impact_pair"
+gap = 3.0
+restitution = 0.8
+
+[vary]
+gap = [2.95, 3.0, 3.05, 3.1]
+
+[analysis]
+turns = 8
+transient = 5
+direction = ["up", "down", "reset"]
+"""
+PLANE = """\
+kind = "basins"
+name = "plane"
+
+[mechanism]
+catalog = "impact_pair"
+gap = 3.0
+restitution = 0.8
+
+[analysis]
+plane.y = { start = -1.0, stop = 1.0, num = 6 }
+plane.v = { start = -1.0, stop = 1.0, num = 5 }
+transient = 5
+turns = 4
+patience = 1
+tolerance = 1e-3
+"""
+TIMES = ("wall_time",)
+
+
+def loaded(text, *changes):
+    return Loaded(validate(override(parse(text), changes)), text)
+
+
+def ran(study, out, jobs=1, backend="loky", **options):
+    """The dataset of a run."""
+    Path(out).mkdir(exist_ok=True)
+    return complete(study, Path(out), Pool(jobs, backend), **options).dataset
+
+
+def same(one, other):
+    """Bit for bit the same but for times."""
+    drop = [name for name in TIMES if name in one]
+    return one.drop_vars(drop).identical(other.drop_vars(drop))
+
+
+def forked(act):
+    """Run something in a copy of this process; how that ended."""
+    child = os.fork()
+    if not child:
+        with suppress(BaseException):
+            act()
+            os._exit(0)
+        os._exit(1)
+    return os.waitpid(child, 0)[1]
+
+
+def die():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def bare(dataset):
+    """A copy without attributes."""
+    copy = dataset.copy()
+    copy.attrs = {}
+    for variable in copy.variables.values():
+        variable.attrs = {}
+    return copy
