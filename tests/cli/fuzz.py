@@ -1,4 +1,4 @@
-"""Mutated study files: `python tests/cli/fuzz.py [FILES] [SEED]` (10 000 files take some minutes).
+"""Mutated study files: `python -m tests.cli.fuzz [FILES] [SEED]` (10 000 files take some minutes).
 
 Every shipped study and the samples of the tests are changed at random (mutations.py). `jointplay check` has
 to accept each in silence, or refuse it by lines of a key path, what was given and what is accepted; soon, and

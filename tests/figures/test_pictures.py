@@ -1,6 +1,6 @@
 """Every kind of figure is drawn as it was before: what it consists of, in words and numbers.
 
-After a change that is meant, look at the figure, then run this file: `python tests/figures/test_pictures.py`.
+After a change that is meant, look at the figure, then run this file: `python -m tests.figures.test_pictures`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Kill a run at random moments, main process or a worker, until it ends; compare with one left alone.
 
-    python tests/jobs/kill_at_random.py [KILLS]
+    python -m tests.jobs.kill_at_random [KILLS]
 
 Every answer in the journal must be there once, and the result must be the undisturbed one bit for bit. 30
 kills take a quarter of an hour, mostly to start Python anew.

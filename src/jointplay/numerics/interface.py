@@ -51,7 +51,7 @@ SIGNATURES = {
 class Functions(NamedTuple):
     """What the flow calls: functions of a structure (codegen.module), and the method's algebra for it.
 
-    The algebra is written out by size (codegen.algebra) or goes by the structure's plan (codegen.elimination).
+    The algebra is written out by size (codegen.algebra), or goes by a plan (codegen.elimination).
     """
 
     rate: Callable

@@ -7,9 +7,9 @@ and Newton's matrix is
     E = (lambda/h) M - B_z - (h/lambda) B_q,     E X = M (R - (lambda/h) W),
 
 the same iteration as with J = M^-1 B. A plan (codegen.elimination) says which entries of `J` are what, and
-lists the operations that eliminate and substitute, fill included: (to, count, then) followed by `count` pairs (a, b)
-of places in the lane buffer, for: the complex row `to` less the products a b; `then` times the row at that
-place, or -1: nothing more, -2: its inverse.
+lists the operations that eliminate and substitute, fill included: (to, count, then) followed by `count`
+pairs (a, b) of places in the lane buffer, for: the complex row `to` less the products a b; `then` times
+the row at that place, or -1: nothing more, -2: its inverse.
 
 `size` holds the numbers of positions and speeds and the lane row of time. The buffer begins, in rows: W, R, X
 (n each; see codegen.algebra), squares, -lambda/h, then the entries of E.

@@ -12,7 +12,7 @@ from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import load
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.study.vary import points
+from jointplay.study.vary_table import points
 
 if TYPE_CHECKING:
     from jointplay.study.models import Study
