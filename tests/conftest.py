@@ -19,8 +19,8 @@ def pytest_configure(config):
             cache.prepare(loop)
         system = catalog.chunmei2002()
         plain, turn = assemble(system), quantity(CrankAngle(), system)
-        for scene in (plain, assemble(system, None, turn), assemble(system, powers=True)):
-            functions(scene.structure)
+        for model in (plain, assemble(system, None, turn), assemble(system, powers=True)):
+            functions(model.structure)
         cache.variation_module(plain.structure)
         for loop in ("tangent_flow", "ensemble.flow"):
             cache.method(loop)

@@ -47,10 +47,10 @@ def test_each_joint_has_its_own_counts_and_an_impact_is_both():
     assert two == {"impacts": 2.0, "separations": 2.0, "contact_fraction": 0.6}
 
 
-def record(scene, *rows, **more):
+def record(model, *rows, **more):
     """Records with events (contact, kind, time, state, modes) and the state's own start."""
-    n = 1 + len(scene.state) + len(scene.joints)
-    start = np.concatenate([[0.0], scene.state, np.zeros(len(scene.joints))])
+    n = 1 + len(model.state) + len(model.joints)
+    start = np.concatenate([[0.0], model.state, np.zeros(len(model.joints))])
     return SimpleNamespace(events=np.array(rows, dtype=float).reshape(-1, 2 + n), start=start, **more)
 
 

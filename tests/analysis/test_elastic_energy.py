@@ -89,7 +89,7 @@ def test_balance_of_smoothed_friction_on_rigid_links():
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    "scene",
+    "model",
     [
         {"tension": False, "C_t": 3.0, "f": 0.3},
         {"C_t": 3.0, "f": 0.3, "drive": "speed"},
@@ -101,8 +101,8 @@ def test_balance_of_smoothed_friction_on_rigid_links():
     ],
     ids=str,
 )
-def test_balance_with_everything_on(scene):
-    assert balance(**scene)[1] < 1e-10
+def test_balance_with_everything_on(model):
+    assert balance(**model)[1] < 1e-10
 
 
 def test_energy_of_unlike_beams():

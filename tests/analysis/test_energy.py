@@ -20,7 +20,7 @@ def flowed(found):
 
 
 def turns(name, count):
-    """Duration of some nominal turns of a scene, s."""
+    """Duration of some nominal turns of a model, s."""
     return count * 2 * math.pi / SCENES[name].parameters.w0
 
 

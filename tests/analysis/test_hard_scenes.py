@@ -30,11 +30,11 @@ CONES = (624, 1574, 1801)
 
 
 def run(number, rtol):
-    """Two turns of a scene, 10 000 steps at most."""
+    """Two turns of a model, 10 000 steps at most."""
     case = draw(catalog.chunmei2002(), number, 0)
-    scene = assemble(case.mechanism, case.initial)
-    wanted = Request(2 * scene.period, rtol, events=True, log_from=0.0, max_steps=10_000)
-    return scene, follow(scene, wanted)
+    model = assemble(case.mechanism, case.initial)
+    wanted = Request(2 * model.period, rtol, events=True, log_from=0.0, max_steps=10_000)
+    return model, follow(model, wanted)
 
 
 @pytest.mark.parametrize("number", [*DOUBLE_ROOT, *OVERTAKEN, *ACROSS])
@@ -46,8 +46,8 @@ def test_events_do_not_depend_on_the_tolerance(number):
 
 @pytest.mark.parametrize("number", DOUBLE_ROOT)
 def test_nothing_that_pulls_sticks(number):
-    scene, found = run(number, 1e-8)
-    told = Quantities(scene, found.events[:, 2:], found.start).variables(["mode", "normal_force"], "time")
+    model, found = run(number, 1e-8)
+    told = Quantities(model, found.events[:, 2:], found.start).variables(["mode", "normal_force"], "time")
     mode, force = told["mode"][1], told["normal_force"][1]
     assert STICK in mode
     assert force[mode == STICK].min() > -1e-6 * np.abs(force).max()
@@ -63,8 +63,8 @@ def test_rounding_is_no_chatter(number):
 def test_located_events_are_taken(number):
     """A guard that meets zero within its rounding is met: no step is halved for that until none is left."""
     for rtol in (1e-8, 1e-10):
-        scene, found = run(number, rtol)
-        told = Quantities(scene, found.events[:, 2:], found.start).variables(["normal_velocity"], "time")
+        model, found = run(number, rtol)
+        told = Quantities(model, found.events[:, 2:], found.start).variables(["normal_velocity"], "time")
         begin = found.events[:, 1] == EVENTS.index("contact")
         assert told["normal_velocity"][1][begin, 0].min() > 0.0
         assert found.counts["n_failed"] < 20
@@ -79,9 +79,9 @@ def test_cones_left_within_their_rounding_halve_no_steps(number):
 @pytest.mark.long  # its structure, elastic and without tension, is compiled for it alone
 def test_contact_begins_at_the_bush():
     """Bounces lower than the tolerance of a position: entered late, each of them gained energy."""
-    scene, found = run(4434, 1e-8)
+    model, found = run(4434, 1e-8)
     rows = found.events[found.events[:, 1] == EVENTS.index("contact"), 2:]
-    depth = Quantities(scene, rows, found.start).variables(["penetration"], "time")["penetration"][1]
+    depth = Quantities(model, rows, found.start).variables(["penetration"], "time")["penetration"][1]
     assert np.abs(depth).max() < 1e-14
 
 
@@ -89,18 +89,18 @@ def test_margins_of_sliding_speeds_follow_the_start():
     slow, fast = (
         assemble(catalog.chunmei2002(), {"crank_angle": 0.0, "crank_speed": speed}) for speed in (1.0, 3e5)
     )
-    rests = [memory(scene, Request(1.0, 1e-12))[2].rest for scene in (slow, fast)]
+    rests = [memory(model, Request(1.0, 1e-12))[2].rest for model in (slow, fast)]
     assert rests[1] > 100 * rests[0]
 
 
 def test_a_loose_tolerance_meets_every_flight_across_a_bush():
     """A bush of 0.2 um, the journal pressed in much further: flights of a millionth of a turn."""
     case = draw(catalog.chunmei2002(), 356, 0, ("rigid", "no_tension", "frictionless"))
-    scene = assemble(case.mechanism, case.initial)
+    model = assemble(case.mechanism, case.initial)
     tight, *others = (
-        follow(scene, Request(2 * scene.period, rtol, events=True, log_from=-1.0)).events
+        follow(model, Request(2 * model.period, rtol, events=True, log_from=-1.0)).events
         for rtol in (1e-9, 1e-5, 1e-4)
     )
     assert len(tight) == 43
     assert all(loose[:, 1].tolist() == tight[:, 1].tolist() for loose in others)
-    assert all(np.abs(loose[:, 2] - tight[:, 2]).max() < 1e-4 * scene.period for loose in others)
+    assert all(np.abs(loose[:, 2] - tight[:, 2]).max() < 1e-4 * model.period for loose in others)

@@ -173,12 +173,12 @@ def test_ensembles_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch):
 
 
 def test_fixed_steps_in_short_pieces_are_the_same_to_the_last_bit(monkeypatch):
-    scene = assemble(LOOSE)
+    model = assemble(LOOSE)
     found = []
     for attempts in (10**9, 7):
         monkeypatch.setattr(fixed_steps, "Pace", fixed(attempts))
-        start = np.concatenate([[0.0], scene.state])
-        found.append(March.of(scene)(start, 1e-5, 500))
+        start = np.concatenate([[0.0], model.state])
+        found.append(March.of(model)(start, 1e-5, 500))
     np.testing.assert_array_equal(*found)
 
 

@@ -91,8 +91,8 @@ def test_restitution_of_a_stiff_wall(ratio):
 
 def follow_modes(numbers, start, duration, tension):
     """Rows (time, y, v) of the integrator's points, with the modes of both walls as words."""
-    scene = assemble(catalog.soft_impact_pair(*numbers, tension=tension), start)
-    rows = follow(scene, Request(duration, 1e-10, steps=True, log_from=0.0)).steps[:, 2:]
+    model = assemble(catalog.soft_impact_pair(*numbers, tension=tension), start)
+    rows = follow(model, Request(duration, 1e-10, steps=True, log_from=0.0)).steps[:, 2:]
     return rows[:, :3], [[MODES[int(m)] for m in row] for row in rows[:, 3:]]
 
 

@@ -50,12 +50,12 @@ OTHERS = {
 
 def scales(mechanism) -> dict[str, float]:
     """Times rtol: the tolerated error of what is small beside the motion that it is part of."""
-    scene, speed = assemble(mechanism), math.tau / assemble(mechanism).period
-    named = dict(zip(parameter_names(scene.structure), scene.numbers, strict=True))
+    model, speed = assemble(mechanism), math.tau / assemble(mechanism).period
+    named = dict(zip(parameter_names(model.structure), model.numbers, strict=True))
     sliding = speed * max(link.length for link in mechanism.links)
     return {
         "angular_velocity": STEPS * speed,
-        "angular_acceleration": A_TURN * speed / scene.period,
+        "angular_acceleration": A_TURN * speed / model.period,
         "normal_velocity": STEPS * sliding,
         "tangential_velocity": STEPS * sliding,
         "drive_torque": STEPS * named["a"],
@@ -78,30 +78,30 @@ def differences(mechanism, found, true, rtol: float) -> dict[str, float]:
     return result
 
 
-def wrong(scene, rtol: float = RTOL) -> dict[str, float]:
+def wrong(model, rtol: float = RTOL) -> dict[str, float]:
     """What differs by more than is tolerated between runs at a tolerance and at 1e-12."""
-    make, changes, span = scene
+    make, changes, span = model
     mechanism = make(**changes)
     found, true = (jp.simulate(mechanism, rtol=each, **span) for each in (rtol, REFERENCE))
     return {k: v for k, v in differences(mechanism, found, true, rtol).items() if not v <= 1.0}
 
 
-@pytest.mark.parametrize("scene", RIGID.values(), ids=RIGID)
-def test_every_recorded_quantity_is_right_within_the_tolerance(scene):
-    assert wrong(scene) == {}
+@pytest.mark.parametrize("model", RIGID.values(), ids=RIGID)
+def test_every_recorded_quantity_is_right_within_the_tolerance(model):
+    assert wrong(model) == {}
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("scene", OTHERS.values(), ids=OTHERS)
-def test_every_recorded_quantity_is_right_in_other_scenes(scene):
-    assert wrong(scene) == {}
+@pytest.mark.parametrize("model", OTHERS.values(), ids=OTHERS)
+def test_every_recorded_quantity_is_right_in_other_scenes(model):
+    assert wrong(model) == {}
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("rtol", [1e-6, 1e-7, 1e-9])
-@pytest.mark.parametrize("scene", RIGID.values(), ids=RIGID)
-def test_every_recorded_quantity_is_right_at_other_tolerances(scene, rtol):
-    assert wrong(scene, rtol) == {}
+@pytest.mark.parametrize("model", RIGID.values(), ids=RIGID)
+def test_every_recorded_quantity_is_right_at_other_tolerances(model, rtol):
+    assert wrong(model, rtol) == {}
 
 
 def test_a_smooth_motion_s_accelerations_are_the_slopes_of_its_speeds():

@@ -26,10 +26,10 @@ SEPARATION, IMPACT, REST = (EVENTS.index(name) for name in ("separation", "impac
 
 def events(system, start, end, rtol=1e-10, begin=0.0):
     """Events (time, wall, kind, speed before) of a motion that begins at the time `begin`."""
-    scene = assemble(system, start)
-    k, x, o = memory(scene, Request(end, rtol, events=True, log_from=0.0))
+    model = assemble(system, start)
+    k, x, o = memory(model, Request(end, rtol, events=True, log_from=0.0))
     x.s[0] = begin
-    assert flow.flow(functions(scene.structure), k, x, o, None, None) == OK
+    assert flow.flow(functions(model.structure), k, x, o, None, None) == OK
     rows = x.log[: x.count[LOGGED]]
     return [(row[3], int(row[1]), EVENTS[int(row[2])], abs(row[5])) for row in rows]
 
@@ -146,12 +146,12 @@ def test_what_rests_every_period_repeats_exactly():
 
 
 def test_the_tangent_map_through_a_rest_is_zero():
-    scene = assemble(catalog.impact_pair(0.2, 0.6), (0.0, 0.29))
+    model = assemble(catalog.impact_pair(0.2, 0.6), (0.0, 0.29))
     rest = next(e[0] for e in rattle(0.2, 0.6, (0.0, 0.0, 0.29), TAU) if e[2] == "rest")
-    before, after = (tangents.tangent_map(scene, rest + shift) for shift in (-1e-3, 1e-3))
+    before, after = (tangents.tangent_map(model, rest + shift) for shift in (-1e-3, 1e-3))
     assert np.abs(before).max() > 1e-6
     assert not after.any()
-    assert not tangents.tangent_map(scene, rest + 2 * math.pi).any()
+    assert not tangents.tangent_map(model, rest + 2 * math.pi).any()
 
 
 y, x, v, u = symbols("y x v u", real=True)
@@ -188,17 +188,17 @@ def test_a_part_that_goes_on_moving(coupled):
     rest = float(tight.event_time[tight.event_kind == REST][0])
     released = tight.event_time[tight.event_kind == SEPARATION].values
     until = rest + 0.5 * (min([*released[released > rest], rest + 1.0]) - rest)
-    scene, h = assemble(coupled), 1e-5
-    found = tangents.tangent_map(scene, until, 1e-12)
+    model, h = assemble(coupled), 1e-5
+    found = tangents.tangent_map(model, until, 1e-12)
     assert np.linalg.matrix_rank(found, 1e-9) == 2
 
     def end(state):
         response = jp.simulate(coupled, duration=until, initial=state, rtol=1e-13, at=[until])
         return response.state_value.values[-1]
 
-    columns = [(end(scene.state + d) - end(scene.state - d)) / (2 * h) for d in h * np.eye(4)]
+    columns = [(end(model.state + d) - end(model.state - d)) / (2 * h) for d in h * np.eye(4)]
     assert np.transpose(columns) - found == pytest.approx(0, abs=1e-5)
-    N, state = np.array([1.0, 0.5]), end(scene.state)
+    N, state = np.array([1.0, 0.5]), end(model.state)
     assert [N @ state[:2], N @ state[2:]] == pytest.approx([0.0, 0.0], abs=1e-12)
     exponents = jp.lyapunov(coupled, exponents=4, turns=20)
     assert np.isfinite(exponents.lyapunov_exponent.values).sum() == 2

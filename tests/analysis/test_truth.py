@@ -27,12 +27,12 @@ OTHER_NAMES = {"release": "separation", "separation": "reopening"}
 
 
 def motion(name, rtol, **keywords):
-    """The package's motion of a stored scene."""
-    scene = SCENES[name]
-    p = scene.parameters
+    """The package's motion of a stored model."""
+    model = SCENES[name]
+    p = model.parameters
     begin = start(p) if p.drive == "none" else None
     keywords = {"duration": TRUTH[name]["t_end"], "at": [TRUTH[name]["t_end"]], "record": WORDS} | keywords
-    return jp.simulate(mechanism(p, scene.clearance), rtol=rtol, initial=begin, **keywords)
+    return jp.simulate(mechanism(p, model.clearance), rtol=rtol, initial=begin, **keywords)
 
 
 def apart(found, name):

@@ -46,8 +46,8 @@ class Jointplay:
 
     def timed(self, case):
         """CPU seconds, end state, evaluations and event kinds."""
-        scene = assemble(catalog.chunmei2002(clearance=case.e, gear_ratio=case.i))
-        found = Ours(scene, self.tol, case.t_end).run()
+        model = assemble(catalog.chunmei2002(clearance=case.e, gear_ratio=case.i))
+        found = Ours(model, self.tol, case.t_end).run()
         return found.seconds, found.state, int(found.evaluations), [EVENTS[kind] for _, kind in found.events]
 
 

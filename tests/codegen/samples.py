@@ -18,10 +18,10 @@ STATES = {2: [(0.3, -0.7), (2.1, 1.4)], 3: [(1.2, -0.4, 7.0), (-3.0, 5.0, 0.2)]}
 
 
 def oscillator(name, **changes):
-    """The scene of a test system."""
+    """The model of a test system."""
     return assemble(catalog.NAMES[name](**ARGUMENTS.get(name, {}) | changes))
 
 
-def modes_of(scene):
+def modes_of(model):
     """Every combination of modes of an oscillator's contacts."""
-    return list(itertools.product(("free", "contact"), repeat=len(scene.joints)))
+    return list(itertools.product(("free", "contact"), repeat=len(model.joints)))

@@ -54,9 +54,9 @@ def shifted(base, modes):
 @pytest.mark.parametrize("drive", ["motor", "speed"])
 @pytest.mark.parametrize("joints", LINKAGES)
 def test_linkages(joints, drive):
-    system, scene = pair(joints, drive, C_t=2.5 if joints == "C" else 0.0)
+    system, model = pair(joints, drive, C_t=2.5 if joints == "C" else 0.0)
     for seed, modes in enumerate(LINKAGES[joints]):
-        base = point(system, scene, scattered(system, seed), modes)
+        base = point(system, model, scattered(system, seed), modes)
         agree(*shifted(base, modes), 1e-11)
 
 
@@ -71,11 +71,11 @@ BENDING = {  # joints with play, links that bend, drive, order: modes
 
 
 @pytest.mark.parametrize(
-    "scene", BENDING, ids=["_".join(scene).replace(" ", "_").strip("_") for scene in BENDING]
+    "model", BENDING, ids=["_".join(model).replace(" ", "_").strip("_") for model in BENDING]
 )
-def test_links_that_bend(scene):
-    system, ours = bent_pair(*scene)
-    for seed, modes in enumerate(BENDING[scene]):
+def test_links_that_bend(model):
+    system, ours = bent_pair(*model)
+    for seed, modes in enumerate(BENDING[model]):
         base = point(system, ours, bent_state(system, seed), modes)
         agree(*shifted(base, modes), 1e-10)
 
@@ -90,13 +90,13 @@ def test_friction_by_tanh(links):
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_oscillators(name):
-    scene = oscillator(name)
-    functions = plain(scene.structure)
-    for state in STATES[len(scene.state)]:
-        for modes in modes_of(scene):
+    model = oscillator(name)
+    functions = plain(model.structure)
+    for state in STATES[len(model.state)]:
+        for modes in modes_of(model):
 
             def at(shift, state=state, modes=modes):
-                return Point(functions, scene.numbers, np.array(state) + shift, modes, complex, t=0.7)
+                return Point(functions, model.numbers, np.array(state) + shift, modes, complex, t=0.7)
 
             agree(at, len(state), 1e-13)
 
@@ -105,12 +105,12 @@ def test_compiled_functions_are_the_text():
     """Numba's arithmetic of the same text: rates, Jacobian, contacts."""
     from jointplay.codegen import cache
 
-    scene = assemble(catalog.chunmei2002(gear_ratio=3.0))
-    state = scene.state + np.random.default_rng(2).normal(size=6) * np.repeat([1e-3, 5.0], 3)
+    model = assemble(catalog.chunmei2002(gear_ratio=3.0))
+    state = model.state + np.random.default_rng(2).normal(size=6) * np.repeat([1e-3, 5.0], 3)
     for mode in ("free", "slip+", "slip-", "stick"):
         both = [
-            Point(functions, scene.numbers, state, [mode])
-            for functions in (plain(scene.structure), cache.structure_module(scene.structure))
+            Point(functions, model.numbers, state, [mode])
+            for functions in (plain(model.structure), cache.structure_module(model.structure))
         ]
         for quantity in (Point.rate, Point.watched, Point.values, Point.contacts):
             mine, compiled = (quantity(p) for p in both)

@@ -33,8 +33,8 @@ def agree(base, modes, increments):
     [("B", ("free",)), ("B", ("slip-",)), ("B", ("stick",)), ("BC", ("stick", "slip+")), ("A", ("slip+",))],
 )
 def test_linkages(joints, modes, drive):
-    system, scene = pair(joints, drive)
-    base = point(system, scene, scattered(system, 3), modes)
+    system, model = pair(joints, drive)
+    base = point(system, model, scattered(system, 3), modes)
     n_q, n = base.sizes["positions"], base.sizes["speeds"]
     sizes = np.concatenate([[0.7 / system.p.w0], np.full(n_q, 0.7), np.full(n, 20.0)])
     signs = np.random.default_rng(1).uniform(-1, 1, (1 + n_q + n, 8))
@@ -45,8 +45,8 @@ def test_linkages(joints, modes, drive):
 @pytest.mark.parametrize(("joints", "modes"), [("B", ("free",)), ("B", ("stick",)), ("", ())])
 def test_links_that_bend(joints, modes):
     """As far as a step of a closed loop may go, in which the coupler's and rocker's angles follow."""
-    system, scene = bent_pair(joints, "coupler", C_t=1.5)
-    base = point(system, scene, bent_state(system, 3), modes)
+    system, model = bent_pair(joints, "coupler", C_t=1.5)
+    base = point(system, model, bent_state(system, 3), modes)
     n, bent = base.sizes["speeds"], len(system.bent)
     sizes = np.repeat([0.7 / system.p.w0, 1e-3, 0.7, 5.0, 20.0], [1, bent, n - bent, bent, n - bent])
     agree(base, modes, sizes[:, None] * np.random.default_rng(1).uniform(-1, 1, (1 + 2 * n, 8)))
@@ -54,10 +54,10 @@ def test_links_that_bend(joints, modes):
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_oscillators(name):
-    scene = oscillator(name)
-    for state in STATES[len(scene.state)]:
-        for modes in modes_of(scene):
-            base = Point(plain(scene.structure), scene.numbers, state, modes, t=0.4)
+    model = oscillator(name)
+    for state in STATES[len(model.state)]:
+        for modes in modes_of(model):
+            base = Point(plain(model.structure), model.numbers, state, modes, t=0.4)
             increments = np.random.default_rng(2).uniform(-0.4, 0.4, (1 + len(state), 8))
             agree(base, modes, increments)
 

@@ -24,12 +24,12 @@ MODES = {
 
 
 @pytest.mark.parametrize(
-    "scene", MODES, ids=["_".join(scene).replace(" ", "_").strip("_") for scene in MODES]
+    "model", MODES, ids=["_".join(model).replace(" ", "_").strip("_") for model in MODES]
 )
-def test_factors_make_newtons_matrix(scene):
+def test_factors_make_newtons_matrix(model):
     """The product of the factors against M and complex steps of the rates, at random states."""
-    system, ours = bent_pair(*scene)
-    for seed, modes in enumerate(MODES[scene]):
+    system, ours = bent_pair(*model)
+    for seed, modes in enumerate(MODES[model]):
         base = point(system, ours, bent_state(system, seed), modes)
         M, _ = base.matrices()
         at, width = shifted(base, modes)
@@ -45,8 +45,8 @@ def test_factors_make_newtons_matrix(scene):
 
 def test_modes_are_eliminated_without_fill():
     """Of 12 modes and three angles: each mode meets itself and the angles, and no mode meets another."""
-    scene = assemble(catalog.chunmei2002(elastic=("crank", "coupler", "rocker")))
-    free, slip, _ = plain(scene.structure).plans
+    model = assemble(catalog.chunmei2002(elastic=("crank", "coupler", "rocker")))
+    free, slip, _ = plain(model.structure).plans
     for plan in (free, slip):
         filled_in = {*plan.filled()} - {*plan.mass, *plan.pull, *plan.rate}
         assert all(i >= 12 and j >= 12 for i, j in filled_in)
@@ -64,13 +64,13 @@ def test_only_many_unknowns_are_planned(elastic):
 
 def test_compiled_functions_are_the_text():
     """Numba's arithmetic of the same text, the algebra on lanes included."""
-    scene = assemble(catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",)))
+    model = assemble(catalog.chunmei2002(gear_ratio=3.0, elastic=("coupler",)))
     random, n = np.random.default_rng(2), 7
-    state = scene.state + random.normal(size=2 * n) * np.repeat([1e-6, 1e-2, 1e-3, 5.0], [4, 3, 4, 3])
+    state = model.state + random.normal(size=2 * n) * np.repeat([1e-6, 1e-2, 1e-3, 5.0], [4, 3, 4, 3])
     for mode in ("free", "slip+", "stick"):
         found = []
-        for functions in (plain(scene.structure), cache.structure_module(scene.structure)):
-            here = Point(functions, scene.numbers, state, [mode])
+        for functions in (plain(model.structure), cache.structure_module(model.structure)):
+            here = Point(functions, model.numbers, state, [mode])
             quantities = [here.rate(), here.watched(), here.values(), here.contacts(), *stepped(here)]
             found.append(quantities)
         for mine, compiled in zip(*found, strict=True):

@@ -28,7 +28,7 @@ from jointplay.mechanism.assemble import assemble
 two = assemble(catalog.chunmei2002(clearance={"B": 1e-5, "C": 1e-5}), powers=True, section="angle:crank")
 loop = assemble(catalog.chunmei2002(clearance=0, elastic=("coupler",)))
 ball = assemble(catalog.soft_impact_pair(1.0, 50.0, 2.0))
-texts = [text(system(scene.structure)) for scene in (two, loop, ball)] + [algebra(3, 3)]
+texts = [text(system(model.structure)) for model in (two, loop, ball)] + [algebra(3, 3)]
 print(two.structure, hashlib.sha256("".join(texts).encode()).hexdigest())
 """
 
@@ -49,9 +49,9 @@ def test_the_text_does_not_depend_on_the_hash_seed():
 
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_numbers_of_an_oscillator_are_in_the_order_of_its_equations(name):
-    scene, system = oscillator(name), catalog.NAMES[name](**ARGUMENTS.get(name, {}))
-    parameters = plain(scene.structure).PARAMETERS
-    assert list(scene.numbers) == [float(system.parameters[key]) for key in parameters]
+    model, system = oscillator(name), catalog.NAMES[name](**ARGUMENTS.get(name, {}))
+    parameters = plain(model.structure).PARAMETERS
+    assert list(model.numbers) == [float(system.parameters[key]) for key in parameters]
 
 
 def test_a_test_system_written_in_another_order():
@@ -64,9 +64,9 @@ def test_a_test_system_written_in_another_order():
     ("joints", "elastic"), [("B", ()), ("BC", ()), ("B", ("coupler",)), ("", ()), ("", ("coupler", "rocker"))]
 )
 def test_parameters_of_a_linkage_are_in_the_order_of_the_structure(joints, elastic):
-    scene = assemble(catalog.chunmei2002(clearance=dict.fromkeys(joints, 1e-5), elastic=elastic))
-    assert parameter_names(scene.structure) == plain(scene.structure).PARAMETERS
-    assert len(scene.numbers) == len(parameter_names(scene.structure))
+    model = assemble(catalog.chunmei2002(clearance=dict.fromkeys(joints, 1e-5), elastic=elastic))
+    assert parameter_names(model.structure) == plain(model.structure).PARAMETERS
+    assert len(model.numbers) == len(parameter_names(model.structure))
 
 
 def test_a_part_that_a_scene_lacks_leaves_no_trace():
@@ -97,6 +97,6 @@ def test_undamped_links_have_no_damping():
     assert "c_coupler_0" in local_names(assemble(catalog.chunmei2002(elastic=("coupler",))))
 
 
-def local_names(scene):
-    """Names that functions of a scene's module assign, without the number of the variant."""
-    return {name.split("__")[0] for name in re.findall(r"^ +(\w+) =", text(scene.structure), re.MULTILINE)}
+def local_names(model):
+    """Names that functions of a model's module assign, without the number of the variant."""
+    return {name.split("__")[0] for name in re.findall(r"^ +(\w+) =", text(model.structure), re.MULTILINE)}

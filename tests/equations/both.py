@@ -14,16 +14,16 @@ from .lagrange import Lagrange
 
 
 def pair(joints, drive="motor", **changes):
-    """The reference's system and the package's scene of the same mechanism."""
+    """The reference's system and the package's model of the same mechanism."""
     p = Parameters(i=3.0, drive=drive, **{"f": 0.2} | changes)
     clearance = dict.fromkeys(joints, SMALL)
-    scene = assemble(mechanism(p, clearance), start(p) if drive == "none" else None)
-    return Bodies(p, clearance), scene
+    model = assemble(mechanism(p, clearance), start(p) if drive == "none" else None)
+    return Bodies(p, clearance), model
 
 
-def numbers(system, scene, y):
+def numbers(system, model, y):
     """The package's numbers; a prescribed crank is at the reference's angle at time 0."""
-    found = dict(zip(plain(scene.structure).PARAMETERS, scene.numbers, strict=True))
+    found = dict(zip(plain(model.structure).PARAMETERS, model.numbers, strict=True))
     return found | {"theta_0": y[0]} if system.p.drive == "speed" else found
 
 
@@ -32,14 +32,14 @@ def state(system, y):
     return system.state(y) if isinstance(system, Lagrange) else own_state(system, y)
 
 
-def point(system, scene, y, modes):
+def point(system, model, y, modes):
     """The package's functions at the reference's state y."""
-    values = list(numbers(system, scene, y).values())
-    return Point(plain(scene.structure), values, state(system, y), modes)
+    values = list(numbers(system, model, y).values())
+    return Point(plain(model.structure), values, state(system, y), modes)
 
 
 def bent_pair(joints, links, drive="motor", order="consistent", smooth=None, **changes):
-    """Lagrange's equations and the package's scene of a mechanism with soft links, words in `links`.
+    """Lagrange's equations and the package's model of a mechanism with soft links, words in `links`.
 
     `smooth` is the velocity of friction by tanh.
     """

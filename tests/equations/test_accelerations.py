@@ -26,10 +26,10 @@ def combinations(joints):
     return same + [mixed(len(joints), seed) for seed in range(6)] if len(joints) > 1 else same
 
 
-def agree(system, scene, y, modes, tolerance=1e-11):
+def agree(system, model, y, modes, tolerance=1e-11):
     """Compare accelerations, and what every contact is like."""
     named = dict(zip(system.clearance, modes, strict=True))
-    ours = point(system, scene, y, modes)
+    ours = point(system, model, y, modes)
     drop = system.p.drive == "speed"
     theirs = system.rate(y, named)[system.n + drop :]
     rate = ours.rate()
@@ -54,33 +54,33 @@ SCENES = [*itertools.product(ARRANGEMENTS, ("motor", "speed")), ("BC", "none")]
 
 @pytest.mark.parametrize(("joints", "drive"), SCENES)
 def test_accelerations_and_contacts(joints, drive):
-    system, scene = pair(joints, drive)
+    system, model = pair(joints, drive)
     for seed, modes in enumerate(combinations(joints)):
-        agree(system, scene, scattered(system, seed), modes)
+        agree(system, model, scattered(system, seed), modes)
 
 
 @pytest.mark.parametrize("joints", ["B", "BC"])
 def test_with_drag_and_without_gravity(joints):
-    system, scene = pair(joints, C_t=2.5, gravity=0.0)
+    system, model = pair(joints, C_t=2.5, gravity=0.0)
     for seed, modes in enumerate(combinations(joints)):
-        agree(system, scene, scattered(system, seed), modes)
+        agree(system, model, scattered(system, seed), modes)
 
 
 @pytest.mark.parametrize("joints", ["B", "C"])
 def test_drag_alone(joints):
-    system, scene = pair(joints, C_t=2.5, f=0.0)
+    system, model = pair(joints, C_t=2.5, f=0.0)
     for seed, mode in itertools.product(range(3), ("free", "slip+")):
         ours = {"slip+": "contact"}.get(mode, mode)
         y = scattered(system, seed)
         theirs = system.rate(y, dict.fromkeys(joints, mode))[system.n :]
-        rate = point(system, scene, y, [ours]).rate()[:, 0]
+        rate = point(system, model, y, [ours]).rate()[:, 0]
         assert np.abs(rate - theirs).max() < 1e-11 * np.abs(theirs).max()
 
 
 def test_guards_are_what_their_names_say():
-    system, scene = pair("BC", tension=False)
+    system, model = pair("BC", tension=False)
     y = scattered(system, 5)
-    ours = point(system, scene, y, ("stick", "slip-"))
+    ours = point(system, model, y, ("stick", "slip-"))
     ours.rate()
     guards = ours.watched()[:8, 0].reshape(2, 4)
     held = system.solve(y, {"B": "stick", "C": "slip-"})[1]["B"]
@@ -92,9 +92,9 @@ def test_guards_are_what_their_names_say():
 
 
 def test_a_centred_journal_is_finite_and_free():
-    system, scene = pair("BC")
+    system, model = pair("BC")
     y = system.start()
-    ours = point(system, scene, y, ("free", "free"))
+    ours = point(system, model, y, ("free", "free"))
     theirs = system.rate(y, {"B": "free", "C": "free"})[system.n :]
     assert np.abs(ours.rate()[:, 0] - theirs).max() < 1e-11 * np.abs(theirs).max()
     assert np.all(np.isfinite(ours.watched()))

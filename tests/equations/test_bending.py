@@ -22,7 +22,7 @@ SCENES = [  # joints with play, links that bend, drive, order: grounded, hung by
     ("AC", "rocker", "speed", "paper"),
 ]
 every_scene = pytest.mark.parametrize(
-    "scene", SCENES, ids=["_".join(scene).replace(" ", "_") for scene in SCENES]
+    "model", SCENES, ids=["_".join(model).replace(" ", "_") for model in SCENES]
 )
 
 
@@ -33,9 +33,9 @@ def combinations(joints):
 
 
 @every_scene
-def test_accelerations_and_contacts(scene):
-    system, ours = bent_pair(*scene)
-    for seed, modes in enumerate(combinations(scene[0])):
+def test_accelerations_and_contacts(model):
+    system, ours = bent_pair(*model)
+    for seed, modes in enumerate(combinations(model[0])):
         y = bent_state(system, seed)
         named = dict(zip(system.clearance, modes, strict=True))
         here = point(system, ours, y, modes)
@@ -60,13 +60,13 @@ def _contacts(system, y, named, rows):
 
 
 @every_scene
-def test_outputs(scene):
+def test_outputs(model):
     """Reactions and torque are the multipliers; energies are those that were differentiated."""
-    system, ours = bent_pair(*scene)
+    system, ours = bent_pair(*model)
     for mode in MODES:
         y = bent_state(system, 4)
-        a, held, _ = system.forces(y, dict.fromkeys(scene[0], mode))
-        found = evaluated(system, ours, y, [mode] * len(scene[0]))
+        a, held, _ = system.forces(y, dict.fromkeys(model[0], mode))
+        found = evaluated(system, ours, y, [mode] * len(model[0]))
         turning = [a[own.start + 2] for own in system.own]
         assert [found[f"angular_acceleration:{k}"] for k in LINKS] == pytest.approx(turning, rel=1e-9)
         check_reactions(system, y, held, found)

@@ -26,13 +26,13 @@ SCENES = [  # links that bend, drive, order
     ("crank rocker", "none", "consistent"),
     ("coupler rocker", "motor", "paper"),
 ]
-IDS = ["_".join(scene).replace(" ", "_").strip("_") for scene in SCENES]
-every_scene = pytest.mark.parametrize("scene", SCENES, ids=IDS)
+IDS = ["_".join(model).replace(" ", "_").strip("_") for model in SCENES]
+every_scene = pytest.mark.parametrize("model", SCENES, ids=IDS)
 
 
 @every_scene
-def test_accelerations(scene):
-    system, ours = bent_pair("", *scene)
+def test_accelerations(model):
+    system, ours = bent_pair("", *model)
     for seed in range(4):
         y = bent_state(system, seed)
         theirs = system.rate(y, {})
@@ -41,9 +41,9 @@ def test_accelerations(scene):
 
 
 @every_scene
-def test_outputs(scene):
+def test_outputs(model):
     """Angles are those of the closed loop; reactions at all four pins, and the torque, the multipliers."""
-    system, ours = bent_pair("", *scene)
+    system, ours = bent_pair("", *model)
     for seed in range(3):
         y = bent_state(system, seed)
         a, held, _ = system.forces(y, {})
@@ -62,10 +62,10 @@ def test_outputs(scene):
 
 def seen(ideal, angle, speed):
     """Outputs at a crank angle and speed, links straight."""
-    scene = assemble(ideal, {"crank_angle": angle, "crank_speed": speed})
-    functions = plain(scene.structure)
-    given = dict(zip(functions.STATE, [0.0, *scene.state], strict=True))
-    given |= dict(zip(functions.PARAMETERS, scene.numbers, strict=True))
+    model = assemble(ideal, {"crank_angle": angle, "crank_speed": speed})
+    functions = plain(model.structure)
+    given = dict(zip(functions.STATE, [0.0, *model.state], strict=True))
+    given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True))
     return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
 
 

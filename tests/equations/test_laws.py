@@ -125,10 +125,10 @@ def test_numbers_of_an_added_law_vary(added):
 )
 def test_lanes_know_a_law_or_step_aside(added, law, friction):
     mechanism = linkage(law, FRICTION[friction], clearance=5e-5)
-    scene = assemble(mechanism, section="angle:crank")
-    request = Request(0.15 * scene.period, 1e-6, events=True, log_from=-1.0)
-    assert known(scene.structure) == suits(scene, request) == (law == "kelvin_voigt")
-    (found,), alone = follow_ensemble([scene], [request]), follow(scene, request)
+    model = assemble(mechanism, section="angle:crank")
+    request = Request(0.15 * model.period, 1e-6, events=True, log_from=-1.0)
+    assert known(model.structure) == suits(model, request) == (law == "kelvin_voigt")
+    (found,), alone = follow_ensemble([model], [request]), follow(model, request)
     assert found.events[:, 1].tolist() == alone.events[:, 1].tolist()
     if law != "kelvin_voigt":
         assert found.events.tobytes() == alone.events.tobytes()

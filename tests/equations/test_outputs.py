@@ -32,23 +32,23 @@ class Watched(Bodies):
         return torque, dict(zip(self.ideal, pairs, strict=True))
 
 
-def evaluated(system, scene, y, modes):
+def evaluated(system, model, y, modes):
     """Every output of the package at a state of the reference."""
-    functions = plain(scene.structure)
+    functions = plain(model.structure)
     values = np.concatenate([[0.0], state(system, y)])
-    given = dict(zip(functions.STATE, values, strict=True)) | numbers(system, scene, y)
-    words = [f"{word}_{name}" for name in scene.joints for word in ("touch", "slip", "stick")]
+    given = dict(zip(functions.STATE, values, strict=True)) | numbers(system, model, y)
+    words = [f"{word}_{name}" for name in model.joints for word in ("touch", "slip", "stick")]
     given |= dict(zip(words, masks(modes), strict=False))
     return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
 
 
 def watched(joints, drive, mode, seed=4, **changes):
     """The reference after a solution in one mode of all joints, the package's outputs, and the state."""
-    system, scene = pair(joints, drive, **changes)
+    system, model = pair(joints, drive, **changes)
     system = Watched(system.p, system.clearance)
     y, modes = scattered(system, seed), dict.fromkeys(joints, mode)
     system.solve(y, modes)
-    return system, evaluated(system, scene, y, list(modes.values())), y
+    return system, evaluated(system, model, y, list(modes.values())), y
 
 
 @pytest.mark.parametrize("drive", ["motor", "speed"])
@@ -124,14 +124,14 @@ def test_a_pin_reaction_without_gravity():
 @pytest.mark.parametrize("mode", MODES)
 def test_power_balance(joints, drive, mode):
     """Power of the drive less what the joints take in is the rate of mechanical energy, along the motion."""
-    system, scene = pair(joints, drive)
+    system, model = pair(joints, drive)
     y, modes = scattered(system, 7), [mode] * len(joints)
     rate, energies = system.rate(y, dict(zip(joints, modes, strict=True))), []
     for step in (-2e-7, -1e-7, 1e-7, 2e-7):
-        found = evaluated(system, scene, y + step * rate, modes)
+        found = evaluated(system, model, y + step * rate, modes)
         energies.append(found["kinetic_energy"] + found["potential_energy"])
     gained = np.dot(energies, [1, -8, 8, -1]) / 12e-7
-    found = evaluated(system, scene, y, modes)
+    found = evaluated(system, model, y, modes)
     drive_power = found["drive_torque"] * found["angular_velocity:crank"]
     taken = [
         found[f"{part}_force:{name}"] * found[f"{part}_velocity:{name}"]

@@ -29,10 +29,10 @@ def relaxed(joints, links, drive, seed=3):
     p = Parameters(i=3.0, drive=drive, f=0.2, C_t=1.5)
     clearance = dict.fromkeys(joints, SMALL)
     bent = bending(mechanism(p, clearance), {name: SOFT[name] for name in links.split()}, "paper")
-    system, scene = Given(p, clearance, bent), assemble(bent, relaxed=True)
-    y, functions = bent_state(system, seed), plain(scene.structure)
+    system, model = Given(p, clearance, bent), assemble(bent, relaxed=True)
+    y, functions = bent_state(system, seed), plain(model.structure)
     system.acc = np.random.default_rng(seed).normal(size=len(system.bent)) * 100.0
-    numbers = dict(zip(functions.PARAMETERS, scene.numbers, strict=True))
+    numbers = dict(zip(functions.PARAMETERS, model.numbers, strict=True))
     for word, values in (("rate_", y[system.n + system.rigid :]), ("acc_", system.acc)):
         names = [name for name in numbers if name.startswith(word)]
         numbers |= dict(zip(names, values, strict=True))

@@ -15,10 +15,10 @@ SMOOTH = 3.0
 
 @pytest.mark.parametrize("links", ["", "coupler"])
 def test_accelerations_and_forces(links):
-    system, scene = bent_pair("B", links, smooth=SMOOTH)
+    system, model = bent_pair("B", links, smooth=SMOOTH)
     for seed in range(4):
         y = bent_state(system, seed)
-        here = point(system, scene, y, ["contact"])
+        here = point(system, model, y, ["contact"])
         theirs = system.rate(y, {"B": "contact"})
         assert np.abs(here.rate() - theirs[:, None]).max() < 1e-11 * np.abs(theirs).max()
         _, _, v_t, F_n, F_t, creep = here.contacts()[0]
@@ -27,9 +27,9 @@ def test_accelerations_and_forces(links):
 
 
 def test_nothing_sticks():
-    _, scene = bent_pair("B", "", smooth=SMOOTH)
-    assert plain(scene.structure).CONTACTS["B"] & STICKS == 0
-    assert "variant == 2" not in text(scene.structure)
+    _, model = bent_pair("B", "", smooth=SMOOTH)
+    assert plain(model.structure).CONTACTS["B"] & STICKS == 0
+    assert "variant == 2" not in text(model.structure)
     assert "variant == 2" in text(bent_pair("B", "")[1].structure)
 
 
@@ -37,10 +37,10 @@ def test_nothing_sticks():
 def test_coulomb_in_the_limit(smooth):
     """1 - tanh x lies between exp(-2x) and twice that."""
     _, sharp = bent_pair("B", "")
-    system, scene = bent_pair("B", "", smooth=smooth)
+    system, model = bent_pair("B", "", smooth=smooth)
     for seed in range(6):
         y = bent_state(system, seed)
-        _, _, v_t, F_n, smoothed, _ = point(system, scene, y, ["contact"]).contacts()[0]
+        _, _, v_t, F_n, smoothed, _ = point(system, model, y, ["contact"]).contacts()[0]
         mode = "slip+" if v_t > 0 else "slip-"
         coulomb = point(system, sharp, y, [mode]).contacts()[0, 4]
         least, rounding = system.p.f * abs(F_n) * np.exp(-2 * abs(v_t) / smooth), 1e-12 * abs(F_n)

@@ -32,10 +32,10 @@ def stressed() -> xr.Dataset:
     """Twelve scenes of five verdicts; two without an energy balance."""
     count = np.arange(12)
     data = {
-        "verdict": ("scene", (count % 5).astype(np.int8), flag_words(VERDICTS, "verdict")),
-        "stiffness_number": ("scene", 10.0 ** (count / 3)),
-        "cpu_time": ("scene", 1e-4 * (1 + count)),
-        "energy_residual": ("scene", np.where(count > 9, np.nan, 10.0 ** (-18.0 + 1.4 * count))),
+        "verdict": ("model", (count % 5).astype(np.int8), flag_words(VERDICTS, "verdict")),
+        "stiffness_number": ("model", 10.0 ** (count / 3)),
+        "cpu_time": ("model", 1e-4 * (1 + count)),
+        "energy_residual": ("model", np.where(count > 9, np.nan, 10.0 ** (-18.0 + 1.4 * count))),
         "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
     }
     return xr.Dataset(data, attrs={"kind": "stress"})

@@ -67,9 +67,9 @@ def test_one_turn_whose_passes_do_not_agree_shows_in_the_status(ideal):
 
 def test_the_first_pass_is_the_rigid_motion():
     found = jp.waveform(LOOSE, step=2e-5, passes=1)
-    scene = assemble(RIGID)
+    model = assemble(RIGID)
     h = float(found.step)
-    rows = March.of(scene)(np.concatenate([[0.0], scene.state]), h, round(scene.period / h))
+    rows = March.of(model)(np.concatenate([[0.0], model.state]), h, round(model.period / h))
     every = (len(rows) - 1) // (found.sizes["time"] - 1)
     assert found.angular_velocity.values == pytest.approx(rows[::every, 4:7], rel=1e-9, abs=1e-9)
     assert found.status == 4  # one pass agrees with nothing

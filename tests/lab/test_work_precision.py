@@ -42,10 +42,10 @@ def words(variable) -> list[str]:
 
 def touching(mode=SLIP_NEGATIVE) -> tuple[Equations, float, np.ndarray]:
     """Equations of the linkage in a contact mode, at a state with the joint closed."""
-    scene = assemble(LINKAGE)
-    rows = follow(scene, Request(scene.period, at=np.linspace(0.0, scene.period, 400))).samples
+    model = assemble(LINKAGE)
+    rows = follow(model, Request(model.period, at=np.linspace(0.0, model.period, 400))).samples
     closed = rows[rows[:, -1] == SLIP_NEGATIVE][0]
-    equations = Equations(scene, 1e-9)
+    equations = Equations(model, 1e-9)
     equations._enter(np.array([mode]))
     return equations, float(closed[0]), closed[1:-1].copy()
 
@@ -60,7 +60,7 @@ def test_the_jacobian_is_the_derivative_of_the_rates(mode):
     equations, t, y = touching(mode)
     n, J = len(y), np.empty((len(y), len(y)))
     equations.jacobian(t, y, J)
-    size, out = 1e-9 * units(equations.scene), np.empty((2, n))
+    size, out = 1e-9 * units(equations.model), np.empty((2, n))
     for k in range(n):
         for side, sign in enumerate((1, -1)):
             equations.rate(t, y + sign * size[k] * np.eye(n)[k], out[side])
@@ -70,7 +70,7 @@ def test_the_jacobian_is_the_derivative_of_the_rates(mode):
 
 def test_differences_by_lanes_are_the_jacobian():
     equations, t, y = touching()
-    f, away = functions(equations.scene.structure), 1e-7 * equations.scene.absolute
+    f, away = functions(equations.model.structure), 1e-7 * equations.model.absolute
     exact, found = np.empty((2, 6, 6))
     equations.jacobian(t, y, exact)
     by_differences = callbacks._by_differences(callbacks._evaluation(f.rate, callbacks._placing(f.trig)))
@@ -105,9 +105,9 @@ def test_heyoka_s_expressions_tell_which_of_two_joints_sticks(modes):
     heyoka = pytest.importorskip("heyoka")
     from jointplay.lab.precision.taylor import expressions, slips
 
-    scene = assemble(LINKAGE.replace(clearance={"B": 2.9e-5, "C": 2.9e-5}))
-    t, *y = follow(scene, Request(0.3 * scene.period, at=[0.3 * scene.period])).samples[0, :11]
-    equations, y = Equations(scene, 1e-9), np.array(y)
+    model = assemble(LINKAGE.replace(clearance={"B": 2.9e-5, "C": 2.9e-5}))
+    t, *y = follow(model, Request(0.3 * model.period, at=[0.3 * model.period])).samples[0, :11]
+    equations, y = Equations(model, 1e-9), np.array(y)
     equations._enter(np.array(modes))
     states, rates, guards = expressions(equations)
     slipping = np.trim_zeros(np.array(slips(equations.key)), "b")
@@ -148,8 +148,8 @@ def test_jumps_of_the_state_are_followed_too():
     assert found.truth_difference < 1e-6
     assert np.all(found.timed_runs == 3)
     assert np.all(found.cpu_time_spread >= 0)
-    scene = assemble(PAIR)
-    ours = Ours(scene, 1e-8, 2 * scene.period).run()
+    model = assemble(PAIR)
+    ours = Ours(model, 1e-8, 2 * model.period).run()
     assert 2 * found.evaluations.sel(solver="jointplay", rtol=1e-8) == ours.evaluations
 
 
@@ -160,7 +160,7 @@ def test_our_seconds_are_those_of_the_integration():
     seconds = ours.run().seconds
     whole = time.process_time() - began
     assert 0.0 < seconds <= whole
-    assert Ours(ours.scene, 1e-8, 200 * ours.scene.period).run().seconds < seconds
+    assert Ours(ours.model, 1e-8, 200 * ours.model.period).run().seconds < seconds
 
 
 def test_other_equations_are_told_by_the_state(monkeypatch):
@@ -240,8 +240,8 @@ def test_a_truth_that_does_not_reach_the_end_is_the_status():
 def test_the_truth_is_the_stored_one(name, changes):
     """Of truth.json: Taylor series in 80 bits, events located."""
     stored = json.loads(STORED.read_text())[name]
-    scene = assemble(jp.catalog.chunmei2002(**changes))
-    truth = Truth.of(scene, 1e-13, scene.period)
+    model = assemble(jp.catalog.chunmei2002(**changes))
+    truth = Truth.of(model, 1e-13, model.period)
     expected = Outcome(state=np.array([*stored["angles"].values(), *stored["speeds"].values()]))
     assert truth.error(expected) < 3e-12
     assert [EVENTS[kind] for _, kind in truth.outcome.events] == [event[2] for event in stored["events"]]
@@ -267,19 +267,19 @@ def test_the_time_at_an_error_lies_between_runs_log_over_log():
 
 
 def test_our_runs_are_those_of_the_package():
-    scene = assemble(LINKAGE)
-    end = 0.1 * scene.period
-    found, records = Ours(scene, 1e-8, end).run(), follow(scene, Request(end, 1e-8, at=np.array([end])))
+    model = assemble(LINKAGE)
+    end = 0.1 * model.period
+    found, records = Ours(model, 1e-8, end).run(), follow(model, Request(end, 1e-8, at=np.array([end])))
     assert found.state.tolist() == records.samples[0, 1:7].tolist()
     assert found.evaluations == records.counts["n_evaluations"]
     assert len(found.events) == records.counts["n_events"]
 
 
 def test_a_full_log_is_emptied_and_the_run_goes_on(monkeypatch):
-    scene = assemble(LINKAGE)
-    whole = Ours(scene, 1e-8, scene.period).run()
+    model = assemble(LINKAGE)
+    whole = Ours(model, 1e-8, model.period).run()
     monkeypatch.setattr(following, "LOG_ROWS", 26)
-    parts = Ours(scene, 1e-8, scene.period).run()
+    parts = Ours(model, 1e-8, model.period).run()
     assert parts.events == whole.events
     assert parts.state.tolist() == whole.state.tolist()
 

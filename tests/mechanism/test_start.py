@@ -93,13 +93,13 @@ def test_angles_and_speeds_of_every_link_are_needed(change):
 @pytest.mark.parametrize("mechanism", [CLOSED, STEADY], ids=["motor", "steady"])
 @pytest.mark.parametrize("elastic", [(), ("coupler", "rocker")], ids=str)
 def test_a_closed_loop_has_one_freedom_and_straight_beams(mechanism, elastic):
-    scene = assemble(mechanism.replace(elastic=elastic), {"crank_angle": 0.5})
-    modes, half = 4 * len(elastic), len(scene.state) // 2
+    model = assemble(mechanism.replace(elastic=elastic), {"crank_angle": 0.5})
+    modes, half = 4 * len(elastic), len(model.state) // 2
     assert half == modes + 1
-    assert scene.state[modes] == 0.5
-    assert scene.state[half + modes] == mechanism.drive.nominal_speed
-    assert not np.delete(scene.state, [modes, half + modes]).any()
-    assert list(scene.turning) == [0.0] * modes + [1.0]
+    assert model.state[modes] == 0.5
+    assert model.state[half + modes] == mechanism.drive.nominal_speed
+    assert not np.delete(model.state, [modes, half + modes]).any()
+    assert list(model.turning) == [0.0] * modes + [1.0]
 
 
 def test_a_dead_centre_has_no_start():

@@ -16,11 +16,11 @@ def follow(system, duration, h, initial=None):
     The estimate of the error is divided by LOOSE, so that it never shortens a step; Newton's tolerance counts
     in the same units and is divided by it too.
     """
-    scene = assemble(system, initial)
-    k, x, o = trajectory.memory(scene, trajectory.Request(duration, rtol=LOOSE))
+    model = assemble(system, initial)
+    k, x, o = trajectory.memory(model, trajectory.Request(duration, rtol=LOOSE))
     x.real[memory.H] = h
     code = flow.flow(
-        trajectory.functions(scene.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE), None, None
+        trajectory.functions(model.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE), None, None
     )
     assert code == flow.OK
     return x.s[1 : 1 + len(x.absolute)].copy(), x.count[:5].tolist()

@@ -21,16 +21,16 @@ from jointplay.numerics.ensemble import radau as r
 TURNS = 1.2
 
 
-def scene(clearance, gear=3.0, friction=0.3):
+def model(clearance, gear=3.0, friction=0.3):
     """The linkage whose crank's angle is watched."""
     changes = {"clearance": clearance, "gear_ratio": gear, "friction": friction}
     return assemble(catalog.chunmei2002(**changes), section="angle:crank")
 
 
-def asked(scene, rtol=1e-5, turns=TURNS, **fields):
+def asked(model, rtol=1e-5, turns=TURNS, **fields):
     """A run with events, cut a radian from the start and each turn on."""
-    cut = {"level": scene.crank_angle + 1.0, "period": math.tau, "direction": 1}
-    return Request(turns * scene.period, rtol, events=True, log_from=-1.0, **cut | fields)
+    cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
+    return Request(turns * model.period, rtol, events=True, log_from=-1.0, **cut | fields)
 
 
 def same(a, b):
@@ -45,7 +45,7 @@ def company():
     """Twenty trajectories that stick, slip and fly, of different lengths and tolerances."""
     rng = np.random.default_rng(3)
     scenes = [
-        scene(10 ** rng.uniform(-4.6, -3.5), rng.uniform(2, 15), rng.choice([0.01, 0.1, 0.3]))
+        model(10 ** rng.uniform(-4.6, -3.5), rng.uniform(2, 15), rng.choice([0.01, 0.1, 0.3]))
         for _ in range(20)
     ]
     requests = [asked(s, 10 ** rng.uniform(-6, -4), rng.uniform(0.3, 1.5)) for s in scenes]

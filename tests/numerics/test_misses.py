@@ -11,9 +11,9 @@ BEGIN, END, SAMPLES = 20.0, 150.0, 130_001
 
 def test_every_turning_point_in_flight_is_logged():
     """Gears with backlash: within the dead zone the motion turns back short of either side."""
-    scene = assemble(catalog.gear_backlash(0.1, 0.2, 0.9, 0.05))
+    model = assemble(catalog.gear_backlash(0.1, 0.2, 0.9, 0.05))
     at = np.linspace(BEGIN, END, SAMPLES)
-    records = follow(scene, Request(END, 1e-11, misses=True, log_from=BEGIN, at=at))
+    records = follow(model, Request(END, 1e-11, misses=True, log_from=BEGIN, at=at))
     y, velocity = records.samples[:, 1], records.samples[:, 2]
     turns = np.flatnonzero((velocity[1:] * velocity[:-1] < 0) & (np.abs(y[1:]) < 1))
     drive = velocity[turns] > 0  # turns back short of +1, else short of -1
@@ -27,10 +27,10 @@ def test_every_turning_point_in_flight_is_logged():
 
 
 def test_looking_changes_nothing():
-    scene = assemble(catalog.chunmei2002(2.9e-4, gear_ratio=3.0))
+    model = assemble(catalog.chunmei2002(2.9e-4, gear_ratio=3.0))
     ends = [
         follow(
-            scene, Request(3 * scene.period, at=np.array([3 * scene.period]), misses=looking, log_from=0.0)
+            model, Request(3 * model.period, at=np.array([3 * model.period]), misses=looking, log_from=0.0)
         )
         for looking in (False, True)
     ]

@@ -19,9 +19,9 @@ TIGHT = 1e-13
 
 def end(mechanism, duration, count):
     """State after `count` steps."""
-    scene = assemble(mechanism)
-    rows = March.of(scene)(np.concatenate([[0.0], scene.state]), duration / count, count)
-    return rows[-1, 1 : 1 + len(scene.state)]
+    model = assemble(mechanism)
+    rows = March.of(model)(np.concatenate([[0.0], model.state]), duration / count, count)
+    return rows[-1, 1 : 1 + len(model.state)]
 
 
 def exact(mechanism, duration):
@@ -68,9 +68,9 @@ def test_a_turn_agrees_with_the_implicit_method():
 def test_loads_are_linear_between_the_steps_ends():
     """x'' = F(t) in the dead zone, F linear: the method is exact."""
     system = jp.catalog.gear_backlash(mean_load=0.0, amplitude=0.0, frequency=1.0, damping=0.0)
-    scene = assemble(system.replace(initial=(0.1, -0.2)))
+    model = assemble(system.replace(initial=(0.1, -0.2)))
     t = 0.05 * np.arange(21)
-    rows = March.of(scene, ("mean_load",))(np.array([0.0, 0.1, -0.2]), 0.05, 20, (0.3 + 0.6 * t)[:, None])
+    rows = March.of(model, ("mean_load",))(np.array([0.0, 0.1, -0.2]), 0.05, 20, (0.3 + 0.6 * t)[:, None])
     assert rows[:, 0] == pytest.approx(t, abs=1e-15)
     assert rows[:, 1] == pytest.approx(0.1 - 0.2 * t + 0.15 * t**2 + 0.1 * t**3, abs=1e-15)
     assert rows[:, 2] == pytest.approx(-0.2 + 0.3 * t + 0.3 * t**2, abs=1e-15)
@@ -79,10 +79,10 @@ def test_loads_are_linear_between_the_steps_ends():
 @pytest.mark.parametrize("tension", [True, False])
 def test_contact_and_slip_follow_the_state(tension):
     mechanism = PAPER.replace(clearance=2.9e-4, tension=tension, friction=0.3)
-    scene = assemble(mechanism)
-    rows = March.of(scene)(np.concatenate([[0.0], scene.state]), 1e-5, 7500)
+    model = assemble(mechanism)
+    rows = March.of(model)(np.concatenate([[0.0], model.state]), 1e-5, 7500)
     names = ("penetration", "normal_velocity", "tangential_velocity", "normal_force", "mode")
-    found = Quantities(scene, rows, rows[0]).variables(names, "time")
+    found = Quantities(model, rows, rows[0]).variables(names, "time")
     u, v_n, v_t, force, mode = (found[name][1][:, 0] for name in names)
     law = 7.15e6 * u + 228.0 * v_n
     touching = (u >= 0) & (tension | (law > 0))
@@ -96,11 +96,11 @@ def test_contact_and_slip_follow_the_state(tension):
 
 
 def test_going_on_changes_no_bit():
-    scene = assemble(PAPER)
-    start = np.concatenate([[0.0], scene.state])
-    whole = March.of(scene)(start, 1e-5, 2000)
-    first = March.of(scene)(start, 1e-5, 700)
-    second = March.of(scene)(first[-1, : len(start)], 1e-5, 1300)
+    model = assemble(PAPER)
+    start = np.concatenate([[0.0], model.state])
+    whole = March.of(model)(start, 1e-5, 2000)
+    first = March.of(model)(start, 1e-5, 700)
+    second = March.of(model)(first[-1, : len(start)], 1e-5, 1300)
     assert np.array_equal(whole[:, 1:], np.concatenate([first, second[1:]])[:, 1:])
 
 
@@ -117,11 +117,11 @@ def test_edge_of_stability():
 def test_the_bound_is_where_steps_blow_up(share, stable):
     """Out of contact x'' = -2 zeta x', in contact x'' = -2 zeta x' - (x - 1)."""
     system = jp.catalog.gear_backlash(mean_load=1.0, amplitude=0.0, frequency=0.1, damping=50.0)
-    scene = assemble(system.replace(initial=(1.5, 0.3)))
-    bound = step_bound(scene)
+    model = assemble(system.replace(initial=(1.5, 0.3)))
+    bound = step_bound(model)
     assert bound.eigenvalue == pytest.approx(-100.0, rel=1e-6)
     assert bound.step == pytest.approx(2.785293563405e-2, rel=1e-6)
-    rows = March.of(scene)(np.array([0.0, 1.5, 0.3]), share * bound.step, 400)
+    rows = March.of(model)(np.array([0.0, 1.5, 0.3]), share * bound.step, 400)
     assert (abs(rows[-1, 2]) < 0.3) == stable
 
 
@@ -143,8 +143,8 @@ def test_the_motor_s_slope_bounds_the_paper_s_mechanism():
 
 
 def test_growth_beyond_measure_leaves_nan_behind():
-    scene = assemble(PAPER)
-    rows = March.of(scene)(np.concatenate([[0.0], scene.state]), 3e-4, 4000)
+    model = assemble(PAPER)
+    rows = March.of(model)(np.concatenate([[0.0], model.state]), 3e-4, 4000)
     broken = np.isnan(rows[:, 1])
     assert broken[-1]
     assert not broken[:2].any()

@@ -119,10 +119,10 @@ def test_a_start_on_a_wall(start):
 
 def test_a_run_ends_at_its_end():
     """A sum of step lengths may miss it by rounding: that is no step too short to take."""
-    scene, random = assemble(jp.catalog.impact_pair(3.0, 0.8)), np.random.default_rng(1)
+    model, random = assemble(jp.catalog.impact_pair(3.0, 0.8)), np.random.default_rng(1)
     for begin, span in zip(random.uniform(0.0, 0.01, 300), random.uniform(0.1, 0.3, 300), strict=True):
         end = begin + span
-        k, x, o = run_memory(scene, Request(end, 1e-6, at=np.array([end])))
+        k, x, o = run_memory(model, Request(end, 1e-6, at=np.array([end])))
         x.s[0] = begin
-        code = flow.flow(functions(scene.structure), k, x, o, None, None)
+        code = flow.flow(functions(model.structure), k, x, o, None, None)
         assert (code, x.s[0], x.samples[0, 0]) == (OK, end, end)

@@ -21,7 +21,7 @@ from jointplay.analysis.trajectory import Request, follow
 from jointplay.errors import InputError
 from jointplay.jobs.strands import CRASHED, Entry, Kept, Notes, Strand
 from jointplay.jobs.worker import in_tasks
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Status
 
 JOBS = 2
@@ -169,11 +169,11 @@ def guarded(function: Callable[..., Entry], cell: dict[str, Any]) -> Entry:
         return {"status": CRASHED, "trouble": f"{type(error).__name__}: {error}"}
 
 
-def warm(scenes: Iterable[Scene], ensemble: bool = False) -> None:
-    """Compile what these scenes need, once a structure, so that workers find it on the disk."""
-    for scene in {scene.structure: scene for scene in scenes}.values():
-        brief = Request(duration=1e-9 * scene.period, max_steps=1)
+def warm(models: Iterable[Model], ensemble: bool = False) -> None:
+    """Compile what these models need, once a structure, so that workers find it on the disk."""
+    for model in {model.structure: model for model in models}.values():
+        brief = Request(duration=1e-9 * model.period, max_steps=1)
         if ensemble:
-            follow_ensemble([scene], [brief])
+            follow_ensemble([model], [brief])
         else:
-            follow(scene, brief)
+            follow(model, brief)

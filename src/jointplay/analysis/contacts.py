@@ -14,7 +14,7 @@ import numpy as np
 from jointplay.analysis.quantities import Quantities
 from jointplay.analysis.trajectory import Records
 from jointplay.codegen import cache, outputs
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Event, Mode
 
 CONTACT, SEPARATION, IMPACT, REST = map(int, (Event.CONTACT, Event.SEPARATION, Event.IMPACT, Event.REST))
@@ -68,25 +68,25 @@ def counts(
     }
 
 
-def closed(scene: Scene, records: Records, row: np.ndarray) -> np.ndarray:
+def closed(model: Model, records: Records, row: np.ndarray) -> np.ndarray:
     """Whether each contact transmits force at a row (time, positions, speeds, modes)."""
-    return Quantities(scene, row[None, :], records.start).modes[0] > Mode.RELEASED
+    return Quantities(model, row[None, :], records.start).modes[0] > Mode.RELEASED
 
 
-def smallest_impact_speed(scene: Scene, records: Records) -> np.ndarray:
+def smallest_impact_speed(model: Model, records: Records) -> np.ndarray:
     """Smallest speed, m/s, at which each contact began; NaN where none did."""
     rows = records.events[np.isin(records.events[:, KIND], (CONTACT, IMPACT))]
-    return _smallest(rows[:, JOINT], approach(scene, records, rows[:, ROW:])[1], _size(scene))
+    return _smallest(rows[:, JOINT], approach(model, records, rows[:, ROW:])[1], _size(model))
 
 
-def smallest_missed_gap(scene: Scene, records: Records) -> np.ndarray:
+def smallest_missed_gap(model: Model, records: Records) -> np.ndarray:
     """Smallest gap, m, at which each contact was approached and missed; NaN where none was."""
     rows = records.misses
-    return _smallest(rows[:, JOINT], approach(scene, records, rows[:, ROW:])[0], _size(scene))
+    return _smallest(rows[:, JOINT], approach(model, records, rows[:, ROW:])[0], _size(model))
 
 
-def _size(scene: Scene) -> int:
-    return len(scene.joints) or len(scene.resets)
+def _size(model: Model) -> int:
+    return len(model.joints) or len(model.resets)
 
 
 def _smallest(joints: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
@@ -98,32 +98,32 @@ def _smallest(joints: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
     return found
 
 
-def approach(scene: Scene, records: Records, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def approach(model: Model, records: Records, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gap (m) and closing speed (m/s) of each contact, at rows of states; shapes (rows, contacts)."""
-    if scene.links and scene.joints:
-        found = Quantities(scene, rows, records.start).variables(("penetration", "normal_velocity"), "event")
+    if model.links and model.joints:
+        found = Quantities(model, rows, records.start).variables(("penetration", "normal_velocity"), "event")
         return -found["penetration"][1], found["normal_velocity"][1]
-    if scene.resets:
-        h, n_q = STEP * scene.period, len(scene.turning)
+    if model.resets:
+        h, n_q = STEP * model.period, len(model.turning)
         step = np.zeros_like(rows)
         step[:, 0], step[:, 1 : 1 + n_q] = h, h * rows[:, 1 + n_q : 1 + 2 * n_q]
-        now, before, after = (_gaps(scene, records, each) for each in (rows, rows - step, rows + step))
+        now, before, after = (_gaps(model, records, each) for each in (rows, rows - step, rows + step))
         return now, (before - after) / (2 * h)
-    return _walls(scene, rows)
+    return _walls(model, rows)
 
 
-def _gaps(scene: Scene, records: Records, rows: np.ndarray) -> np.ndarray:
-    quantities = Quantities(scene, rows, records.start)
+def _gaps(model: Model, records: Records, rows: np.ndarray) -> np.ndarray:
+    quantities = Quantities(model, rows, records.start)
     given = dict(zip(quantities.module.STATE, rows.T, strict=False))
-    given |= dict(zip(quantities.module.PARAMETERS, scene.numbers, strict=True))
-    found = outputs.evaluate(quantities.module, [f"gap:{name}" for name in scene.resets], given)
+    given |= dict(zip(quantities.module.PARAMETERS, model.numbers, strict=True))
+    found = outputs.evaluate(quantities.module, [f"gap:{name}" for name in model.resets], given)
     return np.stack([np.broadcast_to(gap, len(rows)) for gap in found.values()], -1)
 
 
-def _walls(scene: Scene, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _walls(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gaps and closing speeds of a test system's soft walls, by the structure's own function."""
-    module, count = cache.structure_module(scene.structure), len(scene.joints)
-    n_x, numbers = len(scene.state), np.array(scene.numbers, dtype=float)
+    module, count = cache.structure_module(model.structure), len(model.joints)
+    n_x, numbers = len(model.state), np.array(model.numbers, dtype=float)
     out, masks = np.zeros((len(rows), count, 6)), np.zeros(3 * count)
     state = np.zeros(1 + n_x + 2 * module.SIZES["angles"])
     for row, values in zip(rows, out, strict=True):
@@ -133,7 +133,7 @@ def _walls(scene: Scene, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return -out[:, :, 0], out[:, :, 1]
 
 
-def words(scene: Scene, records: Records, last: np.ndarray, bounds: np.ndarray, period: int) -> list[str]:
+def words(model: Model, records: Records, last: np.ndarray, bounds: np.ndarray, period: int) -> list[str]:
     """Say in letters what happened in the last turn, or in the turns of the last period.
 
     Of a linkage a word for each joint: its modes one after another, f free, r released (touching without
@@ -144,7 +144,7 @@ def words(scene: Scene, records: Records, last: np.ndarray, bounds: np.ndarray, 
 
     Parameters
     ----------
-    scene, records
+    model, records
         The run.
     last : ndarray
         The row at its end.
@@ -154,16 +154,16 @@ def words(scene: Scene, records: Records, last: np.ndarray, bounds: np.ndarray, 
         In turns; 0 or less if there is none.
     """
     turns = min(period if 0 < period <= TURNS else 1, len(bounds) - 1)
-    if turns < 1 or not _size(scene):
-        return [""] * (len(scene.joints) if scene.links else 1)
+    if turns < 1 or not _size(model):
+        return [""] * (len(model.joints) if model.links else 1)
     kept = bounds[-turns - 1 :]
-    if not scene.links:
-        return [_turned([_walls_met(scene, records, *pair) for pair in pairwise(kept)])]
+    if not model.links:
+        return [_turned([_walls_met(model, records, *pair) for pair in pairwise(kept)])]
     rows = np.concatenate([records.events[:, ROW:], last[None, :]])
-    modes = Quantities(scene, rows, records.start).modes
+    modes = Quantities(model, rows, records.start).modes
     places = np.searchsorted(records.events[:, TIME], kept, side="right")
     return [
-        _turned([_modes(modes[a : b + 1, j]) for a, b in pairwise(places)]) for j in range(len(scene.joints))
+        _turned([_modes(modes[a : b + 1, j]) for a, b in pairwise(places)]) for j in range(len(model.joints))
     ]
 
 
@@ -177,9 +177,9 @@ def _modes(codes: np.ndarray) -> str:
     return _cut("".join(LETTERS[code] for code in kept[: LONGEST + 1]))
 
 
-def _walls_met(scene: Scene, records: Records, begin: float, end: float) -> str:
+def _walls_met(model: Model, records: Records, begin: float, end: float) -> str:
     rows = records.events[(records.events[:, TIME] > begin) & (records.events[:, TIME] <= end)]
-    rows, names = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT))], scene.joints or scene.resets
+    rows, names = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT))], model.joints or model.resets
     return _cut("".join(names[int(j)][0] for j in rows[:, JOINT])) or "."
 
 

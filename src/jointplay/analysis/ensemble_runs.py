@@ -1,4 +1,4 @@
-"""Follow an ensemble: many scenes of one structure, eight at once, as sweeps and fields of starts need them.
+"""Follow an ensemble: many models of one structure, eight at once, as sweeps and fields of starts need them.
 
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
@@ -21,8 +21,8 @@ from jointplay.codegen import cache
 from jointplay.codegen.ensemble import known
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.assemble import linkage
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.mechanism.scene import Scene
 from jointplay.numerics.codes import Row
 
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
@@ -47,15 +47,15 @@ def _fits(mechanism: Mechanism) -> bool:
         return True  # a mechanism that cannot be assembled says so when it is
 
 
-def follow_ensemble(scenes: Sequence[Scene], requests: Sequence[Request]) -> list[Records]:
-    """Follow the motions of scenes, eight at once where that can be.
+def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> list[Records]:
+    """Follow the motions of models, eight at once where that can be.
 
     Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
     eight at once cannot do (`suits`) is followed one by one (analysis.trajectory.follow).
 
     Parameters
     ----------
-    scenes : sequence of Scene
+    models : sequence of Model
         What moves.
     requests : sequence of Request
         For how long each, and what to record: sections at an angle of the crank, events, closest approaches.
@@ -66,7 +66,7 @@ def follow_ensemble(scenes: Sequence[Scene], requests: Sequence[Request]) -> lis
         As analysis.trajectory.follow gives them, in order; of those in lanes, `samples` is the row at the
         end, and the wall time a mean.
     """
-    pairs, groups = list(zip(scenes, requests, strict=True)), {}
+    pairs, groups = list(zip(models, requests, strict=True)), {}
     for n, pair in enumerate(pairs):
         groups.setdefault(pair[0].structure if suits(*pair) else None, []).append(n)
     found = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
@@ -75,32 +75,32 @@ def follow_ensemble(scenes: Sequence[Scene], requests: Sequence[Request]) -> lis
     return [found[n] for n in range(len(pairs))]
 
 
-def suits(scene: Scene, request: Request) -> bool:
+def suits(model: Model, request: Request) -> bool:
     """Whether this can be followed beside others: one contact and three free angles, at a moderate rtol."""
     from jointplay.numerics.ensemble.radau import MAX_TURN
 
-    if not known(scene.structure):
+    if not known(model.structure):
         return False
     asked = not (len(request.at) or request.steps or request.event >= 0 or request.rates)
     whole = request.log_from <= 0 or not (request.events or request.misses)
-    ahead = (request.level - scene.state[0]) * request.direction > 0
+    ahead = (request.level - model.state[0]) * request.direction > 0
     section = request.direction == 0 or (ahead and request.period > MAX_TURN)  # one in a step
-    if not (asked and section and whole and request.rtol >= RTOL and scene.h_max == np.inf):
+    if not (asked and section and whole and request.rtol >= RTOL and model.h_max == np.inf):
         return False
-    same = np.ptp(scene.absolute[3:]) == 0 and np.all(scene.absolute[:3] == 1) and np.all(scene.turning == 1)
-    return bool(same and np.all(scene.relative == np.repeat([0.0, 1.0], 3)))
+    same = np.ptp(model.absolute[3:]) == 0 and np.all(model.absolute[:3] == 1) and np.all(model.turning == 1)
+    return bool(same and np.all(model.relative == np.repeat([0.0, 1.0], 3)))
 
 
-def _in_lanes(pairs: list[tuple[Scene, Request]]) -> list[Records]:
+def _in_lanes(pairs: list[tuple[Model, Request]]) -> list[Records]:
     """Motions of one structure, in lanes."""
     from jointplay.numerics.ensemble.layout import LOGGED, PASSED_BY, PAUSE
     from jointplay.numerics.interface import direct
 
-    began, scenes = time.perf_counter(), [scene for scene, _ in pairs]
-    flow, f, g, rows, flags = _kernels(scenes[0].structure)
+    began, models = time.perf_counter(), [model for model, _ in pairs]
+    flow, f, g, rows, flags = _kernels(models[0].structure)
     real = np.array([_real(*pair) for pair in pairs])
     whole = np.array([_whole(request, flags) for _, request in pairs], dtype=np.int64)
-    states, numbers = (np.array([getattr(scene, name) for scene in scenes]) for name in ("state", "numbers"))
+    states, numbers = (np.array([getattr(model, name) for model in models]) for name in ("state", "numbers"))
     jobs, lanes = flow.jobs(states, numbers, real, whole, LOG_ROWS), flow.lanes(rows, numbers.shape[1])
     parts, run, place = [], direct(flow.flow), jobs.place
 
@@ -112,12 +112,12 @@ def _in_lanes(pairs: list[tuple[Scene, Request]]) -> list[Records]:
         parts.append(jobs.log[: place[LOGGED]].copy())
         place[LOGGED] = 0
 
-    own = pace(scenes[0].structure, "ensemble")
+    own = pace(models[0].structure, "ensemble")
     in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
-    each, log = (time.perf_counter() - began) / len(scenes), np.concatenate(parts)
+    each, log = (time.perf_counter() - began) / len(models), np.concatenate(parts)
     log = log[np.argsort(log[:, 0], kind="stable")]
-    cuts = np.searchsorted(log[:, 0], np.arange(len(scenes) + 1))
-    return [_records(jobs, n, log[cuts[n] : cuts[n + 1], 1:], each) for n in range(len(scenes))]
+    cuts = np.searchsorted(log[:, 0], np.arange(len(models) + 1))
+    return [_records(jobs, n, log[cuts[n] : cuts[n + 1], 1:], each) for n in range(len(models))]
 
 
 def _kernels(structure) -> tuple:
@@ -132,13 +132,13 @@ def _kernels(structure) -> tuple:
     return cache.method("ensemble.flow"), f, g, module.ROWS, flags
 
 
-def _real(scene: Scene, request: Request) -> list[float]:
+def _real(model: Model, request: Request) -> list[float]:
     """Numbers of a trajectory, in the order of numerics.ensemble.layout."""
-    rest = margins.rest(scene, request.rtol)
-    gap, force = margins.guards(scene, rest, 1, 0)[:2]
-    scales = [request.rtol, request.rtol * float(scene.absolute[-1]), rest, 1e-7 * scene.period]
-    lengths = [1e-5 * scene.period, float(margins.cones(scene)[0]), gap, force]
-    cut = [float(margins.bushes(scene, 1)[0]), request.level, request.period]
+    rest = margins.rest(model, request.rtol)
+    gap, force = margins.guards(model, rest, 1, 0)[:2]
+    scales = [request.rtol, request.rtol * float(model.absolute[-1]), rest, 1e-7 * model.period]
+    lengths = [1e-5 * model.period, float(margins.cones(model)[0]), gap, force]
+    cut = [float(margins.bushes(model, 1)[0]), request.level, request.period]
     return [float(request.duration), *scales, *lengths, *cut]
 
 

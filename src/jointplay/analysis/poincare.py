@@ -71,23 +71,23 @@ def poincare(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     names = recorded(record, mechanism)
-    scene = assemble(
+    model = assemble(
         mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
     )
     counted = isinstance(section, CrankAngle) and turns is not None
-    begin = transient * scene.period
-    end = begin + (duration if turns is None else turns * scene.period)
-    fields = asked.section_fields(section, scene, math.ceil(transient) if counted else 0)
+    begin = transient * model.period
+    end = begin + (duration if turns is None else turns * model.period)
+    fields = asked.section_fields(section, model, math.ceil(transient) if counted else 0)
     if counted:
         fields["stop_after"] = math.ceil(transient) + math.ceil(turns)
         end *= asked.SLACK
     request = Request(end, rtol, max_steps=asked.steps(max_steps), rates=rates.needed(names), **fields)
-    records = follow(scene, request, progress)
+    records = follow(model, request, progress)
     rows = records.sections
     if not counted:
         rows = rows[rows[:, 2] >= begin]
-    points = rates.quantities(scene, rtol, records, rows[:, 2:])
-    variables = points.variables(names, "turn") | scalars(scene, records)
+    points = rates.quantities(model, rtol, records, rows[:, 2:])
+    variables = points.variables(names, "turn") | scalars(model, records)
     variables["time"] = ("turn", points.time, {"units": "s", "long_name": "time of the section point"})
     variables["section_joint"] = (
         "turn",
@@ -100,4 +100,4 @@ def poincare(
         {"long_name": "kind of event"} | flags(EVENTS),
     )
     turn = ("turn", np.arange(len(rows)), {"units": "1", "long_name": "section point"})
-    return dataset(scene, variables, {"turn": turn}, "section").assign_attrs(beyond_the_model(points))
+    return dataset(model, variables, {"turn": turn}, "section").assign_attrs(beyond_the_model(points))

@@ -15,7 +15,7 @@ import xarray as xr
 from jointplay.analysis.words import BALANCE, MODES, RATES, STATUS, WORDS
 from jointplay.codegen import cache, outputs
 from jointplay.errors import ModelWarning
-from jointplay.mechanism.scene import DEEP, Scene
+from jointplay.mechanism.model import DEEP, Model
 from jointplay.numerics.codes import Mode
 
 
@@ -25,10 +25,10 @@ class Quantities:
     Those that depend on accelerations are taken from `sharp` instead, where it is given (analysis.rates).
     """
 
-    def __init__(self, scene: Scene, rows: np.ndarray, start: np.ndarray, sharp: np.ndarray | None = None):
-        self.scene, self.rows, self.start = scene, rows, start
+    def __init__(self, model: Model, rows: np.ndarray, start: np.ndarray, sharp: np.ndarray | None = None):
+        self.model, self.rows, self.start = model, rows, start
         self.sharp = rows if sharp is None else sharp
-        self.module = cache.structure_module(scene.structure)
+        self.module = cache.structure_module(model.structure)
         self._n_state = len(self.module.STATE)
 
     @property
@@ -43,7 +43,7 @@ class Quantities:
     @property
     def _touching(self) -> tuple[str, ...]:
         """Names of what has a mode: contacts, then rigid walls."""
-        return (*self.scene.joints, *self.scene.resets)
+        return (*self.model.joints, *self.model.resets)
 
     def variables(self, names: Iterable[str], dim: str, prefix: str = "") -> dict[str, Any]:
         """Named variables over `dim`, as (dims, values, attributes)."""
@@ -73,9 +73,9 @@ class Quantities:
         return outputs.evaluate(self.module, wanted, self._given(rows)) if wanted else {}
 
     def _labels(self, of: str | None) -> tuple[str, ...]:
-        scene = self.scene
-        labels = {"link": scene.links, "bending": scene.bending, "joint": scene.joints, "pin": scene.pins}
-        return (labels | {"state": scene.states}).get(of, ("",))
+        model = self.model
+        labels = {"link": model.links, "bending": model.bending, "joint": model.joints, "pin": model.pins}
+        return (labels | {"state": model.states}).get(of, ("",))
 
     @staticmethod
     def _key(name: str, label: str) -> str:
@@ -93,7 +93,7 @@ class Quantities:
     def _given(self, rows: np.ndarray) -> dict[str, Any]:
         """Symbols of the program: state, parameters, masks."""
         given = dict(zip(self.module.STATE, rows[:, : self._n_state].T, strict=True))
-        given |= dict(zip(self.module.PARAMETERS, self.scene.numbers, strict=True))
+        given |= dict(zip(self.module.PARAMETERS, self.model.numbers, strict=True))
         for j, name in enumerate(self._touching):
             mode = rows[:, self._n_state + j]
             given[f"touch_{name}"] = (mode > Mode.RELEASED).astype(float)
@@ -118,7 +118,7 @@ class Quantities:
 
     @property
     def _structural_work(self) -> np.ndarray:
-        return self._work[:, 2] if self.scene.bending else np.zeros(len(self.rows))
+        return self._work[:, 2] if self.model.bending else np.zeros(len(self.rows))
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""
@@ -127,7 +127,7 @@ class Quantities:
 
     def _stored(self) -> np.ndarray:
         """Elastic energy of the contacts."""
-        keys = [f"stored_energy:{name}" for name in self.scene.joints]
+        keys = [f"stored_energy:{name}" for name in self.model.joints]
         found = outputs.evaluate(self.module, keys, self._given(self.rows))
         held = (found[key] * (self.modes[:, j] > Mode.RELEASED) for j, key in enumerate(keys))
         return sum(held, np.zeros(len(self.rows)))
@@ -135,13 +135,13 @@ class Quantities:
 
 def beyond_the_model(history: Quantities) -> dict[str, str]:
     """An attribute, and a warning, of a motion whose journals went far into their bearings."""
-    scene = history.scene
-    if not scene.clearances or not len(history.rows):
+    model = history.model
+    if not model.clearances or not len(history.rows):
         return {}
-    depth = history.variables(["penetration"], "row")["penetration"][1] / np.array(scene.clearances)
+    depth = history.variables(["penetration"], "row")["penetration"][1] / np.array(model.clearances)
     told = [
         f"the journal of {name} goes {deepest:.3g} clearances into its bearing"
-        for name, deepest in zip(scene.joints, np.nanmax(depth, axis=0, initial=0.0), strict=True)
+        for name, deepest in zip(model.joints, np.nanmax(depth, axis=0, initial=0.0), strict=True)
         if deepest > DEEP
     ]
     if not told:
@@ -170,13 +170,13 @@ def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
     return {"units": "1", "flag_values": values, "flag_meanings": " ".join(meanings)}
 
 
-def coordinates(scene: Scene) -> dict[str, Any]:
-    """Label coordinates of a scene."""
+def coordinates(model: Model) -> dict[str, Any]:
+    """Label coordinates of a model."""
     labels = {
-        "link": scene.links,
-        "joint": scene.joints if scene.links else (),
-        "pin": scene.pins,
-        "state": scene.states,
+        "link": model.links,
+        "joint": model.joints if model.links else (),
+        "pin": model.pins,
+        "state": model.states,
     }
     names = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "state": "state"}
     return {
@@ -186,12 +186,12 @@ def coordinates(scene: Scene) -> dict[str, Any]:
     }
 
 
-def scalars(scene: Scene, records) -> dict[str, Any]:
+def scalars(model: Model, records) -> dict[str, Any]:
     """What every result says of its run."""
     found = {
         "status": ((), np.int8(records.status), {"long_name": "how the run ended"} | flags(STATUS)),
         "wall_time": ((), records.wall_time, {"units": "s", "long_name": "wall time of the run"}),
-        "turn_period_nominal": ((), scene.period, {"units": "s", "long_name": "nominal period of the drive"}),
+        "turn_period_nominal": ((), model.period, {"units": "s", "long_name": "nominal period of the drive"}),
     }
     names = {
         "n_steps": "accepted steps",
@@ -200,17 +200,17 @@ def scalars(scene: Scene, records) -> dict[str, Any]:
     }
     names |= {"n_evaluations": "evaluations of the accelerations", "n_events": "events"}
     found |= {k: ((), np.int64(records.counts[k]), {"units": "1", "long_name": v}) for k, v in names.items()}
-    if scene.clearances:
+    if model.clearances:
         found["clearance"] = (
             "joint",
-            np.array(scene.clearances),
+            np.array(model.clearances),
             {"units": "m", "long_name": "radial clearance"},
         )
     return found
 
 
-def dataset(scene: Scene, variables: dict[str, Any], coords: dict[str, Any], kind: str) -> xr.Dataset:
+def dataset(model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str) -> xr.Dataset:
     """Put a result together."""
     used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
-    labels = {of: coordinate for of, coordinate in coordinates(scene).items() if of in used}
+    labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
     return xr.Dataset(variables, coords | labels, {"Conventions": "CF-1.11", "kind": kind})

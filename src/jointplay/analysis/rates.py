@@ -18,7 +18,7 @@ from jointplay.analysis.quantities import Quantities
 from jointplay.analysis.trajectory import Records, Request, functions, memory
 from jointplay.analysis.words import RATES
 from jointplay.codegen import cache
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 CLOSER = 1e-3  # of the tolerance
 LEAST = 1e-13  # tolerance at which rounding begins
@@ -32,17 +32,17 @@ def needed(names: Iterable[str]) -> bool:
     return not {*names}.isdisjoint(RATES)
 
 
-def quantities(scene: Scene, rtol: float, records: Records, rows: np.ndarray) -> Quantities:
+def quantities(model: Model, rtol: float, records: Records, rows: np.ndarray) -> Quantities:
     """Quantities of some rows of the records of a run with `Request.rates`, accelerations and all."""
-    return Quantities(scene, rows, records.start, resolved(scene, rtol, records.doubts, rows))
+    return Quantities(model, rows, records.start, resolved(model, rtol, records.doubts, rows))
 
 
-def resolved(scene: Scene, rtol: float, doubts: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def resolved(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Rows of records (time, positions, speeds, modes, work) with states whose accelerations are right.
 
     Parameters
     ----------
-    scene, rtol
+    model, rtol
         What was followed, with `Request.rates`, and how closely.
     doubts, rows : ndarray
         Its steps in doubt, and some of its samples, steps or section points.
@@ -59,8 +59,8 @@ def resolved(scene: Scene, rtol: float, doubts: np.ndarray, rows: np.ndarray) ->
     if not len(held):
         return rows
     places, wanted, found = places[held], rows[held], rows.copy()
-    anew = _anew(scene, rtol, doubts, places, wanted)
-    same = (anew[:, 0] == wanted[:, 0]) & np.all(_modes(scene, anew) == _modes(scene, wanted), axis=1)
+    anew = _anew(model, rtol, doubts, places, wanted)
+    same = (anew[:, 0] == wanted[:, 0]) & np.all(_modes(model, anew) == _modes(model, wanted), axis=1)
     first = np.searchsorted(places, places)  # of the same doubt
     astray = np.cumsum(~same)  # up to a row; none between the first of its doubt and itself
     same &= astray == np.where(same[first], astray[first], -1)
@@ -68,21 +68,21 @@ def resolved(scene: Scene, rtol: float, doubts: np.ndarray, rows: np.ndarray) ->
     return found
 
 
-def _anew(scene: Scene, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:
+def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Rows at the times of `rows`, each from the beginning of the doubt at its place; 0 where none came."""
     from jointplay.numerics.interface import address
 
     method, closer = cache.method("flow"), max(CLOSER, min(LEAST / rtol, 1.0))
-    k, x, o = memory(scene, Request(np.inf, rtol, rows[:, 0], max_steps=ATTEMPTS))
+    k, x, o = memory(model, Request(np.inf, rtol, rows[:, 0], max_steps=ATTEMPTS))
     x = x._replace(absolute=closer * x.absolute, relative=closer * x.relative)
     used, first = np.unique(places, return_index=True)
-    flow, f = address(method.flow, method.PLAIN), functions(scene.structure)
+    flow, f = address(method.flow, method.PLAIN), functions(model.structure)
     for i in range(0, len(used), TOGETHER):
         method.anew(flow, f, k, x, o, doubts[used[i : i + TOGETHER]], first[i : i + TOGETHER])
     return x.samples
 
 
-def _modes(scene: Scene, rows: np.ndarray) -> np.ndarray:
+def _modes(model: Model, rows: np.ndarray) -> np.ndarray:
     """Contact modes of rows."""
-    sizes, first = cache.structure_module(scene.structure).SIZES, 1 + len(scene.state)
+    sizes, first = cache.structure_module(model.structure).SIZES, 1 + len(model.state)
     return rows[:, first : first + sizes["contacts"] + sizes["resets"]]

@@ -12,8 +12,8 @@ from jointplay.analysis.words import BALANCE, EVENTS, WORDS, recorded
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
 from jointplay.mechanism.assemble import assemble, check_section
 from jointplay.mechanism.closure import closed_four_bar
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
-from jointplay.mechanism.scene import Scene
 from jointplay.mechanism.section import ContactSection, SeparationSection
 
 SLACK = 4  # nominal periods that a turn may take before the run gives up
@@ -59,7 +59,7 @@ def check_start(
     mechanism: Mechanism | TestSystem,
     initial: Any,
     key: str = "initial",
-    assembled: Callable[..., Scene] = assemble,
+    assembled: Callable[..., Model] = assemble,
 ) -> None:
     """Refuse a start that a mechanism cannot have, with keys below that of the start.
 
@@ -164,11 +164,11 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
     return f"{section.quantity}:{given or names[of][0]}"
 
 
-def _contacts(section: ContactSection | SeparationSection, scene: Scene) -> tuple[tuple[str, ...], str]:
+def _contacts(section: ContactSection | SeparationSection, model: Model) -> tuple[tuple[str, ...], str]:
     """Names of the joints (or walls) that can make such a section, and the kind of event that does."""
-    names, kind = scene.joints, section.kind
-    if scene.resets and kind == "contact":
-        names, kind = scene.resets, "impact"
+    names, kind = model.joints, section.kind
+    if model.resets and kind == "contact":
+        names, kind = model.resets, "impact"
     if not names or section.joint not in (None, *names):
         raise InputError(
             [unknown("section.joint", section.joint, section.joint, names, "contact")], "section"
@@ -190,17 +190,17 @@ _NOT_SECTIONS = (
 )
 
 
-def section_fields(section: Section | None, scene: Scene, skip: int) -> dict[str, Any]:
+def section_fields(section: Section | None, model: Model, skip: int) -> dict[str, Any]:
     """The fields of a run's request that describe a section."""
     if section is None:
         return {}
     if isinstance(section, CrankAngle):
-        forward = 1 if scene.crank_speed >= 0 else -1
-        turns = (section.angle - scene.crank_angle) * forward / math.tau
-        first = scene.crank_angle + forward * math.tau * (turns - math.ceil(turns) + 1)
+        forward = 1 if model.crank_speed >= 0 else -1
+        turns = (section.angle - model.crank_angle) * forward / math.tau
+        first = model.crank_angle + forward * math.tau * (turns - math.ceil(turns) + 1)
         return {"level": first, "period": math.tau, "direction": forward, "skip": skip}
     if isinstance(section, Plane):
         return {"level": section.value, "direction": 1 if section.direction == "up" else -1, "skip": skip}
-    names, kind = _contacts(section, scene)
+    names, kind = _contacts(section, model)
     joint = -1 if section.joint is None else names.index(section.joint)
     return {"event": EVENTS.index(kind), "joint": joint, "skip": skip}

@@ -31,8 +31,8 @@ from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Flag, Natural, NonNegative
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.mechanism.scene import Scene
 
 SAMPLES_PER_TURN = 720
 
@@ -145,15 +145,15 @@ def simulate(
     if windows is not None and turns is None:
         turns = windows[-1][1]
     names = recorded(record, mechanism)
-    scene = assemble(
+    model = assemble(
         mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
     )
-    begin = (windows[0][0] if windows else transient) * scene.period
-    end = transient * scene.period + (duration if turns is None else turns * scene.period)
+    begin = (windows[0][0] if windows else transient) * model.period
+    end = transient * model.period + (duration if turns is None else turns * model.period)
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
-    times = _times(at, steps, many, begin, end, scene.period)
+    times = _times(at, steps, many, begin, end, model.period)
     if windows is not None:
-        times, number = sample_times(windows, scene.period, many)
+        times, number = sample_times(windows, model.period, many)
     request = Request(
         duration=end,
         rtol=rtol,
@@ -163,11 +163,11 @@ def simulate(
         events=True,
         max_steps=asked.steps(max_steps),
         rates=rates.needed(names),
-        **asked.section_fields(section, scene, 0),
+        **asked.section_fields(section, model, 0),
     )
-    records = follow(scene, request, progress)
-    found = _dataset(scene, request, records, names, begin if section else None)
-    return found if windows is None else marked(found, number, windows, scene.period)
+    records = follow(model, request, progress)
+    found = _dataset(model, request, records, names, begin if section else None)
+    return found if windows is None else marked(found, number, windows, model.period)
 
 
 def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:
@@ -182,14 +182,14 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
 
 
 def _dataset(
-    scene: Scene, request: Request, records: Records, names, sections_from: float | None
+    model: Model, request: Request, records: Records, names, sections_from: float | None
 ) -> xr.Dataset:
     rows = records.steps[:, 2:] if request.steps else records.samples
-    history = rates.quantities(scene, request.rtol, records, rows)
-    variables = history.variables(names, "time") | _events(scene, records) | scalars(scene, records)
+    history = rates.quantities(model, request.rtol, records, rows)
+    variables = history.variables(names, "time") | _events(model, records) | scalars(model, records)
     if sections_from is not None:
         points = records.sections[records.sections[:, 2] >= sections_from, 2:]
-        cut = rates.quantities(scene, request.rtol, records, points)
+        cut = rates.quantities(model, request.rtol, records, points)
         variables["section_time"] = (
             "turn",
             cut.time,
@@ -197,10 +197,10 @@ def _dataset(
         )
         variables |= cut.variables(names, "turn", prefix="section_")
     time = ("time", history.time, {"units": "s", "long_name": "time"})
-    return dataset(scene, variables, {"time": time}, "response").assign_attrs(beyond_the_model(history))
+    return dataset(model, variables, {"time": time}, "response").assign_attrs(beyond_the_model(history))
 
 
-def _events(scene: Scene, records: Records) -> dict[str, Any]:
+def _events(model: Model, records: Records) -> dict[str, Any]:
     """The event list."""
     rows = records.events
     joint, kind = rows[:, 0].astype(np.int16), rows[:, 1].astype(np.int8)
@@ -209,8 +209,8 @@ def _events(scene: Scene, records: Records) -> dict[str, Any]:
         "event_joint": ("event", joint, {"units": "1", "long_name": "joint of the event, counted from 0"}),
         "event_kind": ("event", kind, {"long_name": "kind of event"} | flags(EVENTS)),
     }
-    if scene.links and scene.joints:
-        speeds = Quantities(scene, rows[:, 2:], records.start).variables(_SPEEDS, "event")
+    if model.links and model.joints:
+        speeds = Quantities(model, rows[:, 2:], records.start).variables(_SPEEDS, "event")
         for name in _SPEEDS:
             values = speeds[name][1][np.arange(len(joint)), joint] if len(joint) else np.zeros(0)
             found[f"event_{name}"] = ("event", values, attributes(name))

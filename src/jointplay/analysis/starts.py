@@ -13,9 +13,9 @@ from jointplay.codegen import cache
 from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import ANGLE, FAR
+from jointplay.mechanism.model import DEEP, Model
 from jointplay.mechanism.oscillators import inside
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
-from jointplay.mechanism.scene import DEEP, Scene
 
 
 class End(NamedTuple):
@@ -26,7 +26,7 @@ class End(NamedTuple):
     crank_angle: float
 
 
-def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None) -> Scene:
+def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None) -> Model:
     """Assemble a mechanism at a start.
 
     Parameters
@@ -47,47 +47,47 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
     watched = asked.quantity(section, mechanism)
     if isinstance(start, End):
         turned = isinstance(mechanism, Mechanism) and crank_place(assemble(mechanism)) is None
-        scene = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched)
-        return _inside(moved(scene, start.state))
+        model = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched)
+        return _inside(moved(model, start.state))
     if isinstance(mechanism, TestSystem) or start is None or isinstance(start, Mapping):
         return assemble(mechanism, start, watched)
-    scene = assemble(mechanism, None, watched)
-    found = moved(scene, _vector(scene, start))
+    model = assemble(mechanism, None, watched)
+    found = moved(model, _vector(model, start))
     _check_journals(found, start)
     return found
 
 
-def _check_journals(scene: Scene, start: Any) -> None:
+def _check_journals(model: Model, start: Any) -> None:
     """Refuse a state whose journals are nowhere near their bearings."""
     from jointplay.analysis.states.journals import Journals  # it needs this file
 
-    if not scene.joints:
+    if not model.joints:
         return
-    ratios = Journals(scene).eccentricity_ratios(scene.state[None, :])[0]
+    ratios = Journals(model).eccentricity_ratios(model.state[None, :])[0]
     if np.any(ratios > DEEP):
-        far = ", ".join(f"{name} {ratio:.3g}" for name, ratio in zip(scene.joints, ratios, strict=True))
+        far = ", ".join(f"{name} {ratio:.3g}" for name, ratio in zip(model.joints, ratios, strict=True))
         expected = f"journals at most {DEEP} clearances from their bearings' centres are accepted, here {far}"
         raise refuse(start, expected, "initial")
 
 
-def _vector(scene: Scene, start: Any) -> np.ndarray:
-    names = ", ".join(state_names(scene))
+def _vector(model: Model, start: Any) -> np.ndarray:
+    names = ", ".join(state_names(model))
     expected = f"a table of crank_angle and crank_speed, or a finite number for each of {names}, is accepted"
     try:
         values = np.array(start, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise refuse(start, expected, "initial") from None
-    if values.shape != scene.state.shape or not np.all(np.isfinite(values)):
+    if values.shape != model.state.shape or not np.all(np.isfinite(values)):
         raise refuse(start, expected, "initial")
-    turning = np.flatnonzero(scene.turning)
+    turning = np.flatnonzero(model.turning)
     if np.any(np.abs(values[turning]) > FAR):
-        raise refuse(start, f"{ANGLE} ({', '.join(state_names(scene)[i] for i in turning)})", "initial")
+        raise refuse(start, f"{ANGLE} ({', '.join(state_names(model)[i] for i in turning)})", "initial")
     return values
 
 
-def state_names(scene: Scene) -> tuple[str, ...]:
+def state_names(model: Model) -> tuple[str, ...]:
     """Names of positions and speeds, as the equations call them."""
-    return tuple(cache.structure_module(scene.structure).STATE[1:])
+    return tuple(cache.structure_module(model.structure).STATE[1:])
 
 
 def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
@@ -95,21 +95,21 @@ def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
     return state_names(assemble(mechanism)) == tuple(end.names)
 
 
-def crank_place(scene: Scene) -> int | None:
+def crank_place(model: Model) -> int | None:
     """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
-    names, own = state_names(scene), f"theta_{scene.crank}"
+    names, own = state_names(model), f"theta_{model.crank}"
     return names.index(own) if own in names else None
 
 
-def moved(scene: Scene, state: np.ndarray) -> Scene:
-    """The scene with its motion at another state, at the time 0."""
-    crank = crank_place(scene)
-    angle = scene.crank_angle if crank is None else float(state[crank])
-    return replace(scene, state=np.array(state, dtype=float), crank_angle=angle)
+def moved(model: Model, state: np.ndarray) -> Model:
+    """The model with its motion at another state, at the time 0."""
+    crank = crank_place(model)
+    angle = model.crank_angle if crank is None else float(state[crank])
+    return replace(model, state=np.array(state, dtype=float), crank_angle=angle)
 
 
-def _inside(scene: Scene) -> Scene:
-    """The scene, its position moved back to where a rigid wall stands, if that has passed it."""
-    module = cache.structure_module(scene.structure)
-    numbers = dict(zip(module.PARAMETERS, scene.numbers, strict=True))
-    return replace(scene, state=inside(module, numbers, scene.state))
+def _inside(model: Model) -> Model:
+    """The model, its position moved back to where a rigid wall stands, if that has passed it."""
+    module = cache.structure_module(model.structure)
+    numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
+    return replace(model, state=inside(module, numbers, model.state))

@@ -11,7 +11,7 @@ import numpy as np
 from jointplay.analysis.trajectory import Request, advance, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
-from jointplay.mechanism.scene import SPEED_FLOOR, Scene
+from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 SAFE, FOLLOWED = 300.0, 8 / 14  # estimated errors are of order 8 and far larger than a step's, of order 14
 TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
@@ -25,9 +25,9 @@ def variations(structure: Linkage | Oscillator) -> tuple:
     return pointers(cache.variation_module(structure), kind=Variations)
 
 
-def scales(scene: Scene) -> np.ndarray:
+def scales(model: Model) -> np.ndarray:
     """Size of each state, in whose units tangents are measured."""
-    return scene.absolute * (1 + scene.relative / SPEED_FLOOR)
+    return model.absolute * (1 + model.relative / SPEED_FLOOR)
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Bundle:
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         What moves.
     request : Request
         For how long, and at which tolerance.
@@ -52,7 +52,7 @@ class Bundle:
         Recorded rows after which `advance` comes back.
     """
 
-    scene: Scene
+    model: Model
     request: Request
     frame: np.ndarray
     tolerance: float = TIGHT
@@ -64,10 +64,10 @@ class Bundle:
         from jointplay.numerics import tangent
 
         cache.prepare("tangent_flow")
-        rows = cache.variation_module(self.scene.structure).ROWS
-        self.k, self.x, self.o = memory(self.scene, self.request)
+        rows = cache.variation_module(self.model.structure).ROWS
+        self.k, self.x, self.o = memory(self.model, self.request)
         frame = np.asarray(self.frame, dtype=float)
-        self.y = tangent.tangents(frame, scales(self.scene), self.o.n, rows, self.rows)
+        self.y = tangent.tangents(frame, scales(self.model), self.o.n, rows, self.rows)
         self.y.count[tangent.SALTATION], self.y.count[tangent.HELD] = self.saltation, self.held
         real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
         real |= {tangent.LIMIT: SAFE * self.request.rtol**FOLLOWED}
@@ -80,7 +80,7 @@ class Bundle:
 
         `tell` is called after each piece of the run (analysis.pieces).
         """
-        structure, o = self.scene.structure, self.o._replace(t_end=min(self.o.t_end, float(until)))
+        structure, o = self.model.structure, self.o._replace(t_end=min(self.o.t_end, float(until)))
         return advance(structure, self.k, self.x, o, variations(structure), self.y, tell)
 
     def record(self, block: float) -> None:
@@ -136,7 +136,7 @@ class Bundle:
         """Rate of the state where the run stands."""
         from jointplay.numerics.modes import mask, variant_of
 
-        module, x, o = cache.structure_module(self.scene.structure), self.x, self.o
+        module, x, o = cache.structure_module(self.model.structure), self.x, self.o
         n_x, w = o.n_q + o.n, np.zeros_like(self.k.w)
         module.trig(x.s, x.p)
         mask(x.modes, x.m)
@@ -150,17 +150,17 @@ class Bundle:
         return self.y.d.reshape(len(self.y.alive), -1)[:, 1:].copy()
 
 
-def warm_tangents(scene: Scene) -> None:
-    """Compile what the tangents of a scene need, so that worker processes find it on the disk."""
-    Bundle(scene, Request(1e-9 * scene.period, max_steps=1), np.eye(len(scene.state))).advance()
+def warm_tangents(model: Model) -> None:
+    """Compile what the tangents of a model need, so that worker processes find it on the disk."""
+    Bundle(model, Request(1e-9 * model.period, max_steps=1), np.eye(len(model.state))).advance()
 
 
-def tangent_map(scene: Scene, duration: float, rtol: float = 1e-11, saltation: bool = True) -> np.ndarray:
+def tangent_map(model: Model, duration: float, rtol: float = 1e-11, saltation: bool = True) -> np.ndarray:
     """Derivative of the state after `duration` s with respect to the state at the start.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         What moves.
     duration : float
         In s.
@@ -179,7 +179,7 @@ def tangent_map(scene: Scene, duration: float, rtol: float = 1e-11, saltation: b
     ArithmeticError
         If the motion did not reach the end.
     """
-    bundle = Bundle(scene, Request(duration, rtol), np.eye(len(scene.state)), saltation=saltation, held=True)
+    bundle = Bundle(model, Request(duration, rtol), np.eye(len(model.state)), saltation=saltation, held=True)
     status = bundle.advance()
     if status:
         raise ArithmeticError(f"the motion ended with status {status}")

@@ -1,4 +1,4 @@
-"""Follow a scene's motion and bring back its records: the one place where analyses meet the flow."""
+"""Follow a model's motion and bring back its records: the one place where analyses meet the flow."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from jointplay.analysis.looks import Stopped
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Row, Section, Status
 
 INTERRUPTED = int(Status.INTERRUPTED)
@@ -92,12 +92,12 @@ class Records:
     counts: dict[str, int]
 
 
-def follow(scene: Scene, request: Request, progress: Callable[[float], None] | None = None) -> Records:
-    """Follow the motion of a scene from its start.
+def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
+    """Follow the motion of a model from its start.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         What moves.
     request : Request
         For how long, and what to record.
@@ -112,7 +112,7 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
 
     began = time.perf_counter()
     cache.prepare("flow")
-    k, x, o = memory(scene, request)
+    k, x, o = memory(model, request)
     start, parts, full = _row(x), [], cache.method("flow").FULL
 
     def tell() -> None:
@@ -122,7 +122,7 @@ def follow(scene: Scene, request: Request, progress: Callable[[float], None] | N
     code = full
     while code == full:
         try:
-            code = advance(scene.structure, k, x, o, tell=tell)
+            code = advance(model.structure, k, x, o, tell=tell)
         except Stopped:
             code = INTERRUPTED
         parts.append(x.log[: x.count[arrays.LOGGED]].copy())
@@ -176,31 +176,31 @@ def functions(structure: Linkage | Oscillator) -> tuple:
     return pointers(module, cache.algebra_module(sizes["positions"], sizes["speeds"]))
 
 
-def memory(scene: Scene, request: Request):
+def memory(model: Model, request: Request):
     """Arrays and options of a run."""
     from jointplay.numerics import memory as arrays
 
-    module = cache.structure_module(scene.structure)
+    module = cache.structure_module(model.structure)
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
-    state, rest = np.concatenate([[0.0], scene.state]), margins.rest(scene, request.rtol)
-    x = arrays.trajectory(state, scene.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
+    state, rest = np.concatenate([[0.0], model.state]), margins.rest(model, request.rtol)
+    x = arrays.trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
     n_touch = n_contacts + sizes["resets"]
     width = 1 + n_q + n + n_touch + sizes["powers"]
     x = x._replace(
-        absolute=request.rtol * scene.absolute,
-        relative=request.rtol * scene.relative,
-        turning=scene.turning.copy(),
-        margin=margins.guards(scene, rest, n_contacts, sizes["resets"]),
-        bush=margins.bushes(scene, n_contacts),
-        cone=margins.cones(scene),
+        absolute=request.rtol * model.absolute,
+        relative=request.rtol * model.relative,
+        turning=model.turning.copy(),
+        margin=margins.guards(model, rest, n_contacts, sizes["resets"]),
+        bush=margins.bushes(model, n_contacts),
+        cone=margins.cones(model),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
         samples=np.zeros((len(request.at), width)),
         log=np.zeros((LOG_ROWS, arrays.COLUMNS + width)),
     )
-    x.real[arrays.H] = 1e-5 * scene.period
+    x.real[arrays.H] = 1e-5 * model.period
     x.real[arrays.LEVEL] = request.level
     options = arrays.Options(
         n_q=n_q,
@@ -208,9 +208,9 @@ def memory(scene: Scene, request: Request):
         first=sizes["first"],
         guards=sizes["guards"],
         t_end=float(request.duration),
-        h_max=float(scene.h_max),
+        h_max=float(model.h_max),
         newton=NEWTON,
-        near=1e-7 * scene.period,
+        near=1e-7 * model.period,
         rest=rest,
         hop=margins.rebound(request.rtol),
         max_steps=request.max_steps,
@@ -218,7 +218,7 @@ def memory(scene: Scene, request: Request):
         log_steps=int(request.steps),
         log_events=int(request.events),
         log_misses=int(request.misses),
-        sharp=SHARP / scene.period if request.rates and scene.links else 0.0,
+        sharp=SHARP / model.period if request.rates and model.links else 0.0,
         section=_section(request),
         direction=request.direction,
         period=float(request.period),

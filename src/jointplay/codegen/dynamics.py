@@ -1,6 +1,6 @@
 """Solved dynamics of a system as straight-line programs: accelerations, contact forces and their Jacobian.
 
-A system is solved in one of three variants, so that a scene does not pay for what is absent: `free`
+A system is solved in one of three variants, so that a model does not pay for what is absent: `free`
 (nothing touches), `slip` (contacts push, friction is a law) and `stick` (some tangential forces are
 unknowns that keep v_t at rest). Within the last two, contacts are told apart by masks: touch kappa_j, slip
 direction sigma_j, stick eta_j. In both of them what rests on a rigid wall is held as what sticks is

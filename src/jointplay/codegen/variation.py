@@ -9,7 +9,7 @@ turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th r
                                   last, of coming to rest on the walls
 ROWS                              rows of w: the structure's own, then those of its derivatives
 
-Only scenes that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
+Only models that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
 itself; of many (codegen.elimination) the residual's B = d (Q - M a) / d state and the factors of
 M = L D L^T, and rates are M^-1 B times a tangent.
 """

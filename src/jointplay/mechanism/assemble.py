@@ -13,9 +13,9 @@ from jointplay.mechanism import kinematic_chains, oscillators
 from jointplay.mechanism.beam import line_density, modal
 from jointplay.mechanism.closure import closed_four_bar
 from jointplay.mechanism.kinematic_chains import Place, place_of
+from jointplay.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, MotorLine, TestSystem
-from jointplay.mechanism.scene import DEEP, DEFLECTION, SPEED_FLOOR, Scene
 from jointplay.mechanism.section import Section
 from jointplay.mechanism.start import start
 
@@ -28,7 +28,7 @@ def assemble(
     section: str | None = None,
     powers: bool = False,
     relaxed: bool = False,
-) -> Scene:
+) -> Model:
     """Assemble a mechanism or a test system.
 
     Parameters
@@ -51,7 +51,7 @@ def assemble(
         If ideal joints close a loop other than a four-bar's, or the start does not fit the mechanism.
     """
     if isinstance(mechanism, TestSystem):
-        return oscillators.scene(mechanism, initial, section)
+        return oscillators.model(mechanism, initial, section)
     loop = closed_four_bar(mechanism)
     places = kinematic_chains.forest(mechanism, without=loop.joints[2] if loop else None)
     structure = _structure(mechanism, places, section, powers, relaxed)
@@ -66,7 +66,7 @@ def assemble(
     unit, floor = _scales(mechanism, structure, nominal)
     turning = [name in structure.links for name, _ in _freedoms(structure)]
     followed = structure.drive == "speed" or loop  # some of the motion is no unknown whose error is watched
-    return Scene(
+    return Model(
         structure=structure,
         numbers=np.array([values[name] for name in parameter_names(structure)]),
         state=np.array(position + velocity),

@@ -1,4 +1,4 @@
-"""Test systems as scenes: their equations say what their parts are called; numbers are matched by name."""
+"""Test systems as models: their equations say what their parts are called; numbers are matched by name."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import numpy as np
 from jointplay.codegen import cache, outputs
 from jointplay.equations.structure import Oscillator
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.mechanism.model import SPEED_FLOOR, Model
 from jointplay.mechanism.records import TestSystem
-from jointplay.mechanism.scene import SPEED_FLOOR, Scene
 
 PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
 TURN = 0.7  # rad of the forcing's phase that a step may span: within where the generated polynomials hold
 
 
-def scene(system: TestSystem, initial: Any = None, section: str | None = None) -> Scene:
+def model(system: TestSystem, initial: Any = None, section: str | None = None) -> Model:
     """Assemble a test system.
 
     Parameters
@@ -43,7 +43,7 @@ def scene(system: TestSystem, initial: Any = None, section: str | None = None) -
     state = _state(system.initial if initial is None else initial, states)
     _check_gaps(module, numbers | {"t": 0.0} | dict(zip(states, state, strict=True)))
     state, rate = inside(module, numbers, state), _phase_rate(module, numbers)
-    return Scene(
+    return Model(
         structure=structure,
         numbers=np.array(list(numbers.values()), dtype=float),
         state=state,

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 def figure_problems(study: Study) -> list[Problem]:
     """List what a figure asks for and the result cannot have; keywords are right by themselves."""
     options, keywords = study.figure, study.keywords()
-    model = largest(study.mechanism, _varied(keywords))
-    asked = keywords | {"recorded": _recorded(study, model)}
-    suited = _suited(study, model)
+    mechanism = largest(study.mechanism, _varied(keywords))
+    asked = keywords | {"recorded": _recorded(study, mechanism)}
+    suited = _suited(study, mechanism)
     kind = options.get("kind", next(iter(suited), None))
     if kind not in suited:
         expected = f"for this {study.kind} one of {', '.join(suited) or 'none'} is accepted"
@@ -32,7 +32,7 @@ def figure_problems(study: Study) -> list[Problem]:
         found = [*_misplaced_sweep(study, asked)]
     else:
         found = figures.misfits(kind, options, asked)
-    found += _unknown_parts(model, options)
+    found += _unknown_parts(mechanism, options)
     events = options.get("events", False)
     named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
     found += [unknown("figure.events", e, e, EVENTS, "kind of event") for e in named if e not in EVENTS]
@@ -45,23 +45,23 @@ def _varied(keywords: Mapping[str, Any]) -> dict[str, Any]:
     return keywords.get("over", followed)
 
 
-def _recorded(study: Study, model: Mechanism | TestSystem) -> tuple[str, ...] | None:
+def _recorded(study: Study, mechanism: Mechanism | TestSystem) -> tuple[str, ...] | None:
     """Quantities that `record` asks for, of a test system states too; None if wrong ones, or none can be."""
     if "record" not in type(study.analysis).model_fields:
         return None
     try:
-        names = load(study.row.recorded)(study.analysis.record, model)
+        names = load(study.row.recorded)(study.analysis.record, mechanism)
     except InputError:
         return None
-    return names + (assemble(model).states if "state_value" in names else ())
+    return names + (assemble(mechanism).states if "state_value" in names else ())
 
 
-def _suited(study: Study, model: Mechanism | TestSystem) -> list[str]:
+def _suited(study: Study, mechanism: Mechanism | TestSystem) -> list[str]:
     """The figures that the result can be drawn as; where it has cells, these side by side too."""
     kinds = [*figures.suited(study.row), *["sweep"] * (bool(study.vary) and "over" not in study.keywords())]
     if "windows" in type(study.analysis).model_fields and study.analysis.section:
         kinds.append("poincare_section")
-    if isinstance(model, Mechanism) and model.clearance_joints:
+    if isinstance(mechanism, Mechanism) and mechanism.clearance_joints:
         return kinds
     return [name for name in kinds if not figures.ABOUT[name].clearance]
 
@@ -79,12 +79,12 @@ def _misplaced_sweep(study: Study, asked: Mapping[str, Any]) -> Iterator[Problem
         yield unknown("figure.along", along, along, names, "varied parameter")
 
 
-def _unknown_parts(model: Mechanism | TestSystem, options: Mapping[str, Any]) -> Iterator[Problem]:
+def _unknown_parts(mechanism: Mechanism | TestSystem, options: Mapping[str, Any]) -> Iterator[Problem]:
     """Yield links and joints that a figure names and the mechanism has not."""
-    if not isinstance(model, Mechanism):
+    if not isinstance(mechanism, Mechanism):
         return
-    ideal = tuple(joint for joint in model.joints if not joint.clearance)
-    parts = {"link": (model.links, "link"), "joint": (model.clearance_joints, "joint with clearance")}
+    ideal = tuple(joint for joint in mechanism.joints if not joint.clearance)
+    parts = {"link": (mechanism.links, "link"), "joint": (mechanism.clearance_joints, "joint with clearance")}
     for key, (those, what) in (parts | {"pin": (ideal, "ideal joint")}).items():
         names = [part.name for part in those]
         if key in options and options[key] not in names:

@@ -56,14 +56,14 @@ def compile_for(record: Study, changes: Sequence[Mapping[str, float]] = ({},)) -
     """Compile what a study with these changes needs, so that workers find it on the disk."""
     for change in (*changes[:: max(1, len(changes) // LOOKED)], changes[-1]):
         try:
-            model = changed(record.mechanism, change)
+            mechanism = changed(record.mechanism, change)
             section = getattr(record.analysis, "section", None)
-            scene = assemble(model, None, quantity(section, model))
+            model = assemble(mechanism, None, quantity(section, mechanism))
         except InputError:
             continue
-        warm([scene])
+        warm([model])
         if record.row.tangents:
-            warm_tangents(scene)
+            warm_tangents(model)
 
 
 def head(record: Study) -> str:

@@ -69,7 +69,7 @@ def test_multiplier_of_a_periodic_motion_of_the_gear_pair(frequency, turns):
         return walls.run(*state, count * period + 1e-9, at=[count * period], step=0.1)[1][-1]
 
     h, turn = 1e-5, Turn(assemble(system, None, quantity(CrankAngle(), system)))
-    place = turn(turn.scene.state, 1000)[0]
+    place = turn(turn.model.state, 1000)[0]
     assert after(place, turns) == pytest.approx(place, abs=1e-8)
     columns = [(after(place + d, turns) - after(place - d, turns)) / (2 * h) for d in h * np.eye(2)]
     largest = math.log(np.abs(np.linalg.eigvals(np.transpose(columns))).max()) / turns
@@ -93,7 +93,7 @@ def multiplier(turn, state):
 
 def test_a_periodic_motion_of_the_linkage():
     mechanism, turn = linkage()
-    state, _, _ = turn(turn.scene.state, 30)
+    state, _, _ = turn(turn.model.state, 30)
     found = growth(mechanism, turns=60, transient=30)
     assert float(found.growth) == pytest.approx(math.log(multiplier(turn, state)), abs=1e-3)
     assert float(found.growth) < -1
@@ -104,7 +104,7 @@ def test_a_prescribed_speed_has_no_crank_in_its_state():
     mechanism = mechanism.replace(speed=80.0)
     held = Turn(assemble(mechanism, None, quantity(CrankAngle(), mechanism)))
     assert (turn.crank, held.crank) == (0, None)
-    state, _, _ = held(held.scene.state, 40)
+    state, _, _ = held(held.model.state, 40)
     found = growth(mechanism, turns=60, transient=40)
     assert float(found.growth) == pytest.approx(math.log(multiplier(held, state)), abs=0.05)
 
@@ -112,9 +112,9 @@ def test_a_prescribed_speed_has_no_crank_in_its_state():
 def test_a_turn_ends_where_it_began():
     """The section is the angle of the start, and a turn of the map is a turn of the crank."""
     _, turn = linkage({"crank_angle": 1.0})
-    one, first, _ = turn(turn.scene.state)
+    one, first, _ = turn(turn.model.state)
     two, second, _ = turn(one)
-    both, time, status = turn(turn.scene.state, 2)
+    both, time, status = turn(turn.model.state, 2)
     assert (one[0], two[0], status) == (1.0, 1.0, 0)
     assert both == pytest.approx(two, abs=1e-8)
     assert time == pytest.approx(first + second, rel=1e-12)

@@ -114,8 +114,8 @@ def test_records_too_short(count):
 
 def test_a_cell_is_what_the_function_gives():
     system = catalog.duffing()
-    scene = assemble(system)
-    cell = leading(scene, exponents=2, begin=10 * scene.period, span=50 * scene.period, rtol=1e-8)
+    model = assemble(system)
+    cell = leading(model, exponents=2, begin=10 * model.period, span=50 * model.period, rtol=1e-8)
     found = jp.lyapunov(system, exponents=2, turns=50, transient=10)
     assert cell["status"] == 0
     for name in ("lyapunov_exponent", "lyapunov_standard_error_per_turn", "batch_correlation"):

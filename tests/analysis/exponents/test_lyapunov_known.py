@@ -109,8 +109,8 @@ def test_symmetric_motion_by_its_monodromy(gap):
     """Complex multipliers turn the frame; over one period the tangent map has them exactly."""
     motion = Symmetric(gap, 0.8)
     trace, determinant = motion.half_map
-    scene = assemble(catalog.impact_pair(gap, 0.8), motion.at_zero)
-    found = np.sort(np.abs(np.linalg.eigvals(tangents.tangent_map(scene, TAU, rtol=1e-13))))
+    model = assemble(catalog.impact_pair(gap, 0.8), motion.at_zero)
+    found = np.sort(np.abs(np.linalg.eigvals(tangents.tangent_map(model, TAU, rtol=1e-13))))
     expected = np.sort(np.abs(np.roots([1, -trace, determinant])) ** 2)
     assert found == pytest.approx(expected, abs=1e-10)
     mean = jp.lyapunov(catalog.impact_pair(gap, 0.8), exponents=2, turns=500, initial=motion.at_zero)

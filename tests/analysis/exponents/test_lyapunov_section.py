@@ -25,7 +25,7 @@ def turning(mechanism, rtol=RTOL):
     return Turn(assemble(mechanism, None, quantity(CrankAngle(), mechanism)), rtol)
 
 
-def rate(mechanism, scene, state):
+def rate(mechanism, model, state):
     """Derivative of a linkage's state, in the order of its angles and speeds, from its outputs."""
     links = [link.name for link in mechanism.links]
     start = {
@@ -33,7 +33,7 @@ def rate(mechanism, scene, state):
         "angular_velocity": dict(zip(links, state[len(links) :], strict=True)),
     }
     words = ["angular_velocity", "angular_acceleration"]
-    found = jp.simulate(mechanism, duration=1e-9 * scene.period, at=[0.0], initial=start, record=words)
+    found = jp.simulate(mechanism, duration=1e-9 * model.period, at=[0.0], initial=start, record=words)
     return np.concatenate([found[word].values[0] for word in words])
 
 
@@ -41,8 +41,8 @@ def map_derivative(mechanism, turn, state):
     """Derivative of a linkage's section map in units of its scales, the next section point, the time."""
     after, time, status = turn(state)
     assert status == 0
-    M = tangents.tangent_map(replace(turn.scene, state=state), time, turn.rtol)
-    F, crank = rate(mechanism, turn.scene, after), turn.crank
+    M = tangents.tangent_map(replace(turn.model, state=state), time, turn.rtol)
+    F, crank = rate(mechanism, turn.model, after), turn.crank
     P = M - np.outer(F, M[crank]) / F[crank]
     free = [i for i in range(len(state)) if i != crank]
     size = turn.scale[free]
@@ -53,11 +53,11 @@ def test_map_and_flow_of_a_forced_system():
     """Tangent maps from phase to phase, QR by NumPy, from the same frame: the flow's growth, a turn."""
     system, turns, state = catalog.duffing(), 8, np.array((0.3, 0.2))
     turn, logs = turning(system, 1e-12), np.zeros(2)
-    size = tangents.scales(turn.scene)
+    size = tangents.scales(turn.model)
     Q = (frame(2, size) / size).T
     flow = jp.lyapunov(system, exponents="all", turns=turns, initial=tuple(state), rtol=1e-12)
     for _ in range(turns):
-        M = tangents.tangent_map(replace(turn.scene, state=state), turn.scene.period, 1e-12)
+        M = tangents.tangent_map(replace(turn.model, state=state), turn.model.period, 1e-12)
         Q, R = np.linalg.qr(M * size / size[:, None] @ Q)
         logs += np.log(np.abs(np.diag(R)))
         state = turn(state)[0]
@@ -68,7 +68,7 @@ def test_map_and_flow_of_the_chaotic_linkage():
     """Crank angle 0 as the section: its map has the flow's exponents times the turn, without the zero."""
     mechanism, turns = catalog.chunmei2002(**LOOSE), 100
     turn = turning(mechanism)
-    state, logs, duration = turn(turn.scene.state, 20)[0], [], 0.0
+    state, logs, duration = turn(turn.model.state, 20)[0], [], 0.0
     Q = np.linalg.qr(np.random.default_rng(1).normal(size=(5, 2)))[0]
     for _ in range(turns):
         P, state, time = map_derivative(mechanism, turn, state)
@@ -89,10 +89,10 @@ def test_multipliers_of_a_periodic_motion(changes):
     """λ = ln|multiplier|/T, of the section map and of the monodromy, which has a multiplier 1 besides."""
     mechanism = catalog.chunmei2002(**changes)
     turn = turning(mechanism, 1e-12)
-    state = turn(turn.scene.state, 60)[0]
+    state = turn(turn.model.state, 60)[0]
     P, after, time = map_derivative(mechanism, turn, state)
     assert after == pytest.approx(state, rel=1e-8)
-    M = tangents.tangent_map(replace(turn.scene, state=state), time, 1e-12)
+    M = tangents.tangent_map(replace(turn.model, state=state), time, 1e-12)
     whole, section = (np.sort(np.abs(np.linalg.eigvals(each)))[::-1] for each in (M, P))
     assert whole[0] == pytest.approx(1.0, abs=1e-6)
     assert section[:2] == pytest.approx(whole[1:3], rel=1e-4)

@@ -73,8 +73,8 @@ def test_a_root_crosses_at_the_limits(restitution):
         (symmetry_lost(restitution), -1.0, 1e-6),
         (Symmetric(1.0, restitution).fold * (1 - 1e-12), 1.0, 1e-5),
     ):
-        scene = assemble(catalog.impact_pair(gap, restitution), Symmetric(gap, restitution).at_zero)
-        roots = np.linalg.eigvals(-tangents.tangent_map(scene, math.pi, 1e-13))
+        model = assemble(catalog.impact_pair(gap, restitution), Symmetric(gap, restitution).at_zero)
+        roots = np.linalg.eigvals(-tangents.tangent_map(model, math.pi, 1e-13))
         assert np.abs(roots - root).min() < h
 
 

@@ -120,7 +120,7 @@ def test_derivative_of_the_linkage_s_section_map():
 
 def test_whole_turns_of_any_link_do_not_count():
     section = section_map(placed(LINKAGE, None, jp.CrankAngle()), jp.CrankAngle(), 1)
-    state = section.scene.state
+    state = section.model.state
     turned = state + np.array([math.tau, -math.tau, 2 * math.tau, 0.0, 0.0, 0.1])
     away = section.differ(turned, state)
     assert away[:4] == pytest.approx(0, abs=1e-14)

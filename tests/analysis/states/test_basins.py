@@ -72,7 +72,7 @@ def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
 def test_a_slow_approach_is_no_chaos():
     start = Starts(RATTLE, None, ("y", "v"))
     node = start((-0.3, 0.7))
-    hasty, patient = (reached(start.scene, [node], Watch(0, 8, n, 1e-3, 1e-8))[0] for n in (0, 6))
+    hasty, patient = (reached(start.model, [node], Watch(0, 8, n, 1e-3, 1e-8))[0] for n in (0, 6))
     assert (hasty[:2], patient[:2]) == ((0, 0), (0, 1))
     assert len(hasty[2]) == 8
 

@@ -34,7 +34,7 @@ DRIVEN = catalog.chunmei2002(2.9e-4, speed=80.0)
 @pytest.mark.parametrize(("mechanism", "speed"), [(linkage(), None), (DRIVEN, 80.0)])
 def test_the_crank_is_seen_where_it_is_a_state_and_where_the_drive_holds_it(mechanism, speed):
     starts = Starts(mechanism, {"crank_angle": 0.7}, ("crank_angle", "crank_speed"))
-    states = starts.scene.state + np.arange(3.0)[:, None]
+    states = starts.model.state + np.arange(3.0)[:, None]
     seen = starts.seen(states)
     assert seen.shape == (3, 2)
     if speed is None:
@@ -75,7 +75,7 @@ def test_a_neighbour_is_a_motion_of_its_own():
     system = catalog.duffing()
     found = jp.sensitivity(system, turns=5, neighbours=1, distance=1e-3, seed=7)
     away = np.random.default_rng(7).standard_normal((1, 2))[0]
-    unit = scales(Starts(system, None, ("y", "v")).scene)
+    unit = scales(Starts(system, None, ("y", "v")).model)
     starts = (system.initial, system.initial + 1e-3 * away / np.linalg.norm(away) * unit)
     runs = [jp.poincare(system, turns=5, rtol=1e-12, initial=start).state_value.values for start in starts]
     apart = np.linalg.norm((runs[1] - runs[0]) / unit, axis=1)
@@ -135,14 +135,14 @@ def test_a_swing_that_comes_back_hardly_widens_the_error():
     assert math.isnan(fitted(swing[:, :4], 1).growth)
 
 
-def differences(scene, turns, step=1e-8):
+def differences(model, turns, step=1e-8):
     """Logarithm of the largest stretch of the section's map, by central differences."""
-    turn, unit = Turn(scene, 1e-13), scales(scene)
+    turn, unit = Turn(model, 1e-13), scales(model)
     free = [i for i in range(len(unit)) if i != turn.crank]
     rows = []
     for i in free:
         h = step * unit[i] * np.eye(len(unit))[i]
-        rows.append(((turn(scene.state + h, turns)[0] - turn(scene.state - h, turns)[0]) / unit)[free])
+        rows.append(((turn(model.state + h, turns)[0] - turn(model.state - h, turns)[0]) / unit)[free])
     return math.log(np.linalg.norm(np.array(rows) / (2 * step), 2))
 
 
@@ -157,7 +157,7 @@ def test_exponents_of_the_linkage_are_those_of_differences(mechanism):
         for j, y in enumerate(plane["journal_y"]):
             exact = differences(starts((x, y)), 1)
             assert float(found.finite_time_exponent_per_turn[i, j]) == pytest.approx(exact, abs=2e-3)
-    turn = starts.scene.period
+    turn = starts.model.period
     assert found.finite_time_exponent.values * turn == pytest.approx(
         found.finite_time_exponent_per_turn.values, rel=1e-2
     )
@@ -165,8 +165,8 @@ def test_exponents_of_the_linkage_are_those_of_differences(mechanism):
 
 def test_a_difference_along_the_motion_does_not_hide_its_stability():
     """At equal crank angle all differences die; at equal times one would stay."""
-    scene = Starts(linkage(clearance=2.9e-5), None, ("journal_x", "journal_y")).scene
-    settled = replace(scene, state=Turn(scene, 1e-12)(scene.state, 30)[0])
+    model = Starts(linkage(clearance=2.9e-5), None, ("journal_x", "journal_y")).model
+    settled = replace(model, state=Turn(model, 1e-12)(model.state, 30)[0])
     logs = [stretch(settled, turns, 1e-11)[0] for turns in (5, 10, 20)]
     assert logs[0] == pytest.approx(differences(settled, 5, 1e-6), abs=0.02)
     assert np.diff(logs) / [5, 10] == pytest.approx([-1.477, -1.477], abs=0.01)
@@ -176,8 +176,8 @@ def test_crank_angle_and_speed_make_a_plane():
     mechanism = linkage()
     plane = {"crank_angle": [0.3, 2.0], "crank_speed": [60.0, 80.0]}
     found = jp.sensitivity(mechanism, plane=plane, turns=1, rtol=1e-10, n_jobs=1)
-    scene = Starts(mechanism, None, tuple(plane))((2.0, 60.0))
-    assert float(found.finite_time_exponent_per_turn[1, 0]) == pytest.approx(differences(scene, 1), abs=2e-3)
+    model = Starts(mechanism, None, tuple(plane))((2.0, 60.0))
+    assert float(found.finite_time_exponent_per_turn[1, 0]) == pytest.approx(differences(model, 1), abs=2e-3)
     assert found.crank_angle.attrs["units"] == "rad"
 
 
@@ -210,17 +210,17 @@ def journal(state, lengths=(0.181, 0.1175, 0.03), ground=0.2):
 
 def test_a_start_puts_the_journal_where_it_is_asked_to_be():
     starts = Starts(linkage(), None, ("journal_x", "journal_velocity_y"))
-    scene = starts((0.6, -0.25))
-    x, y, u, w = journal(scene.state)
+    model = starts((0.6, -0.25))
+    x, y, u, w = journal(model.state)
     assert (x / 2.9e-4, y / 2.9e-4) == pytest.approx((0.6, 0.0), abs=1e-8)
     assert (u, w) == pytest.approx((0.0, -0.25), abs=1e-10)
-    assert scene.state[[0, 3]].tolist() == starts.scene.state[[0, 3]].tolist()
-    assert starts.seen(scene.state[None, :])[0] == pytest.approx([0.6, -0.25])
+    assert model.state[[0, 3]].tolist() == starts.model.state[[0, 3]].tolist()
+    assert starts.seen(model.state[None, :])[0] == pytest.approx([0.6, -0.25])
 
 
 def test_a_prescribed_crank_moves_the_journal_too():
-    scene = Starts(DRIVEN, {"crank_angle": 0.7}, ("journal_velocity_x", "journal_y"))((0.1, -0.3))
-    coupler, rocker, w_coupler, w_rocker = scene.state
+    model = Starts(DRIVEN, {"crank_angle": 0.7}, ("journal_velocity_x", "journal_y"))((0.1, -0.3))
+    coupler, rocker, w_coupler, w_rocker = model.state
     found = journal(np.array([0.7, coupler, rocker, 80.0, w_coupler, w_rocker]))
     assert found == pytest.approx((0.0, -0.3 * 2.9e-4, 0.1, 0.0), abs=1e-9)
 
@@ -276,7 +276,7 @@ def test_trouble_is_a_status():
 
 def test_a_stretch_does_not_overflow():
     system = catalog.impact_pair(0.4, 0.8)
-    log, _, status = stretch(Starts(system, (0.1, 0.3), ("y", "v")).scene, 600, 1e-8)
+    log, _, status = stretch(Starts(system, (0.1, 0.3), ("y", "v")).model, 600, 1e-8)
     assert status == 0
     assert log == pytest.approx(600 * TAU * 0.23792, rel=0.1)
     assert log > math.log(1e300)

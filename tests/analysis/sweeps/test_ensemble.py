@@ -29,28 +29,28 @@ OTHERS = [pytest.param(number, marks=pytest.mark.long) for number in (258, 356, 
 STATE = slice(3, 9)  # of a row of events or sections: contact, kind, time, angles, speeds, mode
 
 
-def scene(clearance, gear, friction, **changes):
+def model(clearance, gear, friction, **changes):
     """The linkage whose crank's angle is watched."""
     changes |= {"clearance": float(clearance), "gear_ratio": gear, "friction": friction}
     return assemble(catalog.chunmei2002(**changes), section="angle:crank")
 
 
-def asked(scene, turns, rtol=1e-5, **fields):
+def asked(model, turns, rtol=1e-5, **fields):
     """A run with events, cut a radian from the start and each turn on."""
-    cut = {"level": scene.crank_angle + 1.0, "period": math.tau, "direction": 1}
-    return Request(turns * scene.period, rtol, events=True, log_from=-1.0, **cut | fields)
+    cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
+    return Request(turns * model.period, rtol, events=True, log_from=-1.0, **cut | fields)
 
 
-def apart(scene, a, b):
+def apart(model, a, b):
     """Largest difference of states in rad and nominal speeds, row by row."""
-    return np.abs(a - b) / np.repeat([1.0, math.tau / scene.period], 3)
+    return np.abs(a - b) / np.repeat([1.0, math.tau / model.period], 3)
 
 
 @pytest.mark.parametrize(
     ("gear", "friction", "turns"), [(3.0, 0.01, 3), (15.0, 0.01, 1), (3.0, 0.3, 2), (15.0, 0.3, 1)]
 )
 def test_events_ends_and_sections_are_those_of_one_trajectory(gear, friction, turns):
-    scenes = [scene(e, gear, friction) for e in np.geomspace(2.9e-5, 1e-4, 10)]
+    scenes = [model(e, gear, friction) for e in np.geomspace(2.9e-5, 1e-4, 10)]
     found = ensemble_runs.follow_ensemble(scenes, [asked(each, turns, 1e-6) for each in scenes])
     kinds, worst = set(), []
     for each, records in zip(scenes, found, strict=True):
@@ -72,7 +72,7 @@ def test_events_ends_and_sections_are_those_of_one_trajectory(gear, friction, tu
 
 
 def test_looking_does_not_change_a_motion():
-    each = scene(4e-5, 3.0, 0.3)
+    each = model(4e-5, 3.0, 0.3)
     plain = ensemble_runs.follow_ensemble([each], [asked(each, 2, direction=0)])[0]
     cut = ensemble_runs.follow_ensemble([each], [asked(each, 2)])[0]
     assert cut.events.tobytes() == plain.events.tobytes()
@@ -82,7 +82,7 @@ def test_looking_does_not_change_a_motion():
 
 
 def test_sections_are_skipped_and_end_a_run():
-    each = scene(4e-5, 3.0, 0.01)
+    each = model(4e-5, 3.0, 0.01)
     whole = ensemble_runs.follow_ensemble([each], [asked(each, 6)])[0]
     found = ensemble_runs.follow_ensemble([each], [asked(each, 6, skip=2, stop_after=4)])[0]
     assert found.sections.tobytes() == whole.sections[2:4].tobytes()
@@ -90,7 +90,7 @@ def test_sections_are_skipped_and_end_a_run():
 
 
 def test_a_crank_that_turns_backwards_is_cut():
-    each = replace(scene(4e-5, 3.0, 0.01), crank_speed=-1.0)
+    each = replace(model(4e-5, 3.0, 0.01), crank_speed=-1.0)
     each = replace(each, state=each.state * np.repeat([1.0, -1.0], 3))
     back = {"level": each.crank_angle - 1e-5, "direction": -1}
     found = ensemble_runs.follow_ensemble([each], [asked(each, 0.02, **back)])[0]
@@ -101,7 +101,7 @@ def test_a_crank_that_turns_backwards_is_cut():
 
 @pytest.mark.parametrize("limit", [1, 7, 50])
 def test_step_limit(limit):
-    scenes = [scene(e, 3.0, 0.01) for e in (3e-5, 5e-5)]
+    scenes = [model(e, 3.0, 0.01) for e in (3e-5, 5e-5)]
     for records in ensemble_runs.follow_ensemble(
         scenes, [asked(each, 2, max_steps=limit) for each in scenes]
     ):
@@ -110,7 +110,7 @@ def test_step_limit(limit):
 
 
 def test_chatter_and_divergence_are_those_of_one_trajectory():
-    good = scene(3e-5, 3.0, 0.01)
+    good = model(3e-5, 3.0, 0.01)
     crowded = replace(good, period=1e7)  # events within a second count as chatter
     request = asked(good, 6)
     lost = replace(good, state=np.array([*good.state[:3], 1e200, 0.0, 0.0]))
@@ -123,7 +123,7 @@ def test_chatter_and_divergence_are_those_of_one_trajectory():
 
 
 def test_what_lanes_cannot_do_is_followed_alone():
-    good = scene(3e-5, 3.0, 0.01)
+    good = model(3e-5, 3.0, 0.01)
     sampled = asked(good, 1, at=np.array([0.5 * good.period]))
     ball = assemble(catalog.lorenz())
     assert not ensemble_runs.suits(good, sampled)
@@ -136,7 +136,7 @@ def test_what_lanes_cannot_do_is_followed_alone():
 
 
 def hard(number, *variants):
-    """A scene of the stress series."""
+    """A model of the stress series."""
     case = draw(catalog.chunmei2002(), number, 0, variants or ("rigid", "no_tension", "frictionless"))
     return assemble(case.mechanism, case.initial)
 
@@ -181,7 +181,7 @@ def test_a_section_beside_a_closest_approach_changes_nothing(number, before):
 
 @pytest.mark.parametrize("ahead", [-1e-9, 0.0, 1e-16, 1e-13, 1e-9])
 def test_a_section_at_the_start_is_met_as_by_one_trajectory(ahead):
-    each = scene(4e-5, 3.0, 0.01)
+    each = model(4e-5, 3.0, 0.01)
     ask = asked(each, 0.1, level=each.crank_angle + ahead)
     (found,), alone = ensemble_runs.follow_ensemble([each], [ask]), follow(each, ask)
     assert (found.status, len(found.sections)) == (alone.status, len(alone.sections)) == (0, 1)
@@ -205,7 +205,7 @@ def test_hard_scenes_lose_no_event(number):
 
 
 def test_structures_do_not_mix():
-    scenes = [scene(3e-5, 3.0, 0.1), scene(3e-5, 3.0, 0.0), scene(4e-5, 3.0, 0.1)]
+    scenes = [model(3e-5, 3.0, 0.1), model(3e-5, 3.0, 0.0), model(4e-5, 3.0, 0.1)]
     assert scenes[0].structure != scenes[1].structure
     requests = [asked(each, 0.3) for each in scenes]
     for each, request, found in zip(

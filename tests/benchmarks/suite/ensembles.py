@@ -44,7 +44,7 @@ def compared(load, rtol):
     """What is `FOUND` of a load at a tolerance."""
     *what, turns = LOADS[load]
     scenes = _scenes(*what)
-    requests = [_asked(scene, turns, rtol) for scene in scenes]
+    requests = [_asked(model, turns, rtol) for model in scenes]
     follow_ensemble(scenes[:1], requests[:1])
     alone, together = [], []
     for _ in range(AGAIN):
@@ -64,17 +64,17 @@ def _scenes(gear, low, high, friction):
     return [assemble(each, section="angle:crank") for each in made]
 
 
-def _asked(scene, turns, rtol, **more):
-    cut = {"level": scene.crank_angle + math.tau, "period": math.tau, "direction": 1}
-    return Request(turns * scene.period, rtol, **cut, **more)
+def _asked(model, turns, rtol, **more):
+    cut = {"level": model.crank_angle + math.tau, "period": math.tau, "direction": 1}
+    return Request(turns * model.period, rtol, **cut, **more)
 
 
 def _errors(scenes, turns, rtol):
     """Medians over scenes of the largest errors at the end, rad and nominal speeds: together, one by one."""
     end = {"at": np.array([turns * scenes[0].period])}
-    together = follow_ensemble(scenes, [_asked(scene, turns, rtol) for scene in scenes])
+    together = follow_ensemble(scenes, [_asked(model, turns, rtol) for model in scenes])
     alone, truth = (
-        [follow(scene, _asked(scene, turns, tight, **end)) for scene in scenes] for tight in (rtol, 1e-11)
+        [follow(model, _asked(model, turns, tight, **end)) for model in scenes] for tight in (rtol, 1e-11)
     )
     unit = np.repeat([1.0, math.tau / scenes[0].period], 3)
     for found in (together, alone):

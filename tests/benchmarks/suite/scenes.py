@@ -23,7 +23,7 @@ SAMPLES = 720  # of a turn, where it is recorded
 
 @dataclass(frozen=True)
 class Part:
-    """What a scene has that the plain one has not."""
+    """What a model has that the plain one has not."""
 
     changes: dict = field(default_factory=dict)
     recorded: bool = False
@@ -46,7 +46,7 @@ SCENES = {
 
 
 def measured(turns=40, rounds=7, rtol=1e-8):
-    """Of each scene, what a turn takes: counts, CPU time in µs, and that over the plain scene's.
+    """Of each model, what a turn takes: counts, CPU time in µs, and that over the plain model's.
 
     All run in one process, taking turns: load comes and goes, and hits those of one round alike. Medians; a
     first run, which loads or compiles, is not timed.
@@ -69,25 +69,25 @@ def _of_a_turn(found, times, plain, turns):
 
 
 def prepared(part, turns, rtol):
-    """A function that runs a scene and gives CPU seconds and counts."""
-    scene = assemble(catalog.chunmei2002(gear_ratio=3.0, **part.changes), powers=part.powers)
-    end, record = turns * scene.period, {}
+    """A function that runs a model and gives CPU seconds and counts."""
+    model = assemble(catalog.chunmei2002(gear_ratio=3.0, **part.changes), powers=part.powers)
+    end, record = turns * model.period, {}
     if part.recorded:
         at = np.linspace(0.0, end, SAMPLES * turns + 1)
         record = {"at": at, "events": True, "log_from": 0.0}
     request = Request(end, rtol, **record)
     if part.vectors == 0:
-        return partial(followed, scene, request)
-    return partial(with_tangents, scene, request, part.vectors)
+        return partial(followed, model, request)
+    return partial(with_tangents, model, request, part.vectors)
 
 
-def followed(scene, request):
+def followed(model, request):
     """A run of the flow."""
     from jointplay.numerics.interface import direct
     from jointplay.numerics.memory import LOGGED
 
     flow = cache.method("flow")
-    f, run, (k, x, o) = functions(scene.structure), direct(flow.flow), memory(scene, request)
+    f, run, (k, x, o) = functions(model.structure), direct(flow.flow), memory(model, request)
     began, code = time.process_time(), flow.FULL
     while code == flow.FULL:
         code = run(f, k, x, o, None, None)
@@ -98,9 +98,9 @@ def followed(scene, request):
     return seconds, counts(x)
 
 
-def with_tangents(scene, request, vectors):
+def with_tangents(model, request, vectors):
     """A run of the flow with that many exponents, None: all."""
-    bundle = framed(scene, request, vectors or len(scene.state))
+    bundle = framed(model, request, vectors or len(model.state))
     began = time.process_time()
     while (status := bundle.advance()) == bundle.full:
         bundle.taken()

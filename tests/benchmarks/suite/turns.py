@@ -1,4 +1,4 @@
-"""What a turn of a scene costs, and how many turns and cells a core does."""
+"""What a turn of a model costs, and how many turns and cells a core does."""
 
 import time
 from statistics import median
@@ -15,29 +15,29 @@ class Scenes:
     """What a turn at rtol 1e-8 costs a core, part by part; the counts are of one state each."""
 
     params = (list(SCENES), ["evaluations", "attempts", "events"])
-    param_names = ("scene", "of a turn")
+    param_names = ("model", "of a turn")
 
     def setup_cache(self):
         return measured()
 
     setup_cache.timeout = 1800
 
-    def track_counts(self, found, scene, quantity):
-        return found[scene][quantity]
+    def track_counts(self, found, model, quantity):
+        return found[model][quantity]
 
     track_counts.unit = "a turn"
 
-    def track_cpu(self, found, scene, quantity):
-        return _rounded(found[scene][quantity])
+    def track_cpu(self, found, model, quantity):
+        return _rounded(found[model][quantity])
 
     track_cpu.params = (list(SCENES), ["CPU µs", "of plain"])
     track_cpu.unit = ""
 
-    def track_revolutions_a_second(self, found, scene):
-        return _rounded(1e6 / found[scene]["CPU µs"])
+    def track_revolutions_a_second(self, found, model):
+        return _rounded(1e6 / found[model]["CPU µs"])
 
     track_revolutions_a_second.params = (list(SPEEDS),)
-    track_revolutions_a_second.param_names = ("scene",)
+    track_revolutions_a_second.param_names = ("model",)
     track_revolutions_a_second.unit = "a second"
 
 

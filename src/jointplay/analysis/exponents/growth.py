@@ -28,8 +28,8 @@ from jointplay.analysis.words import STATUS
 from jointplay.errors import Problem
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural
+from jointplay.mechanism.model import SPEED_FLOOR, Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
-from jointplay.mechanism.scene import SPEED_FLOOR, Scene
 
 RESOLVED = 100  # of rtol: nearer, two runs differ by their own errors as much as by their starts
 DISTANCE = 1e-7  # of a radian (or the longest link) and of the nominal speed: small beside any clearance
@@ -41,11 +41,11 @@ TIME, STATE = 2, 3  # columns of a section's row
 
 @dataclass(frozen=True)
 class Turn:
-    """One turn of a scene, as a map of states from section to section.
+    """One turn of a model, as a map of states from section to section.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         Assembled with the crank's angle (or the forcing's phase) as its section.
     rtol : float
         Relative tolerance of a step.
@@ -53,29 +53,29 @@ class Turn:
         Attempted steps after which a turn stops.
     """
 
-    scene: Scene
+    model: Model
     rtol: float = RTOL
     max_steps: int | None = None
 
     @property
     def crank(self) -> int | None:
         """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
-        return crank_place(self.scene)
+        return crank_place(self.model)
 
     @property
     def scale(self) -> np.ndarray:
         """What counts as 1 in each place of the state: a radian or the longest link, the nominal speed."""
-        n_q, absolute = len(self.scene.turning), self.scene.absolute
+        n_q, absolute = len(self.model.turning), self.model.absolute
         return np.concatenate([absolute[:n_q], absolute[n_q:] / SPEED_FLOOR])
 
     def records(self, state: np.ndarray, turns: int, skip: int = 0, events: bool = False) -> Records:
         """Follow a state for whole turns; keep the passages after the first `skip`, and events if asked."""
-        scene = replace(self.scene, state=state)
-        forward = 1 if scene.crank_speed >= 0 else -1
+        model = replace(self.model, state=state)
+        forward = 1 if model.crank_speed >= 0 else -1
         request = Request(
-            duration=asked.SLACK * turns * scene.period,
+            duration=asked.SLACK * turns * model.period,
             rtol=self.rtol,
-            level=scene.crank_angle + forward * math.tau,
+            level=model.crank_angle + forward * math.tau,
             period=math.tau,
             direction=forward,
             skip=skip,
@@ -84,16 +84,16 @@ class Turn:
             log_from=0.0,
             max_steps=asked.steps(self.max_steps),
         )
-        records = follow(scene, request)
+        records = follow(model, request)
         if records.status or len(records.sections) == turns - skip:
             return records
         return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
 
     def state_at(self, records: Records) -> np.ndarray:
         """State at the last passage, as a start: the crank's angle turned back."""
-        state = records.sections[-1, STATE : STATE + len(self.scene.state)].copy()
+        state = records.sections[-1, STATE : STATE + len(self.model.state)].copy()
         if self.crank is not None:
-            state[self.crank] = self.scene.crank_angle
+            state[self.crank] = self.model.crank_angle
         return state
 
     def __call__(self, state: np.ndarray, turns: int = 1) -> tuple[np.ndarray, float, int]:
@@ -161,9 +161,9 @@ def growth(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    scene = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
-    turn = Turn(scene, rtol, max_steps)
-    state, status = scene.state, 0
+    model = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
+    turn = Turn(model, rtol, max_steps)
+    state, status = model.state, 0
     if transient:
         state, _, status = turn(state, transient)
     logs, time, status = measure(turn, state, turns, distance, progress) if not status else ([], 0.0, status)

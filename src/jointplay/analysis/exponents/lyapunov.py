@@ -29,8 +29,8 @@ from jointplay.analysis.trajectory import INTERRUPTED, Request
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
-from jointplay.mechanism.scene import Scene
 
 TRACE = ("lyapunov_trace", "lyapunov_trace_error", "block_time")  # what a run that failed still tells
 
@@ -127,15 +127,15 @@ def lyapunov(
     infinity where sticking loses a dimension. ``grazing`` is the smallest approach speed of a guard at an
     event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
-    scene = assemble(mechanism, initial)
-    count = len(scene.state) if exponents == "all" else int(exponents)
-    begin = transient * scene.period
-    span = duration if turns is None else turns * scene.period
+    model = assemble(mechanism, initial)
+    count = len(model.state) if exponents == "all" else int(exponents)
+    begin = transient * model.period
+    span = duration if turns is None else turns * model.period
     request = Request(begin + span, rtol, max_steps=asked.steps(max_steps))
-    bundle = framed(scene, request, count, saltation)
+    bundle = framed(model, request, count, saltation)
     share = 0.5 if twin_turns else 1.0
     rows, ended = follow(bundle, begin, error, part(progress, 0.0, share))
-    variables = _variables(scene, bundle, rows, ended)
+    variables = _variables(model, bundle, rows, ended)
     if twin_turns and ended["status"] != INTERRUPTED:
         cut = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
         reach = math.ceil(transient)
@@ -150,20 +150,20 @@ def lyapunov(
         variables = {
             key: each for key, each in variables.items() if not key.endswith(("_turn", "turn_period"))
         }
-    return _dataset(scene, variables)
+    return _dataset(model, variables)
 
 
-def _variables(scene: Scene, bundle: Bundle, rows: np.ndarray, ended: dict[str, Any]) -> dict[str, Any]:
-    turn = turn_period(scene, rows)
+def _variables(model: Model, bundle: Bundle, rows: np.ndarray, ended: dict[str, Any]) -> dict[str, Any]:
+    turn = turn_period(model, rows)
     told = {
         "turn_period": (turn, "s", "mean period of a turn"),
         "grazing": (bundle.grazing, "1", "smallest relative approach to a guard"),
     }
-    found = means.variables(rows, bundle.logs, turn, len(scene.state))
+    found = means.variables(rows, bundle.logs, turn, len(model.state))
     if ended["status"] not in USABLE:
         found = {name: each if name in TRACE else _lost(each) for name, each in found.items()}
     found |= {key: ((), v, {"units": u, "long_name": text}) for key, (v, u, text) in told.items()}
-    return found | scalars(scene, SimpleNamespace(**ended))
+    return found | scalars(model, SimpleNamespace(**ended))
 
 
 def _lost(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
@@ -172,7 +172,7 @@ def _lost(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
     return dims, np.full(np.shape(values), np.nan), attributes
 
 
-def _dataset(scene: Scene, variables: dict[str, Any]) -> xr.Dataset:
+def _dataset(model: Model, variables: dict[str, Any]) -> xr.Dataset:
     number = np.arange(1, len(variables["lyapunov_exponent"][1]) + 1)
     over = ("exponent", number, {"units": "1", "long_name": "number of the exponent"})
-    return dataset(scene, variables, {"exponent": over}, "lyapunov")
+    return dataset(model, variables, {"exponent": over}, "lyapunov")

@@ -16,21 +16,21 @@ import numpy as np
 from jointplay.analysis.exponents.growth import Turn, measure, standard_error
 from jointplay.analysis.quantities import flags
 from jointplay.analysis.words import STATUS
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 ERRORS = 3  # standard errors by which a lone exponent must differ from 0 to be that of the map
 
 
 def twin(
-    scene: Scene,
+    model: Model,
     turns: int,
     transient: int,
     max_steps: int | None,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Any]:
     """Follow a motion and a neighbour for so many turns after a transient: growth a turn, error, status."""
-    turn = Turn(scene, max_steps=max_steps)
-    state, status, logs = scene.state, 0, np.zeros(0)
+    turn = Turn(model, max_steps=max_steps)
+    state, status, logs = model.state, 0, np.zeros(0)
     if transient:
         state, _, status = turn(state, transient)
     if not status:

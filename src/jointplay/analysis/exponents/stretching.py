@@ -14,7 +14,7 @@ from jointplay.analysis.looks import Stopped
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import INTERRUPTED, MAX_STEPS, Request, counts
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 LOOKS = 10  # how often a target error is looked at
 SEED = 20
@@ -24,13 +24,13 @@ SOLVED = 3.0  # tolerance of the tangents' iteration, in units of rtol
 
 
 def leading(
-    scene: Scene, *, exponents: int, begin: float, span: float, rtol: float, max_steps: int = MAX_STEPS
+    model: Model, *, exponents: int, begin: float, span: float, rtol: float, max_steps: int = MAX_STEPS
 ) -> dict[str, Any]:
     """Give the leading exponents of a motion, as a cell of something greater.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         Where it starts.
     exponents : int
         How many.
@@ -46,9 +46,9 @@ def leading(
     dict
         ``status``, ``counts``, ``grazing``, ``turn_period``, and what `exponents.estimates` gives.
     """
-    bundle = framed(scene, Request(begin + span, rtol, max_steps=max_steps), exponents)
+    bundle = framed(model, Request(begin + span, rtol, max_steps=max_steps), exponents)
     rows, ended = follow(bundle, begin)
-    turn = turn_period(scene, rows)
+    turn = turn_period(model, rows)
     found = {key: value for key, (value, *_) in means.estimates(rows, bundle.logs, turn).items()}
     return ended | found | {"grazing": bundle.grazing, "turn_period": turn}
 
@@ -59,12 +59,12 @@ def frame(count: int, scale: np.ndarray) -> np.ndarray:
     return np.linalg.qr(random)[0].T[:count] * scale
 
 
-def framed(scene: Scene, request: Request, count: int, saltation: bool = True) -> Bundle:
+def framed(model: Model, request: Request, count: int, saltation: bool = True) -> Bundle:
     """A run with so many tangents."""
     return Bundle(
-        scene,
+        model,
         request,
-        frame(count, scales(scene)),
+        frame(count, scales(model)),
         tolerance=SOLVED * request.rtol,
         saltation=saltation,
         rows=means.BLOCKS // LOOKS,
@@ -107,10 +107,10 @@ def follow(
     return rows, {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
 
 
-def turn_period(scene: Scene, rows: np.ndarray) -> float:
+def turn_period(model: Model, rows: np.ndarray) -> float:
     """Mean length of a turn: of the crank where its angle is a state, else the nominal period."""
-    crank = crank_place(scene)
+    crank = crank_place(model)
     if crank is None or len(rows) < 2:
-        return scene.period
-    at = rows.shape[1] - len(scene.state) + crank
+        return model.period
+    at = rows.shape[1] - len(model.state) + crank
     return 2 * math.pi * float((rows[-1, 0] - rows[0, 0]) / abs(rows[-1, at] - rows[0, at]))

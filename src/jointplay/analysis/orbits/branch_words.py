@@ -68,11 +68,11 @@ def told(
     away = [_apart(section, point, np.roll(rows, -k, axis=0), before) for k in range(len(rows))]
     first = int(np.argmin(away))
     rows, sharp = (np.roll(each, -first, axis=0) for each in (rows, sharp))
-    found = {} if status else Quantities(section.scene, rows, rows[0], sharp).variables(names, "turn")
+    found = {} if status else Quantities(section.model, rows, rows[0], sharp).variables(names, "turn")
     return orbit_words.described(orbit) | {
         "orbit_state": section.state(section.unknowns(rows[0, 1 : 1 + size])),
         "quantities": found,
-        "section_jump": int(bool(section.scene.resets) and away[first] > JUMP * _step(point, before)),
+        "section_jump": int(bool(section.model.resets) and away[first] > JUMP * _step(point, before)),
         "rows": rows,
         "point": point,
     }

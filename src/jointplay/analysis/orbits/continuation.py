@@ -128,12 +128,12 @@ def continuation(
     variables["status"] = ((), np.int8(status), {"long_name": "how the search ended"} | flags(STATUS))
     seconds = {"units": "s", "long_name": "wall time of the run"}
     variables["wall_time"] = ((), time.perf_counter() - began, seconds)
-    return dataset(home.scene, variables, coords, "continuation").assign_attrs(parameter=axis.name)
+    return dataset(home.model, variables, coords, "continuation").assign_attrs(parameter=axis.name)
 
 
 def _map(mechanism, parameter, section, period, rtol, max_steps, value: float) -> SectionMap:
-    scene = placed(changed(mechanism, {parameter: float(value)}), None, section)
-    return section_map(scene, section, period, rtol, max_steps)
+    model = placed(changed(mechanism, {parameter: float(value)}), None, section)
+    return section_map(model, section, period, rtol, max_steps)
 
 
 def explore(

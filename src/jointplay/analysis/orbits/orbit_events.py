@@ -14,7 +14,7 @@ import numpy as np
 
 from jointplay.analysis.contacts import approach
 from jointplay.analysis.words import EVENTS
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 WALLS = [EVENTS.index(name) for name in ("contact", "separation", "reopening", "impact")]
 BEGINS = [EVENTS.index(name) for name in ("contact", "impact")]
@@ -36,24 +36,24 @@ def changed(one: np.ndarray, other: np.ndarray) -> tuple[int, int]:
     return min(found, key=lambda pair: (rank.get(pair[1], len(order)), pair), default=(-1, -1))
 
 
-def gaps(scene: Scene, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def gaps(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gaps (negative: penetration, m) and closing speeds (m/s) at rows of time, state, modes."""
     start = SimpleNamespace(start=rows[0] if len(rows) else np.zeros(0))
-    return approach(scene, start, rows)
+    return approach(model, start, rows)
 
 
-def approach_speeds(scene: Scene, events: np.ndarray) -> np.ndarray:
+def approach_speeds(model: Model, events: np.ndarray) -> np.ndarray:
     """Speed at which the gap changes at each event, m/s; NaN where the event is no matter of a gap."""
     if not len(events):
         return np.zeros(0)
-    _, rates = gaps(scene, events[:, TIME:])
+    _, rates = gaps(model, events[:, TIME:])
     found = np.abs(rates[np.arange(len(events)), events[:, CONTACT].astype(int)])
     return np.where(np.isin(events[:, KIND], WALLS), found, np.nan)
 
 
-def smallest_impact_speed(scene: Scene, events: np.ndarray) -> float:
+def smallest_impact_speed(model: Model, events: np.ndarray) -> float:
     """Smallest speed with which contact begins, m/s; NaN where none does."""
-    found = approach_speeds(scene, events[np.isin(events[:, KIND], BEGINS)])
+    found = approach_speeds(model, events[np.isin(events[:, KIND], BEGINS)])
     return float(found.min()) if len(found) else np.nan
 
 

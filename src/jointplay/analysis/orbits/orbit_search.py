@@ -34,7 +34,7 @@ class Search:
 
 
 def search(section: SectionMap, how: Search, progress: Callable[[float], None] | None = None) -> Orbit:
-    """Find a periodic orbit from where the section's scene starts; `progress` is that of its transient."""
+    """Find a periodic orbit from where the section's model starts; `progress` is that of its transient."""
     states, status = settled(section, how.transient, progress or (lambda done: None))
     found = _lost(section, status)
     for state in states if not status else ():
@@ -61,7 +61,7 @@ def _from(section: SectionMap, state: np.ndarray, how: Search) -> Orbit:
 
 
 def _lost(section: SectionMap, status: int) -> Orbit:
-    state = np.full_like(section.scene.state, np.nan)
+    state = np.full_like(section.model.state, np.nan)
     return Orbit(status, section, state, Image(status, state), math.nan, 0)
 
 
@@ -91,13 +91,13 @@ def _turns(section: SectionMap, state: np.ndarray, turns: int) -> tuple[np.ndarr
 
 
 def on_section(section: SectionMap) -> tuple[np.ndarray, int]:
-    """Follow the scene from its start to the section, unless it is there."""
-    scene = section.scene
+    """Follow the model from its start to the section, unless it is there."""
+    model = section.model
     if section.plane:
-        if scene.state[section.place] == section.phase:
-            return scene.state, 0
-        return _turns(section, scene.state, 1)
-    first, state = replace(section, phase=scene.crank_angle).within_a_turn(scene.state)
+        if model.state[section.place] == section.phase:
+            return model.state, 0
+        return _turns(section, model.state, 1)
+    first, state = replace(section, phase=model.crank_angle).within_a_turn(model.state)
     ahead = (section.phase - first.phase) * section.direction % math.tau
     if not ahead:
         return state, 0

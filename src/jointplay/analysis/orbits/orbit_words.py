@@ -15,7 +15,7 @@ from jointplay.analysis.quantities import flags
 from jointplay.analysis.starts import state_names
 from jointplay.analysis.words import EVENTS
 from jointplay.codegen import cache
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 SAMPLES = 720  # a turn, for histories and closest approaches
 PARTS = ("real", "imaginary")
@@ -44,7 +44,7 @@ def history(
     Sharp: states whose accelerations are right (analysis.rates).
     """
     if not per_turn:
-        contacts = cache.structure_module(section.scene.structure).SIZES["contacts"]
+        contacts = cache.structure_module(section.model.structure).SIZES["contacts"]
         return np.zeros((0, 1 + len(state) + contacts))
     times = section.begin + np.linspace(0.0, 1.0, section.turns * per_turn + 1) * duration
     rows, status = section.sampled(state, times, sharp)
@@ -64,8 +64,8 @@ def described(orbit: Orbit) -> dict[str, Any]:
         "period_time": image.time,
         "residual": orbit.residual,
         "impacts": float(np.sum(begins) / section.turns),
-        "smallest_impact_speed": met.smallest_impact_speed(section.scene, image.events),
-        "closest_approach": met.closest_approach(met.gaps(section.scene, rows)[0], image.events),
+        "smallest_impact_speed": met.smallest_impact_speed(section.model, image.events),
+        "closest_approach": met.closest_approach(met.gaps(section.model, rows)[0], image.events),
         "grazing": image.grazing if len(image.events) else math.nan,
         "floquet_multiplier": np.stack([found.real, found.imag], -1),
         "lyapunov_exponent": floquet.exponents(found, image.time),
@@ -104,7 +104,7 @@ def state(values: np.ndarray, dims: tuple[str, ...]) -> dict[str, Any]:
 def coordinates(section: SectionMap) -> dict[str, Any]:
     """Coordinates of multipliers and states."""
     number = {"units": "1", "long_name": "number of the multiplier, the largest first"}
-    names = np.array(state_names(section.scene), dtype=str)
+    names = np.array(state_names(section.model), dtype=str)
     return {
         "multiplier": ("multiplier", np.arange(1, len(section.free) + 1), number),
         "part": ("part", np.array(PARTS), {"units": "1", "long_name": "part of a complex number"}),
@@ -112,19 +112,19 @@ def coordinates(section: SectionMap) -> dict[str, Any]:
     }
 
 
-def settings(scene: Scene) -> dict[str, Any]:
+def settings(model: Model) -> dict[str, Any]:
     """What pictures of an orbit need of its mechanism."""
     nominal = {"units": "s", "long_name": "nominal period of the drive"}
-    found = {"turn_period_nominal": ((), scene.period, nominal)}
-    if scene.clearances:
+    found = {"turn_period_nominal": ((), model.period, nominal)}
+    if model.clearances:
         radial = {"units": "m", "long_name": "radial clearance"}
-        found["clearance"] = ("joint", np.array(scene.clearances), radial)
+        found["clearance"] = ("joint", np.array(model.clearances), radial)
     return found
 
 
 def events(orbit: Orbit, lead: float, linkage: bool) -> dict[str, Any]:
     """The orbit's events in turn, timed from the section asked for, which is `lead` s after the map's own."""
-    scene, rows, duration = orbit.map.scene, orbit.image.events, orbit.image.time
+    model, rows, duration = orbit.map.model, orbit.image.events, orbit.image.time
     if rows is None:
         rows, duration = np.zeros((0, met.TIME + 1)), 1.0
     times = np.mod(rows[:, met.PLACE] * duration - lead, duration)
@@ -139,7 +139,7 @@ def events(orbit: Orbit, lead: float, linkage: bool) -> dict[str, Any]:
             {"long_name": "kind of event"} | flags(EVENTS),
         ),
         "event_approach_speed": (
-            met.approach_speeds(scene, rows),
+            met.approach_speeds(model, rows),
             {"units": units("m s-1", linkage), "long_name": "rate of the gap at the event"},
         ),
     }

@@ -98,9 +98,9 @@ def periodic_orbit(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     quantities = names(record, mechanism)
-    scene = placed(mechanism, initial, section)
+    model = placed(mechanism, initial, section)
     began = time.perf_counter()
-    turns = section_map(scene, section, period, rtol, max_steps)
+    turns = section_map(model, section, period, rtol, max_steps)
     orbit = search(turns, Search(transient, tolerance, max_iterations), part(progress, 0.0, SETTLED))
     told = _dataset(orbit, turns.phase, quantities, samples_per_turn, isinstance(mechanism, Mechanism))
     seconds = {"units": "s", "long_name": "wall time of the run"}
@@ -113,21 +113,21 @@ def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tu
 
 
 def _dataset(orbit: Orbit, phase: float, names, per_turn: int, linkage: bool) -> xr.Dataset:
-    scene = orbit.map.scene
+    model = orbit.map.model
     state, lead = at_phase(orbit, phase)
     variables = orbit_words.state(state, ())
     variables |= orbit_words.variables(orbit_words.described(orbit), (), linkage)
     variables |= orbit_words.events(orbit, lead, linkage)
     variables["n_iterations"] = ((), orbit.iterations, {"units": "1", "long_name": "iterations of Newton"})
     variables["status"] = ((), np.int8(orbit.status), {"long_name": "how the search ended"} | flags(STATUS))
-    variables |= orbit_words.settings(scene)
+    variables |= orbit_words.settings(model)
     coords = orbit_words.coordinates(orbit.map)
     if names:
         on = replace(orbit.map, phase=phase)
         asked_for = on, state, orbit.image.time, 0 if orbit.status else per_turn
         rows = orbit_words.history(*asked_for)
         sharp = orbit_words.history(*asked_for, sharp=True) if needed(names) else rows
-        variables |= Quantities(scene, rows, rows[:1].ravel(), sharp).variables(names, "time")
+        variables |= Quantities(model, rows, rows[:1].ravel(), sharp).variables(names, "time")
         named = {"units": "s", "long_name": "time since the section"}
         coords["time"] = ("time", rows[:, 0] - on.begin, named)
-    return dataset(scene, variables, coords, "periodic_orbit")
+    return dataset(model, variables, coords, "periodic_orbit")

@@ -28,8 +28,8 @@ from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Request
 from jointplay.analysis.words import STATUS
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Plane, Section
-from jointplay.mechanism.scene import Scene
 
 CALM = 400  # nominal periods of a system that nothing drives
 STILL = 1e-6  # of a state's scale: what moves less in a return, at its rate of passage, is at rest
@@ -37,11 +37,11 @@ STILL = 1e-6  # of a state's scale: what moves less in a return, at its rate of 
 
 @dataclass(frozen=True)
 class SectionMap:
-    """Whole turns of a scene, as a map of a section to itself.
+    """Whole turns of a model, as a map of a section to itself.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         Assembled with the section's quantity.
     turns : int
         Of the crank, periods of the forcing, or crossings of the plane.
@@ -59,7 +59,7 @@ class SectionMap:
         Attempted steps after which a run stops.
     """
 
-    scene: Scene
+    model: Model
     turns: int
     phase: float
     place: int | None
@@ -71,20 +71,20 @@ class SectionMap:
     @cached_property
     def scale(self) -> np.ndarray:
         """Size of each state: a radian or the longest link, the nominal speed."""
-        return scales(self.scene)
+        return scales(self.model)
 
     @cached_property
     def free(self) -> np.ndarray:
         """Places of the coordinates that differ on the section."""
-        return np.array([i for i in range(len(self.scene.state)) if i != self.place])
+        return np.array([i for i in range(len(self.model.state)) if i != self.place])
 
     @property
     def begin(self) -> float:
         """Time at which a run on the section begins, s: of a forcing, that of the phase."""
-        scene = self.scene
+        model = self.model
         if self.place is not None:
             return 0.0
-        return ((self.phase - scene.crank_angle) / scene.crank_speed) % scene.period
+        return ((self.phase - model.crank_angle) / model.crank_speed) % model.period
 
     def unknowns(self, state: np.ndarray) -> np.ndarray:
         """The free coordinates in units of their scales."""
@@ -92,7 +92,7 @@ class SectionMap:
 
     def state(self, unknowns: np.ndarray) -> np.ndarray:
         """The state on the section that has these free coordinates."""
-        state = np.zeros(len(self.scene.state))
+        state = np.zeros(len(self.model.state))
         state[self.free] = unknowns * self.scale[self.free]
         if self.place is not None:
             state[self.place] = self.phase
@@ -137,7 +137,7 @@ class SectionMap:
 
     def _wrapped(self, state: np.ndarray, near: np.ndarray) -> np.ndarray:
         found = state.copy()
-        turning = np.flatnonzero(self.scene.turning)
+        turning = np.flatnonzero(self.model.turning)
         away = found[turning] - near[turning]
         found[turning] -= math.tau * np.round(away / math.tau)
         if self.place is not None:
@@ -174,7 +174,7 @@ class SectionMap:
     def _end(self, state: np.ndarray, ahead: float, turns: int) -> tuple[float, int]:
         """Time of passage, and the status of getting there."""
         if self.place is None:
-            return self.begin + (turns + ahead / math.tau) * self.scene.period, 0
+            return self.begin + (turns + ahead / math.tau) * self.model.period, 0
         rows, status = self._crossings(state, ahead, turns)
         return (float(rows[-1, 0]), 0) if not status else (math.nan, status)
 
@@ -186,11 +186,11 @@ class SectionMap:
         if not self.plane:
             first = 0 if ahead else 1
             level, period, count = self._target(ahead, first), math.tau, turns - first + 1
-        longest = (CALM if self.plane else asked.SLACK) * (turns + 1) * self.scene.period
+        longest = (CALM if self.plane else asked.SLACK) * (turns + 1) * self.model.period
         fields = {"level": level, "period": period, "direction": self.direction, "stop_after": count}
         request = self.request(longest, rates=sharp, **fields)
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        found = resolved(self.scene, self.rtol, rows[rows[:, 0] == 4.0, 1:], rows[rows[:, 0] == 2.0, 3:])
+        found = resolved(self.model, self.rtol, rows[rows[:, 0] == 4.0, 1:], rows[rows[:, 0] == 2.0, 3:])
         if not status and len(found) < count:
             status = STATUS.index("not_converged")  # it never came back
         return found[:count], status
@@ -202,14 +202,14 @@ class SectionMap:
         """
         if self.place is not None:
             return self._crossings(state, 0.0, self.turns, sharp)
-        times = self.begin + np.arange(1, self.turns + 1) * self.scene.period
+        times = self.begin + np.arange(1, self.turns + 1) * self.model.period
         return self.sampled(state, times, sharp)
 
     def sampled(self, state: np.ndarray, times: np.ndarray, sharp: bool) -> tuple[np.ndarray, int]:
         """Rows at some times, and the status; sharp as in `passages`."""
         request = self.request(float(times[-1]), at=times, rates=sharp)
         bundle, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        return resolved(self.scene, self.rtol, rows[rows[:, 0] == 4.0, 1:], bundle.x.samples), status
+        return resolved(self.model, self.rtol, rows[rows[:, 0] == 4.0, 1:], bundle.x.samples), status
 
     def request(self, end: float, **fields) -> Request:
         """A run's request with the map's tolerance and steps."""
@@ -219,7 +219,7 @@ class SectionMap:
         """Follow a state from the section on: the run at its end, all it logged, and its status."""
         from jointplay.numerics import memory as arrays
 
-        bundle = Bundle(replace(self.scene, state=state), request, frame, held=True)
+        bundle = Bundle(replace(self.model, state=state), request, frame, held=True)
         x, parts, status = bundle.x, [], bundle.full
         x.s[0] = self.begin
         while status == bundle.full:
@@ -236,13 +236,13 @@ class SectionMap:
 
 
 def section_map(
-    scene: Scene, section: Section, turns: int, rtol: float = 1e-11, max_steps: int | None = None
+    model: Model, section: Section, turns: int, rtol: float = 1e-11, max_steps: int | None = None
 ) -> SectionMap:
-    """The map of a scene's section.
+    """The map of a model's section.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         Assembled with the section's quantity (`analysis.rules.quantity`).
     section : CrankAngle or Plane
         Of a plane, the quantity must be a state of a test system.
@@ -255,8 +255,8 @@ def section_map(
     """
     if isinstance(section, Plane):
         sense = 1 if section.direction == "up" else -1
-        place = state_names(scene).index(section.quantity)
-        return SectionMap(scene, turns, section.value, place, sense, True, rtol, max_steps)
-    forward = 1 if scene.crank_speed >= 0 else -1
+        place = state_names(model).index(section.quantity)
+        return SectionMap(model, turns, section.value, place, sense, True, rtol, max_steps)
+    forward = 1 if model.crank_speed >= 0 else -1
     phase = section.angle % math.tau
-    return SectionMap(scene, turns, phase, crank_place(scene), forward, False, rtol, max_steps)
+    return SectionMap(model, turns, phase, crank_place(model), forward, False, rtol, max_steps)

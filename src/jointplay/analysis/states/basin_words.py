@@ -55,7 +55,7 @@ def points(found: Attractors, states: list[np.ndarray], starts) -> dict[str, Any
     """Section points of one end of each attractor, as states and in the plane; NaN past the last."""
     shown = [states[i] for i in found.shown_by]
     longest = max(map(len, shown), default=0)
-    whole = np.full((len(shown), longest, len(starts.scene.state)), np.nan)
+    whole = np.full((len(shown), longest, len(starts.model.state)), np.nan)
     seen = np.full((len(shown), longest, 2), np.nan)
     for i, each in enumerate(shown):
         whole[i, : len(each)], seen[i, : len(each)] = each, starts.seen(each)
@@ -102,7 +102,7 @@ def boundary(rows: list[unsure.Row]) -> dict[str, Any]:
 def coordinates(axes, found: Attractors, starts) -> dict[str, Any]:
     """Axes of the plane, numbers of the attractors, names of states and axes."""
     coords = planes.axis_coordinates(starts, axes)
-    states = np.array(cache.structure_module(starts.scene.structure).STATE[1:], dtype=str)
+    states = np.array(cache.structure_module(starts.model.structure).STATE[1:], dtype=str)
     number = np.arange(1, len(found.periods) + 1)
     return coords | {
         "number": ("number", number, {"units": "1", "long_name": "number of the attractor"}),

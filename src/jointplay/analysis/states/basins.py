@@ -107,14 +107,14 @@ def basins(
     watch = Watch(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     began, axes = clock.perf_counter(), planes.axes(plane)
     starts = planes.Starts(mechanism, initial, tuple(axes), joint)
-    warm([starts.scene], ensemble)
+    warm([starts.model], ensemble)
     grid = planes.nodes(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([grid, extra.reshape(-1, 2)])
     cells = planes.cells(mechanism, initial, joint, tuple(axes), values, BLOCK, watch=watch)
     found = yield from handed_out(ends, cells, progress)
     status, periods, states = _joined(found, cells, starts)
-    points = [features(starts.scene, each) if len(each) else each for each in states]
+    points = [features(starts.model, each) if len(each) else each for each in states]
     found = match(periods, points, tolerance)
     shape, nodes = tuple(map(len, axes.values())), len(grid)
     kept = _renumbered(found, nodes)
@@ -168,7 +168,7 @@ def _joined(found: list, cells: list, starts) -> tuple[np.ndarray, np.ndarray, l
         whole = "states" in each
         status.append(each["node_status"] if whole else np.full(count, each["status"]))
         periods.append(each["period"] if whole else np.zeros(count, dtype=int))
-        states += each["states"] if whole else [np.zeros((0, len(starts.scene.state)))] * count
+        states += each["states"] if whole else [np.zeros((0, len(starts.model.state)))] * count
     return np.concatenate(status).astype(np.int8), np.concatenate(periods), states
 
 

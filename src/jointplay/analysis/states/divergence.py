@@ -33,7 +33,7 @@ from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import INTERRUPTED, Request, follow
 from jointplay.analysis.words import STATUS
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 ALIGN = 2  # turns in which differences find the direction that grows most
 MARGIN = math.log(30)  # how far from the level at which it stays a curve counts as exponential
@@ -59,21 +59,21 @@ class Divergence:
 
     def follow(self, mechanism, initial, progress=None) -> tuple[dict[str, Any], dict[str, Any], int]:
         """Follow motion and neighbours: variables, coordinates, status."""
-        scene = assemble(mechanism, initial, planes.section_of(mechanism))
-        cut = scene.structure.section is not None and self.compare != "time"
-        left_out = Turn(scene).crank if cut else None
+        model = assemble(mechanism, initial, planes.section_of(mechanism))
+        cut = model.structure.section is not None and self.compare != "time"
+        left_out = Turn(model).crank if cut else None
         random = np.random.default_rng(self.seed)
-        state, status = self._settled(scene)
+        state, status = self._settled(model)
         distances, times, ended = self._nothing(status)
         for i in range(0 if status else self.references):
-            starts = [state, *(state + self._offsets(random, scene, left_out))]
-            runs = [self._samples(scene, start, cut) for start in starts]
-            distances[i], times[i] = self._distances(scene, runs, left_out), runs[0][1]
+            starts = [state, *(state + self._offsets(random, model, left_out))]
+            runs = [self._samples(model, start, cut) for start in starts]
+            distances[i], times[i] = self._distances(model, runs, left_out), runs[0][1]
             ended[i] = [run[2] for run in runs[1:]]
             status = INTERRUPTED if INTERRUPTED in ended[i] else runs[0][2]
             state = runs[0][0][-1].copy()
             if left_out is not None:
-                state[left_out] = scene.crank_angle
+                state[left_out] = model.crank_angle
             if progress is not None:
                 progress((i + 1) / self.references)
             if status:
@@ -90,57 +90,57 @@ class Divergence:
         ended = np.full(cells, status or STATUS.index("not_run"), dtype=np.int8)
         return np.full((*cells, many), np.nan), np.full((self.references, many), np.nan), ended
 
-    def _settled(self, scene: Scene) -> tuple[np.ndarray, int]:
+    def _settled(self, model: Model) -> tuple[np.ndarray, int]:
         """The motion's state after the transient, and the status of that."""
         if not self.transient:
-            return scene.state, 0
-        if scene.structure.section is not None:
-            state, _, status = Turn(scene, self.rtol, self.max_steps)(scene.state, self.transient)
+            return model.state, 0
+        if model.structure.section is not None:
+            state, _, status = Turn(model, self.rtol, self.max_steps)(model.state, self.transient)
             return state, status
-        end = self.transient * scene.period
+        end = self.transient * model.period
         request = Request(end, self.rtol, at=np.array([end]), max_steps=asked.steps(self.max_steps))
-        records = follow(scene, request)
-        return records.samples[-1, 1 : 1 + len(scene.state)] if not records.status else scene.state, int(
+        records = follow(model, request)
+        return records.samples[-1, 1 : 1 + len(model.state)] if not records.status else model.state, int(
             records.status
         )
 
-    def _offsets(self, random: np.random.Generator, scene: Scene, left_out: int | None) -> np.ndarray:
+    def _offsets(self, random: np.random.Generator, model: Model, left_out: int | None) -> np.ndarray:
         """Differences of the neighbours from the motion, shape (neighbours, states)."""
-        away = random.standard_normal((self.neighbours, len(scene.state)))
+        away = random.standard_normal((self.neighbours, len(model.state)))
         if left_out is not None:
             away[:, left_out] = 0.0
-        return self.distance * away / np.linalg.norm(away, axis=1, keepdims=True) * scales(scene)
+        return self.distance * away / np.linalg.norm(away, axis=1, keepdims=True) * scales(model)
 
-    def _samples(self, scene: Scene, state: np.ndarray, cut: bool) -> tuple[np.ndarray, np.ndarray, int]:
+    def _samples(self, model: Model, state: np.ndarray, cut: bool) -> tuple[np.ndarray, np.ndarray, int]:
         """States, the first included, shape (samples, states), times in s, and the status; NaN beyond."""
-        scene = replace(scene, state=state)
+        model = replace(model, state=state)
         many, n = self.turns * self.samples_per_turn, len(state)
         states, times = np.full((many + 1, n), np.nan), np.full(many + 1, np.nan)
         states[0], times[0] = state, 0.0
-        if planes.outside(scene):
+        if planes.outside(model):
             return states, times, BAD
-        records = follow(scene, self._request(scene, cut, many))
+        records = follow(model, self._request(model, cut, many))
         rows, at = (records.sections, (STATE, TIME)) if cut else (records.samples, (1, 0))
         states[1 : 1 + len(rows)] = rows[:, at[0] : at[0] + n]
         times[1 : 1 + len(rows)] = rows[:, at[1]]
         short = STATUS.index("not_converged") if len(rows) < many else 0  # the crank stopped turning
         return states, times, records.status or short
 
-    def _request(self, scene: Scene, cut: bool, many: int) -> Request:
+    def _request(self, model: Model, cut: bool, many: int) -> Request:
         limit = {"rtol": self.rtol, "max_steps": asked.steps(self.max_steps)}
-        end = self.turns * scene.period
+        end = self.turns * model.period
         if not cut:
             return Request(end, at=np.linspace(0, end, many + 1)[1:], **limit)
-        forward, part = (1 if scene.crank_speed >= 0 else -1), math.tau / self.samples_per_turn
-        level = {"level": scene.crank_angle + forward * part, "period": part, "direction": forward}
+        forward, part = (1 if model.crank_speed >= 0 else -1), math.tau / self.samples_per_turn
+        level = {"level": model.crank_angle + forward * part, "period": part, "direction": forward}
         return Request(asked.SLACK * end, stop_after=many, **level, **limit)
 
-    def _distances(self, scene: Scene, runs: list, left_out: int | None) -> np.ndarray:
+    def _distances(self, model: Model, runs: list, left_out: int | None) -> np.ndarray:
         """Distances of the neighbours, shape (neighbours, samples)."""
-        states, turning = np.array([run[0] for run in runs]), np.flatnonzero(scene.turning)
+        states, turning = np.array([run[0] for run in runs]), np.flatnonzero(model.turning)
         apart = states[1:] - states[0]
         apart[..., turning] = (apart[..., turning] + math.pi) % math.tau - math.pi
-        apart /= scales(scene)
+        apart /= scales(model)
         if left_out is not None:
             apart[..., left_out] = 0.0
         return np.linalg.norm(apart, axis=-1)

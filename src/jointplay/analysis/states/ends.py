@@ -25,8 +25,8 @@ from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle
-from jointplay.mechanism.scene import Scene
 
 STRICTER = 10  # a period is found at a tolerance so many times smaller than that by which ends are matched
 POINTS = 128  # kept of an end without a period, over all tries; more only where more turns are looked at
@@ -59,19 +59,19 @@ def ends(mechanism, initial, joint, names, values, watch: Watch) -> dict[str, An
         the section, one period of them or the last that were looked at; ``status``.
     """
     starts = Starts(mechanism, initial, names, joint)
-    found = reached(starts.scene, [starts(value) for value in values], watch)
+    found = reached(starts.model, [starts(value) for value in values], watch)
     status, periods, states = zip(*found, strict=True)
     return {"status": 0, "node_status": np.array(status), "period": np.array(periods), "states": list(states)}
 
 
-def reached(base: Scene, starts: list[Scene | None], watch: Watch) -> list[tuple[int, int, np.ndarray]]:
+def reached(base: Model, starts: list[Model | None], watch: Watch) -> list[tuple[int, int, np.ndarray]]:
     """Status, period and section states of the ends of motions.
 
     Parameters
     ----------
-    base : Scene
+    base : Model
         With the crank angle at which all motions are cut.
-    starts : list of Scene or None
+    starts : list of Model or None
         Where each starts, with its own crank angle.
     watch : Watch
         For how long.
@@ -80,7 +80,7 @@ def reached(base: Scene, starts: list[Scene | None], watch: Watch) -> list[tuple
     found = {n: (BAD, 0, nothing) for n, start in enumerate(starts) if start is None}
     left = {n: (start, nothing) for n, start in enumerate(starts) if start is not None}
     for again in range(1 + watch.patience):
-        cuts = cut(base, [scene for scene, _ in left.values()], 0 if again else watch.transient, watch)
+        cuts = cut(base, [model for model, _ in left.values()], 0 if again else watch.transient, watch)
         for (n, (_, seen)), (states, status) in zip([*left.items()], cuts, strict=True):
             repeats = 0 if status else _period(base, states, watch)
             if status or repeats:
@@ -93,7 +93,7 @@ def reached(base: Scene, starts: list[Scene | None], watch: Watch) -> list[tuple
     return [found[n] for n in range(len(starts))]
 
 
-def _period(base: Scene, states: np.ndarray, watch: Watch) -> int:
+def _period(base: Model, states: np.ndarray, watch: Watch) -> int:
     points = features(base, states)
     return reduced(points, period(points, watch.tolerance / STRICTER), watch.tolerance)
 
@@ -110,7 +110,7 @@ def reduced(points: np.ndarray, found: int, tolerance: float) -> int:
     return found
 
 
-def cut(base: Scene, starts: list[Scene], drop: int, watch: Watch) -> list[tuple[np.ndarray, int]]:
+def cut(base: Model, starts: list[Model], drop: int, watch: Watch) -> list[tuple[np.ndarray, int]]:
     """Of each start, states at the section after `drop` turns, shape (turns, states), and the status."""
     requests = [_request(base, start, drop, watch) for start in starts]
     if watch.ensemble:
@@ -120,7 +120,7 @@ def cut(base: Scene, starts: list[Scene], drop: int, watch: Watch) -> list[tuple
     return [_states(base, each, watch) for each in records]
 
 
-def _request(base: Scene, start: Scene, drop: int, watch: Watch) -> Request:
+def _request(base: Model, start: Model, drop: int, watch: Watch) -> Request:
     turns = drop + watch.turns
     limit = {"rtol": watch.rtol, "max_steps": asked.steps(watch.max_steps)}
     if base.structure.section is None:
@@ -130,7 +130,7 @@ def _request(base: Scene, start: Scene, drop: int, watch: Watch) -> Request:
     return Request(asked.SLACK * turns * base.period, stop_after=turns, **fields, **limit)
 
 
-def _states(base: Scene, records: Records, watch: Watch) -> tuple[np.ndarray, int]:
+def _states(base: Model, records: Records, watch: Watch) -> tuple[np.ndarray, int]:
     states = _rows(records, base.structure.section is not None, len(base.state))
     if records.status or len(states) < watch.turns:
         return states, records.status or STOPPED
@@ -143,7 +143,7 @@ def _rows(records: Records, by_angle: bool, count: int) -> np.ndarray:
     return records.samples[:, 1 : 1 + count]
 
 
-def _wrapped(base: Scene, states: np.ndarray) -> np.ndarray:
+def _wrapped(base: Model, states: np.ndarray) -> np.ndarray:
     """States with angles within half a turn of 0, the crank's at the section's angle."""
     found, crank = states.copy(), crank_place(base)
     for i in np.flatnonzero(base.turning):
@@ -153,15 +153,15 @@ def _wrapped(base: Scene, states: np.ndarray) -> np.ndarray:
     return found
 
 
-def features(scene: Scene, states: np.ndarray) -> np.ndarray:
+def features(model: Model, states: np.ndarray) -> np.ndarray:
     """What section points are compared by, shape (points, coordinates)."""
-    if not scene.links:
+    if not model.links:
         return states
-    names, n_q = cache.structure_module(scene.structure).STATE[1:], len(scene.turning)
-    speeds = [n_q + i for i in range(n_q) if scene.turning[i]]
-    found = states[:, speeds] * scene.period / math.tau
-    if scene.joints:
-        journals = Journals(scene)
+    names, n_q = cache.structure_module(model.structure).STATE[1:], len(model.turning)
+    speeds = [n_q + i for i in range(n_q) if model.turning[i]]
+    found = states[:, speeds] * model.period / math.tau
+    if model.joints:
+        journals = Journals(model)
         found = np.concatenate([journals.places(states) / journals.clearances, found], axis=1)
     bent = [i for i in range(n_q) if names[i].startswith("eta_")]
-    return np.concatenate([found, states[:, bent] / scene.absolute[bent]], axis=1)
+    return np.concatenate([found, states[:, bent] / model.absolute[bent]], axis=1)

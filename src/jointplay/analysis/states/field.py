@@ -30,7 +30,7 @@ from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Request
 from jointplay.analysis.words import STATUS
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 BLOCK = 64  # nodes a cell
 BAD, CRASHED = STATUS.index("bad_parameters"), STATUS.index("crashed")
@@ -48,7 +48,7 @@ def field(
 ) -> Generator[Work, Read, dict[str, Any]]:
     """Variables of the exponents over a plane that has been checked, as (dims, values, attributes)."""
     axes = planes.axes(plane)
-    warm([planes.Starts(mechanism, initial, tuple(axes), joint).scene])
+    warm([planes.Starts(mechanism, initial, tuple(axes), joint).model])
     values = planes.nodes(axes)
     keywords = {"turns": turns, "rtol": rtol, "max_steps": max_steps}
     cells = planes.cells(mechanism, initial, joint, tuple(axes), values, BLOCK, **keywords)
@@ -95,18 +95,18 @@ def exponents(mechanism, initial, joint, names, values, turns: int, rtol: float,
     return {"status": 0, "growth": growth, "time": time, "node_status": status}
 
 
-def _node(scene: Scene | None, turns: int, rtol: float, max_steps) -> tuple[float, float, int]:
-    if scene is None:
+def _node(model: Model | None, turns: int, rtol: float, max_steps) -> tuple[float, float, int]:
+    if model is None:
         return math.nan, math.nan, BAD
-    return stretch(scene, turns, rtol, max_steps)
+    return stretch(model, turns, rtol, max_steps)
 
 
-def stretch(scene: Scene, turns: int, rtol: float, max_steps: int | None = None) -> tuple[float, float, int]:
-    """Follow a scene from its start with all tangents.
+def stretch(model: Model, turns: int, rtol: float, max_steps: int | None = None) -> tuple[float, float, int]:
+    """Follow a model from its start with all tangents.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         Assembled with the section of `plane.section_of`.
     turns : int
         Turns of the crank, or nominal periods.
@@ -120,16 +120,16 @@ def stretch(scene: Scene, turns: int, rtol: float, max_steps: int | None = None)
     (float, float, int)
         Logarithm of the largest singular value; time taken, s; status.
     """
-    duration, status, crank = turns * scene.period, 0, None
-    if scene.structure.section is not None:
-        turn = Turn(scene, rtol, max_steps)
+    duration, status, crank = turns * model.period, 0, None
+    if model.structure.section is not None:
+        turn = Turn(model, rtol, max_steps)
         crank = turn.crank
         if crank is not None:
-            _, duration, status = turn(scene.state, turns)
+            _, duration, status = turn(model.state, turns)
     if status:
         return math.nan, math.nan, status
-    scale = scales(scene)
-    plain = replace(scene, structure=replace(scene.structure, section=None))
+    scale = scales(model)
+    plain = replace(model, structure=replace(model.structure, section=None))
     request = Request(duration, rtol, max_steps=asked.steps(max_steps))
     frame = np.delete(np.diag(scale), [] if crank is None else [crank], axis=0)
     bundle, log = Bundle(plain, request, frame, held=True), 0.0

@@ -22,8 +22,8 @@ from jointplay.analysis.states.journals import Journals
 from jointplay.codegen import cache, outputs
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import ConstantSpeed, CrankAngle, Mechanism, TestSystem
-from jointplay.mechanism.scene import Scene
 
 CRANK = {"crank_angle": ("rad", "crank angle"), "crank_speed": ("rad s-1", "crank speed")}
 JOURNAL = {
@@ -68,14 +68,14 @@ def check(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Problem]
     if len(plane) != 2:
         return [Problem("plane", plane, "a table of two coordinates, each with its values, is accepted")]
     try:
-        scene = assemble(mechanism, initial, section_of(mechanism))
+        model = assemble(mechanism, initial, section_of(mechanism))
     except InputError:
         return []
-    known = coordinates(mechanism, scene)
+    known = coordinates(mechanism, model)
     found = [unknown(f"plane.{name}", name, name, known, "coordinate") for name in plane if name not in known]
     found += [problem for name, given in plane.items() for problem in _wrong_values(name, given)]
-    found += _strangers(mechanism, scene, tuple(plane), initial)
-    loose = scene.joints if scene.links else ()
+    found += _strangers(mechanism, model, tuple(plane), initial)
+    loose = model.joints if model.links else ()
     if joint is not None and joint not in loose:
         found.append(unknown("joint", joint, joint, loose, "joint with clearance"))
     elif joint is None and len(loose) > 1 and set(plane) & set(JOURNAL):
@@ -90,15 +90,15 @@ def _count(given: Any) -> int:
     return given["num"] if isinstance(given, Mapping) else len(given)
 
 
-def coordinates(mechanism: Mechanism | TestSystem, scene: Scene) -> dict[str, dict[str, str]]:
+def coordinates(mechanism: Mechanism | TestSystem, model: Model) -> dict[str, dict[str, str]]:
     """What a plane's axes can be, with the attributes of each."""
     found = {}
     if isinstance(mechanism, Mechanism):
         named = {} if mechanism.crank is None else CRANK
-        named = named | (JOURNAL if scene.joints else {})
+        named = named | (JOURNAL if model.joints else {})
         found = {name: {"units": units, "long_name": text} for name, (units, text) in named.items()}
-    for name in cache.structure_module(scene.structure).STATE[1:]:
-        units = UNITS.get(name.split("_")[0], "1") if scene.links else "1"
+    for name in cache.structure_module(model.structure).STATE[1:]:
+        units = UNITS.get(name.split("_")[0], "1") if model.links else "1"
         found[name] = {"units": units, "long_name": f"state {name}"}
     return found
 
@@ -112,12 +112,12 @@ def _wrong_values(name: str, given: Any) -> Iterator[Problem]:
         yield Problem(f"plane.{name}", given, accepted)
 
 
-def _strangers(mechanism, scene: Scene, names: tuple[str, ...], initial: Any) -> Iterator[Problem]:
+def _strangers(mechanism, model: Model, names: tuple[str, ...], initial: Any) -> Iterator[Problem]:
     """Coordinates that do not go together, or not with this start."""
     if not isinstance(mechanism, Mechanism):
         return
     journals = [name for name in names if name in JOURNAL]
-    states = [name for name in names if name in cache.structure_module(scene.structure).STATE]
+    states = [name for name in names if name in cache.structure_module(model.structure).STATE]
     if journals and states:
         accepted = f"beside {journals[0]}, a coordinate of a journal or of the crank is accepted"
         yield Problem(f"plane.{states[0]}", states[0], accepted)
@@ -145,46 +145,46 @@ class Starts:
 
     def __init__(self, mechanism, initial: Any, names: Sequence[str], joint: str | None = None):
         self.mechanism, self.initial, self.names = mechanism, initial, tuple(names)
-        self.scene = assemble(mechanism, initial, section_of(mechanism))
-        self.states = cache.structure_module(self.scene.structure).STATE[1:]
-        self.loose = bool(self.scene.links and self.scene.joints)
-        self.at = 2 * self.scene.joints.index(joint) if joint is not None else 0
+        self.model = assemble(mechanism, initial, section_of(mechanism))
+        self.states = cache.structure_module(self.model.structure).STATE[1:]
+        self.loose = bool(self.model.links and self.model.joints)
+        self.at = 2 * self.model.joints.index(joint) if joint is not None else 0
 
-    def __call__(self, values: Sequence[float]) -> Scene | None:
-        """The scene that starts at a node; None where there is no such start."""
+    def __call__(self, values: Sequence[float]) -> Model | None:
+        """The model that starts at a node; None where there is no such start."""
         asked = dict(zip(self.names, map(float, values), strict=True))
         try:
-            scene = self._cranked({name: asked[name] for name in asked if name in CRANK})
+            model = self._cranked({name: asked[name] for name in asked if name in CRANK})
         except InputError:
             return None
-        state = scene.state.copy()
+        state = model.state.copy()
         for name in asked.keys() & set(self.states):
             state[self.states.index(name)] = asked[name]
-        scene = replace(scene, state=state)
+        model = replace(model, state=state)
         if asked.keys() & set(JOURNAL):
-            scene = self._journals(scene, asked)
-        if scene is None or outside(scene):
+            model = self._journals(model, asked)
+        if model is None or outside(model):
             return None
-        if self.loose and np.any(Journals(scene).eccentricity_ratios(scene.state[None, :]) > INSIDE):
+        if self.loose and np.any(Journals(model).eccentricity_ratios(model.state[None, :]) > INSIDE):
             return None
-        return scene
+        return model
 
-    def _cranked(self, asked: dict[str, float]) -> Scene:
+    def _cranked(self, asked: dict[str, float]) -> Model:
         if not asked:
-            return self.scene
-        return assemble(self.mechanism, {**(self.initial or {}), **asked}, self.scene.structure.section)
+            return self.model
+        return assemble(self.mechanism, {**(self.initial or {}), **asked}, self.model.structure.section)
 
-    def _journals(self, scene: Scene, asked: Mapping[str, float]) -> Scene | None:
-        journals = Journals(scene)
-        places = journals.places(scene.state[None, :])[0]
-        speeds = journals.velocities(scene.state)
+    def _journals(self, model: Model, asked: Mapping[str, float]) -> Model | None:
+        journals = Journals(model)
+        places = journals.places(model.state[None, :])[0]
+        speeds = journals.velocities(model.state)
         for i, axis in enumerate("xy"):
             at = self.at + i
             places[at] = asked.get(f"journal_{axis}", places[at] / journals.clearances[at])
             places[at] *= journals.clearances[at]
             speeds[at] = asked.get(f"journal_velocity_{axis}", speeds[at])
-        state = journals.put(scene.state, places, speeds)
-        return None if state is None else replace(scene, state=state)
+        state = journals.put(model.state, places, speeds)
+        return None if state is None else replace(model, state=state)
 
     def seen(self, states: np.ndarray) -> np.ndarray:
         """The plane's coordinates of states at the section, shape (rows, 2)."""
@@ -194,29 +194,29 @@ class Starts:
         if name in self.states:
             return states[:, self.states.index(name)]
         if name in CRANK:
-            own = f"{'theta' if name == 'crank_angle' else 'w'}_{self.scene.crank}"
-            held = self.scene.crank_angle if name == "crank_angle" else self.scene.crank_speed
+            own = f"{'theta' if name == 'crank_angle' else 'w'}_{self.model.crank}"
+            held = self.model.crank_angle if name == "crank_angle" else self.model.crank_speed
             return states[:, self.states.index(own)] if own in self.states else np.full(len(states), held)
-        journals, at = Journals(self.scene), self.at + "xy".index(name[-1])
+        journals, at = Journals(self.model), self.at + "xy".index(name[-1])
         if "velocity" in name:
             return np.array([journals.velocities(state)[at] for state in states])
         return journals.places(states)[:, at] / journals.clearances[at]
 
 
-def outside(scene: Scene) -> bool:
+def outside(model: Model) -> bool:
     """Whether a start is beyond a rigid wall."""
-    if not scene.resets:
+    if not model.resets:
         return False
-    module = cache.structure_module(scene.structure)
-    given = dict(zip(module.PARAMETERS, scene.numbers, strict=True))
-    given |= dict(zip(module.STATE, [0.0, *scene.state], strict=True))
-    gaps = outputs.evaluate(module, [f"gap:{name}" for name in scene.resets], given)
+    module = cache.structure_module(model.structure)
+    given = dict(zip(module.PARAMETERS, model.numbers, strict=True))
+    given |= dict(zip(module.STATE, [0.0, *model.state], strict=True))
+    gaps = outputs.evaluate(module, [f"gap:{name}" for name in model.resets], given)
     return any(gap < 0 for gap in gaps.values())
 
 
 def axis_coordinates(starts: Starts, axes: Mapping[str, np.ndarray]) -> dict[str, Any]:
     """The axes as coordinates of a dataset."""
-    known = coordinates(starts.mechanism, starts.scene)
+    known = coordinates(starts.mechanism, starts.model)
     return {name: (name, values, known[name]) for name, values in axes.items()}
 
 

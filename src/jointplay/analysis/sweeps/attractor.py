@@ -26,15 +26,15 @@ from jointplay.analysis.starts import End, crank_place, moved, placed, state_nam
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.words import STATUS
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
-from jointplay.mechanism.scene import Scene
 
 TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one
 RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
-Settling = Generator[tuple[Scene, Request], Records, dict[str, Any]]  # asks for runs, gives back the answer
+Settling = Generator[tuple[Model, Request], Records, dict[str, Any]]  # asks for runs, gives back the answer
 EXPONENTS = (
     *("lyapunov_exponent", "lyapunov_standard_error"),
     *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
@@ -121,20 +121,20 @@ def _next(settling: Settling, records: Records | None) -> dict[str, Any]:
 
 def _settling(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> Settling:
     """Ask for runs, one after another, and describe the last."""
-    scene = placed(mechanism, start, plan.section)
+    model = placed(mechanism, start, plan.section)
     steps = 0
     if plan.transient:
-        dropped = yield from _run(scene, plan, plan.transient, watched=False)
+        dropped = yield from _run(model, plan, plan.transient, watched=False)
         if dropped.status:
             return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
-        scene, steps = (
-            moved(scene, _state(scene, plan, _last(scene, plan, dropped))),
+        model, steps = (
+            moved(model, _state(model, plan, _last(model, plan, dropped))),
             dropped.counts["n_steps"],
         )
-    records = yield from _run(scene, plan, plan.turns, watched=True)
+    records = yield from _run(model, plan, plan.turns, watched=True)
     if records.status:
         return _failed(records, f"in the {plan.turns} turns looked at", steps)
-    found = _described(scene, plan, records)
+    found = _described(model, plan, records)
     found["n_steps"] += steps
     return found | _exponents(mechanism, found, plan) if plan.exponents else found
 
@@ -144,18 +144,18 @@ def _failed(records: Records, where: str, steps: int) -> dict[str, Any]:
     return {"status": records.status, "trouble": f"{STATUS[records.status]} {where}", "n_steps": done}
 
 
-def counted(scene: Scene, section: Section) -> bool:
+def counted(model: Model, section: Section) -> bool:
     """Whether runs end at a section point, which can be a start."""
     if not isinstance(section, CrankAngle):
         return False
-    off = (section.angle - scene.crank_angle) / math.tau
-    return crank_place(scene) is not None or abs(off - round(off)) < 1e-12
+    off = (section.angle - model.crank_angle) / math.tau
+    return crank_place(model) is not None or abs(off - round(off)) < 1e-12
 
 
-def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Generator[tuple, Records, Records]:
-    """Ask for some turns of the scene; watched: with events and section points."""
-    whole, fields = counted(scene, plan.section), asked.section_fields(plan.section, scene, 0)
-    end = turns * scene.period
+def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Generator[tuple, Records, Records]:
+    """Ask for some turns of the model; watched: with events and section points."""
+    whole, fields = counted(model, plan.section), asked.section_fields(plan.section, model, 0)
+    end = turns * model.period
     if whole:
         fields |= {"duration": asked.SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
     else:
@@ -163,46 +163,46 @@ def _run(scene: Scene, plan: Plan, turns: int, watched: bool) -> Generator[tuple
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
     looked["rates"] = watched and rates.needed(plan.record)
     limit = {"rtol": plan.rtol, "max_steps": asked.steps(plan.max_steps)}
-    records = yield scene, Request(**limit, **looked, **fields)
+    records = yield model, Request(**limit, **looked, **fields)
     if whole and not records.status and len(records.sections) < (turns if watched else 1):
         return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
     return records
 
 
-def _last(scene: Scene, plan: Plan, records: Records) -> np.ndarray:
+def _last(model: Model, plan: Plan, records: Records) -> np.ndarray:
     """The row at the end of a run: time, positions, speeds, modes."""
-    return records.sections[-1, ROW:] if counted(scene, plan.section) else records.samples[-1]
+    return records.sections[-1, ROW:] if counted(model, plan.section) else records.samples[-1]
 
 
-def _state(scene: Scene, plan: Plan, row: np.ndarray) -> np.ndarray:
+def _state(model: Model, plan: Plan, row: np.ndarray) -> np.ndarray:
     """The state at a row as a start: angles without whole turns, on the section to the last bit."""
-    state, crank = row[1 : 1 + len(scene.state)].copy(), crank_place(scene)
-    turning = np.flatnonzero(scene.turning)
+    state, crank = row[1 : 1 + len(model.state)].copy(), crank_place(model)
+    turning = np.flatnonzero(model.turning)
     state[turning] -= math.tau * np.round(state[turning] / math.tau)
-    if crank is not None and counted(scene, plan.section):
+    if crank is not None and counted(model, plan.section):
         state[crank] = plan.section.angle
     return state
 
 
-def _described(scene: Scene, plan: Plan, records: Records) -> dict[str, Any]:
-    last, rows = _last(scene, plan, records), records.sections[:, ROW:]
-    whole, crank, turns = counted(scene, plan.section), crank_place(scene), plan.turns
+def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
+    last, rows = _last(model, plan, records), records.sections[:, ROW:]
+    whole, crank, turns = counted(model, plan.section), crank_place(model), plan.turns
     if crank is not None:
-        turns = round(abs(last[1 + crank] - scene.state[crank]) / math.tau, 9)
+        turns = round(abs(last[1 + crank] - model.state[crank]) / math.tau, 9)
     bounds = np.concatenate([[0.0], rows[:, 0]]) if whole else _evenly(last[0], turns)
-    repeats = _period(scene, records, plan.tolerance)
+    repeats = _period(model, records, plan.tolerance)
     told = {"period": ((), repeats), "turn_period": ((), last[0] / turns)}
-    if scene.joints or scene.resets:
-        words = contacts.words(scene, records, last, bounds, repeats if whole else 0)
-        told |= _contacts(scene, records, last, turns)
-        told["mode_word"] = (("joint",), words) if scene.links else ((), words[0])
+    if model.joints or model.resets:
+        words = contacts.words(model, records, last, bounds, repeats if whole else 0)
+        told |= _contacts(model, records, last, turns)
+        told["mode_word"] = (("joint",), words) if model.links else ((), words[0])
     return {
         "status": 0,
         "trouble": "",
         "n_steps": records.counts["n_steps"],
-        "end": End(state_names(scene), _state(scene, plan, last), scene.crank_angle),
-        "labels": {"link": scene.links, "joint": scene.joints, "pin": scene.pins, "state": scene.states},
-        "points": rates.quantities(scene, plan.rtol, records, rows[-plan.keep :]).variables(
+        "end": End(state_names(model), _state(model, plan, last), model.crank_angle),
+        "labels": {"link": model.links, "joint": model.joints, "pin": model.pins, "state": model.states},
+        "points": rates.quantities(model, plan.rtol, records, rows[-plan.keep :]).variables(
             plan.record, "point"
         ),
         "values": told,
@@ -214,14 +214,14 @@ def _evenly(end: float, turns: float) -> np.ndarray:
     return end - end / turns * np.arange(math.floor(turns + 1e-9), -1, -1)
 
 
-def _contacts(scene: Scene, records: Records, last: np.ndarray, turns: float) -> dict[str, Any]:
+def _contacts(model: Model, records: Records, last: np.ndarray, turns: float) -> dict[str, Any]:
     """Counts and closest calls: over joints; of a test system, of all its contacts together."""
     close = {
-        "smallest_impact_speed": contacts.smallest_impact_speed(scene, records),
-        "smallest_missed_gap": contacts.smallest_missed_gap(scene, records),
+        "smallest_impact_speed": contacts.smallest_impact_speed(model, records),
+        "smallest_missed_gap": contacts.smallest_missed_gap(model, records),
     }
-    closed, end = contacts.closed(scene, records, last), last[0]
-    if not scene.links:
+    closed, end = contacts.closed(model, records, last), last[0]
+    if not model.links:
         counts = contacts.counts(records.events, end, turns, bool(closed.any()))
         return {name: ((), value) for name, value in counts.items()} | {
             name: ((), _least(values)) for name, values in close.items()
@@ -236,30 +236,30 @@ def _least(values: np.ndarray) -> float:
     return float(there.min()) if len(there) else math.nan
 
 
-def _period(scene: Scene, records: Records, tolerance: float) -> int:
+def _period(model: Model, records: Records, tolerance: float) -> int:
     """Period in section points: of the journals over their clearances, else of the state over its scales."""
     rows = records.sections[:, ROW:]
     if len(rows) < REPEATS:
         return UNKNOWN
-    if scene.clearances:
-        found = Quantities(scene, rows, records.start).variables(("journal_x", "journal_y"), "point")
-        return period(np.hstack([found[name][1] / scene.clearances for name in found]), tolerance)
-    states = rows[:, 1 : 1 + len(scene.state)]
-    if not scene.links:
+    if model.clearances:
+        found = Quantities(model, rows, records.start).variables(("journal_x", "journal_y"), "point")
+        return period(np.hstack([found[name][1] / model.clearances for name in found]), tolerance)
+    states = rows[:, 1 : 1 + len(model.state)]
+    if not model.links:
         return period(states, tolerance)
-    crank = crank_place(scene)
-    states = states / scales(scene)
+    crank = crank_place(model)
+    states = states / scales(model)
     return period(states if crank is None else np.delete(states, crank, axis=1), tolerance)
 
 
 def _exponents(mechanism: Mechanism | TestSystem, found: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
     """Leading Lyapunov exponents from the end of a motion on, or how their run failed."""
-    scene = placed(mechanism, found["end"])
+    model = placed(mechanism, found["end"])
     measured = leading(
-        scene,
-        exponents=min(plan.exponents, len(scene.state)),
-        begin=ALIGN * scene.period,
-        span=plan.lyapunov_turns * scene.period,
+        model,
+        exponents=min(plan.exponents, len(model.state)),
+        begin=ALIGN * model.period,
+        span=plan.lyapunov_turns * model.period,
         rtol=plan.rtol,
         max_steps=asked.steps(plan.max_steps),
     )

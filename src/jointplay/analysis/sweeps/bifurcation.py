@@ -76,7 +76,7 @@ def _over_fits(mechanism: Mechanism | TestSystem, over: Over) -> Iterator[Proble
         yield Problem("over", [axis.key for axis in varied], "one parameter or two are accepted")
 
 
-def _model(mechanism: Mechanism | TestSystem, over: Over) -> list[Mechanism | TestSystem]:
+def _varied(mechanism: Mechanism | TestSystem, over: Over) -> list[Mechanism | TestSystem]:
     """The mechanism with the largest values, by which the rest is judged; none where these make no sense."""
     try:
         axes(mechanism, {key: [max(values)] for key, values in over.items()})
@@ -86,13 +86,13 @@ def _model(mechanism: Mechanism | TestSystem, over: Over) -> list[Mechanism | Te
 
 
 def _section_fits(mechanism: Mechanism | TestSystem, over: Over, section: Section) -> None:
-    for model in _model(mechanism, over):
-        quantity(section, model)
+    for each in _varied(mechanism, over):
+        quantity(section, each)
 
 
 def _record_fits(mechanism: Mechanism | TestSystem, over: Over, record: Sequence[str] | None) -> None:
-    for model in _model(mechanism, over):
-        names(record, model)
+    for each in _varied(mechanism, over):
+        names(record, each)
 
 
 def _one_kind_of_start(initial: Any, starts: Any) -> Iterator[Problem]:
@@ -108,17 +108,17 @@ def _starts_fit(
     begun = (
         {"initial": initial} if starts is None else {f"starts[{i}]": each for i, each in enumerate(starts)}
     )
-    for model in _model(mechanism, over):
+    for each in _varied(mechanism, over):
         for key, start in begun.items():
             try:
-                check_start(model, start, key, placed)
+                check_start(each, start, key, placed)
             except InputError as error:
                 yield from error.problems
 
 
 def _exponents_fit(mechanism: Mechanism | TestSystem, over: Over, exponents: int) -> Iterator[Problem]:
-    for model in _model(mechanism, over):
-        if exponents > (states := len(assemble(model).state)):
+    for each in _varied(mechanism, over):
+        if exponents > (states := len(assemble(each).state)):
             yield Problem("exponents", exponents, f"a whole number from 0 to {states} is accepted")
 
 
@@ -128,8 +128,8 @@ def _ensemble_fits(
     if ensemble and {*direction} != {"reset"}:
         yield Problem("ensemble", True, "true is accepted where the only direction is reset")
         return
-    for model in _model(mechanism, over):
-        yield from ensemble_fits(model, ensemble, rtol)
+    for each in _varied(mechanism, over):
+        yield from ensemble_fits(each, ensemble, rtol)
 
 
 @divided
@@ -255,7 +255,7 @@ def planned(
     return Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
 
 
-def names(record: Sequence[str] | None, model: Mechanism | TestSystem) -> tuple[str, ...]:
+def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     """Names of the quantities kept at section points: those asked for, checked, or the usual ones.
 
     Raises
@@ -263,9 +263,9 @@ def names(record: Sequence[str] | None, model: Mechanism | TestSystem) -> tuple[
     InputError
         Naming every quantity that the mechanism cannot have.
     """
-    if record is None and isinstance(model, Mechanism):
-        return tuple(name for name in USUAL if name in recorded(None, model))
-    return recorded(record, model, integrals=False)
+    if record is None and isinstance(mechanism, Mechanism):
+        return tuple(name for name in USUAL if name in recorded(None, mechanism))
+    return recorded(record, mechanism, integrals=False)
 
 
 def assembled(sweep: Sweep, read: Read) -> xr.Dataset:

@@ -22,8 +22,8 @@ from jointplay.analysis.quantities import Quantities
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.trajectory import Records
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism
-from jointplay.mechanism.scene import Scene
 
 MOTIONS = ("undecided", "periodic", "chaotic")
 ERRORS = 3  # standard errors by which a growth must differ from 0
@@ -66,8 +66,8 @@ def character(
         ``separations`` and ``impacts`` a turn; ``contact_fraction``; ``period``; ``growth``,
         ``growth_standard_error`` a turn; ``motion``, an index into `MOTIONS`.
     """
-    scene = assemble(mechanism, initial, quantity(CrankAngle(), mechanism))
-    turn, state, status = Turn(scene, rtol, max_steps), scene.state, 0
+    model = assemble(mechanism, initial, quantity(CrankAngle(), mechanism))
+    turn, state, status = Turn(model, rtol, max_steps), model.state, 0
     if transient:
         state, _, status = turn(state, transient)
     if status:
@@ -75,12 +75,12 @@ def character(
     records = turn.records(state, turns, events=True)
     if records.status:
         return {"status": records.status}
-    points = _points(scene, records)
+    points = _points(model, records)
     logs, status = np.zeros(0), 0
     if growth_turns:
-        logs, _, status = measure(Turn(scene, max_steps=max_steps), turn.state_at(records), growth_turns)
+        logs, _, status = measure(Turn(model, max_steps=max_steps), turn.state_at(records), growth_turns)
     last = records.sections[-1]
-    done = counts(records.events, last[TIME], len(points), bool(closed(scene, records, last[ROW:])[0]))
+    done = counts(records.events, last[TIME], len(points), bool(closed(model, records, last[ROW:])[0]))
     found = done | {
         "points": points,
         "period": period(points, tolerance),
@@ -102,8 +102,8 @@ def motion(period: int, growth: float, error: float) -> int:
     return MOTIONS.index("undecided")
 
 
-def _points(scene: Scene, records: Records) -> np.ndarray:
+def _points(model: Model, records: Records) -> np.ndarray:
     """The journal's centre over the clearance at the section, shape (turns, 2)."""
-    cut = Quantities(scene, records.sections[:, 2:], records.start)
+    cut = Quantities(model, records.sections[:, 2:], records.start)
     found = cut.variables(("journal_x", "journal_y"), "turn")
-    return np.stack([found[name][1][:, 0] for name in ("journal_x", "journal_y")], -1) / scene.clearances[0]
+    return np.stack([found[name][1][:, 0] for name in ("journal_x", "journal_y")], -1) / model.clearances[0]

@@ -153,11 +153,11 @@ def starts(mechanism: Mechanism) -> dict[str, dict[str, Any] | None]:
 
     The last lets the coupler's end lie nine tenths of the clearance beside the bush's centre.
     """
-    scene, drive = assemble(mechanism), mechanism.drive
+    model, drive = assemble(mechanism), mechanism.drive
     names = mechanism.links
-    angles = dict(zip((link.name for link in names), scene.state[: len(names)].tolist(), strict=True))
-    speeds = dict(zip((link.name for link in names), scene.state[len(names) :].tolist(), strict=True))
-    angles["coupler"] -= 0.9 * scene.clearances[0] / mechanism.link("coupler").length
+    angles = dict(zip((link.name for link in names), model.state[: len(names)].tolist(), strict=True))
+    speeds = dict(zip((link.name for link in names), model.state[len(names) :].tolist(), strict=True))
+    angles["coupler"] -= 0.9 * model.clearances[0] / mechanism.link("coupler").length
     slow, fast = ({"crank_speed": factor * drive.nominal_speed} for factor in (0.8, 1.2))
     return {
         "ideal": None,

@@ -17,8 +17,8 @@ from jointplay.analysis.rules import SLACK
 from jointplay.analysis.starts import crank_place
 from jointplay.lab.paper.fixed_steps import March, accepted_step
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.mechanism.scene import Scene
 
 CHUNK = 16384  # steps followed at once
 UPDATES, CLOSE = 8, 1e-12  # of a section point's place in its step
@@ -61,12 +61,12 @@ def coarse_section(
     InputError
         If the step is too long, or the start does not fit.
     """
-    scene = assemble(mechanism, initial)
-    h, march, crank = accepted_step(scene, step), March.of(scene), Crank.of(scene)
-    n_x, wanted = len(scene.state), transient + turns
-    start, lost = np.concatenate([[0.0], scene.state]), np.zeros(len(scene.joints), dtype=np.int64)
+    model = assemble(mechanism, initial)
+    h, march, crank = accepted_step(model, step), March.of(model), Crank.of(model)
+    n_x, wanted = len(model.state), transient + turns
+    start, lost = np.concatenate([[0.0], model.state]), np.zeros(len(model.joints), dtype=np.int64)
     points, losses = [], [lost]
-    while len(points) < wanted and start[0] < SLACK * scene.period * wanted:
+    while len(points) < wanted and start[0] < SLACK * model.period * wanted:
         rows = march(start, h, CHUNK)
         touching = rows[:, 1 + n_x :] > RELEASED
         total = lost + np.cumsum(touching[:-1] & ~touching[1:], axis=0)
@@ -77,9 +77,9 @@ def coarse_section(
             break
         start, lost = rows[-1, : 1 + n_x], total[-1]
     kept = slice(transient, wanted)
-    rows = np.array(points).reshape(len(points), 1 + n_x + len(scene.joints))[kept]
+    rows = np.array(points).reshape(len(points), 1 + n_x + len(model.joints))[kept]
     separations = np.diff(np.array(losses), axis=0)[kept]
-    return _described(scene, rows) | {"separations": separations}
+    return _described(model, rows) | {"separations": separations}
 
 
 @dataclass(frozen=True)
@@ -92,11 +92,11 @@ class Crank:
     forward: int
 
     @classmethod
-    def of(cls, scene: Scene) -> Crank:
-        """Find it in a scene."""
-        place, forward = crank_place(scene), -1 if scene.crank_speed < 0 else 1
+    def of(cls, model: Model) -> Crank:
+        """Find it in a model."""
+        place, forward = crank_place(model), -1 if model.crank_speed < 0 else 1
         column = None if place is None else 1 + place  # after the time
-        return cls(column, forward * math.tau / scene.period, scene.crank_angle, forward)
+        return cls(column, forward * math.tau / model.period, model.crank_angle, forward)
 
     def __call__(self, rows: np.ndarray) -> np.ndarray:
         """Turns made since the start."""
@@ -112,7 +112,7 @@ class Crank:
 
 def _point(march: March, crank: Crank, row: np.ndarray, h: float) -> np.ndarray:
     """The record where the turn is completed, within a step from `row`."""
-    start = row[: 1 + len(march.scene.state)]
+    start = row[: 1 + len(march.model.state)]
     before = crank(row)
     target, place, rate = np.floor(before) + 1.0, 0.0, None
     found, value = row, before
@@ -128,12 +128,12 @@ def _point(march: March, crank: Crank, row: np.ndarray, h: float) -> np.ndarray:
     return found
 
 
-def _described(scene: Scene, rows: np.ndarray) -> dict[str, np.ndarray]:
+def _described(model: Model, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Columns of the points by name."""
-    n_x = len(scene.state)
+    n_x = len(model.state)
     found = {"time": rows[:, 0], "state": rows[:, 1 : 1 + n_x], "mode": rows[:, 1 + n_x :].astype(np.int8)}
-    if scene.links:
-        names = QUANTITIES if scene.joints else QUANTITIES[:2]
-        values = Quantities(scene, rows, rows[0]).variables(names, "turn")
+    if model.links:
+        names = QUANTITIES if model.joints else QUANTITIES[:2]
+        values = Quantities(model, rows, rows[0]).variables(names, "turn")
         found |= {name: each[1] for name, each in values.items()}
     return found

@@ -13,7 +13,7 @@ from jointplay.analysis.trajectory import Request, follow, functions, memory
 from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.errors import InputError, Problem
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 SAMPLES = 96  # of a nominal turn, at which the eigenvalues are looked at
 LOOSE = 1e-4  # tolerance of the turn on which they are
@@ -38,56 +38,56 @@ class Bound:
         return f"{self.step:.3g} s, where RK4 is stable with {self.cause} (eigenvalue {shown} 1/s)"
 
 
-def step_bound(scene: Scene) -> Bound:
+def step_bound(model: Model) -> Bound:
     """Find the longest step with which RK4 is stable.
 
     Looked at are the eigenvalues of the equations in free flight and in the contact modes that occur, along
     the first nominal turn.
     """
-    at = np.linspace(0.0, scene.period, SAMPLES + 1)
-    rows = follow(scene, Request(scene.period, rtol=LOOSE, at=at)).samples
-    n_x, found = len(scene.state), [_turning(scene, rows)]
+    at = np.linspace(0.0, model.period, SAMPLES + 1)
+    rows = follow(model, Request(model.period, rtol=LOOSE, at=at)).samples
+    n_x, found = len(model.state), [_turning(model, rows)]
     for row in rows:
-        modes = row[1 + n_x : 1 + n_x + len(scene.joints)]
+        modes = row[1 + n_x : 1 + n_x + len(model.joints)]
         cases = [0 * modes] + [modes] * bool(np.any(modes))
-        found += [_slowest(scene, row[: 1 + n_x], case.astype(np.int64)) for case in cases]
+        found += [_slowest(model, row[: 1 + n_x], case.astype(np.int64)) for case in cases]
     return min(found, key=lambda bound: bound.step)
 
 
-def _turning(scene: Scene, rows: np.ndarray) -> Bound:
+def _turning(model: Model, rows: np.ndarray) -> Bound:
     """The step in which the fastest angle, or a forcing's phase, turns as far as the equations hold."""
     from jointplay.numerics.control import TURN
 
-    n_q = len(scene.turning)
-    speeds = np.abs(rows[:, 1 + n_q : 1 + 2 * n_q]) * scene.turning
-    fastest = max(speeds.max(initial=0.0), math.tau / scene.period)
+    n_q = len(model.turning)
+    speeds = np.abs(rows[:, 1 + n_q : 1 + 2 * n_q]) * model.turning
+    fastest = max(speeds.max(initial=0.0), math.tau / model.period)
     return Bound(TURN / fastest, 0j, f"no angle turning by more than {TURN:g} rad")
 
 
-def _slowest(scene: Scene, state: np.ndarray, modes: np.ndarray) -> Bound:
+def _slowest(model: Model, state: np.ndarray, modes: np.ndarray) -> Bound:
     """The bound of one state in given contact modes."""
     from jointplay.numerics.runge_kutta import longest_steps
 
-    n_q, n = len(scene.turning), len(scene.state) - len(scene.turning)
+    n_q, n = len(model.turning), len(model.state) - len(model.turning)
     A = np.eye(n_q + n, k=n)
-    A[n_q:] = _jacobian(scene, state, modes)
+    A[n_q:] = _jacobian(model, state, modes)
     values, vectors = np.linalg.eig(A)
     steps = longest_steps(values)
     worst = int(np.argmin(steps))
-    return Bound(float(steps[worst]), complex(values[worst]), _cause(scene, vectors[n_q:, worst], modes))
+    return Bound(float(steps[worst]), complex(values[worst]), _cause(model, vectors[n_q:, worst], modes))
 
 
-def _jacobian(scene: Scene, state: np.ndarray, modes: np.ndarray) -> np.ndarray:
+def _jacobian(model: Model, state: np.ndarray, modes: np.ndarray) -> np.ndarray:
     """Derivatives of the accelerations by the state, by differences (a structure's own have two forms)."""
     from jointplay.numerics.modes import mask, variant_of
 
-    k, x, o = memory(scene, Request(0.0))
+    k, x, o = memory(model, Request(0.0))
     x.s[: len(state)], x.modes[:] = state, modes
-    module = cache.structure_module(scene.structure)
+    module = cache.structure_module(model.structure)
     module.trig(x.s, x.p)
     mask(x.modes, x.m)
     lanes = k.w[8 * (o.first + 1) :].reshape(-1, 8)
-    away = DIFFERENCE * (scene.absolute + scene.relative * np.abs(state[1:]))
+    away = DIFFERENCE * (model.absolute + model.relative * np.abs(state[1:]))
     columns = []
     for r, size in enumerate(away):
         lanes[r, :2] = size, -size
@@ -98,16 +98,16 @@ def _jacobian(scene: Scene, state: np.ndarray, modes: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def _cause(scene: Scene, speeds: np.ndarray, modes: np.ndarray) -> str:
+def _cause(model: Model, speeds: np.ndarray, modes: np.ndarray) -> str:
     """What a fast motion comes from, by the link that moves most."""
-    names = cache.structure_module(scene.structure).STATE[1 + len(scene.turning) :]
-    driven = getattr(scene.structure, "drive", None) == "motor"
-    if driven and names[int(np.argmax(np.abs(speeds)))] == f"w_{scene.crank}":
+    names = cache.structure_module(model.structure).STATE[1 + len(model.turning) :]
+    driven = getattr(model.structure, "drive", None) == "motor"
+    if driven and names[int(np.argmax(np.abs(speeds)))] == f"w_{model.crank}":
         return "the motor's slope"
     return "the contact's stiffness" if np.any(modes) else "the free motion"
 
 
-def accepted_step(scene: Scene, step: float | None) -> float:
+def accepted_step(model: Model, step: float | None) -> float:
     """Give the step to take, s: what is asked for if RK4 is stable with it, else a share of the longest.
 
     Raises
@@ -115,12 +115,12 @@ def accepted_step(scene: Scene, step: float | None) -> float:
     InputError
         If the step is too long; or if the speeds of the system jump.
     """
-    if scene.resets:
+    if model.resets:
         expected = "a system whose speeds do not jump is accepted: fixed steps would pass over its impacts"
-        raise InputError([Problem("mechanism", scene.resets, expected)])
-    bound = step_bound(scene)
+        raise InputError([Problem("mechanism", model.resets, expected)])
+    bound = step_bound(model)
     if step is None:
-        return SHARE * min(bound.step, scene.period / SAMPLES)
+        return SHARE * min(bound.step, model.period / SAMPLES)
     if step > bound.step:
         raise InputError([too_long("step", step, bound)])
     return step
@@ -135,16 +135,16 @@ def too_long(key: str, step: float, bound: Bound) -> Problem:
 class March:
     """A run by fixed steps that is taken up again and again: arrays of the method, and the loads' places."""
 
-    scene: Scene
+    model: Model
     places: np.ndarray
     arrays: tuple
 
     @classmethod
-    def of(cls, scene: Scene, loaded: tuple[str, ...] = ()) -> March:
-        """Start a scene; `loaded` names the parameters that are functions of time."""
-        names = cache.structure_module(scene.structure).PARAMETERS
+    def of(cls, model: Model, loaded: tuple[str, ...] = ()) -> March:
+        """Start a model; `loaded` names the parameters that are functions of time."""
+        names = cache.structure_module(model.structure).PARAMETERS
         places = np.array([names.index(name) for name in loaded], dtype=np.int64)
-        return cls(scene, places, memory(scene, Request(math.inf)))
+        return cls(model, places, memory(model, Request(math.inf)))
 
     def __call__(self, start: np.ndarray, h: float, count: int, loads: np.ndarray | None = None):
         """Take `count` steps of length h from a state.
@@ -185,4 +185,4 @@ class March:
         from jointplay.numerics.interface import direct
         from jointplay.numerics.runge_kutta import march
 
-        return functions(self.scene.structure), direct(march), Pace()
+        return functions(self.model.structure), direct(march), Pace()

@@ -13,7 +13,7 @@ from jointplay.analysis.trajectory import MAX_STEPS, Request, advance, memory
 from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.lab.precision.generated_code import Equations, Event
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 OURS = "jointplay"
 LOOK = 1024  # evaluations between two looks at the time
@@ -41,25 +41,25 @@ class Ours:
 
     name = OURS
 
-    def __init__(self, scene: Scene, tolerance: float, end: float, max_steps: int = MAX_STEPS):
+    def __init__(self, model: Model, tolerance: float, end: float, max_steps: int = MAX_STEPS):
         request = Request(end, tolerance, events=True, log_from=0.0, max_steps=max_steps)
-        self.scene, self.tolerance, self.request = scene, tolerance, request
+        self.model, self.tolerance, self.request = model, tolerance, request
 
     def run(self, limit: float = math.inf) -> Outcome:
         """Follow the motion; `limit` is for peers, this has its own of steps."""
         from jointplay.numerics import memory as at
 
-        full, (k, x, o) = cache.method("flow").FULL, memory(self.scene, self.request)
+        full, (k, x, o) = cache.method("flow").FULL, memory(self.model, self.request)
         events: list[Event] = []
         seconds, code = 0.0, full
         while code == full:
             began = time.process_time()
-            code = advance(self.scene.structure, k, x, o)
+            code = advance(self.model.structure, k, x, o)
             seconds += time.process_time() - began
             events += [(int(row[1]), int(row[2])) for row in x.log[: x.count[at.LOGGED]]]
             x.count[at.LOGGED] = 0
         steps = int(x.count[[at.STEPS, at.REJECTED, at.FAILED]].sum())
-        state = x.s[1 : 1 + len(self.scene.state)].copy()
+        state = x.s[1 : 1 + len(self.model.state)].copy()
         return Outcome(STATUS[code], state, seconds, float(x.count[at.EVALUATIONS]), steps, events)
 
 
@@ -85,7 +85,7 @@ class Peer:
     def __init__(self, equations: Equations, tolerance: float, end: float, unit: np.ndarray, events: int):
         self.equations, self.tolerance, self.end = equations, tolerance, end
         self.absolute, self.most = tolerance / 100 * unit, ENDLESS[0] * events + ENDLESS[1]
-        self.first_step = 1e-7 * equations.scene.period  # a motor at no load shows no time scale in its rate
+        self.first_step = 1e-7 * equations.model.period  # a motor at no load shows no time scale in its rate
         self.evaluations, self.steps, self.compiling, self.deadline = 0, 0, 0.0, math.inf
 
     def run(self, limit: float = math.inf) -> Outcome:

@@ -1,4 +1,4 @@
-"""A scene's equations, guards and changes of mode, for solvers that know nothing of contacts."""
+"""A model's equations, guards and changes of mode, for solvers that know nothing of contacts."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 from jointplay.analysis.trajectory import Request, functions, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
-from jointplay.mechanism.scene import SPEED_FLOOR, Scene
+from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 AWAY = 1e-7  # of a state's unit: difference over which a Jacobian that is not written out is taken
 
 Event = tuple[int, int]  # number of the contact or reset, and kind by its place in analysis.words.EVENTS
 
 
-def units(scene: Scene) -> np.ndarray:
+def units(model: Model) -> np.ndarray:
     """Unit of each state: 1 rad or a length, the nominal speed; errors of small deflections as tolerated."""
-    return scene.absolute * np.maximum(1.0, scene.relative / SPEED_FLOOR)
+    return model.absolute * np.maximum(1.0, model.relative / SPEED_FLOOR)
 
 
-def starting_modes(scene: Scene) -> np.ndarray:
-    """Contact modes of a scene's start."""
+def starting_modes(model: Model) -> np.ndarray:
+    """Contact modes of a model's start."""
     from jointplay.numerics.interface import direct
 
     flow = cache.method("flow")
-    k, x, o = memory(scene, Request(0.0))
-    direct(flow.flow)(functions(scene.structure), k, x, o, None, None)
+    k, x, o = memory(model, Request(0.0))
+    direct(flow.flow)(functions(model.structure), k, x, o, None, None)
     return x.modes.copy()
 
 
@@ -52,19 +52,19 @@ def aligned(blocks: list[np.ndarray]) -> np.ndarray:
 
 
 class Equations:
-    """A scene in its present contact modes, one state at a time.
+    """A model in its present contact modes, one state at a time.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         What moves.
     rtol : float
         Tolerance within which a sliding speed counts as zero where a contact begins.
     """
 
-    def __init__(self, scene: Scene, rtol: float):
-        self.scene, self.module = scene, cache.structure_module(scene.structure)
-        k, x, o = memory(scene, Request(0.0, rtol))
+    def __init__(self, model: Model, rtol: float):
+        self.model, self.module = model, cache.structure_module(model.structure)
+        k, x, o = memory(model, Request(0.0, rtol))
         self.modes, self.flags, self.fired, self.rest, self._out = (
             x.modes,
             x.flags,
@@ -76,10 +76,10 @@ class Equations:
         ends = np.cumsum([len(block) for block in blocks])
         self.place, self.b = np.array([0, o.n_q, o.n, o.first, o.guards, *ends]), aligned(blocks)
         self._s, self._p, self._m = np.split(self.b, ends[:-1])[1:]
-        self._scratch = AWAY * scene.absolute if self.module.SIZES["planned"] else k.J
-        self._call = compiled(scene.structure)
+        self._scratch = AWAY * model.absolute if self.module.SIZES["planned"] else k.J
+        self._call = compiled(model.structure)
         self._met: dict[tuple[int, ...], tuple] = {}
-        self.start, self._first = scene.state.copy(), starting_modes(scene)
+        self.start, self._first = model.state.copy(), starting_modes(model)
         self.begin()
 
     def begin(self) -> None:

@@ -12,7 +12,7 @@ from jointplay.analysis.looks import seen
 from jointplay.lab.precision.contenders import OURS, Ours, Outcome, Peer
 from jointplay.lab.precision.generated_code import Equations
 from jointplay.lab.precision.truth import Truth
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 NEXT = 3.0  # a run at the next tolerance may take so many times as long as the last
 SHORT = 0.01  # s: the first run after another method's tells what it left in the processor's caches
@@ -51,11 +51,11 @@ class Row:
         return float(high - low) / 2
 
 
-def contender(name: str, scene: Scene, tolerance: float, end: float, truth: Truth, max_steps: int):
+def contender(name: str, model: Model, tolerance: float, end: float, truth: Truth, max_steps: int):
     """A method, ready to run."""
     if name == OURS:
-        return Ours(scene, tolerance, end, max_steps)
-    given = Equations(scene, tolerance), tolerance, end, truth.unit, len(truth.outcome.events)
+        return Ours(model, tolerance, end, max_steps)
+    given = Equations(model, tolerance), tolerance, end, truth.unit, len(truth.outcome.events)
     if name == "heyoka":
         from jointplay.lab.precision.taylor import Heyoka
 

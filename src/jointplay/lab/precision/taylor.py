@@ -92,12 +92,12 @@ def expressions(equations: Equations) -> tuple[list[Any], list[Any], list[Any]]:
     """States, their rates and the watched guards as heyoka's expressions."""
     import heyoka
 
-    structure = equations.scene.structure
+    structure = equations.model.structure
     system, program = assignments(structure, int(variant_of(equations.modes)))
     symbols = system.positions + system.speeds
     states = [heyoka.expression(f"x{i}") for i in range(len(symbols))]
     given = {"t": heyoka.time} | dict(zip(map(str, symbols), states, strict=True))
-    given |= {str(p): float(v) for p, v in zip(system.parameters, equations.scene.numbers, strict=True)}
+    given |= {str(p): float(v) for p, v in zip(system.parameters, equations.model.numbers, strict=True)}
     given |= _masks(equations, system)
     for name, value in program:
         given[name] = translated(value, given)

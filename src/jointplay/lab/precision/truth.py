@@ -17,7 +17,7 @@ import numpy as np
 from jointplay.analysis.trajectory import MAX_STEPS
 from jointplay.lab.precision.contenders import Ours, Outcome
 from jointplay.lab.precision.generated_code import units
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 AGREEMENT = ("same", "other_events", "other_state", "no_end")
 CONFIRMED = 1e-6
@@ -44,11 +44,11 @@ class Truth:
     unit: np.ndarray
 
     @classmethod
-    def of(cls, scene: Scene, rtol: float, end: float, max_steps: int = MAX_STEPS) -> Truth:
-        """Follow a scene up to a time with the tightest tolerance, and once more."""
-        tight = Ours(scene, rtol, end, max_steps).run()
-        truth = cls(tight, math.nan, units(scene))
-        looser = Ours(scene, LOOSER * rtol, end, max_steps).run()
+    def of(cls, model: Model, rtol: float, end: float, max_steps: int = MAX_STEPS) -> Truth:
+        """Follow a model up to a time with the tightest tolerance, and once more."""
+        tight = Ours(model, rtol, end, max_steps).run()
+        truth = cls(tight, math.nan, units(model))
+        looser = Ours(model, LOOSER * rtol, end, max_steps).run()
         return cls(tight, truth.error(looser), truth.unit)
 
     def error(self, outcome: Outcome) -> float:

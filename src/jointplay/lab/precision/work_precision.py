@@ -78,11 +78,11 @@ def work_precision(
     from jointplay.lab.precision.truth import Truth
 
     plan = Plan(tolerances, peers)
-    scene, limit = assemble(mechanism, initial), asked.steps(max_steps)
-    end = turns * scene.period
-    truth = Truth.of(scene, rtol, end, limit)
+    model, limit = assemble(mechanism, initial), asked.steps(max_steps)
+    end = turns * model.period
+    truth = Truth.of(model, rtol, end, limit)
     rows = [
-        Row(name, tolerance, contender(name, scene, tolerance, end, truth, limit))
+        Row(name, tolerance, contender(name, model, tolerance, end, truth, limit))
         for name in (OURS, *plan.installed)
         for tolerance in plan.tolerances
     ]

@@ -18,7 +18,7 @@ import numpy as np
 from jointplay.analysis.quantities import Quantities
 from jointplay.codegen import cache, outputs
 from jointplay.lab.paper.fixed_steps import March
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 
 @dataclass(frozen=True)
@@ -41,14 +41,14 @@ class Modes:
     gauge: np.ndarray
 
     @classmethod
-    def of(cls, scene: Scene) -> Modes:
-        """Read them from the numbers of a relaxed scene."""
-        owners = [(beam.link, i) for beam in scene.structure.beams for i in range(beam.modes)]
-        numbers = dict(zip(cache.structure_module(scene.structure).PARAMETERS, scene.numbers, strict=True))
+    def of(cls, model: Model) -> Modes:
+        """Read them from the numbers of a relaxed model."""
+        owners = [(beam.link, i) for beam in model.structure.beams for i in range(beam.modes)]
+        numbers = dict(zip(cache.structure_module(model.structure).PARAMETERS, model.numbers, strict=True))
         k, c, gauge = (
             np.array([numbers[f"{word}_{link}_{i}"] for link, i in owners]) for word in ("k", "c", "gauge")
         )
-        own = np.array([[link == other for other in scene.links] for link, _ in owners])
+        own = np.array([[link == other for other in model.links] for link, _ in owners])
         omega = np.sqrt(k)
         return cls(tuple(f"{link}_{i}" for link, i in owners), omega, c / (2.0 * omega), own * gauge[:, None])
 
@@ -110,8 +110,8 @@ class Visit:
 class Loaded(Quantities):
     """Quantities of a rigid pass's rows, with the loads that it had."""
 
-    def __init__(self, scene: Scene, rows: np.ndarray, loads: dict[str, np.ndarray]):
-        super().__init__(scene, rows, scene.state)
+    def __init__(self, model: Model, rows: np.ndarray, loads: dict[str, np.ndarray]):
+        super().__init__(model, rows, model.state)
         self.loads = loads
 
     def _given(self, rows: np.ndarray) -> dict[str, Any]:
@@ -124,20 +124,20 @@ class Loaded(Quantities):
 
 
 class Scheme:
-    """Passes over windows of a motion, for one relaxed scene and one step h (s)."""
+    """Passes over windows of a motion, for one relaxed model and one step h (s)."""
 
-    def __init__(self, scene: Scene, h: float):
+    def __init__(self, model: Model, h: float):
         from jointplay.numerics.modal_response import recurrence
 
-        self.scene, self.h, self.modes = scene, h, Modes.of(scene)
+        self.model, self.h, self.modes = model, h, Modes.of(model)
         self.loaded = tuple(f"{word}_{name}" for word in ("rate", "acc") for name in self.modes.names)
-        self.march = March.of(scene, self.loaded)
+        self.march = March.of(model, self.loaded)
         self.recurrence = recurrence(self.modes.omega, self.modes.damping_ratio, h)
 
     def start(self) -> State:
-        """The start of the scene, its links straight and at rest in their frames."""
+        """The start of the model, its links straight and at rest in their frames."""
         n = len(self.modes.names)
-        return State(np.concatenate([[0.0], self.scene.state]), np.zeros(n), np.zeros(n))
+        return State(np.concatenate([[0.0], self.model.state]), np.zeros(n), np.zeros(n))
 
     def relax(self, state: State, count: int, windows: int, limit: int, tolerance: float) -> Iterator[Visit]:
         """All passes over windows of `count` steps; a window starts where the one before ended.
@@ -179,18 +179,18 @@ class Scheme:
 
     def quantities(self, rows: np.ndarray, loads: np.ndarray) -> Loaded:
         """Quantities of rows of a pass and the loads beside them."""
-        return Loaded(self.scene, rows, dict(zip(self.loaded, loads.T, strict=True)))
+        return Loaded(self.model, rows, dict(zip(self.loaded, loads.T, strict=True)))
 
     def _end(self, done: Pass) -> State:
         """Where the next window starts."""
-        return State(done.rows[-1, : 1 + len(self.scene.state)], done.eta[-1], done.rate[-1])
+        return State(done.rows[-1, : 1 + len(self.model.state)], done.eta[-1], done.rate[-1])
 
     def _change(self, before: Pass | None, done: Pass, scale: float) -> float:
         """Largest change of a deflection, relative to `scale`, or of a speed, to the crank's nominal one."""
         if before is None:
             return math.inf
         bent = np.abs(done.deflection - before.deflection).max() / scale
-        speeds = slice(1 + len(self.scene.turning), 1 + len(self.scene.state))
+        speeds = slice(1 + len(self.model.turning), 1 + len(self.model.state))
         turned = np.abs(done.rows[:, speeds] - before.rows[:, speeds]).max()
-        change = float(np.maximum(bent, turned * self.scene.period / math.tau))  # NaN if either is
+        change = float(np.maximum(bent, turned * self.model.period / math.tau))  # NaN if either is
         return math.inf if math.isnan(change) else change

@@ -105,8 +105,8 @@ def check_steps(mechanism: Mechanism, plan: Plan, initial: Any) -> None:
     InputError
         Listing them.
     """
-    scenes = (assemble(mechanism.replace(clearance=e), initial, relaxed=True) for e in plan.clearance)
-    least = min(map(step_bound, scenes), key=lambda bound: bound.step)
+    models = (assemble(mechanism.replace(clearance=e), initial, relaxed=True) for e in plan.clearance)
+    least = min(map(step_bound, models), key=lambda bound: bound.step)
     found = [too_long(f"steps[{i}]", step, least) for i, step in enumerate(plan.steps) if step > least.step]
     if found:
         raise InputError(found)

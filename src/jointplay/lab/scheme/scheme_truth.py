@@ -14,8 +14,8 @@ from jointplay.codegen import cache
 from jointplay.lab.scheme.scheme import Pass, Scheme, State
 from jointplay.lab.scheme.waveform import Grid
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism
-from jointplay.mechanism.scene import Scene
 
 COMPARED = ("deflection", "angle", "reaction")
 MEASURES = (*COMPARED[:2], "force")
@@ -31,27 +31,27 @@ class Case:
         Of joint B, m.
     turn : int
         Nominal turns after which the compared one starts.
-    monolithic, consistent, relaxed : Scene
+    monolithic, consistent, relaxed : Model
         All unknowns at once with the paper's terms, and with all terms; the rigid mechanism of the scheme.
     """
 
     clearance: float
     turn: int
-    monolithic: Scene
-    consistent: Scene
-    relaxed: Scene
+    monolithic: Model
+    consistent: Model
+    relaxed: Model
 
     @classmethod
     def of(cls, mechanism: Mechanism, clearance: float, turn: int, rtol: float, initial: Any) -> Case:
         """Follow a mechanism to the start of the turn."""
         paper = mechanism.replace(clearance=clearance, order="paper")
-        scene = assemble(paper, initial)
+        model = assemble(paper, initial)
         if turn:
-            end = turn * scene.period
-            row = follow(scene, Request(end, rtol=rtol, at=np.array([end]))).samples[-1]
-            scene = replace(scene, state=row[1 : 1 + len(scene.state)].copy())
-        consistent = replace(assemble(paper.replace(order="consistent"), initial), state=scene.state)
-        return cls(clearance, turn, scene, consistent, assemble(paper, initial, relaxed=True))
+            end = turn * model.period
+            row = follow(model, Request(end, rtol=rtol, at=np.array([end]))).samples[-1]
+            model = replace(model, state=row[1 : 1 + len(model.state)].copy())
+        consistent = replace(assemble(paper.replace(order="consistent"), initial), state=model.state)
+        return cls(clearance, turn, model, consistent, assemble(paper, initial, relaxed=True))
 
     @property
     def label(self) -> str:
@@ -81,9 +81,9 @@ class Truth:
     scales: Mapping[str, float]
 
     @classmethod
-    def of(cls, scene: Scene, rows: np.ndarray) -> Truth:
+    def of(cls, model: Model, rows: np.ndarray) -> Truth:
         """Of the rows of a monolithic run."""
-        values = described(Quantities(scene, rows, rows[0]))
+        values = described(Quantities(model, rows, rows[0]))
         force = float(np.sqrt(np.mean(values["reaction"] ** 2)))
         scales = {"deflection": float(np.abs(values["deflection"]).max()), "angle": 1.0, "reaction": force}
         return cls(values, scales)
@@ -110,6 +110,6 @@ def of_pass(scheme: Scheme, done: Pass) -> dict[str, np.ndarray]:
     return described(scheme.quantities(done.rows, done.loads), deflection=done.deflection)
 
 
-def sample_times(scene: Scene, grid: Grid, windows: int) -> np.ndarray:
+def sample_times(model: Model, grid: Grid, windows: int) -> np.ndarray:
     """Times of the samples of a turn, s."""
-    return np.linspace(0.0, scene.period, windows * grid.kept + 1)
+    return np.linspace(0.0, model.period, windows * grid.kept + 1)

@@ -32,8 +32,8 @@ from jointplay.lab.paper.fixed_steps import accepted_step
 from jointplay.lab.scheme.scheme import Pass, Scheme
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural, Positive
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.mechanism.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -50,9 +50,9 @@ class Grid:
         return self.count // self.every
 
     @classmethod
-    def of(cls, scene: Scene, step: float, windows: int, samples: int = SAMPLES_PER_TURN) -> Grid:
+    def of(cls, model: Model, step: float, windows: int, samples: int = SAMPLES_PER_TURN) -> Grid:
         """The longest steps, at most `step`, that cut a window of a nominal turn into equal parts."""
-        window, kept = scene.period / windows, max(1, round(samples / windows))
+        window, kept = model.period / windows, max(1, round(samples / windows))
         every = math.ceil(window / step / kept * (1.0 - 1e-12))
         return cls(window / (every * kept), every * kept, every)
 
@@ -114,9 +114,9 @@ def waveform(
     InputError
         If anything asked for makes no sense, or the step is too long.
     """
-    scene = assemble(mechanism, initial, relaxed=True)
-    grid = Grid.of(scene, accepted_step(scene, step), windows_per_turn)
-    scheme, began, windows = Scheme(scene, grid.h), time.perf_counter(), turns * windows_per_turn
+    model = assemble(mechanism, initial, relaxed=True)
+    grid = Grid.of(model, accepted_step(model, step), windows_per_turn)
+    scheme, began, windows = Scheme(model, grid.h), time.perf_counter(), turns * windows_per_turn
     parts, changes = [], [[] for _ in range(windows)]
     for visit in scheme.relax(scheme.start(), grid.count, windows, passes, tolerance):
         changes[visit.window].append(visit.change)
@@ -126,8 +126,8 @@ def waveform(
             progress((visit.window + 1) / windows)
     wall_time, table = time.perf_counter() - began, _turns(changes, passes, windows_per_turn, tolerance)
     variables = _history(mechanism, scheme, parts) | table
-    variables |= _scalars(scene, grid, wall_time, _status(len(parts) == windows, table["converged"][1]))
-    found = dataset(scene, variables, {"time": variables.pop("time")}, "waveform")
+    variables |= _scalars(model, grid, wall_time, _status(len(parts) == windows, table["converged"][1]))
+    found = dataset(model, variables, {"time": variables.pop("time")}, "waveform")
     return found.assign_attrs(windows_per_turn=windows_per_turn, tolerance=tolerance)
 
 
@@ -166,13 +166,13 @@ def _status(whole: bool, converged: np.ndarray) -> str:
 
 def _history(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> dict[str, Any]:
     """Quantities over time."""
-    scene = scheme.scene
+    model = scheme.model
     rows, loads, bent = (
         np.concatenate([getattr(part, name) for part in parts]) if parts else np.zeros((0, width))
         for name, width in (
-            ("rows", 1 + len(scene.state) + len(scene.joints)),
+            ("rows", 1 + len(model.state) + len(model.joints)),
             ("loads", len(scheme.loaded)),
-            ("deflection", len(scene.links)),
+            ("deflection", len(model.links)),
         )
     )
     names = [name for name in recorded(None, mechanism) if name != "deflection"]
@@ -181,13 +181,13 @@ def _history(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> dict[st
     return found | {"time": ("time", rows[:, 0], {"units": "s", "long_name": "time"})}
 
 
-def _scalars(scene: Scene, grid: Grid, wall_time: float, status: str) -> dict[str, Any]:
+def _scalars(model: Model, grid: Grid, wall_time: float, status: str) -> dict[str, Any]:
     """What every result says of its run."""
     code = np.int8(STATUS.index(status))
     found = {
         "step": (grid.h, "s", "step of the rigid passes and of the mode superposition"),
         "wall_time": (wall_time, "s", "wall time of the run"),
-        "turn_period_nominal": (scene.period, "s", "nominal period of the drive"),
+        "turn_period_nominal": (model.period, "s", "nominal period of the drive"),
     }
     result = {name: ((), v, {"units": units, "long_name": text}) for name, (v, units, text) in found.items()}
     return result | {"status": ((), code, {"long_name": "how the run ended"} | flags(STATUS))}

@@ -1,1 +1,1 @@
-"""Whether the method answers truly far outside ordinary use: scenes drawn at random and from the corners."""
+"""Whether the method answers truly far outside ordinary use: models drawn at random and from the corners."""

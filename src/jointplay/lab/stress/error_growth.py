@@ -1,4 +1,4 @@
-"""How much a small difference can grow while a scene runs: what a disagreement of two runs is held against.
+"""How much a small difference can grow while a model runs: what a disagreement of two runs is held against.
 
 Each step adds an error of its own, and the flow carries it on. So the growth that counts is the largest
 between any two times: with Phi_k the flow's derivative over block k, jumps at events included, the largest
@@ -13,7 +13,7 @@ import numpy as np
 
 from jointplay.analysis.tangents import Bundle
 from jointplay.analysis.trajectory import Request
-from jointplay.mechanism.scene import Scene
+from jointplay.mechanism.model import Model
 
 BLOCKS = 24  # a nominal turn, and at least in a run
 BEYOND = 1e12  # growth at which it is not followed further
@@ -21,13 +21,13 @@ SOLVED = 1e-6  # tolerance of the tangents' iteration: their size is wanted, not
 
 
 def largest_growth(
-    scene: Scene, unit: np.ndarray, turns: float, rtol: float, max_steps: int, closer: int = 1
+    model: Model, unit: np.ndarray, turns: float, rtol: float, max_steps: int, closer: int = 1
 ) -> float:
     """Give the largest growth of a small difference between any two times of a run.
 
     Parameters
     ----------
-    scene : Scene
+    model : Model
         Where it starts.
     unit : ndarray
         Size of each state, in which differences are measured.
@@ -45,9 +45,9 @@ def largest_growth(
     float
         At least 1; of the part that was followed, if it stopped.
     """
-    end, n_x, whole = turns * scene.period, len(unit), np.eye(len(unit))
+    end, n_x, whole = turns * model.period, len(unit), np.eye(len(unit))
     request = Request(end, rtol, max_steps=max_steps)
-    bundle = Bundle(scene, request, np.diag(unit), tolerance=SOLVED, held=True)
+    bundle = Bundle(model, request, np.diag(unit), tolerance=SOLVED, held=True)
     products, largest = np.zeros((0, n_x, n_x)), 1.0
     for until in np.linspace(0.0, end, closer * max(BLOCKS, round(turns * BLOCKS)) + 1)[1:]:
         bundle.y.d.reshape(n_x, -1)[:] = np.diag(unit, 1)[:n_x]

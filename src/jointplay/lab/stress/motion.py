@@ -1,4 +1,4 @@
-"""One run of a scene: where it went, whether its energy balance closed, which events it met, what it cost."""
+"""One run of a model: where it went, whether its energy balance closed, which events it met, what it cost."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from jointplay.analysis.quantities import Quantities
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.words import STATUS
-from jointplay.mechanism.scene import SPEED_FLOOR, Scene
+from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 SAMPLES = 48  # a nominal turn, at which runs are compared
 FLOWS = ("energy_residual", "drive_work", "joint_work", "structural_work", "kinetic_energy")
@@ -20,7 +20,7 @@ OK = STATUS.index("ok")
 
 @dataclass(frozen=True)
 class Motion:
-    """A run of a scene.
+    """A run of a model.
 
     Parameters
     ----------
@@ -50,46 +50,46 @@ class Motion:
     turns: float
 
 
-def move(scene: Scene, turns: int, rtol: float, max_steps: int) -> Motion:
-    """Follow a scene, assembled with the work of its parts, over nominal turns."""
-    end = turns * scene.period
+def move(model: Model, turns: int, rtol: float, max_steps: int) -> Motion:
+    """Follow a model, assembled with the work of its parts, over nominal turns."""
+    end = turns * model.period
     times = np.linspace(0.0, end, turns * SAMPLES + 1)
     began = time.thread_time()
-    records = follow(scene, Request(end, rtol, at=times, log_from=0.0, events=True, max_steps=max_steps))
+    records = follow(model, Request(end, rtol, at=times, log_from=0.0, events=True, max_steps=max_steps))
     rows, spent = records.samples, time.thread_time() - began
     return Motion(
         records.status,
-        rows[:, 1 : 1 + len(scene.state)],
-        _events(scene, records),
-        residual(scene, records),
+        rows[:, 1 : 1 + len(model.state)],
+        _events(model, records),
+        residual(model, records),
         records.counts,
         records.wall_time,
         spent,
-        float(rows[-1, 0] / scene.period) if len(rows) else 0.0,
+        float(rows[-1, 0] / model.period) if len(rows) else 0.0,
     )
 
 
-def _events(scene: Scene, records: Records) -> np.ndarray:
+def _events(model: Model, records: Records) -> np.ndarray:
     """Joint, kind and normal speed of each event, that speed over the journal's at nominal speed."""
     rows = records.events
     if not len(rows):
         return np.zeros((0, 3))
     of = rows[:, 0].astype(int)
-    speeds = Quantities(scene, rows[:, 2:], records.start).variables(["normal_velocity"], "event")
+    speeds = Quantities(model, rows[:, 2:], records.start).variables(["normal_velocity"], "event")
     speed = speeds["normal_velocity"][1][np.arange(len(of)), of]
-    return np.stack([of, rows[:, 1], speed * SPEED_FLOOR / scene.creep], -1)
+    return np.stack([of, rows[:, 1], speed * SPEED_FLOOR / model.creep], -1)
 
 
-def sizes(scene: Scene, motion: Motion) -> np.ndarray:
+def sizes(model: Model, motion: Motion) -> np.ndarray:
     """Size of each state: its scale, or the largest that it grew to."""
-    scale = scales(scene)
+    scale = scales(model)
     return np.maximum(scale, np.max(np.abs(motion.states), axis=0, initial=0.0))
 
 
-def residual(scene: Scene, records: Records) -> float:
+def residual(model: Model, records: Records) -> float:
     """Largest energy residual at the samples, over the energy that flowed to and fro between them."""
-    names = [name for name in FLOWS if name != "structural_work" or scene.bending]
-    history = Quantities(scene, records.samples, records.start)
+    names = [name for name in FLOWS if name != "structural_work" or model.bending]
+    history = Quantities(model, records.samples, records.start)
     found = {name: value for name, (_, value, _) in history.variables(names, "time").items()}
     works = (found[name] for name in names if name.endswith("_work"))
     flowed = sum(float(np.abs(np.diff(work)).sum()) for work in works)

@@ -22,8 +22,8 @@ from jointplay.lab.stress.verdict import CAUSES, VERDICTS, judge
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism
-from jointplay.mechanism.scene import Scene
 
 TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
 PATIENCE = 4  # steps that the second run may take, relative to the first's
@@ -106,7 +106,7 @@ def cell(
 ) -> dict[str, Any]:
     """Draw one scene, run it twice, judge it."""
     case = draw(printed, number, seed, variants)
-    scene = scene_of(case)
+    scene = model_of(case)
     warm([scene])  # what that costs is no part of its time
     loose = move(scene, turns, rtol, max_steps)
     tight = move(scene, turns, TIGHTER * rtol, PATIENCE * max_steps)
@@ -128,7 +128,7 @@ def cell(
     return found | {"status": loose.status} | times
 
 
-def scene_of(case: Case) -> Scene:
+def model_of(case: Case) -> Model:
     """The scene, with the work of its parts."""
     return assemble(case.mechanism, case.initial, powers=True)
 
@@ -136,7 +136,7 @@ def scene_of(case: Case) -> Scene:
 def _warm(cells: list[dict[str, Any]]) -> None:
     """Compile what the scenes need, once a structure, so that workers find it on the disk."""
     drawn = (draw(*(one[key] for key in ("printed", "number", "seed", "variants"))) for one in cells[:LOOKED])
-    cases = {scene_of(case).structure: case for case in drawn}.values()
-    warm(map(scene_of, cases))
+    cases = {model_of(case).structure: case for case in drawn}.values()
+    warm(map(model_of, cases))
     for case in cases:
         warm_tangents(assemble(case.mechanism, case.initial))

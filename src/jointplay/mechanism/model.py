@@ -14,7 +14,7 @@ DEFLECTION = 1e-4  # of the longest link: the deflection relative to which error
 
 
 @dataclass(frozen=True)
-class Scene:
+class Model:
     """A mechanism or test system, assembled.
 
     Parameters
