@@ -72,7 +72,7 @@ class Kind:
     figures: tuple[str, ...] = ()
     length: str = LENGTH
     shown: tuple[Shown, ...] = ()
-    recorded: str = ".analysis.words:recorded"
+    recorded: str = ".analysis.quantities:recorded"
     varies: bool = True
     tangents: bool = False
     kept: bool = False

@@ -23,7 +23,7 @@ import numpy as np
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.quantities import STATUS
 from jointplay.mechanism import catalog
 from jointplay.mechanism.changes import Changes
 
@@ -135,7 +135,7 @@ RIGHT = {  # what some keywords may be, beside the strange
     "joints": (LOOSE.joints, LOOSE.joints[::-1], LOOSE.joints[:2]),
     "drive": (LOOSE.drive, jp.ConstantSpeed(link="crank", speed=3.0), {"kind": "none"}),
     "journal": (LOOSE.joints[0].journal, {"link": "crank"}),
-    "bush": (LOOSE.joints[0].bush, {"link": "ground", "point": [0, 0]}),
+    "bearing": (LOOSE.joints[0].bearing, {"link": "ground", "point": [0, 0]}),
     "contact": (LOOSE.joints[0].contact, {"stiffness": 1.0, "damping": 0.0}),
     "friction": (LOOSE.joints[0].friction, 0.1, {"coefficient": 0.1}),
     "beam": (LOOSE.links[0].beam, {"elements": 2}),

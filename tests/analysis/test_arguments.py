@@ -8,8 +8,8 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import quantities
-from jointplay.analysis.words import STATUS
+from jointplay.analysis import evaluate
+from jointplay.analysis.quantities import STATUS
 from jointplay.mechanism.closure import ideal_state
 from jointplay.study.file import validate
 
@@ -198,7 +198,7 @@ def test_a_state_far_outside_a_bearing_is_refused():
 
 def test_a_journal_deep_in_its_bearing_is_told(monkeypatch):
     assert "warning" not in jp.simulate(LOOSE, turns=0.3).attrs
-    monkeypatch.setattr(quantities, "DEEP", 1e-4)
+    monkeypatch.setattr(evaluate, "DEEP", 1e-4)
     for function in (jp.simulate, jp.poincare):
         with pytest.warns(
             jp.ModelWarning, match="the journal of B goes .* clearances into its bearing"

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.trajectory import Request, follow, memory
-from jointplay.analysis.words import EVENTS, STATUS
 from jointplay.lab.stress.scenes import draw
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.modes import STICK
@@ -19,9 +19,9 @@ OWN = tuple(pytest.param(number, marks=pytest.mark.long) for number in (37, 1372
 DOUBLE_ROOT = (59, 108, 685, 944, 1192)
 # the root of one guard found beyond that of another
 OVERTAKEN = (109, 972, 1050)
-# flight across a bush much smaller than the penetration: the force turns faster than a step sees
+# flight across a bearing much smaller than the penetration: the force turns faster than a step sees
 ACROSS = (4019,)
-# starts on the bush, rounding in place of a gap, a force, a sliding speed or a cone (the last three)
+# starts on the bearing, rounding in place of a gap, a force, a sliding speed or a cone (the last three)
 ROUNDING = (52, 80, 84, 104, 116, 175, 292, 1266, 1900, 2589, *OWN)
 # separations whose gap and force are zero together, the order of roundings deciding
 TOGETHER = (18, 258, 393)
@@ -94,7 +94,7 @@ def test_margins_of_sliding_speeds_follow_the_start():
 
 
 def test_a_loose_tolerance_meets_every_flight_across_a_bush():
-    """A bush of 0.2 um, the journal pressed in much further: flights of a millionth of a turn."""
+    """A bearing of 0.2 um, the journal pressed in much further: flights of a millionth of a turn."""
     case = draw(catalog.chunmei2002(), 356, 0, ("rigid", "no_tension", "frictionless"))
     model = assemble(case.mechanism, case.initial)
     tight, *others = (

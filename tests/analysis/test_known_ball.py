@@ -7,7 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.words import EVENTS
+from jointplay.analysis.quantities import EVENTS
 
 from .exact_maps import TAU, distinct
 

@@ -9,8 +9,8 @@ from scipy.linalg import expm
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.quantities import EVENTS, MODES
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.words import EVENTS, MODES
 from jointplay.mechanism.assemble import assemble
 
 from .exact_maps import TAU, Walls, distinct

@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 import jointplay as jp
-from jointplay.analysis.words import BALANCE, LINKAGE, recorded
+from jointplay.analysis.quantities import BALANCE, LINKAGE, recorded
 from jointplay.equations.structure import parameter_names
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.joints import Friction

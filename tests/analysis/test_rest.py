@@ -9,8 +9,8 @@ from sympy import Integer, Rational, symbols
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.trajectory import Request, functions, memory
-from jointplay.analysis.words import EVENTS
 from jointplay.equations import oscillators
 from jointplay.equations.system import Angle, Reset, System, number
 from jointplay.mechanism.assemble import assemble

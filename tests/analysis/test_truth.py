@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.words import EVENTS
+from jointplay.analysis.quantities import EVENTS
 from tests.support.linkages import mechanism, start
 
 from ..reference.bodies import LINKS

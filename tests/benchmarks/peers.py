@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from jointplay.analysis.words import EVENTS
+from jointplay.analysis.quantities import EVENTS
 from jointplay.lab.precision.contenders import Ours
 from jointplay.lab.precision.measure import SHORT, time_at
 from jointplay.mechanism import catalog

@@ -64,7 +64,7 @@ def solve(c, q3, q1, q2):
 
 @njit(error_model="numpy")
 def accelerations(y, mode, par):
-    """Accelerations, friction force on the bush (found where sticking) and normal force."""
+    """Accelerations, friction force on the bearing (found where sticking) and normal force."""
     c3, s3, c1, s1, c2, s2, rho, nx, ny, v_n, v_t = geometry(y)
     c, s = c3 * c1 + s3 * s1, s3 * c1 - c3 * s1
     q3 = par[0] - par[1] * y[3] - H13 * s * y[4] ** 2 - G3 * c3

@@ -33,7 +33,7 @@ CASES = {  # text, change, words that must be said
     ),
     "no closure": (
         WRITTEN_OUT,
-        "mechanism.joints[3].bush.point=[2.0, 0]",
+        "mechanism.joints[3].bearing.point=[2.0, 0]",
         "distances between pins (m) that can close",
     ),
     "not positive definite": (

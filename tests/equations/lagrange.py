@@ -132,7 +132,7 @@ class Lagrange(Bodies):
         return rate[2] + slope
 
     def relative(self, name, z, v):
-        """Journal centre less bush centre, and its velocity."""
+        """Journal centre less bearing centre, and its velocity."""
         (a, va), (b, vb) = (self._pin(z, v, place) for place in self.joints[name])
         return a - b, va - vb
 
@@ -140,14 +140,14 @@ class Lagrange(Bodies):
         """Normal and sliding velocity: equations (16), with the surfaces turning as the links' ends do."""
         r, rate = self.relative(name, z, v)
         rho = np.sqrt(r @ r)
-        journal, bush = (self._spin(v, place) for place in self.joints[name])
-        v_t = (r[0] * rate[1] - r[1] * rate[0]) / rho + (journal - bush) * self.p.R - bush * rho
+        journal, bearing = (self._spin(v, place) for place in self.joints[name])
+        v_t = (r[0] * rate[1] - r[1] * rate[0]) / rho + (journal - bearing) * self.p.R - bearing * rho
         return np.array([r @ rate / rho, v_t])
 
     def forces(self, y, modes):
         """Accelerations of the free coordinates, multipliers by name, and v_t' of touching joints.
 
-        Multipliers are (x, y) of the force on the bush of ideal joints, F_t of sticking ones, and the torque
+        Multipliers are (x, y) of the force on the bearing of ideal joints, F_t of sticking ones, and the torque
         under ``"drive"``.
         """
         z, v = self.spread(y)
@@ -183,7 +183,7 @@ class Lagrange(Bodies):
         return rows, right, names, {}
 
     def _solved(self, mass, load, rows, right, names):
-        """Of M a + rows^T x = load: a multiplier pulls the journal against its row, as F does on the bush."""
+        """Of M a + rows^T x = load: a multiplier pulls the journal against its row, as F does on the bearing."""
         n, matrix = self.size, np.zeros((self.size + len(rows),) * 2)
         matrix[:n, :n] = mass
         if rows:

@@ -74,7 +74,7 @@ def test_outputs(model):
 
 
 def check_reactions(system, y, held, found):
-    """Forces on the bushes of ideal joints, and the torque."""
+    """Forces on the bearings of ideal joints, and the torque."""
     scale = max(np.abs(force).max() for force in held.values())
     for name in system.ideal:
         force = [found[f"reaction_{axis}:{name}"] for axis in "xy"]

@@ -69,8 +69,8 @@ def seen(ideal, angle, speed):
     return {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
 
 
-def ideal(branch="upper", turned=(), bushes=False, origin=(0.0, 0.0)):
-    """The table's mechanism, told in another way: links from their other end, journal and bush exchanged.
+def ideal(branch="upper", turned=(), bearings=False, origin=(0.0, 0.0)):
+    """The table's mechanism, told in another way: links from their other end, journal and bearing exchanged.
 
     Mass centres are halfway, so that the moments of inertia are the same about either end.
     """
@@ -85,18 +85,20 @@ def ideal(branch="upper", turned=(), bushes=False, origin=(0.0, 0.0)):
 
     joints = []
     for joint in plain_one.joints:
-        pair = (pin(joint.bush), pin(joint.journal)) if bushes else (pin(joint.journal), pin(joint.bush))
-        joints.append(joint.model_copy(update=dict(zip(("journal", "bush"), pair, strict=True))))
+        pair = (
+            (pin(joint.bearing), pin(joint.journal)) if bearings else (pin(joint.journal), pin(joint.bearing))
+        )
+        joints.append(joint.model_copy(update=dict(zip(("journal", "bearing"), pair, strict=True))))
     return type(plain_one)(**fields | {"joints": tuple(joints)})
 
 
 @pytest.mark.parametrize("turned", [(), ("coupler",), ("coupler", "rocker"), ("crank", "coupler", "rocker")])
-@pytest.mark.parametrize("bushes", [False, True])
-def test_the_same_mechanism_told_in_another_way(turned, bushes):
-    """Half a turn more in the angles of turned links; forces on exchanged bushes the other way."""
+@pytest.mark.parametrize("bearings", [False, True])
+def test_the_same_mechanism_told_in_another_way(turned, bearings):
+    """Half a turn more in the angles of turned links; forces on exchanged bearings the other way."""
     here, there = (
         seen(ideal(), 0.7, 60.0),
-        seen(ideal(turned=turned, bushes=bushes), 0.7 + np.pi * ("crank" in turned), 60.0),
+        seen(ideal(turned=turned, bearings=bearings), 0.7 + np.pi * ("crank" in turned), 60.0),
     )
     for k in LINKS:
         apart = there[f"angle:{k}"] - here[f"angle:{k}"] - np.pi * (k in turned)
@@ -105,7 +107,7 @@ def test_the_same_mechanism_told_in_another_way(turned, bushes):
             assert there[f"{word}:{k}"] == pytest.approx(here[f"{word}:{k}"], rel=1e-11)
     for name in "OABC":
         for axis in "xy":
-            expected = here[f"reaction_{axis}:{name}"] * (-1.0 if bushes else 1.0)
+            expected = here[f"reaction_{axis}:{name}"] * (-1.0 if bearings else 1.0)
             assert there[f"reaction_{axis}:{name}"] == pytest.approx(expected, rel=1e-9)
     assert there["drive_torque"] == here["drive_torque"]
     for energy in ("kinetic_energy", "potential_energy"):

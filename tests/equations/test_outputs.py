@@ -24,7 +24,7 @@ class Watched(Bodies):
         return self.x
 
     def held(self):
-        """Torque of a prescribed speed, and the force on the bush of each ideal joint."""
+        """Torque of a prescribed speed, and the force on the bearing of each ideal joint."""
         after, torque = 9, None
         if self.p.drive == "speed":
             after, torque = 10, -self.x[9]

@@ -14,9 +14,9 @@ import pytest
 import jointplay as jp
 from jointplay import cli
 from jointplay.jobs import cluster
+from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
-from jointplay.jobs.strands import CRASHED
 from tests.support.deadly import Deadly, DeadlyChain
 from tests.support.sweep_samples import CELLS, CHAINS, ran, same
 from tests.support.sweep_samples import loaded as read

@@ -11,9 +11,9 @@ from jointplay.analysis import cells
 from jointplay.analysis.states import basins, field
 from jointplay.errors import InputError
 from jointplay.jobs import worker
+from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
-from jointplay.jobs.strands import CRASHED
 from jointplay.kinds import KINDS
 from jointplay.results.store import open_result
 from jointplay.study import execute

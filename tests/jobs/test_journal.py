@@ -13,8 +13,8 @@ from jointplay.jobs import journal as journals
 from jointplay.jobs import origin
 from jointplay.jobs.files import Busy
 from jointplay.jobs.frames import MAGIC
+from jointplay.jobs.job import CRASHED, key_of
 from jointplay.jobs.journal import Journal, write_part
-from jointplay.jobs.strands import CRASHED, key_of
 from tests.support.sweep_samples import die, forked
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.words import EVENTS, STATUS
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.errors import InputError
 from jointplay.lab.paper import claims as module
 from jointplay.lab.paper import peaks as peaks_module

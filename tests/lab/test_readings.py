@@ -8,7 +8,7 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.quantities import STATUS
 from jointplay.errors import InputError, Problem
 from jointplay.lab.paper import readings as module
 from jointplay.lab.paper.character import MOTIONS, character, motion

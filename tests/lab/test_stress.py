@@ -10,10 +10,10 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.starts import moved
 from jointplay.analysis.tangents import tangent_map
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.words import EVENTS, STATUS
 from jointplay.equations.structure import parameter_names
 from jointplay.errors import InputError
 from jointplay.lab.stress import error_growth, stress

@@ -13,10 +13,10 @@ PRINTED = catalog.chunmei2002()
 
 
 def journal(case):
-    """The journal's place in its bush, by the vector loop, m."""
+    """The journal's place in its bearing, by the vector loop, m."""
     angle, link, joint = case.initial["angle"], case.mechanism.link, case.mechanism.joint
     ends = {name: link(name).length * np.exp(1j * angle[name]) for name in ("crank", "coupler", "rocker")}
-    return ends["crank"] + ends["coupler"] - ends["rocker"] - complex(*joint("C").bush.point)
+    return ends["crank"] + ends["coupler"] - ends["rocker"] - complex(*joint("C").bearing.point)
 
 
 def test_a_scene_depends_on_seed_and_number_alone():

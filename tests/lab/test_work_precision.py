@@ -12,8 +12,8 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis import trajectory as following
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.trajectory import Request, follow, functions
-from jointplay.analysis.words import EVENTS, STATUS
 from jointplay.lab.precision import callbacks, contenders
 from jointplay.lab.precision import schedule as plans
 from jointplay.lab.precision.contenders import Ours, Outcome

@@ -39,10 +39,10 @@ def test_table_1_joints():
     mechanism = catalog.chunmei2002()
     assert [joint.name for joint in mechanism.joints] == ["O", "A", "B", "C"]
     assert [joint.journal.link for joint in mechanism.joints] == ["crank", "crank", "coupler", "rocker"]
-    assert [joint.bush.link for joint in mechanism.joints] == ["ground", "coupler", "rocker", "ground"]
+    assert [joint.bearing.link for joint in mechanism.joints] == ["ground", "coupler", "rocker", "ground"]
     assert [joint.journal.at for joint in mechanism.joints] == [0, 0.03, 0.181, 0]
-    assert [joint.bush.at for joint in mechanism.joints] == [0, 0, 0.1175, 0]
-    assert [mechanism.joint(name).bush.point for name in "OC"] == [(0, 0), (0.2, 0)]
+    assert [joint.bearing.at for joint in mechanism.joints] == [0, 0, 0.1175, 0]
+    assert [mechanism.joint(name).bearing.point for name in "OC"] == [(0, 0), (0.2, 0)]
     assert [joint.clearance for joint in mechanism.joints] == [0, 0, 2.9e-5, 0]
     for joint in mechanism.joints:
         assert joint.radius == 0.015

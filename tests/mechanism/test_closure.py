@@ -19,16 +19,16 @@ length = st.floats(0.05, 1.0)
 
 
 def linkage(crank, coupler, rocker, pivot, origin=(0.0, 0.0), pins=None):
-    """Build a four-bar in an odd order: journals and bushes mixed, its pins anywhere on the links."""
+    """Build a four-bar in an odd order: journals and bearings mixed, its pins anywhere on the links."""
     spans, (one, two, three) = (crank, coupler, rocker), ("in", "rod", "out")
     near, far = zip(*(pins or [(0.0, span) for span in spans]), strict=True)
     sizes = zip((one, two, three), near, far, strict=True)
     links = [Link(name=name, length=max(a, b), mass=1, centre=0, inertia=1) for name, a, b in sizes]
     rods = (
-        Joint(name="r", journal=Pin(link=three, at=far[2]), bush=Pin(link=two, at=far[1])),
-        Joint(name="p", journal=Pin(link="ground", point=origin), bush=Pin(link=one, at=near[0])),
-        Joint(name="s", journal=Pin(link=three, at=near[2]), bush=Pin(link="ground", point=pivot)),
-        Joint(name="q", journal=Pin(link=two, at=near[1]), bush=Pin(link=one, at=far[0])),
+        Joint(name="r", journal=Pin(link=three, at=far[2]), bearing=Pin(link=two, at=far[1])),
+        Joint(name="p", journal=Pin(link="ground", point=origin), bearing=Pin(link=one, at=near[0])),
+        Joint(name="s", journal=Pin(link=three, at=near[2]), bearing=Pin(link="ground", point=pivot)),
+        Joint(name="q", journal=Pin(link=two, at=near[1]), bearing=Pin(link=one, at=far[0])),
     )
     return Mechanism(links=links[::-1], joints=rods, drive=ConstantSpeed(link=one, speed=2.0))
 
@@ -165,7 +165,7 @@ def test_not_a_four_bar_asks_for_initial_angles():
     arm = Link(name="arm", length=1, mass=1, inertia=1)
     pendulum = Mechanism(
         links=(arm,),
-        joints=(Joint(name="O", journal=Pin(link="arm"), bush=Pin(link="ground", point=(0, 0))),),
+        joints=(Joint(name="O", journal=Pin(link="arm"), bearing=Pin(link="ground", point=(0, 0))),),
     )
     assert (
         "initial angles of all links must be given"

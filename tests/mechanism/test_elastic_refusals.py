@@ -94,7 +94,8 @@ def test_frequencies_that_are_not_finite(beam):
 
 
 @pytest.mark.parametrize(
-    ("joint", "side", "link"), [(1, "bush", "coupler"), (2, "journal", "coupler"), (3, "journal", "rocker")]
+    ("joint", "side", "link"),
+    [(1, "bearing", "coupler"), (2, "journal", "coupler"), (3, "journal", "rocker")],
 )
 def test_pins_of_an_elastic_link_sit_at_its_ends(plain, joint, side, link):
     plain["joints"][joint][side]["at"] = 0.05

@@ -92,10 +92,10 @@ def test_text_forms_are_short_and_name_the_parts():
         (("joints", 3, "name"), "B", "joints[3].name", "no other"),
         (("joints", 1, "journal", "link"), "cranc", "joints[1].journal.link", "did you mean 'crank'?"),
         (("joints", 1, "journal", "at"), -0.01, "joints[1].journal.at", "of at least 0 m"),
-        (("joints", 0, "bush", "at"), 0.1, "joints[0].bush.at", "point = [x, y]"),
-        (("joints", 0, "bush", "point"), [0, "a"], "joints[0].bush.point[1]", "finite numbers in m"),
-        (("joints", 1, "bush", "point"), [0, 0], "joints[1].bush.point", "only link = 'ground'"),
-        (("joints", 2, "bush", "link"), "coupler", "joints[2].bush.link", "other than the journal's"),
+        (("joints", 0, "bearing", "at"), 0.1, "joints[0].bearing.at", "point = [x, y]"),
+        (("joints", 0, "bearing", "point"), [0, "a"], "joints[0].bearing.point[1]", "finite numbers in m"),
+        (("joints", 1, "bearing", "point"), [0, 0], "joints[1].bearing.point", "only link = 'ground'"),
+        (("joints", 2, "bearing", "link"), "coupler", "joints[2].bearing.link", "other than the journal's"),
         (("joints", 2, "clearance"), -2.9e-5, "joints[2].clearance", "radial clearance of at least 0 m"),
         (("joints", 2, "radius"), 0.0, "joints[2].radius", "journal radius greater than 0 m"),
         (("joints", 2, "contact", "law"), "hertz", "joints[2].contact.law", "'kelvin_voigt'"),
@@ -137,7 +137,7 @@ def test_one_wrong_value(plain, path, bad, key, words):
         (("links", 1), "lenght", "links[1].lenght", "length"),
         (("joints", 2), "clearence", "joints[2].clearence", "clearance"),
         (("joints", 2, "contact"), "stifness", "joints[2].contact.stifness", "stiffness"),
-        (("joints", 2, "bush"), "lnk", "joints[2].bush.lnk", "link"),
+        (("joints", 2, "bearing"), "lnk", "joints[2].bearing.lnk", "link"),
         (("drive",), "gear_ration", "drive.gear_ration", "gear_ratio"),
     ],
 )
@@ -152,9 +152,13 @@ def test_unknown_key(plain, path, wrong, key, right):
 
 
 def test_missing_values(plain):
-    del plain["links"][0]["mass"], plain["joints"][0]["bush"]["point"], plain["drive"]["kind"]
+    del plain["links"][0]["mass"], plain["joints"][0]["bearing"]["point"], plain["drive"]["kind"]
     found = problems_of(Mechanism, **plain)
-    assert set(found) == {"mechanism.links[0].mass", "mechanism.joints[0].bush.point", "mechanism.drive.kind"}
+    assert set(found) == {
+        "mechanism.links[0].mass",
+        "mechanism.joints[0].bearing.point",
+        "mechanism.drive.kind",
+    }
     assert all(problem.given is NOTHING for problem in found.values())
 
 
@@ -171,7 +175,7 @@ def test_contact_data_with_clearance_0_is_an_ideal_joint():
     joint = Joint(
         name="J",
         journal=Pin(link="a"),
-        bush=Pin(link="b"),
+        bearing=Pin(link="b"),
         contact=Contact(stiffness=1e6, damping=0),
         friction=Friction(coefficient=0.1),
         clearance=0,

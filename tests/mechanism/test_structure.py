@@ -17,19 +17,19 @@ from tests.mechanism.wrong import only, problems_of
 
 
 def test_links_that_cannot_close(plain):
-    plain["joints"][3]["bush"]["point"] = [0.5, 0.0]
+    plain["joints"][3]["bearing"]["point"] = [0.5, 0.0]
     problem = only(problems_of(Mechanism, **plain), "mechanism.links")
     assert problem.given == {"crank": 0.03, "coupler": 0.181, "rocker": 0.1175, "ground": 0.5}
     assert "longest shorter than the other three together" in problem.expected
 
 
 def test_a_loop_that_only_lies_flat_cannot_close(plain):
-    plain["joints"][3]["bush"]["point"] = [0.03 + 0.181 + 0.1175, 0.0]
+    plain["joints"][3]["bearing"]["point"] = [0.03 + 0.181 + 0.1175, 0.0]
     only(problems_of(Mechanism, **plain), "mechanism.links")
 
 
 def test_links_that_cannot_close_are_found_beside_a_wrong_mass(plain):
-    plain["joints"][3]["bush"]["point"] = [0.5, 0.0]
+    plain["joints"][3]["bearing"]["point"] = [0.5, 0.0]
     plain["links"][0]["mass"] = -1
     assert set(problems_of(Mechanism, **plain)) == {"mechanism.links", "mechanism.links[0].mass"}
 
@@ -43,7 +43,7 @@ def test_a_loose_link(plain):
 
 def test_a_locked_linkage(plain):
     place = {"link": "ground", "point": [0.1, 0]}
-    plain["joints"].append({"name": "D", "journal": {"link": "coupler", "at": 0.1}, "bush": place})
+    plain["joints"].append({"name": "D", "journal": {"link": "coupler", "at": 0.1}, "bearing": place})
     plain["joints"][2]["clearance"] = 0.0
     problem = only(problems_of(Mechanism, **plain), "mechanism.joints")
     assert problem.given == ["O", "A", "B", "C", "D"]
@@ -53,7 +53,7 @@ def test_a_locked_linkage(plain):
 
 
 def test_a_pendulum_is_a_mechanism():
-    joint = Joint(name="O", journal=Pin(link="arm"), bush=Pin(link="ground", point=(0, 0)))
+    joint = Joint(name="O", journal=Pin(link="arm"), bearing=Pin(link="ground", point=(0, 0)))
     arm = Link(name="arm", length=1, mass=1, inertia=1)
     assert Mechanism(links=(arm,), joints=(joint,)).crank == "arm"
 
@@ -107,7 +107,7 @@ def test_problems_keep_their_keys_inside_another_model(plain):
         drives: dict[str, Drive] = {}
 
     plain["links"][0]["mass"] = -1.0
-    plain["joints"][3]["bush"]["point"] = [0.5, 0.0]
+    plain["joints"][3]["bearing"]["point"] = [0.5, 0.0]
     section = {"kind": "contact", "jont": "B"}
     drives = {"slow": {"kind": "speed", "link": "crank", "speed": 0}}
     with pytest.raises(ValueError, match="validation error") as caught:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.words import EVENTS
 from jointplay.mechanism.assemble import assemble
 
 SLIP_REVERSAL = EVENTS.index("slip_reversal")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
 from jointplay.lab.paper.fixed_steps import March, step_bound
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import runge_kutta

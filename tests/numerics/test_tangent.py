@@ -12,7 +12,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents, trajectory
-from jointplay.analysis.words import EVENTS
+from jointplay.analysis.quantities import EVENTS
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import flow, tangent
 

@@ -133,7 +133,7 @@ class Bodies:
                 known.add(link)
 
     def start(self):
-        """State of the ideal mechanism at crank angle 0, with every journal centred in its bush."""
+        """State of the ideal mechanism at crank angle 0, with every journal centred in its bearing."""
         angles, speeds = closure(self.p)
         w = speeds[0] * self.p.l3
         position = {0: (0.0, 0.0), 1: (self.p.l3, 0.0), 2: (self.p.l4, 0.0)}
@@ -172,9 +172,9 @@ class Bodies:
     def contact(self, name, y, motion=None):
         """Contact quantities of a clearance joint; direction and rates are 0 where the journal is centred."""
         e, w, P, V = motion or self.motion(y)
-        journal, bush = self.joints[name]
+        journal, bearing = self.joints[name]
         (ax, ay), (avx, avy) = self._point(journal, e, w, P, V)
-        (bx, by), (bvx, bvy) = self._point(bush, e, w, P, V)
+        (bx, by), (bvx, bvy) = self._point(bearing, e, w, P, V)
         rx, ry, vx, vy = ax - bx, ay - by, avx - bvx, avy - bvy
         rho = math.hypot(rx, ry)
         u = rho - self.clearance[name]
@@ -182,12 +182,12 @@ class Bodies:
             return Contact((rx, ry), (vx, vy), (0.0, 0.0), rho, u, 0.0, 0.0, 0.0)
         c, s = rx / rho, ry / rho
         v_n = vx * c + vy * s
-        w_p, w_q = w[journal[0]], 0.0 if bush[0] == GROUND else w[bush[0]]
+        w_p, w_q = w[journal[0]], 0.0 if bearing[0] == GROUND else w[bearing[0]]
         v_t = vy * c - vx * s + w_p * self.p.R - w_q * (self.p.R + rho)
         return Contact((rx, ry), (vx, vy), (c, s), rho, u, v_n, v_t, self.p.K * u + self.p.C_n * v_n)
 
     def _relative(self, name, e, w):
-        """Rows (2, 9) giving the acceleration of journal minus bush centre, and its centripetal part."""
+        """Rows (2, 9) giving the acceleration of journal minus bearing centre, and its centripetal part."""
         rows, known = np.zeros((2, 9)), [0.0, 0.0]
         for sign, (link, x) in zip((1.0, -1.0), self.joints[name], strict=True):
             if link == GROUND:
@@ -203,14 +203,14 @@ class Bodies:
     def _slip(self, name, c, e, w):
         """Row (9,) of the slip acceleration v_t', its known part, and the row of the normal direction."""
         rows, known = self._relative(name, e, w)
-        (nx, ny), (journal, bush) = c.normal, self.joints[name]
+        (nx, ny), (journal, bearing) = c.normal, self.joints[name]
         row_n, row_t = nx * rows[0] + ny * rows[1], nx * rows[1] - ny * rows[0]
         row_t[3 * journal[0] + 2] += self.p.R
         turning = (c.rate[1] * nx - c.rate[0] * ny) / c.rho
         rest = nx * known[1] - ny * known[0] - turning * c.v_n
-        if bush[0] != GROUND:
-            row_t[3 * bush[0] + 2] -= self.p.R + c.rho
-            rest -= w[bush[0]] * c.v_n
+        if bearing[0] != GROUND:
+            row_t[3 * bearing[0] + 2] -= self.p.R + c.rho
+            rest -= w[bearing[0]] * c.v_n
         return row_t, rest, row_n
 
     def solve(self, y, modes):
@@ -245,7 +245,7 @@ class Bodies:
                 load -= friction * row_t
         x = self._reactions(load, rows, right)
         self.evaluations += 1
-        # M a + rows^T x = load: a multiplier pulls the journal against its row, which is F_t on the bush
+        # M a + rows^T x = load: a multiplier pulls the journal against its row, which is F_t on the bearing
         held = {name: float(x[9 + k]) for name, k in stuck}
         return x[:9], held, {name: float(row @ x[:9]) + rest for name, (row, rest, _) in slips.items()}
 

@@ -98,7 +98,7 @@ class Flexible(Bodies):
         return replace(c, v_t=v_t)
 
     def _relative(self, name, e, w):
-        """Rows (2, size) of the acceleration of journal minus bush centre, and its centripetal part."""
+        """Rows (2, size) of the acceleration of journal minus bearing centre, and its centripetal part."""
         rows, known = np.zeros((2, self.size)), [0.0, 0.0]
         for sign, (link, x) in zip((1.0, -1.0), self.joints[name], strict=True):
             if link == GROUND:
@@ -114,12 +114,12 @@ class Flexible(Bodies):
     def _slide(self, name, c, e, w, bent):
         """As `Bodies._slip`, with what the end slopes add to v_t'."""
         row_t, rest, row_n = self._slip(name, c, e, w)
-        journal, bush = self.joints[name]
+        journal, bearing = self.joints[name]
         if slope := self._slope(journal):
             row_t[slope[0]] += self.p.R * slope[1]
-        if slope := self._slope(bush):
+        if slope := self._slope(bearing):
             row_t[slope[0]] -= (self.p.R + c.rho) * slope[1]
-            rest -= float(slope[1] @ bent[bush[0]][1]) * c.v_n
+            rest -= float(slope[1] @ bent[bearing[0]][1]) * c.v_n
         return row_t, rest, row_n
 
     def _particles(self, link, direction, w, q, rate):
@@ -162,7 +162,7 @@ class Flexible(Bodies):
     def forces(self, y, modes):
         """Accelerations of all coordinates, by name the multipliers, and v_t' of every touching joint.
 
-        Multipliers are (x, y) of the force on the bush at ideal joints, F_t at sticking ones, and, under
+        Multipliers are (x, y) of the force on the bearing at ideal joints, F_t at sticking ones, and, under
         ``"drive"``, the torque against which a prescribed speed is held.
         """
         self.evaluations += 1

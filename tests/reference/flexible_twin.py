@@ -140,7 +140,7 @@ def modes_at(system, events, time, y):
 
 
 def bush_force(free, y, joint, mode, held):
-    """(x, y) of the force on the bush of a joint with play."""
+    """(x, y) of the force on the bearing of a joint with play."""
     c = free.contact(joint, y)
     if mode in ("free", "released"):
         return [0.0, 0.0]

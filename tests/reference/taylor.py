@@ -74,8 +74,8 @@ class Series:
 
     def contact(self, joint):
         """rho^2, rho, F_n, v_t and the rows of generalised force of F_n and F_t."""
-        p, (journal, bush) = self.p, self.system.joints[joint]
-        (ax, ay), (bx, by) = self.point(journal), self.point(bush)
+        p, (journal, bearing) = self.p, self.system.joints[joint]
+        (ax, ay), (bx, by) = self.point(journal), self.point(bearing)
         rx, ry = ax - bx, ay - by
         square = rx * rx + ry * ry
         rho = hy.sqrt(square)
@@ -85,9 +85,9 @@ class Series:
         tangent = [s * hy.diff(rx, q) - c * hy.diff(ry, q) for q in self.q]
         tangent[journal[0]] -= number(p.R)
         v_t = vy * c - vx * s + number(p.R) * self.v[journal[0]]
-        if bush[0] != GROUND:
-            tangent[bush[0]] += number(p.R) + rho
-            v_t -= (number(p.R) + rho) * self.v[bush[0]]
+        if bearing[0] != GROUND:
+            tangent[bearing[0]] += number(p.R) + rho
+            v_t -= (number(p.R) + rho) * self.v[bearing[0]]
         force = number(p.K) * (rho - number(self.system.clearance[joint])) + number(p.C_n) * (vx * c + vy * s)
         return square, force, v_t, normal, tangent
 

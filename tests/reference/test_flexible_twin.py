@@ -183,7 +183,7 @@ def test_momentum_changes_by_the_ground_s_reactions(joints):
     modes = dict.fromkeys(joints, "slip+")
     held = system.forces(y, modes)[1]
     found = slope(lambda state: momentum(system, state), y, system.rate(y, modes), 1e-9)
-    force = -held["O"] - held["C"]  # the stored force is on the bush, here the ground
+    force = -held["O"] - held["C"]  # the stored force is on the bearing, here the ground
     weight = [-m * p.gravity for m in system.mass]
     assert found[:2] == pytest.approx(np.add(force, (0.0, sum(weight))), abs=1e-5 * np.abs(force).max())
     e, _, P, _ = system.motion(y)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.quantities import STATUS
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.study import run

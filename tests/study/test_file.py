@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from jointplay.analysis.quantities import LINKAGE, WORDS
 from jointplay.analysis.signals import chaos_test
-from jointplay.analysis.words import LINKAGE, WORDS
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import CrankAngle, MotorLine
@@ -154,7 +154,7 @@ WRONG_LINKAGE = {
     "mechanism.links[0].mass='1'": ("mechanism.links[0].mass", "number"),
     "mechanism.links[1].inertia=1e-6": ("mechanism.links[1].inertia", "mass × centre²"),
     "mechanism.links[1].name=crank": ("mechanism.links[1].name", "crank"),
-    "mechanism.joints[1].bush.link=copler": ("mechanism.joints[1].bush.link", "did you mean 'coupler'"),
+    "mechanism.joints[1].bearing.link=copler": ("mechanism.joints[1].bearing.link", "did you mean 'coupler'"),
     "mechanism.joints[1].journal.at=0.5": ("mechanism.joints[1].journal.at", "0.03"),
     "mechanism.joints[2].radius=0": ("mechanism.joints[2].radius", "greater than 0"),
     "mechanism.joints[2].contact.stiffness=inf": ("mechanism.joints[2].contact.stiffness", "greater than 0"),
@@ -174,7 +174,7 @@ def test_each_mistake_in_a_linkage_is_named(change, expected):
 
 
 def test_links_that_cannot_close_are_refused_with_their_lengths():
-    found = problems(WRITTEN_OUT, "mechanism.joints[3].bush.point=[2.0, 0]")
+    found = problems(WRITTEN_OUT, "mechanism.joints[3].bearing.point=[2.0, 0]")
     message = " ".join(found.values())
     assert "close" in message
     assert "0.181" in message
@@ -204,7 +204,7 @@ def test_a_linkage_that_cannot_be_computed_is_refused_before_it_is():
     lengths = {"crank": 0.1, "coupler": 0.05, "rocker": 0.1}  # with 0.2 m of ground: no full turn
     changes = [f"mechanism.links[{i}].length={length}" for i, length in enumerate(lengths.values())]
     changes += ["mechanism.joints[1].journal.at=0.1", "mechanism.joints[2].journal.at=0.05"]
-    changes += ["mechanism.joints[2].bush.at=0.1", "mechanism.links[2].inertia=1e-2"]
+    changes += ["mechanism.joints[2].bearing.at=0.1", "mechanism.links[2].inertia=1e-2"]
     changes += ["mechanism.links[0].inertia=1e-2", "analysis.initial.crank_angle=3.1"]
     assert "span from" in problems(WRITTEN_OUT, *changes)["analysis.initial.crank_angle"]
 

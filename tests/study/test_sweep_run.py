@@ -15,13 +15,13 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay import cli
-from jointplay.analysis import quantities
+from jointplay.analysis import evaluate
 from jointplay.analysis.sweeps import chains as chains
 from jointplay.errors import InputError
 from jointplay.jobs import worker
+from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
-from jointplay.jobs.strands import CRASHED
 from jointplay.results import store
 from jointplay.study import execute
 from jointplay.study.file import load, validate
@@ -198,7 +198,7 @@ def test_a_cell_beyond_the_model_says_so_and_keeps_its_numbers(tmp_path, monkeyp
         'kind = "response"\nname = "deep"\n[mechanism]\ncatalog = "chunmei2002"\ngear_ratio = 3.0\n'
         "[vary]\nclearance = [2.9e-4, 1e-4]\n[analysis]\nturns = 0.3\n"
     )
-    monkeypatch.setattr(quantities, "DEEP", 0.2)
+    monkeypatch.setattr(evaluate, "DEEP", 0.2)
     found, study = ran(loaded(text), tmp_path), loaded(text)
     deeper = jp.catalog.chunmei2002(gear_ratio=3.0, clearance=1e-4)
     with pytest.warns(jp.ModelWarning, match="clearances into its bearing"):

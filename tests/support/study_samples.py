@@ -61,17 +61,17 @@ beam = { shapes = "sine", damping_ratio = 0.01 }
 [[mechanism.joints]]
 name = "O"
 journal = { link = "crank" }
-bush = { link = "ground", point = [0, 0] }
+bearing = { link = "ground", point = [0, 0] }
 
 [[mechanism.joints]]
 name = "A"
 journal = { link = "crank", at = 0.03 }
-bush = { link = "coupler" }
+bearing = { link = "coupler" }
 
 [[mechanism.joints]]
 name = "B"
 journal = { link = "coupler", at = 0.181 }
-bush = { link = "rocker", at = 0.1175 }
+bearing = { link = "rocker", at = 0.1175 }
 clearance = 2.9e-5
 radius = 0.015
 contact = { stiffness = 7.15e6, damping = 228 }
@@ -80,7 +80,7 @@ friction = { coefficient = 0.01 }
 [[mechanism.joints]]
 name = "C"
 journal = { link = "rocker" }
-bush = { link = "ground", point = [0.2, 0] }
+bearing = { link = "ground", point = [0.2, 0] }
 
 [mechanism.drive]
 kind = "speed"

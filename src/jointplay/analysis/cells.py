@@ -19,7 +19,7 @@ from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.looks import from_progress, look, reported
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.errors import InputError
-from jointplay.jobs.strands import CRASHED, Entry, Kept, Notes, Strand
+from jointplay.jobs.job import CRASHED, Entry, Kept, Notes, Strand
 from jointplay.jobs.worker import in_tasks
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Status

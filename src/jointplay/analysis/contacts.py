@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.trajectory import Records
 from jointplay.codegen import cache, outputs
 from jointplay.mechanism.model import Model

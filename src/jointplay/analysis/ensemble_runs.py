@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from jointplay.analysis import margins
+from jointplay.analysis import guard_tolerances
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.trajectory import Records, Request, follow, functions
 from jointplay.codegen import cache
@@ -134,11 +134,11 @@ def _kernels(structure) -> tuple:
 
 def _real(model: Model, request: Request) -> list[float]:
     """Numbers of a trajectory, in the order of numerics.ensemble.layout."""
-    rest = margins.rest(model, request.rtol)
-    gap, force = margins.guards(model, rest, 1, 0)[:2]
+    rest = guard_tolerances.rest(model, request.rtol)
+    gap, force = guard_tolerances.guards(model, rest, 1, 0)[:2]
     scales = [request.rtol, request.rtol * float(model.absolute[-1]), rest, 1e-7 * model.period]
-    lengths = [1e-5 * model.period, float(margins.cones(model)[0]), gap, force]
-    cut = [float(margins.bushes(model, 1)[0]), request.level, request.period]
+    lengths = [1e-5 * model.period, float(guard_tolerances.cones(model)[0]), gap, force]
+    cut = [float(guard_tolerances.bearings(model, 1)[0]), request.level, request.period]
     return [float(request.duration), *scales, *lengths, *cut]
 
 

@@ -9,6 +9,7 @@ import xarray as xr
 
 from jointplay.analysis import rates
 from jointplay.analysis import rules as asked
+from jointplay.analysis.evaluate import beyond_the_model, dataset, flags, scalars
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -20,9 +21,8 @@ from jointplay.analysis.keywords import (
     Start,
     analysis,
 )
-from jointplay.analysis.quantities import beyond_the_model, dataset, flags, scalars
+from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural
 from jointplay.mechanism.records import CrankAngle, Section

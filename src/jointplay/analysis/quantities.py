@@ -1,216 +1,105 @@
-"""From records of states to labelled quantities."""
+"""The words of a dataset: every variable with its dimensions, units and long name."""
 
-from __future__ import annotations
+from collections.abc import Sequence
+from dataclasses import dataclass
 
-import itertools
-import sys
-import traceback
-import warnings
-from collections.abc import Iterable
-from typing import Any
-
-import numpy as np
-import xarray as xr
-
-from jointplay.analysis.words import BALANCE, MODES, RATES, STATUS, WORDS
-from jointplay.codegen import cache, outputs
-from jointplay.errors import ModelWarning
-from jointplay.mechanism.model import DEEP, Model
-from jointplay.numerics.codes import Mode
+from jointplay.errors import InputError, Problem, unknown
+from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.numerics.codes import Event, Mode, Status
 
 
-class Quantities:
-    """Quantities of rows of records (time, positions, speeds, modes, work), computed when asked for.
+@dataclass(frozen=True)
+class Word:
+    """A recorded quantity, with UDUNITS units and long name.
 
-    Those that depend on accelerations are taken from `sharp` instead, where it is given (analysis.rates).
+    `of` says over what: link, joint, pin, state, bending (links where one bends, nothing else) or None.
     """
 
-    def __init__(self, model: Model, rows: np.ndarray, start: np.ndarray, sharp: np.ndarray | None = None):
-        self.model, self.rows, self.start = model, rows, start
-        self.sharp = rows if sharp is None else sharp
-        self.module = cache.structure_module(model.structure)
-        self._n_state = len(self.module.STATE)
-
-    @property
-    def time(self) -> np.ndarray:
-        return self.rows[:, 0]
-
-    @property
-    def modes(self) -> np.ndarray:
-        """Modes, shape (rows, contacts and rigid walls)."""
-        return self.rows[:, self._n_state : self._n_state + len(self._touching)].astype(np.int8)
-
-    @property
-    def _touching(self) -> tuple[str, ...]:
-        """Names of what has a mode: contacts, then rigid walls."""
-        return (*self.model.joints, *self.model.resets)
-
-    def variables(self, names: Iterable[str], dim: str, prefix: str = "") -> dict[str, Any]:
-        """Named variables over `dim`, as (dims, values, attributes)."""
-        wanted = {name: WORDS[name] for name in names}
-        plain = {name: word for name, word in wanted.items() if name not in (*BALANCE, "energy", "mode")}
-        keys = {
-            name: [self._key(name, label) for label in self._labels(word.of)] for name, word in plain.items()
-        }
-        found = self._evaluated({name: ks for name, ks in keys.items() if name not in RATES}, self.rows)
-        found |= self._evaluated({name: ks for name, ks in keys.items() if name in RATES}, self.sharp)
-        values = {
-            name: np.stack([self._full(found[key]) for key in ks], -1) for name, ks in keys.items() if ks
-        }
-        values |= {name: self._special(name) for name in wanted if name not in plain}
-        return {
-            prefix + name: (
-                (dim,) if word.of is None else (dim, "link" if word.of == "bending" else word.of),
-                self._shaped(word, values[name]),
-                attributes(name),
-            )
-            for name, word in wanted.items()
-            if name in values
-        }
-
-    def _evaluated(self, keys: dict[str, list[str]], rows: np.ndarray) -> dict[str, np.ndarray]:
-        wanted = [key for each in keys.values() for key in each]
-        return outputs.evaluate(self.module, wanted, self._given(rows)) if wanted else {}
-
-    def _labels(self, of: str | None) -> tuple[str, ...]:
-        model = self.model
-        labels = {"link": model.links, "bending": model.bending, "joint": model.joints, "pin": model.pins}
-        return (labels | {"state": model.states}).get(of, ("",))
-
-    @staticmethod
-    def _key(name: str, label: str) -> str:
-        if name == "state_value":
-            return f"state:{label}"
-        return f"{name}:{label}" if label else name
-
-    def _full(self, value: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(value, self.time.shape)
-
-    @staticmethod
-    def _shaped(word, values: np.ndarray) -> np.ndarray:
-        return values[:, 0] if word.of is None and values.ndim == 2 else values
-
-    def _given(self, rows: np.ndarray) -> dict[str, Any]:
-        """Symbols of the program: state, parameters, masks."""
-        given = dict(zip(self.module.STATE, rows[:, : self._n_state].T, strict=True))
-        given |= dict(zip(self.module.PARAMETERS, self.model.numbers, strict=True))
-        for j, name in enumerate(self._touching):
-            mode = rows[:, self._n_state + j]
-            given[f"touch_{name}"] = (mode > Mode.RELEASED).astype(float)
-            given[f"slip_{name}"] = (mode == Mode.SLIP_POSITIVE).astype(float) - (mode == Mode.SLIP_NEGATIVE)
-            given[f"stick_{name}"] = (mode == Mode.STICK).astype(float)
-        return given
-
-    def _special(self, name: str) -> np.ndarray:
-        if name == "mode":
-            return self.modes
-        if name in BALANCE[1:]:
-            return self._work[:, BALANCE.index(name) - 1] if name != BALANCE[3] else self._structural_work
-        energy = self._mechanical(self.rows)
-        if name == "energy":
-            return energy + self._stored()
-        gained = energy - self._mechanical(self.start[None, :])[0]
-        return gained - self._work[:, 0] + self._work[:, 1] + self._structural_work
-
-    @property
-    def _work(self) -> np.ndarray:
-        return self.rows[:, self._n_state + len(self._touching) :]
-
-    @property
-    def _structural_work(self) -> np.ndarray:
-        return self._work[:, 2] if self.model.bending else np.zeros(len(self.rows))
-
-    def _mechanical(self, rows: np.ndarray) -> np.ndarray:
-        """Kinetic and potential energy of the links."""
-        found = outputs.evaluate(self.module, ("kinetic_energy", "potential_energy"), self._given(rows))
-        return np.broadcast_to(found["kinetic_energy"] + found["potential_energy"], len(rows)).copy()
-
-    def _stored(self) -> np.ndarray:
-        """Elastic energy of the contacts."""
-        keys = [f"stored_energy:{name}" for name in self.model.joints]
-        found = outputs.evaluate(self.module, keys, self._given(self.rows))
-        held = (found[key] * (self.modes[:, j] > Mode.RELEASED) for j, key in enumerate(keys))
-        return sum(held, np.zeros(len(self.rows)))
+    of: str | None
+    units: str
+    long_name: str
 
 
-def beyond_the_model(history: Quantities) -> dict[str, str]:
-    """An attribute, and a warning, of a motion whose journals went far into their bearings."""
-    model = history.model
-    if not model.clearances or not len(history.rows):
-        return {}
-    depth = history.variables(["penetration"], "row")["penetration"][1] / np.array(model.clearances)
-    told = [
-        f"the journal of {name} goes {deepest:.3g} clearances into its bearing"
-        for name, deepest in zip(model.joints, np.nanmax(depth, axis=0, initial=0.0), strict=True)
-        if deepest > DEEP
-    ]
-    if not told:
-        return {}
-    text = f"{'; '.join(told)}: are start, units, loads and contact data as meant?"
-    warnings.warn(text, ModelWarning, stacklevel=_levels())
-    return {"warning": text}
+WORDS = {
+    "angle": Word("link", "rad", "link angle"),
+    "angular_velocity": Word("link", "rad s-1", "link angular velocity"),
+    "angular_acceleration": Word("link", "rad s-2", "link angular acceleration"),
+    "journal_x": Word("joint", "m", "journal centre relative to the bearing, x"),
+    "journal_y": Word("joint", "m", "journal centre relative to the bearing, y"),
+    "eccentricity": Word("joint", "m", "distance of journal and bearing centres"),
+    "eccentricity_ratio": Word("joint", "1", "eccentricity over clearance"),
+    "penetration": Word("joint", "m", "eccentricity less clearance"),
+    "normal_velocity": Word("joint", "m s-1", "normal velocity of the journal"),
+    "tangential_velocity": Word("joint", "m s-1", "sliding velocity at the contact"),
+    "contact_angle": Word("joint", "rad", "direction of the eccentricity"),
+    "normal_force": Word("joint", "N", "normal contact force"),
+    "tangential_force": Word("joint", "N", "tangential contact force"),
+    "mode": Word("joint", "1", "contact mode"),
+    "reaction_x": Word("pin", "N", "force on the bearing of an ideal joint, x"),
+    "reaction_y": Word("pin", "N", "force on the bearing of an ideal joint, y"),
+    "reaction": Word("pin", "N", "force at an ideal joint"),
+    "deflection": Word("bending", "m", "deflection of a link"),
+    "drive_torque": Word(None, "N m", "drive torque"),
+    "kinetic_energy": Word(None, "J", "kinetic energy"),
+    "potential_energy": Word(None, "J", "potential energy of gravity and of bent links"),
+    "strain_energy": Word(None, "J", "elastic energy of bent links"),
+    "energy": Word(None, "J", "mechanical energy with the contacts' elastic energy"),
+    "energy_residual": Word(None, "J", "energy unaccounted for since the start"),
+    "drive_work": Word(None, "J", "work of the drive since the start"),
+    "joint_work": Word(None, "J", "work taken in by the contacts since the start"),
+    "structural_work": Word(None, "J", "work taken in by elastic links' damping since the start"),
+    "state_value": Word("state", "1", "state"),
+}
+MODES, EVENTS, STATUS = Mode.words(), Event.words(), Status.words()
+BALANCE = ("energy_residual", "drive_work", "joint_work", "structural_work")  # need integrals of power
+RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction", "drive_torque")
+ENERGIES = ("kinetic_energy", "potential_energy", "strain_energy", "energy")
+LINKAGE = tuple(name for name in WORDS if name not in (*BALANCE, *ENERGIES, "state_value"))
 
 
-def _levels() -> int:
-    """How many calls above the caller's code of another package is: the line that a warning is of."""
-    frames = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_stack(sys._getframe(1)))
-    return 1 + sum(1 for _ in itertools.takewhile(lambda name: name.startswith("jointplay."), frames))
+def recorded(
+    record: Sequence[str] | None,
+    mechanism: Mechanism | TestSystem,
+    key: str = "record",
+    integrals: bool = True,
+) -> tuple[str, ...]:
+    """Names to record: those asked for, checked, or the usual ones that the mechanism has.
+
+    Without `integrals`, what only a run from its start on can know is refused.
+
+    Raises
+    ------
+    InputError
+        Naming every unknown quantity, and every one that the mechanism cannot have.
+    """
+    linkage = isinstance(mechanism, Mechanism)
+    known = tuple(name for name in WORDS if (name == "state_value") != linkage)
+    absent = _absent(mechanism) if linkage else {}
+    if record is None:
+        return tuple(name for name in LINKAGE if WORDS[name].of not in absent) if linkage else known
+    wrong = []
+    for i, name in enumerate(record):
+        if name not in known:
+            wrong.append(unknown(f"{key}[{i}]", name, name, known, "quantity"))
+        elif WORDS[name].of in absent:
+            wrong.append(Problem(f"{key}[{i}]", name, f"accepted only where {absent[WORDS[name].of]}"))
+        elif name in BALANCE and not integrals:
+            expected = "a quantity of the state is accepted, no integral over time"
+            wrong.append(Problem(f"{key}[{i}]", name, expected))
+    if wrong:
+        raise InputError(wrong, "")
+    return tuple(dict.fromkeys(record))
 
 
-def attributes(name: str) -> dict[str, Any]:
-    """Attributes of a variable: units, long name, flags."""
-    word = WORDS[name]
-    result = {"units": word.units, "long_name": word.long_name}
-    return result | flags(MODES) if name == "mode" else result
-
-
-def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
-    """CF attributes of an integer code."""
-    values = np.arange(len(meanings), dtype=np.int8)
-    return {"units": "1", "flag_values": values, "flag_meanings": " ".join(meanings)}
-
-
-def coordinates(model: Model) -> dict[str, Any]:
-    """Label coordinates of a model."""
-    labels = {
-        "link": model.links,
-        "joint": model.joints if model.links else (),
-        "pin": model.pins,
-        "state": model.states,
-    }
-    names = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "state": "state"}
+def _absent(mechanism: Mechanism) -> dict[str, str]:
+    """Parts that no quantity can be of here, with what is missing."""
+    joints, links = mechanism.joints, mechanism.links
     return {
-        of: (of, np.array(found, dtype=str), {"long_name": names[of]})
-        for of, found in labels.items()
-        if found
-    }
-
-
-def scalars(model: Model, records) -> dict[str, Any]:
-    """What every result says of its run."""
-    found = {
-        "status": ((), np.int8(records.status), {"long_name": "how the run ended"} | flags(STATUS)),
-        "wall_time": ((), records.wall_time, {"units": "s", "long_name": "wall time of the run"}),
-        "turn_period_nominal": ((), model.period, {"units": "s", "long_name": "nominal period of the drive"}),
-    }
-    names = {
-        "n_steps": "accepted steps",
-        "n_rejected": "rejected steps",
-        "n_failed": "steps that did not converge",
-    }
-    names |= {"n_evaluations": "evaluations of the accelerations", "n_events": "events"}
-    found |= {k: ((), np.int64(records.counts[k]), {"units": "1", "long_name": v}) for k, v in names.items()}
-    if model.clearances:
-        found["clearance"] = (
-            "joint",
-            np.array(model.clearances),
-            {"units": "m", "long_name": "radial clearance"},
+        of: missing
+        for of, missing, present in (
+            ("joint", "a joint has clearance", any(joint.clearance > 0 for joint in joints)),
+            ("pin", "a joint is ideal (clearance 0)", any(joint.clearance == 0 for joint in joints)),
+            ("bending", "a link is elastic", any(link.elastic for link in links)),
         )
-    return found
-
-
-def dataset(model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str) -> xr.Dataset:
-    """Put a result together."""
-    used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
-    labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
-    return xr.Dataset(variables, coords | labels, {"Conventions": "CF-1.11", "kind": kind})
+        if not present
+    }

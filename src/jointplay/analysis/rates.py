@@ -14,9 +14,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.quantities import RATES
 from jointplay.analysis.trajectory import Records, Request, functions, memory
-from jointplay.analysis.words import RATES
 from jointplay.codegen import cache
 from jointplay.mechanism.model import Model
 

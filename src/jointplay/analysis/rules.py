@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
+from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
 from jointplay.analysis.trajectory import MAX_STEPS
-from jointplay.analysis.words import BALANCE, EVENTS, WORDS, recorded
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
 from jointplay.mechanism.assemble import assemble, check_section
 from jointplay.mechanism.closure import closed_four_bar

@@ -12,6 +12,7 @@ from pydantic import AfterValidator
 
 from jointplay.analysis import rates
 from jointplay.analysis import rules as asked
+from jointplay.analysis.evaluate import Quantities, attributes, beyond_the_model, dataset, flags, scalars
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -24,10 +25,9 @@ from jointplay.analysis.keywords import (
     analysis,
     listed,
 )
-from jointplay.analysis.quantities import Quantities, attributes, beyond_the_model, dataset, flags, scalars
+from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
-from jointplay.analysis.words import BALANCE, EVENTS, recorded
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Flag, Natural, NonNegative

@@ -59,7 +59,7 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
 
 def _check_journals(model: Model, start: Any) -> None:
     """Refuse a state whose journals are nowhere near their bearings."""
-    from jointplay.analysis.states.journals import Journals  # it needs this file
+    from jointplay.analysis.states.journal_position import Journals  # it needs this file
 
     if not model.joints:
         return

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from jointplay.analysis import margins
+from jointplay.analysis import guard_tolerances
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.codegen import cache
@@ -183,7 +183,7 @@ def memory(model: Model, request: Request):
     module = cache.structure_module(model.structure)
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
-    state, rest = np.concatenate([[0.0], model.state]), margins.rest(model, request.rtol)
+    state, rest = np.concatenate([[0.0], model.state]), guard_tolerances.rest(model, request.rtol)
     x = arrays.trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
     n_touch = n_contacts + sizes["resets"]
     width = 1 + n_q + n + n_touch + sizes["powers"]
@@ -191,9 +191,9 @@ def memory(model: Model, request: Request):
         absolute=request.rtol * model.absolute,
         relative=request.rtol * model.relative,
         turning=model.turning.copy(),
-        margin=margins.guards(model, rest, n_contacts, sizes["resets"]),
-        bush=margins.bushes(model, n_contacts),
-        cone=margins.cones(model),
+        margin=guard_tolerances.guards(model, rest, n_contacts, sizes["resets"]),
+        bearing=guard_tolerances.bearings(model, n_contacts),
+        cone=guard_tolerances.cones(model),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
@@ -212,7 +212,7 @@ def memory(model: Model, request: Request):
         newton=NEWTON,
         near=1e-7 * model.period,
         rest=rest,
-        hop=margins.rebound(request.rtol),
+        hop=guard_tolerances.rebound(request.rtol),
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),

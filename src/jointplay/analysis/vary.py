@@ -10,7 +10,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from jointplay.analysis.words import WORDS
+from jointplay.analysis.quantities import WORDS
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, join, refuse, unknown
 from jointplay.mechanism.base import is_number

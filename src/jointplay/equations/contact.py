@@ -1,17 +1,17 @@
 """Geometry of a joint with play.
 
 Reference: Chunmei, Yang, Ling and Ling (2002), equations (13)-(18), derived anew from virtual work. With
-r = journal centre - bush centre, rho = |r|, r^ = r/rho and t^ across it,
+r = journal centre - bearing centre, rho = |r|, r^ = r/rho and t^ across it,
 
     u = rho - e,     v_n = r'.r^ = sum_k N_k w_k,     v_t = r'.t^ + (w_p - w_q) R - w_q rho = sum_k T_k w_k,
-    N_k = D_k n_k.r^,  T_k = D_k n_k.t^ + (R on the journal's link) - (R + rho on the bush's link),
-    Q_k = -N_k F_n - T_k F_t          (force F on the bush, -F on the journal).
+    N_k = D_k n_k.r^,  T_k = D_k n_k.t^ + (R on the journal's link) - (R + rho on the bearing's link),
+    Q_k = -N_k F_n - T_k F_t          (force F on the bearing, -F on the journal).
 
-Where the journal's or the bush's link bends, its end turns with theta_k plus the end slope: the spin terms of
+Where the journal's or the bearing's link bends, its end turns with theta_k plus the end slope: the spin terms of
 v_t, and so the friction moment, act on the slope's modes as on w_k.
 
 At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there. Contact
-begins and ends where rho^2 - e^2 = 0: rho has a kink where the journal flies past the bush's centre, and no
+begins and ends where rho^2 - e^2 = 0: rho has a kink where the journal flies past the bearing's centre, and no
 polynomial follows it there.
 """
 
@@ -64,9 +64,9 @@ def _column(
 
 
 def _spins(joint: Clearance, c: Coordinates, R: Expr, rho: Expr) -> dict[Freedom, Expr]:
-    """Parts of v_t from the turning of journal and bush: of their links, and of those links' end slopes."""
+    """Parts of v_t from the turning of journal and bearing: of their links, and of those links' end slopes."""
     found: dict[Freedom, Expr] = {}
-    for link, end, arm in zip((joint.journal, joint.bush), joint.ends, (R, -R - rho), strict=True):
+    for link, end, arm in zip((joint.journal, joint.bearing), joint.ends, (R, -R - rho), strict=True):
         if link != "ground":
             found[link] = arm
         slopes = [(mode, f"{end}_{link}_{mode[1]}") for mode in c.speed if mode[:1] == (link,)]

@@ -107,7 +107,7 @@ class Parts:
 
     @cached_property
     def _bushes(self) -> list[tuple[Clearance, Vector]]:
-        """Joints where the chains are cut, with the force on the bush."""
+        """Joints where the chains are cut, with the force on the bearing."""
         found = []
         for contact, joint in zip(self.contacts, self.structure.joints, strict=True):
             (F_n, F_t), (x, y) = traction(contact), self.joints[joint.name].direction
@@ -201,7 +201,7 @@ class Parts:
         return total
 
     def _reactions(self) -> Iterator[tuple[str, Vector]]:
-        """Force on the bush of every ideal joint."""
+        """Force on the bearing of every ideal joint."""
         for pin in self.structure.pins:
             yield pin.name, (self._reaction(pin, 0), self._reaction(pin, 1))
         if self.structure.loop:
@@ -215,7 +215,7 @@ class Parts:
             if beam.link in pin.links:
                 total += elastic.momentum_rate(structure, beam, self.c, axis)
         for joint, force in self._bushes:
-            total += force[axis] * ((joint.journal in pin.links) - (joint.bush in pin.links))
+            total += force[axis] * ((joint.journal in pin.links) - (joint.bearing in pin.links))
         return pin.sign * total
 
 

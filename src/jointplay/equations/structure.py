@@ -12,15 +12,15 @@ from .laws import LAWS
 
 @dataclass(frozen=True)
 class Clearance:
-    """A joint with play: who carries journal and bush ("ground" if nobody moves), what its vector r holds.
+    """A joint with play: who carries journal and bearing ("ground" if nobody moves), what its vector r holds.
 
     `arms` are the links whose e_k enters r = const + sum_k D_k e_k; `bases` the floating chains whose base
-    point enters, as (chain, sign). `ends` are the ends ("start", "end") at which journal and bush sit.
+    point enters, as (chain, sign). `ends` are the ends ("start", "end") at which journal and bearing sit.
     """
 
     name: str
     journal: str
-    bush: str
+    bearing: str
     arms: tuple[str, ...]
     bases: tuple[tuple[int, int], ...] = ()
     law: str = "kelvin_voigt"
@@ -43,17 +43,17 @@ class Beam:
 
 @dataclass(frozen=True)
 class Loop:
-    """The joint at which a closed four-bar is cut, who carries its journal and bush; the three links."""
+    """The joint at which a closed four-bar is cut, who carries its journal and bearing; the three links."""
 
     name: str
     journal: str
-    bush: str
+    bearing: str
     links: tuple[str, str, str]
 
 
 @dataclass(frozen=True)
 class Pin:
-    """An ideal joint in a chain: `arms`, `links` move beyond it; `sign` +1: the outer link has the bush."""
+    """An ideal joint in a chain: `arms`, `links` move beyond it; `sign` +1: the outer link has the bearing."""
 
     name: str
     sign: int

@@ -19,9 +19,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from jointplay.errors import InputError, Problem
+from jointplay.jobs.job import CRASHED, Strand, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.origin import code, mixed
-from jointplay.jobs.strands import CRASHED, Strand, remaining
 from jointplay.jobs.worker import DIED, Done, Pace, Task, work
 
 LIMIT = 30.0  # s that a task may take, but for its last cell

@@ -20,8 +20,8 @@ from typing import Any, BinaryIO, NamedTuple
 from jointplay.jobs import values
 from jointplay.jobs.columns import packed, unpacked
 from jointplay.jobs.files import replaced
+from jointplay.jobs.job import Entry
 from jointplay.jobs.origin import Origin, own
-from jointplay.jobs.strands import Entry
 from jointplay.numerics.codes import Status
 
 FORMAT = 3

@@ -23,7 +23,7 @@ from jointplay.errors import InputError, Problem
 from jointplay.jobs import origin
 from jointplay.jobs.files import Busy, lock, replaced
 from jointplay.jobs.frames import FORMAT, Frame, body_of, frames, head_of, new_part, write_part
-from jointplay.jobs.strands import Entry
+from jointplay.jobs.job import Entry
 
 HEADER, LOCK = "journal.json", "lock"
 PART, AT = r"(\d+)-[0-9a-f]{32}\.part", r"\d+-[0-9a-f]{8}\.at"

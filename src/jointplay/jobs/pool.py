@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 from jointplay.errors import InputError, Problem
 from jointplay.jobs.cluster import Cluster, connected
+from jointplay.jobs.job import CRASHED, Strand, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.parallel import BrokenProcessPool
-from jointplay.jobs.strands import CRASHED, Strand, remaining
 from jointplay.jobs.worker import DIED, Done, in_tasks
 
 MOST_JOBS = 1000  # worker processes

@@ -18,9 +18,9 @@ from pathlib import Path
 from typing import Self
 
 from jointplay.jobs.frames import write_part
+from jointplay.jobs.job import KEY, Entry, Strand
 from jointplay.jobs.origin import Origin, code, own
 from jointplay.jobs.parallel import side_by_side
-from jointplay.jobs.strands import KEY, Entry, Strand
 
 FILL = 0.5  # s that a task is to last
 BATCH = 0.5  # s; cells shorter than this share a part of the journal

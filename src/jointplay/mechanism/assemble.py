@@ -114,7 +114,7 @@ def _check_journals(mechanism: Mechanism, structure: Linkage, places, angles, po
         return x + found[0], y + found[1]
 
     for joint in mechanism.clearance_joints:
-        apart = math.dist(at(joint.journal), at(joint.bush))
+        apart = math.dist(at(joint.journal), at(joint.bearing))
         if apart > DEEP * joint.clearance:
             far = f"{apart / joint.clearance:.3g} clearances ({apart:.3g} m)"
             expected = f"at most {DEEP} clearances from its bearing's centre are accepted for the journal of"
@@ -149,17 +149,17 @@ def _floating(places: dict[str, Place]) -> int:
 
 
 def _clearance(joint: Joint, mechanism: Mechanism, places: dict[str, Place]) -> Clearance:
-    journal, bush = place_of(places, joint.journal), place_of(places, joint.bush)
-    bases = [(place.chain, sign) for place, sign in ((journal, 1), (bush, -1)) if place.chain is not None]
+    journal, bearing = place_of(places, joint.journal), place_of(places, joint.bearing)
+    bases = [(place.chain, sign) for place, sign in ((journal, 1), (bearing, -1)) if place.chain is not None]
     friction = joint.friction
     elastic = {link.name for link in mechanism.links if link.elastic}
-    ends = (("end" if pin.at else "start") * (pin.link in elastic) for pin in (joint.journal, joint.bush))
+    ends = (("end" if pin.at else "start") * (pin.link in elastic) for pin in (joint.journal, joint.bearing))
     return Clearance(
         name=joint.name,
         journal=joint.journal.link,
-        bush=joint.bush.link,
-        arms=tuple(dict.fromkeys([*journal.arms, *bush.arms])),
-        bases=() if journal.chain == bush.chain else tuple(bases),
+        bearing=joint.bearing.link,
+        arms=tuple(dict.fromkeys([*journal.arms, *bearing.arms])),
+        bases=() if journal.chain == bearing.chain else tuple(bases),
         law=joint.contact.law,
         tension=joint.contact.tension,
         friction=friction.law if friction and friction.coefficient > 0 else "none",
@@ -171,7 +171,7 @@ def _clearance(joint: Joint, mechanism: Mechanism, places: dict[str, Place]) -> 
 def _pin(link: str, place: Place, places: dict[str, Place]) -> Pin:
     moved = kinematic_chains.beyond(places, link)
     arms = dict.fromkeys(k for j in moved for k in (*places[j].arms, j))
-    sign = 1 if place.parent.bush.link == link else -1
+    sign = 1 if place.parent.bearing.link == link else -1
     return Pin(place.parent.name, sign, tuple(arms), place.chain, tuple(moved))
 
 
@@ -184,7 +184,7 @@ def _loop(mechanism: Mechanism) -> Loop | None:
     if loop is None:
         return None
     joint = mechanism.joint(loop.joints[2])
-    return Loop(joint.name, joint.journal.link, joint.bush.link, loop.links)
+    return Loop(joint.name, joint.journal.link, joint.bearing.link, loop.links)
 
 
 def _freedoms(structure: Linkage) -> list[tuple[Any, int]]:

@@ -82,12 +82,12 @@ def _table_1() -> Mechanism:
     return Mechanism(name="chunmei2002", links=links, joints=joints, drive=drive, gravity=9.8)
 
 
-def _bearing(name: str, journal: Pin, bush: Pin) -> Joint:
+def _bearing(name: str, journal: Pin, bearing: Pin) -> Joint:
     contact = Contact(stiffness=7.15e6, damping=228.0)
     return Joint(
         name=name,
         journal=journal,
-        bush=bush,
+        bearing=bearing,
         radius=0.015,
         contact=contact,
         friction=Friction(coefficient=0.01),

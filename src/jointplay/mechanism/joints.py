@@ -150,14 +150,14 @@ class Friction(Record):
 
 
 class Joint(Record):
-    """A revolute joint: a journal on one link in a bush on another.
+    """A revolute joint: a journal on one link in a bearing on another.
 
     Parameters
     ----------
     name : str
         Name.
-    journal, bush : Pin
-        Where the journal and the bush sit.
+    journal, bearing : Pin
+        Where the journal and the bearing sit.
     clearance : float
         Radial clearance e, m; 0 makes the joint ideal, and contact data then rest unused.
     radius : float, optional
@@ -170,18 +170,18 @@ class Joint(Record):
 
     name: Name = named("joint name")
     journal: Pin
-    bush: Pin
+    bearing: Pin
     clearance: NonNegative = measured("radial clearance", "m", 0.0)
     radius: Positive | None = measured("journal radius", "m", None, validate_default=True)
     contact: Annotated[Contact | None, Field(validate_default=True)] = None
     friction: Friction | None = None
 
-    @field_validator("bush")
+    @field_validator("bearing")
     @classmethod
-    def _two_links(cls, bush: Pin, info: ValidationInfo) -> Pin:
-        if "journal" in info.data and info.data["journal"].link == bush.link:
-            raise refuse(bush.link, "a link other than the journal's is accepted", "link")
-        return bush
+    def _two_links(cls, bearing: Pin, info: ValidationInfo) -> Pin:
+        if "journal" in info.data and info.data["journal"].link == bearing.link:
+            raise refuse(bearing.link, "a link other than the journal's is accepted", "link")
+        return bearing
 
     @field_validator("radius")
     @classmethod

@@ -82,7 +82,7 @@ def _grow(places: dict[str, Place], joints: list[Joint]) -> None:
     while grown:
         grown = False
         for joint in joints:
-            for inner, outer in ((joint.journal, joint.bush), (joint.bush, joint.journal)):
+            for inner, outer in ((joint.journal, joint.bearing), (joint.bearing, joint.journal)):
                 known = inner.link == GROUND or inner.link in places
                 if known and outer.link != GROUND and outer.link not in places:
                     held = place_of(places, inner).at(outer.link, -outer.at)

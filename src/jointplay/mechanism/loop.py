@@ -68,8 +68,8 @@ def find_four_bar(joints: Sequence[Joint], crank: str | None) -> FourBar | None:
     """Find the loop that starts with the driven link, from the joints alone; None if there is no four-bar."""
     pins: dict[str, list[tuple[Joint, Pin, Pin]]] = {}
     for joint in joints:
-        pins.setdefault(joint.journal.link, []).append((joint, joint.journal, joint.bush))
-        pins.setdefault(joint.bush.link, []).append((joint, joint.bush, joint.journal))
+        pins.setdefault(joint.journal.link, []).append((joint, joint.journal, joint.bearing))
+        pins.setdefault(joint.bearing.link, []).append((joint, joint.bearing, joint.journal))
     if len(joints) != 4 or len(pins) != 4 or any(len(pair) != 2 for pair in pins.values()):
         return None
     first = [end for end in pins.get(GROUND, ()) if end[2].link == crank]

@@ -53,7 +53,7 @@ def numbers(
 
 
 def _joint(joint: Joint, places: dict[str, Place]) -> dict[str, float]:
-    journal, bush = place_of(places, joint.journal), place_of(places, joint.bush)
+    journal, bearing = place_of(places, joint.journal), place_of(places, joint.bearing)
     friction = joint.friction
     values = {
         "e": joint.clearance,
@@ -63,16 +63,16 @@ def _joint(joint: Joint, places: dict[str, Place]) -> dict[str, float]:
         "v": (friction.velocity or 0.0) if friction else 0.0,
         "Ct": friction.viscous if friction else 0.0,
     }
-    values |= {f"r{axis}0": journal.fixed[i] - bush.fixed[i] for i, axis in enumerate("xy")}
+    values |= {f"r{axis}0": journal.fixed[i] - bearing.fixed[i] for i, axis in enumerate("xy")}
     return {f"{word}_{joint.name}": value for word, value in values.items()} | _arms(joint, places)
 
 
 def _arms(joint: Joint, places: dict[str, Place]) -> dict[str, float]:
     """D_k of r = const + sum_k D_k e_k."""
-    journal, bush = place_of(places, joint.journal), place_of(places, joint.bush)
+    journal, bearing = place_of(places, joint.journal), place_of(places, joint.bearing)
     return {
-        f"D_{joint.name}_{k}": journal.arms.get(k, 0.0) - bush.arms.get(k, 0.0)
-        for k in (*journal.arms, *bush.arms)
+        f"D_{joint.name}_{k}": journal.arms.get(k, 0.0) - bearing.arms.get(k, 0.0)
+        for k in (*journal.arms, *bearing.arms)
     }
 
 

@@ -154,7 +154,7 @@ class Mechanism(Record):
             f"  link {link.name}: {link.length:g} m, {link.mass:g} kg, {link.inertia:g} kg m²{_bending(link)}"
             for link in self.links
         ]
-        joints = [f"  joint {j.name}: {j.journal.link} in {j.bush.link}, {_play(j)}" for j in self.joints]
+        joints = [f"  joint {j.name}: {j.journal.link} in {j.bearing.link}, {_play(j)}" for j in self.joints]
         order = f", {self.order} order" if self.elastic_links else ""
         last = f"  gravity {self.gravity:g} m/s², {self.branch} branch{order}"
         tail = [f"  drive: {_drive(self.drive)}", last]

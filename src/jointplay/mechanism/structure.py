@@ -59,7 +59,7 @@ class Draft:
 
 def first_on_ground(names: Sequence[str], joints: Sequence[Joint]) -> str | None:
     """Name the first link that a joint pins to the ground; None if there is none."""
-    pairs = [{joint.journal.link, joint.bush.link} for joint in joints]
+    pairs = [{joint.journal.link, joint.bearing.link} for joint in joints]
     return next((name for name in names if {name, GROUND} in pairs), None)
 
 
@@ -98,7 +98,7 @@ def _duplicates(kind: str, parts: Sequence[tuple[Any, Any]]) -> Iterator[Problem
 def _pins(draft: Draft) -> Iterator[Problem]:
     known = {name: link for name, link in draft.links if link is not None}
     for i, (_, joint) in enumerate(draft.joints):
-        for side, pin in (("journal", joint.journal), ("bush", joint.bush)) if joint else ():
+        for side, pin in (("journal", joint.journal), ("bearing", joint.bearing)) if joint else ():
             key = f"joints[{i}].{side}"
             if pin.link not in (*draft.names, GROUND):
                 yield unknown(f"{key}.link", pin.link, pin.link, [*draft.names, GROUND], "link")
@@ -125,7 +125,7 @@ def _loose(draft: Draft, joints: Sequence[Joint]) -> Iterator[Problem]:
     while reached != before:
         before = set(reached)
         for joint in joints:
-            ends = {joint.journal.link, joint.bush.link}
+            ends = {joint.journal.link, joint.bearing.link}
             reached |= ends if ends & reached else set()
     for i, name in enumerate(draft.names):
         if name not in reached:

@@ -21,9 +21,9 @@ SWING = 4.0  # ratio of r^2 among the stages, from which on the journal swings
 
 @inner
 def swings(w, row, x):
-    """Whether a journal in contact may have passed the bush's centre in the step: the force turns there.
+    """Whether a journal in contact may have passed the bearing's centre in the step: the force turns there.
 
-    A flight across a bush that is small beside the penetration lies between two stages, unseen. On a line
+    A flight across a bearing that is small beside the penetration lies between two stages, unseen. On a line
     past the centre r changes fivefold at least among the stages; it may change twofold, r^2 (known from the
     guard r^2 - e^2) fourfold. `row` is the lane row of the first guard.
     """
@@ -31,7 +31,7 @@ def swings(w, row, x):
         if x.modes[j] > RELEASED:
             least, most = np.inf, 0.0
             for i in range(8):
-                square = w[8 * (row + 4 * j) + i] + x.bush[j]
+                square = w[8 * (row + 4 * j) + i] + x.clearance_squared[j]
                 least, most = min(least, square), max(most, square)
             if SWING * least < most:
                 return True

@@ -8,6 +8,8 @@ never an exception.
 import numpy as np
 from numba import float64, int64, typeof, types, void
 
+from jointplay.numerics.closest_approach import misses
+
 from .anew import again
 from .codes import Section
 from .control import ORDER, after_whole, at_end, bounded, instant, learnt, restarted, shorter
@@ -53,7 +55,6 @@ from .memory import (
     trajectory,
     work,
 )
-from .misses import misses
 from .modes import REST, SEPARATION, STICKING, follow, mask, start, variant_of
 from .polynomial import bernstein
 from .record import doubt, doubtful, gains, note, sample, work_at

@@ -70,7 +70,7 @@ class Trajectory(NamedTuple):
     flags: np.ndarray  # PULLS, STICKS of each contact
     fired: np.ndarray  # multiplicity with which each guard starts at zero
     margin: np.ndarray  # what of each guard is within the tolerance of zero; 0: nothing is
-    bush: np.ndarray  # square of each contact's clearance; inf: it has no centre
+    clearance_squared: np.ndarray  # square of each contact's clearance; inf: it has no centre
     cone: np.ndarray  # margin of each contact's cone over its normal force
     count: np.ndarray
     real: np.ndarray
@@ -156,7 +156,7 @@ def trajectory(
         flags=np.zeros(n_contacts, dtype=np.int64),
         fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
         margin=np.zeros(4 * n_contacts + n_resets),
-        bush=np.full(n_contacts, np.inf),
+        clearance_squared=np.full(n_contacts, np.inf),
         cone=np.zeros(n_contacts),
         count=np.zeros(COUNTERS, dtype=np.int64),
         real=np.zeros(NUMBERS),

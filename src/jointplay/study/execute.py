@@ -21,10 +21,10 @@ import xarray as xr
 from jointplay.analysis.cells import Read, Work
 from jointplay.analysis.looks import keeping
 from jointplay.errors import InputError, Problem
+from jointplay.jobs.job import Entry, Strand, part, redone, remaining
 from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
-from jointplay.jobs.strands import Entry, Strand, part, redone, remaining
 from jointplay.results import store
 from jointplay.results.outcome import name_of
 from jointplay.study.file import Loaded

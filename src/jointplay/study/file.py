@@ -14,7 +14,7 @@ from jointplay.kinds import KINDS
 from jointplay.results import provenance
 from jointplay.results.store import open_result
 from jointplay.study import toml_text
-from jointplay.study.entry import build_mechanism
+from jointplay.study.mechanism_table import build_mechanism
 from jointplay.study.models import Study, broken_rules, keyword_of, models
 from jointplay.study.vary_table import parsed, values
 

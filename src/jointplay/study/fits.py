@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from jointplay import figures
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import largest
-from jointplay.analysis.words import EVENTS
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import load
 from jointplay.mechanism.assemble import assemble

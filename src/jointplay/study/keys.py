@@ -19,7 +19,7 @@ from jointplay.analysis.sweeps import gather
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import changed
 from jointplay.errors import InputError
-from jointplay.jobs.strands import KEY, Entry, Strand, key_of
+from jointplay.jobs.job import KEY, Entry, Strand, key_of
 from jointplay.mechanism.assemble import assemble
 from jointplay.study.models import Study
 from jointplay.study.vary_table import points

@@ -30,7 +30,7 @@ from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import first
 from jointplay.study import fits
 from jointplay.study import vary_table as varied
-from jointplay.study.entry import MechanismSchema, build_mechanism
+from jointplay.study.mechanism_table import MechanismSchema, build_mechanism
 from jointplay.study.vary_table import ROOT
 from jointplay.terminal import one_line
 

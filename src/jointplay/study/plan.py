@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.cells import Work
+from jointplay.jobs.job import CRASHED, Kept, Strand
 from jointplay.jobs.journal import Journal
-from jointplay.jobs.strands import CRASHED, Kept, Strand
 from jointplay.numerics.codes import Status
 from jointplay.study.execute import journal_of
 from jointplay.study.file import Loaded

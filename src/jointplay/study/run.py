@@ -10,8 +10,8 @@ from jointplay.analysis.cells import Read, Steps, Work, driven, in_memory
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.vary import changed
 from jointplay.errors import InputError, ModelWarning, Problem
+from jointplay.jobs.job import Entry
 from jointplay.jobs.pool import check_jobs
-from jointplay.jobs.strands import Entry
 from jointplay.kinds import Kind
 from jointplay.numerics.codes import Status
 from jointplay.results import provenance

@@ -7,8 +7,8 @@ import pytest
 
 from jointplay import catalog
 from jointplay.analysis.exponents.growth import ALIGN, BATCHES, Turn, growth, standard_error
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
-from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle

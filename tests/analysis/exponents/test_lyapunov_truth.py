@@ -9,7 +9,7 @@ from scipy.linalg import expm
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.analysis.words import EVENTS
+from jointplay.analysis.quantities import EVENTS
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.frame import orthonormalise
 from tests.analysis.exact_maps import TAU, Symmetric, distinct, strobed, symmetry_lost

@@ -9,13 +9,13 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.orbits.arclength import Point
 from jointplay.analysis.orbits.branch import ENDS
+from jointplay.analysis.orbits.branch_dataset import Passages, told
 from jointplay.analysis.orbits.branch_points import KINDS
-from jointplay.analysis.orbits.branch_words import Passages, told
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.period import period
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import placed
-from jointplay.analysis.words import EVENTS
 from tests.analysis.exact_maps import Symmetric, symmetry_lost
 
 

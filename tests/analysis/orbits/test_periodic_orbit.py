@@ -8,8 +8,8 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.orbits.section_map import section_map
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import placed
-from jointplay.analysis.words import EVENTS
 from tests.analysis.exact_maps import TAU, Symmetric
 
 ROUNDING = 1e-11

@@ -8,12 +8,12 @@ from scipy.stats import binomtest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import PAIRS, Row, exponent, of_grid, of_pairs, wilson
 from jointplay.analysis.states.basins import random_pairs
 from jointplay.analysis.states.ends import Watch, reached, reduced
 from jointplay.analysis.states.matching import match, set_distance
 from jointplay.analysis.states.start_plane import Starts
-from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
 from tests.analysis.exact_maps import Symmetric, strobed
 

@@ -9,11 +9,11 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.growth import Turn
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.divergence import fitted
 from jointplay.analysis.states.field import stretch
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import scales
-from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
 from tests.analysis.exact_maps import TAU, Symmetric, strobed
 
@@ -200,7 +200,7 @@ def test_exponents_about_a_stable_motion():
 
 
 def journal(state, lengths=(0.181, 0.1175, 0.03), ground=0.2):
-    """The journal's place and velocity in its bush, from the links' angles (crank, coupler, rocker)."""
+    """The journal's place and velocity in its bearing, from the links' angles (crank, coupler, rocker)."""
     (crank, coupler, rocker), speeds = state[:3], state[3:]
     arms = np.array([lengths[2], lengths[0], -lengths[1]])
     e = np.exp(1j * np.array([crank, coupler, rocker]))

@@ -11,10 +11,10 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis import ensemble_runs
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basins import basins
 from jointplay.analysis.sweeps import chains
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.cli import main
 from jointplay.equations.write import system
 from jointplay.errors import InputError

@@ -22,7 +22,7 @@ def judged(chaotic=True, constant=False, count=300):
     K = np.zeros(20) if constant else (0.99 if chaotic else 0.02) + 0.01 * random.standard_normal(20)
     lags = np.arange(1, count // 10 + 1)
     path = np.cumsum(random.standard_normal(count) * 1e-4)
-    metre = {"units": "m", "long_name": "journal centre relative to the bush, x, B"}
+    metre = {"units": "m", "long_name": "journal centre relative to the bearing, x, B"}
     data = {
         "sample": ("turn", random.standard_normal(count) * 1e-4, metre),
         "chaos_indicator": ("test_frequency", K, ONE),

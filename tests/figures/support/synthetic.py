@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.words import EVENTS, MODES, STATUS
+from jointplay.analysis.quantities import EVENTS, MODES, STATUS
 from jointplay.numerics.codes import Mode
 
 PERIOD, CLEARANCE, STIFFNESS, DAMPING, MASS = 0.075, 2.9e-5, 1e8, 3000.0, 1.0
@@ -13,8 +13,8 @@ WORDS = {
     "angle": ("rad", "link angle"),
     "angular_velocity": ("rad s-1", "link angular velocity"),
     "angular_acceleration": ("rad s-2", "link angular acceleration"),
-    "journal_x": ("m", "journal centre, x from the bush centre"),
-    "journal_y": ("m", "journal centre, y from the bush centre"),
+    "journal_x": ("m", "journal centre, x from the bearing centre"),
+    "journal_y": ("m", "journal centre, y from the bearing centre"),
     "eccentricity": ("m", "eccentricity"),
     "eccentricity_ratio": ("1", "eccentricity over clearance"),
     "penetration": ("m", "penetration depth"),
@@ -31,7 +31,7 @@ LINKS = ("crank", "coupler", "rocker")
 
 @lru_cache
 def motion(turns: int = 6, samples: int = 720, substeps: int = 8) -> tuple[np.ndarray, ...]:
-    """Positions and velocities of the journal centre in the bush, by semi-implicit Euler."""
+    """Positions and velocities of the journal centre in the bearing, by semi-implicit Euler."""
     h = PERIOD / samples / substeps
     x, v = np.array([0.2 * CLEARANCE, 0.0]), np.zeros(2)
     kept = []

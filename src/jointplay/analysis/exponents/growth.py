@@ -20,11 +20,11 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rules as asked
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.errors import Problem
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural

@@ -18,12 +18,12 @@ import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules as asked
+from jointplay.analysis.evaluate import dataset, scalars
 from jointplay.analysis.exponents import exponents as means
 from jointplay.analysis.exponents import second_estimate
 from jointplay.analysis.exponents.stretching import USABLE, follow, framed, turn_period
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
-from jointplay.analysis.quantities import dataset, scalars
 from jointplay.analysis.tangents import Bundle
 from jointplay.analysis.trajectory import INTERRUPTED, Request
 from jointplay.errors import Problem, refuse

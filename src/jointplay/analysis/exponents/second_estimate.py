@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.exponents.growth import Turn, measure, standard_error
-from jointplay.analysis.quantities import flags
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.quantities import STATUS
 from jointplay.mechanism.model import Model
 
 ERRORS = 3  # standard errors by which a lone exponent must differ from 0 to be that of the map

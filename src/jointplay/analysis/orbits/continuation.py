@@ -19,9 +19,10 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.evaluate import dataset, flags
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, Text, analysis
 from jointplay.analysis.looks import Late, Stopped
-from jointplay.analysis.orbits import branch_words
+from jointplay.analysis.orbits import branch_dataset
 from jointplay.analysis.orbits.arclength import Family, Point, cached, first
 from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special, departures
@@ -30,12 +31,11 @@ from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
-from jointplay.analysis.quantities import dataset, flags
+from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.analysis.trajectory import INTERRUPTED
 from jointplay.analysis.vary import axes, changed
-from jointplay.analysis.words import STATUS, recorded
 from jointplay.mechanism.base import Count, Flag, Natural, Number, unit
 from jointplay.mechanism.records import Mechanism, Section
 
@@ -118,11 +118,11 @@ def continuation(
     orbit = search(home, Search(transient, tolerance, ITERATIONS))
     family = Family(cached(maps), float(range[0]), float(range[1]), tolerance)
     most = max_branches if branch_switching else 1
-    passages = branch_words.Passages(home.phase, needed(names))
+    passages = branch_dataset.Passages(home.phase, needed(names))
     q = family.fraction(value)
     branches = explore(family, orbit, q, step, max_points, most, progress, passages.of)
     linkage = isinstance(mechanism, Mechanism)
-    variables, coords = branch_words.variables(branches, family, axis, passages, names, linkage)
+    variables, coords = branch_dataset.variables(branches, family, axis, passages, names, linkage)
     stopped = any("interrupted" in branch.ends for branch in branches)
     status = INTERRUPTED if stopped else orbit.status
     variables["status"] = ((), np.int8(status), {"long_name": "how the search ended"} | flags(STATUS))

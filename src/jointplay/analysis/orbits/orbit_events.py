@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from jointplay.analysis.contacts import approach
-from jointplay.analysis.words import EVENTS
+from jointplay.analysis.quantities import EVENTS
 from jointplay.mechanism.model import Model
 
 WALLS = [EVENTS.index(name) for name in ("contact", "separation", "reopening", "impact")]

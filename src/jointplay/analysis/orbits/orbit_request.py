@@ -8,10 +8,10 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BeforeValidator
 
 from jointplay.analysis.keywords import Small, as_list
+from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import check_start
 from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.vary import axes
-from jointplay.analysis.words import recorded
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Number, accepts, is_number, unit

@@ -14,17 +14,17 @@ from dataclasses import replace
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.evaluate import Quantities, dataset, flags
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
-from jointplay.analysis.orbits import orbit_words
+from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
-from jointplay.analysis.quantities import Quantities, dataset, flags
+from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
-from jointplay.analysis.words import STATUS, recorded
 from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
@@ -46,7 +46,7 @@ def periodic_orbit(
     tolerance: Tolerance = TOLERANCE,
     max_iterations: Natural = ITERATIONS,
     record: Names | None = None,
-    samples_per_turn: Natural = orbit_words.SAMPLES,
+    samples_per_turn: Natural = orbit_dataset.SAMPLES,
     max_steps: Natural | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
@@ -115,18 +115,18 @@ def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tu
 def _dataset(orbit: Orbit, phase: float, names, per_turn: int, linkage: bool) -> xr.Dataset:
     model = orbit.map.model
     state, lead = at_phase(orbit, phase)
-    variables = orbit_words.state(state, ())
-    variables |= orbit_words.variables(orbit_words.described(orbit), (), linkage)
-    variables |= orbit_words.events(orbit, lead, linkage)
+    variables = orbit_dataset.state(state, ())
+    variables |= orbit_dataset.variables(orbit_dataset.described(orbit), (), linkage)
+    variables |= orbit_dataset.events(orbit, lead, linkage)
     variables["n_iterations"] = ((), orbit.iterations, {"units": "1", "long_name": "iterations of Newton"})
     variables["status"] = ((), np.int8(orbit.status), {"long_name": "how the search ended"} | flags(STATUS))
-    variables |= orbit_words.settings(model)
-    coords = orbit_words.coordinates(orbit.map)
+    variables |= orbit_dataset.settings(model)
+    coords = orbit_dataset.coordinates(orbit.map)
     if names:
         on = replace(orbit.map, phase=phase)
         asked_for = on, state, orbit.image.time, 0 if orbit.status else per_turn
-        rows = orbit_words.history(*asked_for)
-        sharp = orbit_words.history(*asked_for, sharp=True) if needed(names) else rows
+        rows = orbit_dataset.history(*asked_for)
+        sharp = orbit_dataset.history(*asked_for, sharp=True) if needed(names) else rows
         variables |= Quantities(model, rows, rows[:1].ravel(), sharp).variables(names, "time")
         named = {"units": "s", "long_name": "time since the section"}
         coords["time"] = ("time", rows[:, 0] - on.begin, named)

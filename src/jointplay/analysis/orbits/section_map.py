@@ -23,11 +23,11 @@ import numpy as np
 
 from jointplay.analysis import rules as asked
 from jointplay.analysis.orbits.image import Image
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rates import resolved
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Request
-from jointplay.analysis.words import STATUS
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Plane, Section
 

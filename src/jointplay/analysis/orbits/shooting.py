@@ -15,7 +15,7 @@ import numpy as np
 
 from jointplay.analysis.orbits.image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.quantities import STATUS
 
 TOLERANCE = 1e-8  # of a residual, in units of the scales
 ITERATIONS = 30

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol, Share, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
-from jointplay.analysis.quantities import flags
 from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import zero_one
 from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series, squared, usual

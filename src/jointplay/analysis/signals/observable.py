@@ -6,7 +6,7 @@ from typing import Any
 
 import xarray as xr
 
-from jointplay.analysis.words import WORDS, recorded
+from jointplay.analysis.quantities import WORDS, recorded
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, TestSystem

@@ -21,16 +21,16 @@ from pydantic import Field
 from jointplay.analysis import ensemble_runs as follows
 from jointplay.analysis import rules as asked
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
 from jointplay.analysis.period import REPEATS
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.states import basin_dataset as words
 from jointplay.analysis.states import basin_uncertainty as unsure
-from jointplay.analysis.states import basin_words as words
 from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.states.ends import BAD, Watch, ends, features
 from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.sensitivity import overall
-from jointplay.analysis.words import STATUS
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 
 TURNS, TRANSIENT, PATIENCE = 64, 100, 4

@@ -26,12 +26,12 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rules as asked
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import INTERRUPTED, Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.model import Model
 

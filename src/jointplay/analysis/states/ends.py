@@ -19,11 +19,11 @@ from jointplay.analysis import rules as asked
 from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.exponents.growth import STATE
 from jointplay.analysis.period import period
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
-from jointplay.analysis.states.journals import Journals
+from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle

@@ -24,12 +24,12 @@ import numpy as np
 
 from jointplay.analysis import rules as asked
 from jointplay.analysis.cells import Read, Work, handed_out, warm
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.exponents.growth import Turn
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Request
-from jointplay.analysis.words import STATUS
 from jointplay.mechanism.model import Model
 
 BLOCK = 64  # nodes a cell

@@ -15,14 +15,14 @@ import xarray as xr
 
 from jointplay.analysis import rules as asked
 from jointplay.analysis.cells import Steps, divided
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.exponents.growth import unresolved
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.looks import part
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.states.divergence import Divergence
 from jointplay.analysis.states.field import CRASHED, field
-from jointplay.analysis.words import STATUS
 from jointplay.errors import Problem
 from jointplay.mechanism.base import Count, Natural, accepts
 from jointplay.mechanism.records import Mechanism, TestSystem

@@ -1,10 +1,10 @@
 """A plane of initial states: two coordinates, each named as a user knows it, and the start at each node.
 
 Of a test system any two states. Of a linkage: ``crank_angle`` (rad) and ``crank_speed`` (rad/s) of the ideal
-mechanism; ``journal_x`` and ``journal_y``, the journal's centre in its bush over the clearance, and
+mechanism; ``journal_x`` and ``journal_y``, the journal's centre in its bearing over the clearance, and
 ``journal_velocity_x``, ``journal_velocity_y`` (m/s), the other links following so that crank and other
 journals keep theirs; or any state by its name (``theta_coupler``, ``w_coupler``, ...). A start beyond a rigid
-wall, outside a bush, or where the linkage does not close is none: its node gets a status.
+wall, outside a bearing, or where the linkage does not close is none: its node gets a status.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.rules import quantity
-from jointplay.analysis.states.journals import Journals
+from jointplay.analysis.states.journal_position import Journals
 from jointplay.codegen import cache, outputs
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism.assemble import assemble

@@ -19,13 +19,13 @@ from jointplay.analysis import contacts, rates
 from jointplay.analysis import rules as asked
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.ensemble_runs import follow_ensemble
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.stretching import leading
 from jointplay.analysis.period import REPEATS, period
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 

@@ -32,13 +32,13 @@ from jointplay.analysis.keywords import (
     as_list,
     as_several,
 )
+from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import check_start, quantity
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, TOLERANCE, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
 from jointplay.analysis.vary import axes, checked_axes, largest
-from jointplay.analysis.words import recorded
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, accepts, unit

@@ -19,7 +19,7 @@ from jointplay.analysis.starts import End, same_states
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
 from jointplay.analysis.sweeps.points import told
 from jointplay.analysis.vary import Axis, changed
-from jointplay.jobs.strands import Entry, Kept, Notes, key_of
+from jointplay.jobs.job import Entry, Kept, Notes, key_of
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 DIRECTIONS = ("up", "down", "reset")

@@ -15,9 +15,9 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Read
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.evaluate import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.sweeps.survey import Survey
-from jointplay.analysis.words import STATUS
 from jointplay.errors import NOTHING, InputError, Problem
 from jointplay.jobs.columns import Field, Form, Plain, shared, thawed
 from jointplay.jobs.journal import refuse_lost

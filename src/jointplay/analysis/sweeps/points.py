@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.jobs.columns import Plain, shared
-from jointplay.jobs.strands import Entry
+from jointplay.jobs.job import Entry
 
 NOT_KNOWN = -1  # of whole numbers, as a period
 LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "state": "state"}

@@ -20,7 +20,7 @@ def journal_orbit(
     time: Sequence[float] | None = None,
     column: str = "single",
 ) -> Figure:
-    """Draw the path of a journal centre relative to its bush, with contact told from free flight.
+    """Draw the path of a journal centre relative to its bearing, with contact told from free flight.
 
     Parameters
     ----------

@@ -101,7 +101,7 @@ def of_joint(*arrays: DataArray) -> str | None:
 
 
 def clearance_line(ax: Axes, dataset: Dataset, x: DataArray, factor: float) -> None:
-    """Mark where the journal meets the bush, if the x axis is the eccentricity."""
+    """Mark where the journal meets the bearing, if the x axis is the eccentricity."""
     if str(x.name).removeprefix("section_") == "eccentricity" and "clearance" in dataset:
         edge = float(dataset["clearance"].sel(joint=x["joint"])) * factor
         ax.axvline(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.evaluate import flags
 from jointplay.lab.paper.character import MOTIONS
 
 

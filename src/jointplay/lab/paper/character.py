@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.contacts import ROW, TIME, closed, counts
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.growth import Turn, measure, standard_error
 from jointplay.analysis.period import period
-from jointplay.analysis.quantities import Quantities
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.trajectory import Records
 from jointplay.mechanism.assemble import assemble

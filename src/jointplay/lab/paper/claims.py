@@ -13,10 +13,10 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
-from jointplay.analysis.words import STATUS
 from jointplay.lab.paper.answers import motions
 from jointplay.lab.paper.character import character
 from jointplay.lab.paper.grades import CLAIMS, GRADES, graded
@@ -151,7 +151,7 @@ def _panel(printed: Mechanism, panel: str, joints: str) -> Mechanism:
 def starts(mechanism: Mechanism) -> dict[str, dict[str, Any] | None]:
     """Initial states at crank angle 0: the usual one, two other crank speeds, a journal set aside.
 
-    The last lets the coupler's end lie nine tenths of the clearance beside the bush's centre.
+    The last lets the coupler's end lie nine tenths of the clearance beside the bearing's centre.
     """
     model, drive = assemble(mechanism), mechanism.drive
     names = mechanism.links

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.rules import SLACK
 from jointplay.analysis.starts import crank_place
 from jointplay.lab.paper.fixed_steps import March, accepted_step

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from jointplay.analysis.pieces import Pace, in_pieces
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.trajectory import Request, follow, functions, memory
-from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.model import Model

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.simulate import simulate
-from jointplay.analysis.words import EVENTS
 from jointplay.mechanism.beam import modal
 from jointplay.mechanism.records import Mechanism
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.period import period
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.quantities import STATUS
 from jointplay.lab.paper.character import MOTIONS, character
 from jointplay.lab.paper.coarse import coarse_section
 from jointplay.lab.paper.fixed_steps import step_bound

@@ -14,10 +14,10 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
-from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.lab.paper.answers import motions, table
 from jointplay.lab.paper.character import RTOL, TOLERANCE

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from jointplay.analysis.looks import from_progress, look
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.trajectory import MAX_STEPS, Request, advance, memory
-from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 from jointplay.lab.precision.generated_code import Equations, Event
 from jointplay.mechanism.model import Model

@@ -13,7 +13,7 @@ from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 AWAY = 1e-7  # of a state's unit: difference over which a Jacobian that is not written out is taken
 
-Event = tuple[int, int]  # number of the contact or reset, and kind by its place in analysis.words.EVENTS
+Event = tuple[int, int]  # number of the contact or reset, and kind by its place in analysis.quantities.EVENTS
 
 
 def units(model: Model) -> np.ndarray:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.quantities import flags
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.evaluate import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.lab.precision.contenders import OURS
 from jointplay.lab.precision.measure import Row, time_at
 from jointplay.lab.precision.schedule import Plan

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
 from jointplay.codegen import cache, outputs
 from jointplay.lab.paper.fixed_steps import March
 from jointplay.mechanism.model import Model

@@ -15,12 +15,12 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.evaluate import Quantities, flags
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Start, analysis
-from jointplay.analysis.quantities import Quantities, flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.lab.scheme.scheme import Scheme
 from jointplay.lab.scheme.scheme_plan import (
     WORDS,

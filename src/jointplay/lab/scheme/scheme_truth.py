@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.trajectory import MAX_STEPS, Records, Request, follow
 from jointplay.codegen import cache
 from jointplay.lab.scheme.scheme import Pass, Scheme, State

@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.evaluate import attributes, dataset, flags
 from jointplay.analysis.keywords import Moving, Progress, Start, analysis
-from jointplay.analysis.quantities import attributes, dataset, flags
+from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
-from jointplay.analysis.words import STATUS, recorded
 from jointplay.errors import Problem
 from jointplay.lab.paper.fixed_steps import accepted_step
 from jointplay.lab.scheme.scheme import Pass, Scheme

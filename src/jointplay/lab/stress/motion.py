@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analysis.quantities import Quantities
+from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.analysis.words import STATUS
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 SAMPLES = 48  # a nominal turn, at which runs are compared

@@ -129,7 +129,7 @@ def _links(random: np.random.Generator, printed: Mechanism, end: int | None) -> 
 
 
 def _journal(random: np.random.Generator, start: str, clearance: float, stiffness: float) -> complex:
-    """Where the journal lies in its bush, m."""
+    """Where the journal lies in its bearing, m."""
     angle, share = random.uniform(-math.pi, math.pi), random.random()
     depth = ranges.logarithmic(random, ranges.DEPTH) * clearance
     depth = min(depth, ranges.logarithmic(random, ranges.FORCE) / stiffness)
@@ -156,7 +156,7 @@ def _joints(
     loop, tables = find_four_bar(printed.joints, printed.crank), []
     for joint in printed.joints:
         table = joint.model_dump()
-        for pin in (table["journal"], table["bush"]):
+        for pin in (table["journal"], table["bearing"]):
             pin["at"] *= lengths.get(pin["link"], 1.0)
             if joint.name == loop.joints[3] and pin["link"] == GROUND:
                 pin["point"] = pivot

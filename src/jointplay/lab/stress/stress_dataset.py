@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.quantities import flags
-from jointplay.analysis.words import STATUS
+from jointplay.analysis.evaluate import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.lab.stress.geometry import GEOMETRIES
 from jointplay.lab.stress.lines import lines
 from jointplay.lab.stress.scenes import STARTS, VARIANTS, Case, draw
@@ -118,7 +118,7 @@ def _of_cases(cases: list[Case]) -> dict[str, Any]:
 def _drawn(mechanism: Mechanism) -> dict[str, float]:
     """The numbers of a scene by which a picture tells scenes apart."""
     joint, speed = mechanism.joint(MAIN_JOINT), mechanism.drive.nominal_speed
-    mass = min(mechanism.link(name).mass for name in (joint.journal.link, joint.bush.link))
+    mass = min(mechanism.link(name).mass for name in (joint.journal.link, joint.bearing.link))
     return {
         "stiffness": joint.contact.stiffness,
         "damping": joint.contact.damping,

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analysis.words import EVENTS
+from jointplay.analysis.quantities import EVENTS
 from jointplay.lab.stress.motion import OK, Motion
 
 VERDICTS = ("ok", "sensitive", "stopped", "unconfirmed", "suspect")

@@ -4,11 +4,11 @@ As a parameter changes, one of them reaches zero and a new contact begins (grazi
 step's polynomial, found as its derivative's roots, so that none is stepped over.
 """
 
-from .interface import inner
-from .memory import MISS_ROW
-from .modes import FREE, GAP
-from .polynomial import basis, bernstein, next_extremum
-from .record import note
+from jointplay.numerics.interface import inner
+from jointplay.numerics.memory import MISS_ROW
+from jointplay.numerics.modes import FREE, GAP
+from jointplay.numerics.polynomial import basis, bernstein, next_extremum
+from jointplay.numerics.record import note
 
 
 @inner

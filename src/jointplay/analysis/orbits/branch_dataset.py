@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.orbits import orbit_words
+from jointplay.analysis.evaluate import Quantities, flags
+from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.branch import ENDS, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.analysis.quantities import Quantities, flags
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
-from jointplay.analysis.words import EVENTS
 
 DIMS = ("branch", "point")
 JUMP = 10.0  # times the step: so far apart, states of neighbours on the asked section have jumped at a wall
@@ -69,7 +69,7 @@ def told(
     first = int(np.argmin(away))
     rows, sharp = (np.roll(each, -first, axis=0) for each in (rows, sharp))
     found = {} if status else Quantities(section.model, rows, rows[0], sharp).variables(names, "turn")
-    return orbit_words.described(orbit) | {
+    return orbit_dataset.described(orbit) | {
         "orbit_state": section.state(section.unknowns(rows[0, 1 : 1 + size])),
         "quantities": found,
         "section_jump": int(bool(section.model.resets) and away[first] > JUMP * _step(point, before)),
@@ -111,8 +111,8 @@ def variables(
     blank = _blank(found[0][0])
     rows = [row + [blank] * (size - len(row)) for row in found]
     stacked = {name: np.array([[each[name] for each in row] for row in rows]) for name in blank}
-    variables = orbit_words.variables(stacked, DIMS, linkage)
-    variables |= orbit_words.state(stacked["orbit_state"], DIMS)
+    variables = orbit_dataset.variables(stacked, DIMS, linkage)
+    variables |= orbit_dataset.state(stacked["orbit_state"], DIMS)
     passed = "whether an impact passed the section since the point before"
     jumps = {"long_name": passed} | flags(("no", "yes"))
     variables["section_jump"] = (DIMS, stacked["section_jump"].astype(np.int8), jumps)
@@ -120,7 +120,7 @@ def variables(
     variables[axis.name] = (DIMS, values, axis.attributes)
     variables |= _quantities(found, size, names)
     variables |= _ends(branches) | _specials(branches, family, axis, passages.phase)
-    coords = orbit_words.coordinates(branches[0].points[0].orbit.map) | {
+    coords = orbit_dataset.coordinates(branches[0].points[0].orbit.map) | {
         "branch": ("branch", np.arange(len(branches)), {"units": "1", "long_name": "branch"}),
         "point": ("point", np.arange(size), {"units": "1", "long_name": "point of the branch"}),
         "end": ("end", np.array(["first", "last"]), {"units": "1", "long_name": "end of the branch"}),
@@ -139,7 +139,7 @@ def _blank(like: dict[str, Any]) -> dict[str, Any]:
     """The numbers of a place in the table where there is no orbit."""
     size = len(like["lyapunov_exponent"])
     lost = {"orbit_state": np.full_like(like["orbit_state"], np.nan), "section_jump": 0}
-    return orbit_words.lost(size) | lost
+    return orbit_dataset.lost(size) | lost
 
 
 def _padded(rows: list[list[float]], size: int) -> np.ndarray:

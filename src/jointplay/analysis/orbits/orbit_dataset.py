@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.evaluate import flags
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits import orbit_events as met
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import state_names
-from jointplay.analysis.words import EVENTS
 from jointplay.codegen import cache
 from jointplay.mechanism.model import Model
 

@@ -1,6 +1,6 @@
-"""Journals in their bushes: where a state has them, and the links' angles and speeds that put them elsewhere.
+"""Journals in their bearings: where a state has them, and the links' angles and speeds that put them elsewhere.
 
-The vector from bush to journal is r = const + sum_k D_k e_k (+ bases). With the crank held, the other links'
+The vector from bearing to journal is r = const + sum_k D_k e_k (+ bases). With the crank held, the other links'
 angles that give every journal its place solve r(q) = r* by Newton's method, and their speeds then
 A q' = r*' - A_crank q'_crank with A = dr/dq. A is exact without derivatives: e_k(a + pi/2) - e_k(a - pi/2)
 is twice de_k/da, and bases enter linearly. Where joints leave more links free than they place, the smallest
@@ -43,7 +43,7 @@ class Journals:
         return np.repeat(self.model.clearances, 2)
 
     def places(self, states: np.ndarray, crank: float = 0.0) -> np.ndarray:
-        """Journal centres relative to their bushes, m: (x, y) of each joint in turn.
+        """Journal centres relative to their bearings, m: (x, y) of each joint in turn.
 
         Parameters
         ----------
@@ -61,7 +61,7 @@ class Journals:
         return np.stack([np.broadcast_to(found[key], len(states)) for key in keys], -1)
 
     def eccentricity_ratios(self, states: np.ndarray) -> np.ndarray:
-        """Distances of journal and bush centres over the clearances, shape (rows, joints)."""
+        """Distances of journal and bearing centres over the clearances, shape (rows, joints)."""
         over = self.places(states) / self.clearances
         return np.hypot(over[:, ::2], over[:, 1::2])
 
@@ -75,7 +75,7 @@ class Journals:
         return (both[: len(columns)] - both[len(columns) :]).T / 2
 
     def velocities(self, state: np.ndarray) -> np.ndarray:
-        """Velocities of the journal centres relative to their bushes, m/s: (x, y) of each joint in turn."""
+        """Velocities of the journal centres relative to their bearings, m/s: (x, y) of each joint in turn."""
         n_q = len(self.model.turning)
         free = self.derivative(state, self.free) @ state[n_q:][self.free]
         return free + self._of_crank(state)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.quantities import flags
+from jointplay.analysis.evaluate import flags
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states import basin_uncertainty as unsure
 from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.states.matching import Attractors
-from jointplay.analysis.words import STATUS
 from jointplay.codegen import cache
 
 
