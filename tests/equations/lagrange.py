@@ -147,7 +147,7 @@ class Lagrange(Bodies):
     def forces(self, y, modes):
         """Accelerations of the free coordinates, multipliers by name, and v_t' of touching joints.
 
-        Multipliers are (x, y) of the force on the bearing of ideal joints, F_t of sticking ones, and the torque
+        Multipliers are (x, y) of force on the bearing of ideal joints, F_t of sticking ones, and the torque
         under ``"drive"``.
         """
         z, v = self.spread(y)
@@ -183,7 +183,7 @@ class Lagrange(Bodies):
         return rows, right, names, {}
 
     def _solved(self, mass, load, rows, right, names):
-        """Of M a + rows^T x = load: a multiplier pulls the journal against its row, as F does on the bearing."""
+        """Of M a + rows^T x = load: a multiplier pulls the journal against its row, as F on the bearing."""
         n, matrix = self.size, np.zeros((self.size + len(rows),) * 2)
         matrix[:n, :n] = mass
         if rows:

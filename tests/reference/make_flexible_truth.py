@@ -5,7 +5,7 @@ to twenty minutes for all on an idle core. Origin of every number:
 
 - times (s), and at each of them angle, angular_velocity, angular_acceleration, deflection (of the links'
   middles, m), by link in the order crank, coupler, rocker; journal (r, m, by joint with play), reaction
-  (force on the bearing, N, x and y, by joint), energy (J); events (time, joint, kind, v_n, v_t): the particles
+  (force on the bearing, N, x and y, by joint), energy (J); event (time, joint, kind, v_n, v_t): the particles
   of ``flexible.py`` integrated by scipy's DOP853, events located by integration up to them. Its rtol is
   1e-13 where nothing bends, 1e-11 where no joint has play, 1e-10 elsewhere: there the rounding of a
   penetration, times K, shakes the slopes at the journal above what less would ask for. Where a mode is

@@ -138,7 +138,7 @@ def _real(model: Model, request: Request) -> list[float]:
     gap, force = guard_tolerances.guards(model, rest, 1, 0)[:2]
     scales = [request.rtol, request.rtol * float(model.absolute[-1]), rest, 1e-7 * model.period]
     lengths = [1e-5 * model.period, float(guard_tolerances.cones(model)[0]), gap, force]
-    cut = [float(guard_tolerances.bearings(model, 1)[0]), request.level, request.period]
+    cut = [float(guard_tolerances.clearances_squared(model, 1)[0]), request.level, request.period]
     return [float(request.duration), *scales, *lengths, *cut]
 
 

@@ -40,7 +40,7 @@ def rebound(rtol: float) -> float:
     return max(rtol, FLAT) * SPEED_FLOOR
 
 
-def bearings(model: Model, n_contacts: int) -> np.ndarray:
+def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
     """Squares of the clearances, m^2; infinite of a contact that is no joint's."""
     found = np.full(n_contacts, np.inf)
     found[: len(model.clearances)] = np.square(model.clearances)

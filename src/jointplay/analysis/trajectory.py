@@ -192,7 +192,7 @@ def memory(model: Model, request: Request):
         relative=request.rtol * model.relative,
         turning=model.turning.copy(),
         margin=guard_tolerances.guards(model, rest, n_contacts, sizes["resets"]),
-        bearing=guard_tolerances.bearings(model, n_contacts),
+        clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
         cone=guard_tolerances.cones(model),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),

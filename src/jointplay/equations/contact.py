@@ -7,11 +7,11 @@ r = journal centre - bearing centre, rho = |r|, r^ = r/rho and t^ across it,
     N_k = D_k n_k.r^,  T_k = D_k n_k.t^ + (R on the journal's link) - (R + rho on the bearing's link),
     Q_k = -N_k F_n - T_k F_t          (force F on the bearing, -F on the journal).
 
-Where the journal's or the bearing's link bends, its end turns with theta_k plus the end slope: the spin terms of
+Where the link of journal or bearing bends, its end turns with theta_k plus the end slope: the spin terms of
 v_t, and so the friction moment, act on the slope's modes as on w_k.
 
 At rho = 0 the direction is undefined and the joint is free; TINY keeps the division finite there. Contact
-begins and ends where rho^2 - e^2 = 0: rho has a kink where the journal flies past the bearing's centre, and no
+begins and ends at rho^2 - e^2 = 0: rho has a kink where the journal flies past the bearing's centre, and no
 polynomial follows it there.
 """
 
@@ -64,7 +64,7 @@ def _column(
 
 
 def _spins(joint: Clearance, c: Coordinates, R: Expr, rho: Expr) -> dict[Freedom, Expr]:
-    """Parts of v_t from the turning of journal and bearing: of their links, and of those links' end slopes."""
+    """Parts of v_t from the turning of journal and bearing: of their links and those links' end slopes."""
     found: dict[Freedom, Expr] = {}
     for link, end, arm in zip((joint.journal, joint.bearing), joint.ends, (R, -R - rho), strict=True):
         if link != "ground":

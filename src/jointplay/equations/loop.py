@@ -6,7 +6,7 @@ rocker's), solved by intersecting two circles, and its derivatives
     d_1 w_1 n_1 + d_2 w_2 n_2 = d_3 w_3 n_3,     w_2 = G_2 w_1,  w_3 = G_3 w_1,
     d_2 a_2 n_2 - d_3 a_3 n_3 = -d_1 a_1 n_1 + b,     b = d_1 w_1^2 e_1 + d_2 w_2^2 e_2 - d_3 w_3^2 e_3,
 
-projected on e_3 and e_2. The loop is cut at the joint between coupler and rocker; the force F that its bearing
+projected on e_3 and e_2. It is cut at the joint between coupler and rocker; the force F that its bearing
 takes closes the equations of those two links: R_k = -D_k n_k.F, with R_k inertia less applied forces.
 Singular where coupler and rocker lie in one line. Deflections do not move the joints: the closure is rigid.
 """

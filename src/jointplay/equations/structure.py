@@ -53,7 +53,7 @@ class Loop:
 
 @dataclass(frozen=True)
 class Pin:
-    """An ideal joint in a chain: `arms`, `links` move beyond it; `sign` +1: the outer link has the bearing."""
+    """Ideal joint in a chain: `arms`, `links` move beyond it; `sign` +1: the outer link holds the bearing."""
 
     name: str
     sign: int

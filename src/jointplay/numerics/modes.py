@@ -49,9 +49,7 @@ def inside(mode, guard, pulls):
         return -1 if guard == GAP else 0
     if mode == RELEASED:
         return 1 if guard == GAP else (-1 if guard == FORCE else 0)
-    if (
-        guard == GAP
-    ):  # also where the force goes first: past the bearing's centre it turns too fast to be seen
+    if guard == GAP:  # also where the force goes first: past the bearing's centre it turns unseen
         return 1
     if guard == FORCE:  # nothing that pulls sticks
         return 1 if mode == STICK or not pulls else 0

@@ -1,6 +1,6 @@
-"""Journals in their bearings: where a state has them, and the links' angles and speeds that put them elsewhere.
+"""Journals in their bearings: where a state has them, and which angles and speeds of links put them elsewhere.
 
-The vector from bearing to journal is r = const + sum_k D_k e_k (+ bases). With the crank held, the other links'
+The vector from bearing to journal is r = const + sum_k D_k e_k (+ bases). With the crank held, other links'
 angles that give every journal its place solve r(q) = r* by Newton's method, and their speeds then
 A q' = r*' - A_crank q'_crank with A = dr/dq. A is exact without derivatives: e_k(a + pi/2) - e_k(a - pi/2)
 is twice de_k/da, and bases enter linearly. Where joints leave more links free than they place, the smallest

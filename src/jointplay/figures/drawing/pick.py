@@ -80,7 +80,7 @@ def title(array: DataArray) -> str:
 
 
 def in_contact(dataset: Dataset, joint: str, dim: str = "time") -> np.ndarray | None:
-    """Return where the journal feels the bearing, as booleans along `dim`; None where modes were not recorded.
+    """Where the journal feels the bearing, as booleans along `dim`; None where modes are not recorded.
 
     `free` and `released` carry no force, all other modes do.
     """

@@ -85,7 +85,7 @@ def passing(k, i, end):
 
 @inner
 def misses(k, j, i, end):
-    """Log closest approaches of the open gap within the step up to place `end` (numerics.closest_approach)."""
+    """Log near approaches of the open gap within the step up to place `end` (numerics.closest_approach)."""
     b, degree = k.b, STAGES - 1
     coefficients(k.w, 8 * (c.WATCHES + GAP), k.w[8 * (c.GUARD + GAP) + i], i, b)
     for n in range(STAGES + 1):
