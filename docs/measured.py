@@ -4,6 +4,7 @@ A page marks a number with its name, ``<!--=exponents_12c.tangents-->+1.691 ± 0
 holds every name with its text, by the study that it was measured with and the digest of that study's text.
 After the studies have been run anew::
 
+    python -m tests.benchmarks.store results   # the tables of docs/benchmarks.md that no study gives
     python docs/measured.py results results/paper
 
 reads NAME.nc in these folders, writes `measured.toml` and the marked numbers of all pages. What is not
@@ -13,11 +14,12 @@ there leaves its numbers as they are. A test holds studies, numbers and pages to
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -151,6 +153,30 @@ def bending(name: str) -> Callable[[xr.Dataset], Iterator[tuple[str, str]]]:
     return numbers
 
 
+SOLVERS = ["jointplay", "heyoka", "CVODE", "LSODA", "DOP853", "Radau"]
+
+
+def precision(result: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """CPU time of a turn at an error reached, ms, a solver a column; then the best peer's over ours."""
+    seconds = result.cpu_time_at_error.reindex(solver=SOLVERS)
+    for digits in (6, 8, 10):
+        ms = 1e3 * seconds.sel(error_level=10.0**-digits, method="nearest").values
+        yield f"at_{digits}", row([*ms, np.nanmin(ms[1:]) / ms[0]])
+    yield "processor", json.loads(result.attrs["provenance"])["environment"]["processor"]
+
+
+def table(result: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """The rows of a stored table."""
+    for name in result.row.values:
+        yield str(name), row(result.value.sel(row=name).values)
+    yield "processor", result.attrs["processor"]
+
+
+def row(values: Iterable[float]) -> str:
+    """Cells of a table: three digits, a dash where there is no number."""
+    return " | ".join("–" if math.isnan(value) else f"{float(f'{value:.3g}'):g}" for value in values)
+
+
 STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
     "exponents_12a": exponents,
     "exponents_12b": exponents,
@@ -172,12 +198,26 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
     "claims": claims,
     "elements_coupler": bending("elements"),
     "modes_coupler": bending("modes"),
+    **dict.fromkeys(
+        (
+            "precision_case_a",
+            "precision_case_b",
+            "precision_case_c",
+            "precision_elastic",
+            "precision_sticking",
+        ),
+        precision,
+    ),
+    **dict.fromkeys(("scenes", "ensembles", "starts", "turns"), table),
 }
 
 
 def study_digest(name: str) -> str:
-    """Digest of the text of a shipped study."""
-    (path,) = (ROOT / "studies").rglob(f"{name}.toml")
+    """Digest of the text of a shipped study, or of the benchmark of that name."""
+    (path,) = [
+        *(ROOT / "studies").rglob(f"{name}.toml"),
+        *(ROOT / "tests" / "benchmarks" / "suite").glob(f"{name}.py"),
+    ]
     return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
