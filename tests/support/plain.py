@@ -12,8 +12,9 @@ from types import ModuleType
 import numpy as np
 
 from jointplay.codegen import module
-from jointplay.codegen.dynamics import Dynamics, variants
+from jointplay.codegen.dynamics import Dynamics
 from jointplay.codegen.elimination import Plan
+from jointplay.codegen.variants import variants
 from jointplay.equations.write import system
 
 DOORS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.MULTILINE)

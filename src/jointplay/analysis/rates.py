@@ -3,7 +3,7 @@
 An acceleration amplifies the error of a state by the fastest rate of the equations: by 10^6 per second at the
 motor's line. Where friction turns over, that line answers within microseconds; a step of the motion passes
 over this, and its polynomial keeps a part of it that is nothing for a speed and much for an acceleration. The
-flow marks such steps (numerics.record). What they recorded is here followed anew, from the beginning of each
+flow notes such steps (numerics.doubts). What they recorded is here followed anew, from the beginning of each
 step, by two steps or more and with a thousandth of the tolerance; only accelerations, and what depends on
 them, are taken from there. The motion and all else that is recorded stay as they are.
 """

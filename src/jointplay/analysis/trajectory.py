@@ -139,9 +139,9 @@ def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None 
     `k`, `x`, `o` are the run's arrays and options (`memory`); `g` and `y` derivatives and tangents, if there
     are any. `tell` is called after each piece.
     """
+    from jointplay.numerics.control import STEP_LIMIT
     from jointplay.numerics.interface import direct
     from jointplay.numerics.memory import FAILED, REJECTED, STEPS
-    from jointplay.numerics.status import STEP_LIMIT
 
     name, vectors = ("flow", 0) if y is None else ("tangent_flow", len(y.alive))
     f, run, count = functions(structure), direct(cache.method(name).flow), x.count

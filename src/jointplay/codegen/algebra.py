@@ -17,9 +17,8 @@ takes a check that two arrays do not overlap): first the method's rows, then the
 number is eight doubles: four real parts (lane 0 is the real eigenvalue's), four imaginary parts.
 """
 
-from dataclasses import dataclass
-
 from ..numerics.memory import method_rows
+from .source import entry
 
 HEADER = '''"""Generated for {n_q} positions and {n} speeds; do not edit."""
 from math import sqrt
@@ -33,53 +32,20 @@ from jointplay.numerics.radau import EIGEN_IM, EIGEN_RE, ERROR, GAMMA, NODES, TO
 REAL_LANES = (0, 1, 2, 3, 5, 6, 7)  # of the eigenbasis: lane 4 is empty
 
 
-@dataclass(frozen=True)
 class Rows:
-    """Rows of the lane buffer for n_q positions and n speeds."""
+    """Rows of the lane buffer for n_q positions and n speeds; the first blocks are in the eigenbasis."""
 
-    n_q: int
-    n: int
-
-    @property
-    def W(self) -> range:
-        """Stage increments of the speeds in the eigenbasis."""
-        return range(self.n)
-
-    @property
-    def R(self) -> range:
-        """Rates in the eigenbasis."""
-        return range(self.n, 2 * self.n)
-
-    @property
-    def X(self) -> range:
-        """Newton's update in the eigenbasis."""
-        return range(2 * self.n, 3 * self.n)
-
-    @property
-    def squares(self) -> int:
-        """Its squared size by lane."""
-        return 3 * self.n
+    def __init__(self, n_q: int, n: int) -> None:
+        self.n_q, self.n, self.time = n_q, n, method_rows(n)
+        # stage increments of the speeds, their rates, Newton's update and its squared size by lane
+        self.W, self.R, self.X, self.squares = range(n), range(n, 2 * n), range(2 * n, 3 * n), 3 * n
+        self.state = range(self.time + 1, self.time + 1 + n_q + n)
+        self.speeds = self.state[n_q:]
+        self.rate = range(self.state.stop, self.state.stop + n)
 
     def E(self, k: int, j: int) -> int:
         """Entry of the factored matrices."""
         return 3 * self.n + 1 + k * self.n + j
-
-    @property
-    def time(self) -> int:
-        """Increment of time; those of the state follow."""
-        return method_rows(self.n)
-
-    @property
-    def state(self) -> range:
-        return range(self.time + 1, self.time + 1 + self.n_q + self.n)
-
-    @property
-    def speeds(self) -> range:
-        return self.state[self.n_q :]
-
-    @property
-    def rate(self) -> range:
-        return range(self.state.stop, self.state.stop + self.n)
 
 
 def text(n_q: int, n: int) -> str:
@@ -90,8 +56,7 @@ def text(n_q: int, n: int) -> str:
 
 
 def _function(name: str, arguments: str, *blocks: list[str]) -> str:
-    lines = [f'@entry(SIGNATURES["{name}"])', f"def {name}({arguments}):"]
-    return "\n".join(lines + [f"    {line}" for block in blocks for line in block]) + "\n"
+    return "\n".join([*entry(name, arguments), *(f"    {line}" for block in blocks for line in block)]) + "\n"
 
 
 def _lanes(count: int, body: list[str]) -> list[str]:

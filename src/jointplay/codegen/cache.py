@@ -1,4 +1,4 @@
-"""What is compiled: the loops of the method, and modules generated for structures.
+"""Compiled code: the loops of the method, and modules generated for structures.
 
 Generated modules are named by the hash of their text, and found by the structure that they belong to without
 deriving its equations again.
@@ -55,7 +55,7 @@ def _kept(function):
 def prepare(name: str) -> None:
     """Begin to compile a loop of the method beside what this process does, if no process ever has."""
     with _lock:
-        if not _at_hand(name) and name not in _compiling and place.read(f"{name}.built") is None:
+        if not _ready(name) and name not in _compiling and place.read(f"{name}.built") is None:
             _compile(name)
 
 
@@ -64,7 +64,7 @@ def method(name: str) -> ModuleType:
     prepare(name)
     with _lock:
         awaited = name in _compiling
-        if not (_at_hand(name) or _load(name)):
+        if not (_ready(name) or _load(name)):
             if not awaited:  # its files were damaged, or are gone
                 place.say(f"{name} of the method is not there as it was; it is compiled anew")
                 _compile(name)
@@ -77,8 +77,8 @@ def _module_of(name: str) -> str:
     return f"jointplay.numerics.{name}"
 
 
-def _at_hand(name: str) -> bool:
-    """Whether nothing has to be compiled or loaded."""
+def _ready(name: str) -> bool:
+    """Whether a loop needs neither compiling nor loading."""
     interpreted = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
     return interpreted or _module_of(name) in sys.modules
 
@@ -113,7 +113,7 @@ def _load(name: str) -> bool:
 
 
 def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:
-    """Wait for a process that compiles, and pass on what it told."""
+    """Wait for a process that compiles, and pass on its messages."""
     try:
         code = child.wait()
     except BaseException:  # such as Ctrl-C
@@ -123,8 +123,8 @@ def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:
         said.seek(0)
         lines = said.read().splitlines()
     for line in lines:
-        if line.startswith(place.TOLD):
-            place.say(line.removeprefix(place.TOLD))
+        if line.startswith(place.PREFIX):
+            place.say(line.removeprefix(place.PREFIX))
     if code:
         place.say(f"a process that compiles failed, exit code {code}: {lines[-1] if lines else 'no word'}")
     return code == 0
@@ -132,53 +132,40 @@ def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:
 
 def structure_module(structure) -> ModuleType:
     """The compiled functions of a structure; equations are derived only if they never were."""
-    return _module(f"structure {structure!r}", lambda: _structure_text(structure))
-
-
-def algebra_module(n_q: int, n: int) -> ModuleType:
-    """The compiled algebra of the method for n_q positions and n speeds."""
-    return _module(
-        f"algebra {n_q} {n}", lambda: importlib.import_module(".algebra", __package__).text(n_q, n)
-    )
+    return _module(f"structure {structure!r}", lambda: _from_equations("module", structure))
 
 
 def variation_module(structure) -> ModuleType:
     """The compiled derivatives of a structure, for those who follow tangents."""
     sizes = structure_module(structure).SIZES
-    return _module(f"variation {structure!r}", lambda: _variation_text(structure, sizes))
+    own, planned = sizes["first"], bool(sizes["planned"])
+    return _module(f"variation {structure!r}", lambda: _from_equations("variation", structure, own, planned))
 
 
 def ensemble_module(structure) -> ModuleType:
     """The compiled equations of a structure (that is `ensemble.known`) for eight trajectories at once."""
-    return _module(f"ensemble {structure!r}", lambda: _ensemble_text(structure))
+    return _module(f"ensemble {structure!r}", lambda: _from_equations("ensemble.equations", structure))
+
+
+def algebra_module(n_q: int, n: int) -> ModuleType:
+    """The compiled algebra of the method for n_q positions and n speeds."""
+    return _module(f"algebra {n_q} {n}", lambda: _writer("algebra").text(n_q, n))
 
 
 def ensemble_algebra() -> ModuleType:
     """The compiled algebra of the method for eight trajectories at once."""
-    return _module(
-        "ensemble algebra", lambda: importlib.import_module(".ensemble.algebra", __package__).text()
-    )
+    return _module("ensemble algebra", lambda: _writer("ensemble.algebra").text())
 
 
-def _ensemble_text(structure) -> str:
+def _writer(name: str) -> ModuleType:
+    """The module of this package that writes a text; loaded late, since most of them need SymPy."""
+    return importlib.import_module(f".{name}", __package__)
+
+
+def _from_equations(name: str, structure, *sizes: int) -> str:
     from ..equations.write import system
-    from .ensemble.equations import text
 
-    return text(system(structure))
-
-
-def _structure_text(structure) -> str:
-    from ..equations.write import system
-    from .module import text
-
-    return text(system(structure))
-
-
-def _variation_text(structure, sizes: dict[str, int]) -> str:
-    from ..equations.write import system
-    from .variation import text
-
-    return text(system(structure), sizes["first"], bool(sizes["planned"]))
+    return _writer(name).text(system(structure), *sizes)
 
 
 @cache

@@ -1,4 +1,4 @@
-"""What decides compiled code: its sources, and the versions and flags that shape it.
+"""Digest of all that decides compiled code: its sources, and the versions and flags that shape it.
 
 Numba notices an edit in a function's own file only, and would answer with stale numbers after an edit
 elsewhere. So everything that decides is digested, and what is compiled lies in a folder of that name: an edit
@@ -15,7 +15,7 @@ from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-ROOMS = ("equations", "codegen", "numerics")
+SOURCES = ("equations", "codegen", "numerics")
 FLAGS = (
     *("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_DISABLE_JIT"),
     *("NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE", "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_INTEL_SVML"),
@@ -27,7 +27,7 @@ SETTINGS = ".numba_config.yaml"  # of the current folder: numba reads flags ther
 def digest() -> str:
     """Digest of every source, version and flag that shapes compiled code (16 hexadecimal digits)."""
     package, total = Path(__file__).parent.parent, hashlib.sha256()
-    for room in ROOMS:
+    for room in SOURCES:
         for path in sorted((package / room).rglob("*.py")):
             total.update(f"{path.relative_to(package)}\n".encode() + path.read_bytes())
     versions = [f"{name} {_version(name)}" for name in ("numba", "llvmlite", "numpy", "sympy")]

@@ -4,7 +4,7 @@ A system is solved in one of three variants, so that a model does not pay for wh
 (nothing touches), `slip` (contacts push, friction is a law) and `stick` (some tangential forces are
 unknowns that keep v_t at rest). Within the last two, contacts are told apart by masks: touch kappa_j, slip
 direction sigma_j, stick eta_j. In both of them what rests on a rigid wall is held as what sticks is
-(codegen.walls).
+(codegen.variants).
 
 The unknowns are the accelerations a and the tangential forces F_t of
 
@@ -15,57 +15,14 @@ solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves t
 derivatives of the residual.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Iterator
 from functools import cached_property
 
 from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System, accelerations, traction
-from ..numerics.codes import Variant
 from .tape import Tape
-from .walls import holding
-
-VARIANTS = Variant.words()
-
-
-@dataclass(frozen=True)
-class Mask:
-    """A contact's mode as numbers: symbols, or constants where only one value can occur."""
-
-    touch: Expr
-    slip: Expr
-    stick: Expr
-
-
-def variants(system: System) -> tuple[str, ...]:
-    """The variants that a system can be in."""
-    if not system.contacts and not system.resets:
-        return VARIANTS[:1]
-    return VARIANTS if any(contact.sticks for contact in system.contacts) else VARIANTS[:2]
-
-
-def masks(system: System, variant: str) -> list[Mask]:
-    """Masks of every contact; a lone one needs only slip. `any` keeps all, `touch` all but stick."""
-    alone, result = len(system.contacts) == 1 and variant not in ("any", "touch"), []
-    for contact in system.contacts:
-        touch, slip, stick = (
-            Symbol(f"{word}_{contact.name}", real=True) for word in ("touch", "slip", "stick")
-        )
-        if variant == "free":
-            touch = slip = stick = Integer(0)
-        elif variant in ("slip", "touch") or not contact.sticks:
-            touch, stick = (Integer(1) if alone else touch), Integer(0)
-        elif alone:
-            touch, stick = Integer(1), Integer(1)
-        result.append(Mask(touch, slip, stick))
-    return result + [_resting(reset.name, variant) for reset in system.resets]
-
-
-def _resting(wall: str, variant: str) -> Mask:
-    """Mask of a rigid wall: it holds what rests on it where it is touched."""
-    held = Integer(0) if variant == "free" else Symbol(f"touch_{wall}", real=True)
-    return Mask(Integer(0), Integer(0), held)
+from .variants import holding, masks
 
 
 class Dynamics:
@@ -161,43 +118,47 @@ class Dynamics:
 
     def jacobian(self) -> dict[tuple[int, int], Expr]:
         """d a_k / d x_i, x the positions and then the speeds; closes the tape to further derivatives."""
-        push, hold, close = self._hatted()
         entries = {}
-        for i, x in enumerate(self.system.positions + self.system.speeds):
-            slope = self._slope(push, x), self._slope(hold, x)
-            if any(value != 0 for part in slope for value in part):
-                column, _ = self._solve(*slope, f"J{i}")
+        for i, push, hold in self._slopes(self.system.positions + self.system.speeds):
+            if any(value != 0 for value in push + hold):
+                column, _ = self._solve(push, hold, f"J{i}")
                 entries |= {(k, i): value for k, value in enumerate(column)}
-        close()
         return entries
 
     def held_slopes(self, variables: tuple[Symbol, ...]) -> dict[tuple[int, int], Expr]:
         """d F_t,j / d x_i of held contacts; closes the tape to further derivatives."""
-        push, hold, close = self._hatted()
-        found = {}
-        for i, x in enumerate(variables):
-            forces = self._holding(self._slope(push, x), self._slope(hold, x), f"H{i}")
-            found |= {(j, i): F for j, F in zip(self.held, forces, strict=True)}
-        close()
-        return found
+        result = {}
+        for i, push, hold in self._slopes(variables):
+            forces = self._holding(push, hold, f"H{i}")
+            result |= {(j, i): F for j, F in zip(self.held, forces, strict=True)}
+        return result
 
     def residual_jacobian(self) -> tuple[dict[tuple[int, int], Expr], dict[tuple[int, int], Expr]]:
         """d (Q - M a)_k / d x_i at fixed a, by positions and by speeds; held forces follow.
 
         Of M^-1 times these, `jacobian` is the sum. Closes the tape to further derivatives.
         """
-        push, hold, close = self._hatted()
-        found: tuple[dict, dict] = ({}, {})
+        result: tuple[dict, dict] = ({}, {})
         n_q = len(self.system.positions)
-        for i, x in enumerate(self.system.positions + self.system.speeds):
-            column = self._held_back(self._slope(push, x), self._slope(hold, x), f"B{i}")
-            part, place = (found[0], i) if i < n_q else (found[1], i - n_q)
+        for i, push, hold in self._slopes(self.system.positions + self.system.speeds):
+            column = self._held_back(push, hold, f"B{i}")
+            part, place = (result[0], i) if i < n_q else (result[1], i - n_q)
             part |= {(k, place): value for k, value in enumerate(column) if value != 0}
-        close()
-        return found
+        return result
 
-    def _slope(self, row: list[Expr], x: Symbol) -> list[Expr]:
-        return [self.tape.derivative(value, x) for value in row]
+    def _slopes(self, variables: tuple[Symbol, ...]) -> Iterator[tuple[int, list[Expr], list[Expr]]]:
+        """Derivatives of both rows at fixed accelerations and held forces, one variable after the other.
+
+        After the last one these take their solved values.
+        """
+        hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
+        grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
+        push, hold = self._residual(hats, grip)
+        for i, x in enumerate(variables):
+            yield i, *([self.tape.derivative(value, x) for value in row] for row in (push, hold))
+        solved = [*self.a, *(self.F_t[j] for j in grip)]
+        for hat, value in zip([*hats, *grip.values()], solved, strict=True):
+            self.tape.define(hat, value)
 
     def _held_back(self, push: list[Expr], hold: list[Expr], name: str) -> list[Expr]:
         """`push` less the held forces that keep sticking contacts at rest against it."""
@@ -214,18 +175,6 @@ class Dynamics:
             for j, y, value in zip(self.held, map(tuple, self._columns), hold, strict=True)
         ]
         return _eliminate(self.tape, self._complement, right, f"{name}_F")
-
-    def _hatted(self) -> tuple[list[Expr], list[Expr], Callable[[], None]]:
-        """Both rows at given accelerations and held forces, and what lets these take their solved values."""
-        hats = [Symbol(f"hat_{symbol}", real=True) for symbol in self.a]
-        grip = {j: Symbol(f"hat_{self.F_t[j]}", real=True) for j in self.held}
-
-        def close() -> None:
-            solved = [*self.a, *(self.F_t[j] for j in grip)]
-            for hat, value in zip([*hats, *grip.values()], solved, strict=True):
-                self.tape.define(hat, value)
-
-        return *self._residual(hats, grip), close
 
     def _residual(self, a: list[Symbol], grip: dict[int, Symbol]) -> tuple[list[Expr], list[Expr]]:
         """Both rows as functions of the state, at given accelerations and held forces."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from sympy import Expr
 
 from jointplay.codegen.dynamics import Dynamics
+from jointplay.codegen.source import entry
 from jointplay.numerics.sparse import AHEAD, INVERSE, NOTHING
 
 LARGEST_DENSE = 5  # unknowns up to which the algebra is written out (codegen.algebra)
@@ -36,8 +37,8 @@ class Plan:
         """The plan of a system solved in one variant."""
         plan = cls(len(dynamics.system.speeds))
         B_q, B_z = dynamics.residual_jacobian()
-        for (i, j), entry in dynamics.inverse_mass.entries.items():
-            plan.mass[i, j] = plan.mass[j, i] = plan._place(entry)
+        for (i, j), value in dynamics.inverse_mass.entries.items():
+            plan.mass[i, j] = plan.mass[j, i] = plan._place(value)
         plan.pull = {place: plan._place(value) for place, value in B_q.items()}
         plan.rate = {place: plan._place(value) for place, value in B_z.items()}
         return plan
@@ -126,7 +127,7 @@ def text(plans: list[Plan], n_q: int, first: int) -> str:
         lists = plan.lists().items()
         parts += [f"{name.upper()}_{v} = array({values!r}, dtype=int64)" for name, values in lists]
     for name, (arguments, passed) in CALLS.items():
-        parts += ["", "", f'@entry(SIGNATURES["{name}"])', f"def {name}({arguments}):"]
+        parts += ["", "", *entry(name, arguments)]
         for v in range(1, len(plans) if "#" in passed else 1):
             call = f"sparse.{name}({passed.replace('#', str(v))})"
             parts += [f"    if variant == {v}:", f"        return {call}"]

@@ -4,7 +4,7 @@ rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eigh
 jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
                                   of a plan, whose algebra then stands here too (codegen.elimination)
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'; then of each
-                                  reset: gap, 0, its rate, 0, F_t, the rate's own rate (codegen.walls)
+                                  reset: gap, 0, its rate, 0, F_t, the rate's own rate (codegen.variants)
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls
 CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS
@@ -18,8 +18,9 @@ from sympy import Expr, Integer, Symbol
 from ..equations.system import System
 from ..numerics.modes import CONE, FORCE, GAP, IN_FLIGHT, PULLS, SLIDE, SLIPPING, STICKS
 from . import elimination, outputs
-from .dynamics import Dynamics, variants
-from .source import Layout, Program, lanes, point, statements, used
+from .dynamics import Dynamics
+from .source import Layout, Program, dispatch, entry, lanes, point, statements, used
+from .variants import variants
 
 HEADER = '''"""Generated from the equations; do not edit."""
 from math import cos, sin, sqrt, tanh
@@ -142,7 +143,7 @@ def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
 def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLIGHT) -> str:
     """A function of the variant that holds the bodies of several, from variant `first` on (a call costs)."""
-    lines = [f"{_door(name)}\ndef {name}(variant, {arguments}):"]
+    lines = entry(name, f"variant, {arguments}")
     for number, function in enumerate(functions, start=first):
         body = _renamed(function.rstrip(), number).split("\n")[1:]
         lines += [f"    if variant == {number}:", *(f"    {line}" for line in body)]
@@ -155,12 +156,8 @@ def _renamed(function: str, number: int) -> str:
     return re.sub(rf"\b({names})\b", rf"\1__{number}", function) if names else function
 
 
-def _door(name: str) -> str:
-    return f'@entry(SIGNATURES["{name}"])'
-
-
 def _trig(layout: Layout) -> str:
-    lines = [_door("trig"), "def trig(s, p):"]
+    lines = entry("trig", "s, p")
     for angle in layout.system.angles:
         program = [(angle.sin, angle.value)]
         lines += [f"    {x} = s[{layout.base[x]}]" for x in used(program, layout.base)]
@@ -175,15 +172,13 @@ def _trig(layout: Layout) -> str:
 
 
 def _reset(layout: Layout) -> str:
-    parts, lines = [], [_door("reset"), "def reset(k, s, p):"]
-    resets = layout.system.resets
+    parts, resets = [], layout.system.resets
     jumps = [[(Symbol(f"new_{z}"), value) for z, value in jump.speeds.items()] for jump in resets]
     for k, program in enumerate(jumps + [_settling(layout.system, k) for k in range(len(resets))]):
         stores = {f"new_{z}": place for z, place in layout.base.items()}
         own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
         parts.append("@compiled\n" + point(f"reset_{k}", layout, program, own, "s, p", "s") + "\n")
-        lines.append(f"    if k == {k}:\n        reset_{k}(s, p)")
-    return "\n".join([*parts, *(lines if parts else [*lines, "    pass"])]) + "\n"
+    return "\n".join([*parts, dispatch("reset", "k, s, p", {k: f"reset_{k}" for k in range(len(parts))})])
 
 
 def _settling(system: System, k: int) -> Program:

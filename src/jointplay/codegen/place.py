@@ -27,7 +27,7 @@ from jointplay.errors import InputError, Problem
 from .digest import digest
 
 HANDED = "JOINTPLAY_KERNELS"  # a folder for the processes that this one starts
-TOLD = "kernel cache: "
+PREFIX = "kernel cache: "
 _user = getattr(os, "geteuid", lambda: 0)
 _pending: dict[str, bytes] = {}
 _last = Thread()  # the last of the threads that write
@@ -42,7 +42,7 @@ class UnsoundError(Exception):
 def say(line: str) -> None:
     """Tell the user of the kernel cache, on stderr; the same only once."""
     if sys.stderr is not None:
-        sys.stderr.write(f"{TOLD}{line}\n")
+        sys.stderr.write(f"{PREFIX}{line}\n")
 
 
 def root() -> Path:
@@ -146,7 +146,7 @@ def remove(path: Path) -> None:
 
 
 def content(path: Path) -> bytes:
-    """What a file holds behind its seal.
+    """Content of a file, behind its seal.
 
     Raises
     ------
@@ -171,18 +171,14 @@ def _seal(name: str, data: bytes) -> bytes:
 
 
 def read(name: str) -> bytes | None:
-    """What was written under a name; None where nothing was, or it is not that any more."""
+    """Content that was written under a name; None where there is none, or another."""
     if (data := _pending.get(name)) is not None:
         return data
-    return _believed(folder() / name)
+    return believed(folder() / name)
 
 
-def sound(path: Path) -> bool:
-    """Whether a file is as it was written; if not, it is removed."""
-    return _believed(path) is not None
-
-
-def _believed(path: Path) -> bytes | None:
+def believed(path: Path) -> bytes | None:
+    """Content of a file that is as it was written; any other is removed."""
     try:
         return content(path)
     except FileNotFoundError:

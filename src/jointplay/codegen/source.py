@@ -102,6 +102,18 @@ class Layout:
 Program = list[tuple[Symbol, Expr]]
 
 
+def entry(name: str, arguments: str) -> list[str]:
+    """Head of a function that the method calls."""
+    return [f'@entry(SIGNATURES["{name}"])', f"def {name}({arguments}):"]
+
+
+def dispatch(name: str, arguments: str, functions: dict[int, str]) -> str:
+    """A function that calls one of several by number, which is its first argument."""
+    which, rest = arguments.split(", ", 1)
+    lines = [f"    if {which} == {k}:\n        {function}({rest})" for k, function in functions.items()]
+    return "\n".join([*entry(name, arguments), *(lines or ["    pass"])]) + "\n\n"
+
+
 def used(program: Program, symbols: Iterable[Symbol]) -> list[Symbol]:
     """Those of `symbols` that the program reads, in their order."""
     read = set().union(*(value.free_symbols for _, value in program)) if program else set()

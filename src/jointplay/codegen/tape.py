@@ -7,7 +7,7 @@ chain rule of their angle.
 
 from collections.abc import Iterable
 
-from sympy import Expr, Integer, Symbol, cse, sympify
+from sympy import Expr, Integer, Symbol, cse, numbered_symbols, sympify
 
 from ..equations.system import TIME, System
 
@@ -71,7 +71,7 @@ class Tape:
         wanted = {Symbol(name): sympify(value) for name, value in results.items()}
         live = self._live(wanted.values())
         assigned = {s: self.values[s] for s in self.values if s in live} | wanted
-        shared, reduced = cse(list(assigned.values()), symbols=_fresh(), order="none")
+        shared, reduced = cse(list(assigned.values()), symbols=numbered_symbols("k", real=True), order="none")
         return _in_order(dict(shared) | dict(zip(assigned, reduced, strict=True)))
 
     def _live(self, roots: Iterable[Expr]) -> set[Symbol]:
@@ -83,13 +83,6 @@ class Tape:
                 live.add(s)
                 queue += self.values[s].free_symbols
         return live
-
-
-def _fresh():
-    count = 0
-    while True:
-        yield Symbol(f"k{count}", real=True)
-        count += 1
 
 
 def _in_order(assigned: dict[Symbol, Expr]) -> list[tuple[Symbol, Expr]]:

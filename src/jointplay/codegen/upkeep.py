@@ -1,4 +1,4 @@
-"""What the verb ``cache`` does: list, verify and remove what is compiled."""
+"""Upkeep of the kernel cache, for the verb ``cache``: list, verify and remove compiled code."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def verify() -> tuple[int, int]:
         if path.suffix == ".tmp":  # of a process that writes, or was killed when it did
             if path.lstat().st_mtime < time.time() - ABANDONED:
                 place.discard(path, "was never finished")
-        elif place.sound(path):
+        elif place.believed(path) is not None:
             sound += 1
         else:
             removed += 1

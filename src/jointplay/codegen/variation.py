@@ -19,9 +19,10 @@ from collections.abc import Iterator
 from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System
-from .dynamics import Dynamics, variants
+from .dynamics import Dynamics
 from .module import HEADER, settled
-from .source import LANES, Layout, lanes, point
+from .source import LANES, Layout, dispatch, entry, lanes, point
+from .variants import variants
 
 Entries = dict[tuple[int, int], Expr]
 
@@ -37,16 +38,16 @@ def text(system: System, method: int, planned: bool) -> str:
     )
     parts = [HEADER, f"ROWS = {rows.end}\n\n"]
     parts += ["@compiled\n" + _variation(rows, solved[name], name, entries[name]) + "\n" for name in names]
-    parts.append(_choice("variation", "variant, w, s, p, m", [f"variation_{name}" for name in names]))
-    parts += [_vary(rows), _divergence(rows)]
-    gradients = list(_gradients(layout))
-    parts += [code for _, code in gradients]
     parts.append(
-        _choice("gradient", "guard, s, p, m, out", [f"gradient_{g}" for g, _ in gradients], gradients)
+        dispatch("variation", "variant, w, s, p, m", {k: f"variation_{name}" for k, name in enumerate(names)})
     )
+    parts += [_vary(rows), _divergence(rows)]
+    gradients = dict(_gradients(layout))
+    parts += gradients.values()
+    parts.append(dispatch("gradient", "guard, s, p, m, out", {g: f"gradient_{g}" for g in gradients}))
     jumps = range(2 * len(system.resets))
     parts += [_turned(layout, k) for k in jumps]
-    parts.append(_choice("turned", "k, s, p, out", [f"turned_{k}" for k in jumps]))
+    parts.append(dispatch("turned", "k, s, p, out", {k: f"turned_{k}" for k in jumps}))
     return "\n".join(parts)
 
 
@@ -124,17 +125,15 @@ def _divergence(rows: _Rows) -> str:
     body += rows.solved()
     body += [f"{_at(rate + k)} = r_{k}" for k in range(rows.n)]
     body.append(f"{total} += w[{8 * rate} + 8 * c + i]")
-    lines = ['@entry(SIGNATURES["divergence"])', "def divergence(w):"]
-    lines += [f"    for i in range({LANES}):", f"        {total} = 0.0", f"    for c in range({rows.n}):"]
+    lines = [*entry("divergence", "w"), f"    for i in range({LANES}):", f"        {total} = 0.0"]
+    lines += [f"    for c in range({rows.n}):"]
     lines += [f"        for i in range({LANES}):", *(f"            {line}" for line in body)]
     return "\n".join(lines) + "\n\n"
 
 
 def _lane_function(name: str, arguments: str, head: list[str], body: list[str]) -> str:
-    lines = [f'@entry(SIGNATURES["{name}"])', f"def {name}({arguments}):", *(f"    {line}" for line in head)]
-    return (
-        "\n".join([*lines, f"    for i in range({LANES}):", *(f"        {line}" for line in body)]) + "\n\n"
-    )
+    lines = [*entry(name, arguments), *(f"    {line}" for line in head), f"    for i in range({LANES}):"]
+    return "\n".join([*lines, *(f"        {line}" for line in body)]) + "\n\n"
 
 
 def _gradients(layout: Layout) -> Iterator[tuple[int, str]]:
@@ -202,13 +201,3 @@ def _at_point(layout: Layout, name: str, arguments: str, out: str, tape, values:
     program = tape.program({f"out_{i}": value for i, value in enumerate(values)})
     stores = {f"out_{i}": i for i in range(len(values))}
     return "@compiled\n" + point(name, layout, program, stores, arguments, out) + "\n"
-
-
-def _choice(name: str, arguments: str, functions: list[str], numbers: list | None = None) -> str:
-    """A function that picks one of several by its first argument."""
-    which, *rest = arguments.split(", ")
-    numbers = [g for g, _ in numbers] if numbers is not None else range(len(functions))
-    lines = [f'@entry(SIGNATURES["{name}"])', f"def {name}({arguments}):"]
-    for number, function in zip(numbers, functions, strict=True):
-        lines.append(f"    if {which} == {number}:\n        {function}({', '.join(rest)})")
-    return "\n".join(lines if functions else [*lines, "    pass"]) + "\n\n"

@@ -73,7 +73,7 @@ def _sway(beam: Beam, c: Coordinates) -> tuple[Expr, Expr]:
 
 
 def excitation(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Freedom, Expr]]:
-    """What bends the beam though it is straight: inertia of the frame's motion, and gravity."""
+    """Loads that bend a straight beam: inertia of the frame's motion, and gravity."""
     weight = GRAVITY * c.angle[beam.link].cos if structure.gravity else Integer(0)
     for mode, S in zip(modes(beam), _each(beam, "S"), strict=True):
         yield mode, -S * (_sway(beam, c)[0] + weight)
@@ -97,18 +97,9 @@ def force(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Free
         yield k, 2 * w * rate * along + w**2 * sigma * across
 
 
-def kinetic_energy(structure: Linkage, beam: Beam, c: Coordinates) -> Expr:
-    """Kinetic energy beside the rigid link's: half the quadratic form of the entries of `inertia`."""
-    total = Integer(0)
-    for k, m, entry in inertia(structure, beam, c):
-        total += entry * c.speed[k] * c.speed[m] / (2 if k == m else 1)
-    return total
-
-
 def strain_energy(beam: Beam, c: Coordinates) -> Expr:
     """sum_i omega_i^2 eta_i^2 / 2."""
-    pairs = zip(_each(beam, "k"), modes(beam), strict=True)
-    return sum((stiffness * c.position[mode] ** 2 / 2 for stiffness, mode in pairs), Integer(0))
+    return _squares(beam, "k", c.position, Integer(1) / 2)
 
 
 def weight_energy(beam: Beam, c: Coordinates) -> Expr:
@@ -118,8 +109,13 @@ def weight_energy(beam: Beam, c: Coordinates) -> Expr:
 
 def dissipated_power(beam: Beam, c: Coordinates) -> Expr:
     """Power that structural damping takes."""
-    pairs = zip(_each(beam, "c"), modes(beam), strict=True)
-    return sum((drag * c.speed[mode] ** 2 for drag, mode in pairs), Integer(0))
+    return _squares(beam, "c", c.speed, Integer(1))
+
+
+def _squares(beam: Beam, word: str, values: dict[Freedom, Expr], share: Expr) -> Expr:
+    """Sum over the modes of a number times the square of a coordinate or speed, times a share of it."""
+    pairs = zip(_each(beam, word), modes(beam), strict=True)
+    return sum((share * factor * values[mode] ** 2 for factor, mode in pairs), Integer(0))
 
 
 def momentum_rate(structure: Linkage, beam: Beam, c: Coordinates, axis: int) -> Expr:

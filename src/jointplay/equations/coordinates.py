@@ -10,7 +10,7 @@ closed four-bar leaves the crank alone free. So one set of tables serves every c
 are written over all freedoms and projected here.
 """
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
 
 from sympy import Expr, Integer, Symbol, atan2
@@ -99,6 +99,13 @@ class Coordinates:
                     place = (max(i, j), min(i, j))
                     found[place] = found.get(place, Integer(0)) + twice * part * other * entry
         return found
+
+    def kinetic_energy(self, entries: Iterable[tuple[Freedom, Freedom, Expr]]) -> Expr:
+        """Half the quadratic form in the speeds that entries of the mass matrix make."""
+        return sum(
+            (entry * self.speed[k] * self.speed[m] / (2 if k == m else 1) for k, m, entry in entries),
+            Integer(0),
+        )
 
     def force(
         self, forces: dict[Freedom, Expr], entries: dict[tuple[Freedom, Freedom], Expr]

@@ -11,7 +11,6 @@ from . import beam as elastic
 from . import chain, loop
 from .contact import Geometry, geometry
 from .coordinates import Coordinates, Freedom, coordinates
-from .drive import torque
 from .laws import LAWS
 from .structure import Clearance, Linkage, Pin, parameter_names
 from .system import Angle, Contact, System, number, traction
@@ -26,7 +25,7 @@ def system(structure: Linkage) -> System:
 
 @dataclass(frozen=True)
 class Parts:
-    """What the equations of a linkage are put together from."""
+    """Parts that the equations of a linkage are put together from."""
 
     structure: Linkage
 
@@ -94,7 +93,7 @@ class Parts:
         for beam in structure.beams if not structure.relaxed else ():
             for freedom, value in elastic.force(structure, beam, self.c):
                 found[freedom] += value
-        found[driven] += torque(structure.drive, self.c.speed[driven])
+        found[driven] += _law_torque(structure.drive, self.c.speed[driven])
         return dict(found)
 
     def residual(self, freedom: Freedom) -> Expr:
@@ -106,15 +105,15 @@ class Parts:
         return total
 
     @cached_property
-    def _bushes(self) -> list[tuple[Clearance, Vector]]:
+    def _cut_joints(self) -> list[tuple[Clearance, Vector]]:
         """Joints where the chains are cut, with the force on the bearing."""
         found = []
         for contact, joint in zip(self.contacts, self.structure.joints, strict=True):
             (F_n, F_t), (x, y) = traction(contact), self.joints[joint.name].direction
             found.append((joint, (F_n * x - F_t * y, F_n * y + F_t * x)))
         if self.structure.loop:
-            lacking = {k: self.residual(k) for k in self.structure.loop.links[1:]}
-            found.append((self.structure.loop, loop.closing_force(self.structure, self.c, lacking)))
+            residuals = {k: self.residual(k) for k in self.structure.loop.links[1:]}
+            found.append((self.structure.loop, loop.closing_force(self.structure, self.c, residuals)))
         return found
 
     def _powers(self, outputs: dict[str, Expr]) -> dict[str, Expr]:
@@ -153,13 +152,11 @@ class Parts:
 
     def _energies(self) -> Iterator[tuple[str, Expr]]:
         structure, c = self.structure, self.c
-        kinetic, potential = Integer(0), Integer(0)
-        for k, m, entry in chain.inertia(structure, c):
-            kinetic += entry * c.speed[k] * c.speed[m] / (2 if k == m else 1)
+        kinetic, potential = c.kinetic_energy(chain.inertia(structure, c)), Integer(0)
         if structure.gravity:
             potential += chain.potential_energy(structure, c)
         for beam in structure.beams:
-            kinetic += elastic.kinetic_energy(structure, beam, c)
+            kinetic += c.kinetic_energy(elastic.inertia(structure, beam, c))
             potential += elastic.weight_energy(beam, c) if structure.gravity else Integer(0)
         strain = sum((elastic.strain_energy(beam, c) for beam in structure.beams), Integer(0))
         yield "kinetic_energy", kinetic
@@ -173,7 +170,7 @@ class Parts:
             yield f"deflection:{k}", bent
 
     def _modal_loads(self) -> Iterator[tuple[str, Expr]]:
-        """What excites each mode of links whose modes are given: inertia, gravity, friction's end moments."""
+        """Load on each mode of links whose modes are given: inertia, gravity, friction's end moments."""
         for beam in self.structure.beams:
             excited = dict(elastic.excitation(self.structure, beam, self.c))
             for mode in elastic.modes(beam):
@@ -189,7 +186,7 @@ class Parts:
         """The motor's law, or what a prescribed speed costs."""
         structure, c = self.structure, self.c
         if structure.drive != "speed":
-            return torque(structure.drive, c.speed[structure.driven])
+            return _law_torque(structure.drive, c.speed[structure.driven])
         if structure.loop:
             crank = c.speed[structure.driven]
             return sum((c.speed[k] / crank * self.residual(k) for k in structure.links), Integer(0))
@@ -205,7 +202,7 @@ class Parts:
         for pin in self.structure.pins:
             yield pin.name, (self._reaction(pin, 0), self._reaction(pin, 1))
         if self.structure.loop:
-            yield self.structure.loop.name, self._bushes[-1][1]
+            yield self.structure.loop.name, self._cut_joints[-1][1]
 
     def _reaction(self, pin: Pin, axis: int) -> Expr:
         """Momentum rate beyond a pin, less the forces at the cut joints that act there."""
@@ -214,9 +211,18 @@ class Parts:
         for beam in structure.beams:
             if beam.link in pin.links:
                 total += elastic.momentum_rate(structure, beam, self.c, axis)
-        for joint, force in self._bushes:
+        for joint, force in self._cut_joints:
             total += force[axis] * ((joint.journal in pin.links) - (joint.bearing in pin.links))
         return pin.sign * total
+
+
+def _law_torque(drive: str, w: Expr) -> Expr:
+    """Torque of the drive on the crank as a law of its speed; 0 where the torque is no law but an outcome.
+
+    Motor line: T(w) = a - b w, equations (1) and (2) of Chunmei et al. (2002). It is stiff: b/J reaches 1e6
+    1/s. A prescribed speed makes the crank's angle a phase, Omega t + theta_0, and its torque an outcome.
+    """
+    return number("a") - number("b") * w if drive == "motor" else Integer(0)
 
 
 def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:

@@ -61,7 +61,7 @@ def _directions(structure: Linkage, c: Coordinates, d: list[Symbol]) -> dict[str
 
 
 def closing_force(structure: Linkage, c: Coordinates, residual: dict[str, Expr]) -> tuple[Expr, Expr]:
-    """Force on the bearing of the joint at which the loop is cut, from what coupler and rocker lack."""
+    """Force on the bearing of the joint at which the loop is cut, by the residuals of the moved links."""
     _, coupler, rocker = structure.loop.links
     pull = {k: -residual[k] / number(f"D_{structure.loop.name}_{k}") for k in (coupler, rocker)}
     along_rocker = pull[coupler] / dot(c.n(coupler), c.e(rocker))

@@ -56,7 +56,7 @@ def rossler() -> System:
 
 
 def jerk() -> System:
-    """x' = y, y' = z, z' = -a z - y + |x| - 1: above 0, what -x lacks to |x| is a contact's force."""
+    """x' = y, y' = z, z' = -a z - y + |x| - 1: above 0, the difference |x| + x is a contact's force."""
     x, y, z = state = symbols("x y z", real=True)
     a = number("damping")
     fold = Contact("fold", x, y, x, (Integer(0), Integer(0), Integer(-2)), True)

@@ -1,4 +1,4 @@
-"""Which parts a linkage has: the plan from which its equations are written.
+"""Parts of a linkage: the plan from which its equations are written.
 
 A structure holds no numbers; every number it needs is a parameter named here in one place, so that a sweep
 over numbers changes no equation. Cut at every clearance joint, a linkage is a forest of open chains. No SymPy

@@ -1,4 +1,4 @@
-"""What a set of equations looks like to the rest of the house.
+"""Form of the equations of motion that code generation takes.
 
 A system has positions q and speeds z with
 

@@ -27,7 +27,7 @@ class Code(IntEnum):
 
 
 class Mode(Code):
-    """What a contact does; FREE or REST of a rigid wall."""
+    """Mode of a contact; of a rigid wall FREE or REST."""
 
     FREE = 0
     RELEASED = 1  # the gap is closed, and the force gone: of laws that do not pull
@@ -39,7 +39,7 @@ class Mode(Code):
 
 
 class Variant(Code):
-    """Which form of a structure's equations holds: no contact touches, none sticks, or one does."""
+    """Form of a structure's equations: no contact touches, none sticks, or one does."""
 
     FREE = 0
     SLIP = 1
@@ -47,7 +47,7 @@ class Variant(Code):
 
 
 class Event(Code):
-    """What happens where a guard leaves its side."""
+    """Kind of event, where a guard leaves its side."""
 
     CONTACT = 0
     SEPARATION = 1
@@ -60,7 +60,7 @@ class Event(Code):
 
 
 class Section(Code):
-    """What makes the section points of a run: nothing, a level of a quantity, events of one kind."""
+    """Kind of section of a run: none, a level of a quantity, events of one kind."""
 
     NONE = 0
     LEVEL = 1
@@ -68,7 +68,7 @@ class Section(Code):
 
 
 class Row(Code):
-    """What a row of the log is of: a step, an event, a section point, a closest approach, a doubtful step."""
+    """Kind of log row: a step, an event, a section point, a closest approach, a doubtful step."""
 
     STEP = 0
     EVENT = 1

@@ -1,12 +1,14 @@
-"""Lengths of steps: predictive control by the errors of accepted steps, and what sets it aside.
+"""Decisions of one trajectory and of the lanes of an ensemble: lengths of steps, convergence, ends of runs.
 
-After a rejection the observed order says how much shorter; after an event the first length is the one that
-served after the last event into the same mode. References: Gustafsson, ACM Trans. Math. Softw. 20 (1994)
-496-517; Hairer and Wanner (see radau), section IV.8.
+Lengths follow predictive control by the errors of accepted steps. After a rejection the observed order says
+how much shorter; after an event the first length is the one that served after the last event into the same
+mode. References: Gustafsson, ACM Trans. Math. Softw. 20 (1994) 496-517; Hairer and Wanner (see radau),
+section IV.8.
 """
 
 import numpy as np
 
+from .codes import Status
 from .interface import inlined, inner
 from .memory import (
     ERROR_PAST,
@@ -22,33 +24,49 @@ from .memory import (
 ORDER = 8  # of the error estimate in h
 SAFETY = 0.82  # lengths aim at a fifth of the tolerated error, which goes up and down with a vibration
 TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
+OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = Status.numbers()[:5]  # the others are of runs never begun
+FULL = -1  # the log is full: empty it and call again
+CHATTER_COUNT = 12  # events that follow each other closely
+HUGE = 1e12  # of a state, beyond which it diverges
 
 
 @inlined
-def bounded(s, turning, h, n_q, t_end):
-    """Length of the next attempt: the controller's, within the angles' bound and the end of the run."""
+def error_ratio(theta):
+    """Bound of the error that Newton's iteration leaves over its last update, which shrank by theta."""
+    return theta / (1.0 - theta) if theta < 0.99 else 1e100
+
+
+@inlined
+def converged(size, factor, tolerance, stale):
+    """Whether Newton's iteration has converged, by its last update; `factor` times that bounds the error."""
+    return factor * size <= tolerance and size <= stale
+
+
+@inlined
+def fastest(s, turning, n_q):
+    """Largest speed of an angle at the base point."""
+    most = 0.0
     for r in range(n_q):
-        speed = turning[r] * abs(s[1 + n_q + r])
-        if speed * h > 0.8 * TURN:
-            h = 0.8 * TURN / speed
-    return not_beyond(h, t_end - s[0])
+        most = max(most, turning[r] * abs(s[1 + n_q + r]))
+    return most
 
 
 @inlined
-def not_beyond(h, left):
-    """Length of the next attempt, where so much is left until the end: no last step is tiny."""
+def bounded(h, fastest, turn, left):
+    """Length of the next attempt: within the angles' bound and the end of the run; no last step is tiny."""
+    h = min(h, 0.8 * turn / fastest)
     return left if left < 1.001 * h else h
 
 
 @inner
 def at_end(time, end):
-    """Whether it is the end: a sum of lengths may miss it by rounding."""
+    """Whether a time is the run's end: a sum of lengths may miss it by rounding."""
     return abs(end - time) <= 4e-16 * abs(end)
 
 
 @inner
 def instant(time, near):
-    """What is too short for a step, and within what two events are at once."""
+    """Time that is too short for a step, and within which two events are simultaneous."""
     return 1e-15 * max(abs(time), near)
 
 
@@ -106,3 +124,18 @@ def restarted(h, served, kept):
     """Length of the first step after an event: what served last in the same variant, and what was learnt."""
     h = served if served > 0.0 else h
     return min(h, kept) if kept > 0.0 else h
+
+
+@inner
+def close_events(count, later, near):
+    """Number of events in close succession, after one that is `later` than the last."""
+    return count + 1 if later < near else 0
+
+
+@inner
+def failure(s, n_x):
+    """Status where no step is short enough: the state diverges, or the iteration does not converge."""
+    for r in range(1 + n_x):
+        if not abs(s[r]) < HUGE:
+            return DIVERGED
+    return NOT_CONVERGED

@@ -7,20 +7,21 @@ accuracy and no interpolant's: Newton on the length, one or two short solves fro
 
 import numpy as np
 
+from .control import instant
 from .interface import compiled, inlined, inner
 from .memory import EVALUATIONS
 from .modes import CONE, FORCE, PULLS, RELEASED, STICK, STICKING, inside
-from .polynomial import basis, bernstein, first_root, value
-from .step import converge
+from .polynomial import basis, bernstein, first_root, interpolate, value
+from .step import converge, keep
 
 REFINEMENTS = 8
 TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
-SWING = 4.0  # ratio of r^2 among the stages, from which on the journal swings
+CENTRE_RATIO = 4.0  # ratio of r^2 among the stages, from which on the journal may have passed
 
 
 @inner
-def swings(w, row, x):
+def passes_centre(w, row, x):
     """Whether a journal in contact may have passed the bearing's centre in the step: the force turns there.
 
     A flight across a bearing that is small beside the penetration lies between two stages, unseen. On a line
@@ -33,14 +34,14 @@ def swings(w, row, x):
             for i in range(8):
                 square = w[8 * (row + 4 * j) + i] + x.clearance_squared[j]
                 least, most = min(least, square), max(most, square)
-            if SWING * least < most:
+            if CENTRE_RATIO * least < most:
                 return True
     return False
 
 
 @inner
-def blur(w, row, lane, x):
-    """Set the margins of cones at a lane: rounding of a normal force counts by that force.
+def set_cone_margins(w, row, lane, x):
+    """Set the margins of friction cones at a lane, by the normal force there, whose rounding they stand for.
 
     `row` is the lane row of the first guard.
     """
@@ -70,7 +71,7 @@ def level_of(start, side, fired, margin):
 
 @inner
 def start_of(w, at, g, side, fired, margin):
-    """How guard g, of lane row w[at:], starts: multiplicity of its zero there, and the level to leave."""
+    """Multiplicity of the zero with which guard g, of lane row w[at:], starts, and the level to leave."""
     none = 0 * g  # a variable, for the reason that interface gives
     if margin[g] == 0.0:
         return fired[g], 0.0
@@ -107,10 +108,10 @@ def first_event(w, row, modes, flags, fired, margin, doubt, b, stack):
 
 
 @inner
-def aim(b, degree, side, place, level, margin):
-    """Level at which a guard with coefficients b is left, if it was found beyond `level` at `place`.
+def root_level(b, degree, side, place, level, margin):
+    """Level whose crossing is located, of a guard with coefficients b that is beyond `level` at `place`.
 
-    That is zero where it has been inside by more than its margin between.
+    Zero, where the guard has been inside by more than its margin between.
     """
     begin = 0 * degree  # a variable, for the reason that interface gives
     return 0.0 if side * value(b, begin, degree, 0.5 * place, b[8:]) > margin else level
@@ -118,7 +119,7 @@ def aim(b, degree, side, place, level, margin):
 
 @inner
 def comes_back(fired, h, near):
-    """Whether an event at a step's beginning is none, and the step of length h too long.
+    """Whether an event at the beginning of a step of length h is spurious, and the step too long.
 
     Such a step shows a guard that has just fired, and leaves its root, coming back at once.
     """
@@ -161,23 +162,45 @@ def locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard):
         if abs(later) < 1e-6:
             return length, 1.0 + later, True
         if variant == STICKING:
-            blur(w, o.guards, 6.0, x)
+            set_cone_margins(w, o.guards, 6.0, x)
         if guard >= 0 and abs(b[degree] - level) < ROUNDING * x.margin[guard]:
             return length, 1.0, True
         length = corrected(length, later)
     return length, 1.0, False
 
 
+@inlined
+def accept_until_event(f, variant, k, x, o, h):
+    """Accept an accurate attempt, or a shorter one up to its first event.
+
+    Gives back that event's guard (-1: none), the length of the step that ends there, the place of the event
+    in it (0: at its start, 1: at its end to rounding), and whether that is sure: a long step may have
+    promised another event than the short one to it shows.
+    """
+    if variant == STICKING:
+        set_cone_margins(k.w, o.guards, 7.0, x)
+    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, 0.0, k.b, k.stack)
+    if guard < 0:
+        if len(x.work) > 0:
+            f.rate(variant, k.w, x.s, x.p, x.m)
+            x.count[EVALUATIONS] += 7
+        return guard, h, 1.0, True
+    together = instant(x.s[0], o.near)
+    if place * h <= together:
+        return guard, h, 0.0, not comes_back(x.fired[guard], h, o.near)
+    keep(k.w, 8 * (o.first + 1), k.whole)
+    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
+    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
+    if level != 0.0:
+        degree = bernstein(k.w, 8 * row, multiplicity, k.b)
+        level = root_level(k.b, degree, side, place, level, x.margin[guard])
+    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard)
+    _, earlier = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, ROUNDING, k.b, k.stack)
+    return guard, length, root, solved and (root - earlier) * length <= together + TOGETHER * length
+
+
 @compiled
 def state_at(w, at, s, n_x, place, b, out):
     """Write positions and speeds at `place` of the step whose increments begin at w[at], to out[1:]."""
     basis(place, b)
-    if b[14] == 1.0:  # the step's end
-        for r in range(n_x):
-            out[1 + r] = s[1 + r] + w[at + 8 * r + 6]
-        return
-    for r in range(n_x):
-        total = s[1 + r]
-        for i in range(7):
-            total += b[8 + i] * w[at + 8 * r + i]
-        out[1 + r] = total
+    interpolate(w, at, s, 1 + 0 * n_x, n_x, b, out)

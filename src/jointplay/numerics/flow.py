@@ -8,29 +8,32 @@ never an exception.
 import numpy as np
 from numba import float64, int64, typeof, types, void
 
-from jointplay.numerics.closest_approach import misses
-
-from .anew import again
 from .codes import Section
-from .control import ORDER, after_whole, at_end, bounded, instant, learnt, restarted, shorter
-from .events import (
-    ROUNDING,
-    TOGETHER,
-    aim,
-    blur,
-    comes_back,
-    first_event,
-    locate,
-    side_of,
-    start_of,
-    state_at,
-    swings,
+from .control import (
+    CHATTER,
+    CHATTER_COUNT,
+    FULL,
+    OK,
+    ORDER,
+    STEP_LIMIT,
+    TURN,
+    after_whole,
+    at_end,
+    bounded,
+    close_events,
+    failure,
+    fastest,
+    instant,
+    learnt,
+    restarted,
+    shorter,
 )
+from .doubts import again, doubt, doubtful
+from .events import accept_until_event, passes_centre, state_at
 from .interface import FUNCTIONS, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
     CONTRACTION,
-    EVALUATIONS,
     EVENT_ROW,
     EVENTS,
     FAILED,
@@ -55,14 +58,13 @@ from .memory import (
     trajectory,
     work,
 )
-from .modes import REST, SEPARATION, STICKING, follow, mask, start, variant_of
-from .polynomial import bernstein
-from .record import doubt, doubtful, gains, note, sample, work_at
-from .saltation import leap, meet, settled
-from .sections import count_section, keep, sections
-from .status import CHATTER, CHATTER_COUNT, FULL, OK, STEP_LIMIT, crowded, trouble
-from .step import attempt
-from .tangent import ROWS, carry, mark
+from .modes import REST, SEPARATION, follow, mask, start, variant_of
+from .polynomial import interpolate
+from .record import closest_approaches, gains, note, sample
+from .saltation import before_event, jump, project_at_rest
+from .sections import count_section, sections
+from .step import attempt, keep
+from .tangent import ROWS, log_block, propagate
 from .walls import begin, hold, stay, strike
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
@@ -86,7 +88,8 @@ def _new_base(f, weight, x, n_x):
 def _commit(w, s, gain, work, b, at, n_x, place, time):
     """Move the base point, and the work, to `place` of the step whose increments begin at w[at]."""
     state_at(w, at, s, n_x, place, b, s)
-    work_at(gain, b, work, work)
+    start = 0 * n_x  # a variable, for the reason that interface gives
+    interpolate(gain, start, work, start, len(work), b, work)
     s[0] = time
     for i in range(8 * n_x):  # from here on the increments are of the new base point
         w[at + i] = 0.0
@@ -99,7 +102,7 @@ def _event(f, k, x, o, guard):
     """Change mode, or jump, at the base point; count events that crowd."""
     count, real, time = x.count, x.real, x.s[0]
     f.trig(x.s, x.p)
-    count[CLOSE] = crowded(count[CLOSE], time - real[T_EVENT], o.near)
+    count[CLOSE] = close_events(count[CLOSE], time - real[T_EVENT], o.near)
     real[T_EVENT] = time
     count[EVENTS] += 1
     at, logged = count[LOGGED], o.log_events and time >= o.log_from
@@ -113,13 +116,13 @@ def _event(f, k, x, o, guard):
         kind, lasting = strike(f, j, k, x, o)
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
-    _count(k, x, o, j, kind, time)
+    _count_section_event(k, x, o, j, kind, time)
     if lasting >= 0.0:
         hold(f, j, k, x)
         count[EVENTS] += 1
         if logged:
             note(k, x, o, EVENT_ROW, float(j), float(REST), time + lasting, 0.0)
-        _count(k, x, o, j, REST, time + lasting)
+        _count_section_event(k, x, o, j, REST, time + lasting)
     count[SMOOTH], real[CONTRACTION], real[H_LIMIT], real[H_REJECTED] = 0, 1.0, np.inf, 0.0
     variant = variant_of(x.modes)
     real[H] = restarted(real[H], real[H_VARIANT + variant], real[H_START + variant])
@@ -128,41 +131,11 @@ def _event(f, k, x, o, guard):
 
 
 @inner
-def _count(k, x, o, j, kind, time):
+def _count_section_event(k, x, o, j, kind, time):
     """A section point, if events of that kind make the section."""
     watched = o.section_contact < 0 or o.section_contact == j
     if o.section == BY_EVENT and kind == o.section_event and watched:
         count_section(k, x, o, time, 0.0, float(j), float(kind))
-
-
-@inlined
-def _reach(f, variant, k, x, o, h):
-    """How far an accurate attempt may be taken.
-
-    Its first event's guard (-1: none), the length of the step that ends there, the place of the event in it
-    (0: at its start, 1: at its end to rounding), and whether that is sure: a long step may have promised
-    another event than the short one to it shows.
-    """
-    if variant == STICKING:
-        blur(k.w, o.guards, 7.0, x)
-    guard, place = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, 0.0, k.b, k.stack)
-    if guard < 0:
-        if len(x.work) > 0:
-            f.rate(variant, k.w, x.s, x.p, x.m)
-            x.count[EVALUATIONS] += 7
-        return guard, h, 1.0, True
-    together = instant(x.s[0], o.near)
-    if place * h <= together:
-        return guard, h, 0.0, not comes_back(x.fired[guard], h, o.near)
-    keep(k.w, 8 * (o.first + 1), k.whole)
-    row, side = o.guards + guard, side_of(guard, x.modes, x.flags)
-    multiplicity, level = start_of(k.w, 8 * row, guard, side, x.fired, x.margin)
-    if level != 0.0:
-        degree = bernstein(k.w, 8 * row, multiplicity, k.b)
-        level = aim(k.b, degree, side, place, level, x.margin[guard])
-    length, root, solved = locate(f, variant, k, x, o, h, place, row, multiplicity, level, guard)
-    _, earlier = first_event(k.w, o.guards, x.modes, x.flags, x.fired, x.margin, ROUNDING, k.b, k.stack)
-    return guard, length, root, solved and (root - earlier) * length <= together + TOGETHER * length
 
 
 @spliced
@@ -175,7 +148,7 @@ def _advance(f, variant, k, x, o, guard, length, root, doubts):
     if o.section == BY_LEVEL:
         sections(f, variant, k, x, o, length, root)
     if o.log_misses:
-        misses(k, x, o, length, root)
+        closest_approaches(k, x, o, length, root)
     end, done = x.s[0] + length * root, count[SAMPLES]
     if at_end(end, o.t_end):
         end = o.t_end
@@ -208,14 +181,14 @@ def _start(f, k, x, o):
 
 
 @spliced
-def _go_on(f, variant, k, x, o, g, y, h, error):
+def _take(f, variant, k, x, o, g, y, h, error):
     """Take an accurate attempt up to its first event, tangents with it, or shorten the next one."""
     count, real = x.count, x.real
     doubts = o.sharp > 0.0 and doubtful(k, x, o, h)
-    guard, length, root, sure = _reach(f, variant, k, x, o, h)
+    guard, length, root, sure = accept_until_event(f, variant, k, x, o, h)
     strain = 0.0
     if y is not None and sure and root > 0.0:
-        strain = carry(f, g, variant, k, x, o, y, length, root)
+        strain = propagate(f, g, variant, k, x, o, y, length, root)
     if not sure:
         count[FAILED] += 1
         real[H], count[SMOOTH] = 0.5 * h, 0
@@ -234,12 +207,12 @@ def _go_on(f, variant, k, x, o, g, y, h, error):
             real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
     else:
         if y is not None:
-            meet(f, g, variant, x, o, y, guard)
+            before_event(f, g, variant, x, o, y, guard)
         _event(f, k, x, o, guard)
         if y is not None:
-            leap(f, g, x, o, y, guard)
+            jump(f, g, x, o, y, guard)
     if y is not None:
-        mark(x, y)
+        log_block(x, y)
     count[FRESH] = 0
 
 
@@ -253,7 +226,7 @@ def run(f, k, x, o, g, y):
     if not count[STARTED]:
         _start(f, k, x, o)
         if y is not None:
-            settled(g, x, o, y)
+            project_at_rest(g, x, o, y)
     while True:
         if count[LOGGED] + ROOM > len(x.log):
             return FULL
@@ -267,7 +240,7 @@ def run(f, k, x, o, g, y):
         if not count[FRESH]:
             _new_base(f, k.weight, x, o.n_q + o.n)
             count[FRESH] = 1
-        h = bounded(x.s, x.turning, min(real[H], o.h_max), o.n_q, o.t_end)
+        h = bounded(min(real[H], o.h_max), fastest(x.s, x.turning, o.n_q), TURN, o.t_end - x.s[0])
         error = attempt(f, variant, k, x, o, h)
         if error < 0.0:
             count[FAILED] += 1
@@ -276,18 +249,18 @@ def run(f, k, x, o, g, y):
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = shorter(real, h, error)
-        elif swings(k.w, o.guards, x):
+        elif passes_centre(k.w, o.guards, x):
             count[FAILED] += 1
             real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0
         else:
             if x.s[0] == real[T_EVENT]:
                 kept = real[H_START + variant]
                 real[H_START + variant] = learnt(kept, real[H_REJECTED] > 0.0, h, error)
-            _go_on(f, variant, k, x, o, g, y, h, error)
+            _take(f, variant, k, x, o, g, y, h, error)
             if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER
         if not real[H] > instant(x.s[0], o.near):
-            return trouble(x.s, o.n_q + o.n)
+            return failure(x.s, o.n_q + o.n)
 
 
 PLAIN = int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, types.none, types.none)  # without tangents

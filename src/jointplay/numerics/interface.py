@@ -49,7 +49,7 @@ SIGNATURES = {
 
 
 class Functions(NamedTuple):
-    """What the flow calls: functions of a structure (codegen.module), and the method's algebra for it.
+    """Functions that the flow calls: a structure's (codegen.module), and the method's algebra for its size.
 
     The algebra is written out by size (codegen.algebra), or goes by a plan (codegen.elimination).
     """
@@ -68,7 +68,7 @@ class Functions(NamedTuple):
 
 
 class Variations(NamedTuple):
-    """What tangents need beside that: derivatives of a structure's functions (codegen.variation)."""
+    """Derivatives of a structure's functions, for tangents (codegen.variation)."""
 
     variation: Callable
     vary: Callable
@@ -101,10 +101,10 @@ class Pointer(types.WrapperAddressProtocol):
 
 def pointers(*modules, kind=Functions, signatures=SIGNATURES):
     """The functions of modules as a loop takes them: addresses; themselves where nothing is compiled."""
-    found = {
+    functions = {
         name: getattr(module, name) for module in modules for name in kind._fields if hasattr(module, name)
     }
-    return kind(**{name: address(function, signatures[name]) for name, function in found.items()})
+    return kind(**{name: address(function, signatures[name]) for name, function in functions.items()})
 
 
 def address(function, signature):
@@ -136,7 +136,7 @@ spliced = _compiles(inline="always")  # the same before types are known: long bo
 
 
 def entry(signature):
-    """Compile at import, with an explicit signature: the doors between a structure and the method."""
+    """Compile at import, with an explicit signature: what a structure and the method call of each other."""
 
     def compile_now(function):
         made = compiled(function)

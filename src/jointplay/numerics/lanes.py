@@ -17,35 +17,35 @@ FUSED = ("contract",)
 INDEX, LANE = ir.IntType(64), ir.IntType(32)
 
 
-def mapped(w, to, source, at, table):
+def matvec(w, to, source, at, table):
     """Row at w[to]: the eight numbers from source[at] on times a lane-to-lane matrix (see radau)."""
     w[to : to + 8] = source[at : at + 8] @ table.reshape(8, 8)
 
 
-def carried(w, to, h, speed, at, table, nodes):
+def position_row(w, to, h, speed, at, table, nodes):
     """Row at w[to]: h times (`speed` * nodes + the row at w[at] times a lane-to-lane matrix)."""
     w[to : to + 8] = h * (speed * nodes + w[at : at + 8] @ table.reshape(8, 8))
 
 
-def corrected(w, to, squares, factor, at, table):
+def add_matvec(w, to, squares, factor, at, table):
     """Add z, the row at w[at] times a matrix, to the row at w[to], and (factor z)^2 to the squares."""
     z = w[at : at + 8] @ table.reshape(8, 8)
     w[to : to + 8] += z
     w[squares : squares + 8] += (factor * z) ** 2
 
 
-def added(w, to, factor, at):
+def axpy(w, to, factor, at):
     """Row at w[to] plus `factor` times the row at w[at]."""
     w[to : to + 8] += factor * w[at : at + 8]
 
 
-def gathered(w, to, numbers, pairs, begin, end):
+def sparse_dot(w, to, numbers, pairs, begin, end):
     """Row at w[to]: the sum of numbers[i] times the row at w[at] over (i, at) in pairs[begin:end]."""
     rows = [numbers[pairs[o]] * w[pairs[o + 1] : pairs[o + 1] + 8] for o in range(begin, end, 2)]
     w[to : to + 8] = np.sum(rows, axis=0)
 
 
-def lessened(w, to, pairs, begin, end):
+def subtract_products(w, to, pairs, begin, end):
     """Complex row at w[to] less the products of those at w[a] and w[b] over (a, b) in pairs[begin:end]."""
     total = _number(w, to)
     for o in range(begin, end, 2):
@@ -53,19 +53,19 @@ def lessened(w, to, pairs, begin, end):
     w[to : to + 4], w[to + 4 : to + 8] = total.real, total.imag
 
 
-def multiplied(w, to, a):
+def complex_multiply(w, to, a):
     """Complex row at w[to] times that at w[a]."""
     product = _number(w, to) * _number(w, a)
     w[to : to + 4], w[to + 4 : to + 8] = product.real, product.imag
 
 
-def swung(w, to, a, b):
+def complex_fma(w, to, a, b):
     """Complex row at w[to] plus the product of those at w[a] and w[b]."""
     total = _number(w, to) + _number(w, a) * _number(w, b)
     w[to : to + 4], w[to + 4 : to + 8] = total.real, total.imag
 
 
-def combined(w, to, x, a, y, b, z):
+def complex_sum(w, to, x, a, y, b, z):
     """Complex row at w[to]: x times that at w[a], y times that at w[b], and the real z."""
     total = x * _number(w, a) + y * _number(w, b) + z
     w[to : to + 4], w[to + 4 : to + 8] = total.real, total.imag
@@ -159,17 +159,17 @@ def _compiled(plain, kinds, build):
     return intrinsic(scope[plain.__name__])
 
 
-def _build_mapped(rows, w, to, source, at, table):
+def _build_matvec(rows, w, to, source, at, table):
     rows.store(rows.matrix(2, at, 4), rows.place(0, to, 8))
 
 
-def _build_carried(rows, w, to, h, speed, at, table, nodes):
+def _build_position_row(rows, w, to, h, speed, at, table, nodes):
     start = rows.load(rows.place(6, ir.Constant(INDEX, 0), 8))
     total = rows.plus(rows.matrix(0, at, 5), rows.spread(speed), start)
     rows.store(rows.builder.fmul(rows.spread(h), total, flags=FUSED), rows.place(0, to, 8))
 
 
-def _build_corrected(rows, w, to, squares, factor, at, table):
+def _build_add_matvec(rows, w, to, squares, factor, at, table):
     z = rows.matrix(0, at, 5)
     place, sums = rows.place(0, to, 8), rows.place(0, squares, 8)
     rows.store(rows.builder.fadd(rows.load(place), z, flags=FUSED), place)
@@ -177,12 +177,12 @@ def _build_corrected(rows, w, to, squares, factor, at, table):
     rows.store(rows.plus(rows.load(sums), scaled, scaled), sums)
 
 
-def _build_added(rows, w, to, factor, at):
+def _build_axpy(rows, w, to, factor, at):
     place = rows.place(0, to, 8)
     rows.store(rows.plus(rows.load(place), rows.spread(factor), rows.load(rows.place(0, at, 8))), place)
 
 
-def _build_gathered(rows, w, to, numbers, pairs, begin, end):
+def _build_sparse_dot(rows, w, to, numbers, pairs, begin, end):
     builder = rows.builder
     total = alloca_once_value(builder, ir.Constant(ir.VectorType(ir.DoubleType(), 8), [0.0] * 8))
     with for_range_slice(builder, begin, end, ir.Constant(INDEX, 2)) as (o, _):
@@ -193,7 +193,7 @@ def _build_gathered(rows, w, to, numbers, pairs, begin, end):
     rows.store(builder.load(total), rows.place(0, to, 8))
 
 
-def _build_lessened(rows, w, to, pairs, begin, end):
+def _build_subtract_products(rows, w, to, pairs, begin, end):
     builder, (places, old) = rows.builder, rows.complex(to)
     zero = ir.Constant(ir.VectorType(ir.DoubleType(), 4), [0.0] * 4)
     # four sums side by side: a chain of one is twice as slow
@@ -207,19 +207,19 @@ def _build_lessened(rows, w, to, pairs, begin, end):
         rows.store(builder.fadd(builder.load(sums[i]), builder.load(sums[i + 2]), flags=FUSED), place)
 
 
-def _build_multiplied(rows, w, to, a):
+def _build_complex_multiply(rows, w, to, a):
     (places, (x, y)), (_, (c, d)) = rows.complex(to), rows.complex(a)
     rows.store(rows.plus(rows.plus(None, x, c), y, d, True), places[0])
     rows.store(rows.plus(rows.plus(None, x, d), y, c), places[1])
 
 
-def _build_swung(rows, w, to, a, b):
+def _build_complex_fma(rows, w, to, a, b):
     (places, (x, y)), (_, (p, q)), (_, (c, d)) = (rows.complex(at) for at in (to, a, b))
     rows.store(rows.plus(rows.plus(x, p, c), q, d, True), places[0])
     rows.store(rows.plus(rows.plus(y, p, d), q, c), places[1])
 
 
-def _build_combined(rows, w, to, x, a, y, b, z):
+def _build_complex_sum(rows, w, to, x, a, y, b, z):
     builder, real = rows.builder, ir.Constant(ir.VectorType(ir.DoubleType(), 8), [1.0] * 4 + [0.0] * 4)
     total = builder.fmul(rows.spread(z), real, flags=FUSED)
     for number, at in ((x, a), (y, b)):
@@ -228,12 +228,12 @@ def _build_combined(rows, w, to, x, a, y, b, z):
 
 
 if not numba.config.DISABLE_JIT:
-    mapped = _compiled(mapped, "aiaia", _build_mapped)
-    carried = _compiled(carried, "aiffiaa", _build_carried)
-    corrected = _compiled(corrected, "aiifia", _build_corrected)
-    added = _compiled(added, "aifi", _build_added)
-    gathered = _compiled(gathered, "aiaaii", _build_gathered)
-    lessened = _compiled(lessened, "aiaii", _build_lessened)
-    multiplied = _compiled(multiplied, "aii", _build_multiplied)
-    swung = _compiled(swung, "aiii", _build_swung)
-    combined = _compiled(combined, "aififif", _build_combined)
+    matvec = _compiled(matvec, "aiaia", _build_matvec)
+    position_row = _compiled(position_row, "aiffiaa", _build_position_row)
+    add_matvec = _compiled(add_matvec, "aiifia", _build_add_matvec)
+    axpy = _compiled(axpy, "aifi", _build_axpy)
+    sparse_dot = _compiled(sparse_dot, "aiaaii", _build_sparse_dot)
+    subtract_products = _compiled(subtract_products, "aiaii", _build_subtract_products)
+    complex_multiply = _compiled(complex_multiply, "aii", _build_complex_multiply)
+    complex_fma = _compiled(complex_fma, "aiii", _build_complex_fma)
+    complex_sum = _compiled(complex_sum, "aififif", _build_complex_sum)

@@ -1,4 +1,4 @@
-"""What a trajectory holds while it is computed: plain arrays, allocated once, and the options of a run.
+"""State of a trajectory while it is computed: plain arrays, allocated once, and the options of a run.
 
 All that a run needs to go on lies here, so that it can be left between two steps and taken up again, with
 the same result to the last bit. In all of `numerics` the same letters stand for
@@ -6,7 +6,7 @@ the same result to the last bit. In all of `numerics` the same letters stand for
     f   functions of the structure, and the method's algebra for its size (interface.Functions)
     k   Work: scratch of the method
     x   Trajectory: state, parameters, modes, counters, and what has been recorded
-    o   Options: what the run is asked for
+    o   Options of the run
     g   derivatives of f, for tangents (interface.Variations); None: none are carried along
     y   Tangents: a frame of tangent vectors (tangent.Tangents); None: there is none
 
@@ -69,7 +69,7 @@ class Trajectory(NamedTuple):
     modes: np.ndarray  # mode of each contact, then of each rigid wall
     flags: np.ndarray  # PULLS, STICKS of each contact
     fired: np.ndarray  # multiplicity with which each guard starts at zero
-    margin: np.ndarray  # what of each guard is within the tolerance of zero; 0: nothing is
+    margin: np.ndarray  # of each guard: values up to it are within the tolerance of zero; 0: none
     clearance_squared: np.ndarray  # square of each contact's clearance; inf: it has no centre
     cone: np.ndarray  # margin of each contact's cone over its normal force
     count: np.ndarray
@@ -80,7 +80,7 @@ class Trajectory(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What a run is asked for. Times in s (or the system's own unit)."""
+    """Options of a run. Times in s (or the system's own unit)."""
 
     n_q: int  # positions
     n: int  # speeds

@@ -22,7 +22,7 @@ PULLS, STICKS = 1, 2
 
 @compiled
 def variant_of(modes):
-    """Which of the structure's variants holds (codes.Variant)."""
+    """Variant of the structure's equations (codes.Variant) that belongs to these modes."""
     variant = IN_FLIGHT
     for mode in modes:
         if mode == STICK:

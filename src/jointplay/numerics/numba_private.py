@@ -1,4 +1,4 @@
-"""What is used of numba beside its documented interface; a release of numba may change any of it.
+"""Parts of numba beside its documented interface that are used here; a release of numba may change any of it.
 
 Nothing else in the package reaches for these. tests/numerics/test_numba_private.py tells which one is gone;
 what then breaks, and what to do, is said here of each.
@@ -41,7 +41,7 @@ def address(function, signature) -> int:
 
 
 def only_version(function):
-    """What a compiled function with one signature calls, as a plain built-in function.
+    """The code of a compiled function with one signature, as a plain built-in function.
 
     It saves the search for the version that fits the arguments; the function itself would do as well.
     """

@@ -12,7 +12,7 @@ polynomial of degree 6 through the seven stages and its other roots.
 import numpy as np
 
 from .interface import compiled
-from .lanes import mapped
+from .lanes import matvec
 from .radau import NODES
 
 DEGREE = 7
@@ -58,13 +58,27 @@ def basis(x, out):
 
 
 @compiled
+def interpolate(w, at, start, shift, n, b, out):
+    """Write start[shift:] plus increments from w[at] on, at the place of the basis b[8:], to out[shift:]."""
+    if b[14] == 1.0:  # the step's end
+        for r in range(n):
+            out[shift + r] = start[shift + r] + w[at + 8 * r + 6]
+        return
+    for r in range(n):
+        total = start[shift + r]
+        for i in range(7):
+            total += b[8 + i] * w[at + 8 * r + i]
+        out[shift + r] = total
+
+
+@compiled
 def bernstein(g, at, multiplicity, b):
     """Bernstein coefficients of the row g[at : at + 8]; give back their degree.
 
     The outer ones are the values at both ends: taken as they are, so that rounding makes no root there.
     """
     if multiplicity == 0:
-        mapped(b, 0, g, at, TO_BERNSTEIN)
+        matvec(b, 0, g, at, TO_BERNSTEIN)
         b[0], b[7] = g[at + 7], g[at + 6]
         return 7
     for i in range(8):
@@ -168,6 +182,14 @@ def first_root(b, n, inside, stack):
         stack[top], stack[top + 1] = stack[top] + half, half
         depth += 1
     return 2.0
+
+
+@compiled
+def differentiate(b, degree):
+    """Turn Bernstein coefficients into the derivative's, but for a factor; its degree, and its first side."""
+    for i in range(degree):
+        b[i] = b[i + 1] - b[i]
+    return degree - 1, 1 if b[0] > 0.0 else -1
 
 
 @compiled

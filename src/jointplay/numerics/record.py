@@ -1,12 +1,15 @@
-"""What a run writes down: samples at asked times, and a log of steps, events and section points."""
+"""Records of a run: samples at asked times; a log of steps, events, sections and closest approaches.
+
+As a parameter changes, a closest approach in flight reaches zero and a new contact begins (grazing). They are
+extrema of the step's polynomial, found as its derivative's roots, so that none is stepped over.
+"""
 
 from .events import state_at
 from .interface import inner
-from .memory import COLUMNS, DOUBT_ROW, LOGGED
-from .radau import COLLOCATION, ERROR, GAMMA
-
-KEPT = 0.5  # share of a decay that the polynomial keeps at most, soon after the step's beginning
-MISSED = 0.15  # times h / gamma and the slope's error at the beginning: largest error between the stages
+from .memory import COLUMNS, LOGGED, MISS_ROW
+from .modes import FREE, GAP
+from .polynomial import basis, bernstein, differentiate, interpolate, next_extremum
+from .radau import COLLOCATION
 
 
 @inner
@@ -21,16 +24,6 @@ def gains(w, row, h, gain):
 
 
 @inner
-def work_at(gain, b, work, out):
-    """Write the work at the place whose Lagrange basis stands in b[8:]."""
-    for r in range(len(work)):
-        total = work[r]
-        for i in range(7):
-            total += b[8 + i] * gain[8 * r + i]
-        out[r] = total
-
-
-@inner
 def write(row, time, place, w, at, s, n_x, b, modes, gain, work):
     """One record: time, state at `place` of the step whose increments begin at w[at], modes, work."""
     row[0] = time
@@ -38,16 +31,8 @@ def write(row, time, place, w, at, s, n_x, b, modes, gain, work):
     to = 1 + n_x
     for j in range(len(modes)):
         row[to + j] = modes[j]
-    work_at(gain, b, work, row[to + len(modes) :])
-
-
-@inner
-def log(rows, count, tag, contact, kind, time, place, w, at, s, n_x, b, modes, gain, work):
-    """Add a log row: what it is of, then the record."""
-    row = rows[count[LOGGED]]
-    row[0], row[1], row[2] = tag, contact, kind
-    write(row[COLUMNS:], time, place, w, at, s, n_x, b, modes, gain, work)
-    count[LOGGED] += 1
+    start = 0 * n_x  # a variable, for the reason that interface gives
+    interpolate(gain, start, work, start, len(work), b, row[to + len(modes) :])
 
 
 @inner
@@ -61,37 +46,38 @@ def sample(samples, times, i, h, end, w, at, s, n_x, b, modes, gain, work):
 
 @inner
 def note(k, x, o, tag, contact, kind, time, place):
-    """Add a row to the log."""
-    at, n_x = 8 * (o.first + 1), o.n_q + o.n
-    log(x.log, x.count, tag, contact, kind, time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)
+    """Add a log row: what it is of, then the record."""
+    row, at, n_x = x.log[x.count[LOGGED]], 8 * (o.first + 1), o.n_q + o.n
+    row[0], row[1], row[2] = tag, contact, kind
+    write(row[COLUMNS:], time, place, k.w, at, x.s, n_x, k.b, x.modes, k.gain, x.work)
+    x.count[LOGGED] += 1
 
 
 @inner
-def doubtful(k, x, o, h):
-    """Whether rates of angles on the step of length h may be off by more than is tolerated (o.sharp).
-
-    At its base point the rate differs from the polynomial's slope. What of that the error's filter
-    (I - h J / gamma)^-1 takes away is the rate of components that the step passes over: decays, of which the
-    polynomial keeps a part. Between the stages it also misses the slow motion of these components, by a
-    share of h times that difference, and rates by as many times more as the filter made it smaller.
-    """
-    at, span = 8 * (o.first + 1 + o.n_q), h / GAMMA
-    for r in range(o.n):
-        slope = k.w[at + 8 * (o.n + r) + 7]
-        for i in range(7):
-            slope += ERROR[i] * k.w[at + 8 * r + i] / span
-        slow = k.error[o.n_q + r] / span
-        off = x.turning[r] * abs(slope - slow) * max(KEPT * abs(slow), MISSED * abs(slope))
-        if off * k.weight[o.n_q + r] > o.sharp * abs(slow):
-            return True
-    return False
-
-
-@inner
-def doubt(k, x, o, end):
-    """Note a step that is doubtful: its base point, what guards fired there (a number to base 3), its end."""
-    fired, digit = 0.0, 1.0
+def closest_approaches(k, x, o, h, end):
+    """Log the closest approaches of every open gap within the step of length h, up to its place `end`."""
     for g in range(len(x.fired)):
-        fired += digit * x.fired[g]
-        digit *= 3.0
-    note(k, x, o, DOUBT_ROW, fired, end, x.s[0], 0.0)
+        j, row = g // 4, 8 * (o.guards + g)
+        wall = g - 4 * len(x.flags)
+        if wall >= 0:
+            if x.modes[len(x.flags) + wall] == FREE:
+                _of_gap(k, x, o, h, end, row, -1.0, wall)
+        elif x.modes[j] == FREE and g % 4 == GAP:
+            _of_gap(k, x, o, h, end, row, 1.0, j)
+
+
+@inner
+def _of_gap(k, x, o, h, end, row, rising, contact):
+    """`rising`: sign of the guard's slope on the way to contact. The gap goes where events have kinds."""
+    b, whole = k.b, 0 * o.n  # no root is divided out; a variable, for the reason that interface gives
+    degree, side = differentiate(b, bernstein(k.w, row, whole, b))
+    at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
+    while at <= 1.0:
+        if side * rising > 0.0 and x.s[0] + h * at >= o.log_from:
+            basis(at, b)
+            gap = 0.0
+            for i in range(8):
+                gap += b[8 + i] * k.w[row + i]
+            note(k, x, o, MISS_ROW, float(contact), -rising * gap, x.s[0] + h * at, at)
+        side = -side
+        at, degree = next_extremum(b, degree, at, side, end, k.stack)

@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numba import float64, int64
 
+from .control import DIVERGED, HUGE, OK
 from .flow import OPTIONS, TRAJECTORY, WORK
 from .interface import FUNCTIONS, compiled, entry, inlined
 from .memory import EVALUATIONS, STEPS
@@ -31,7 +32,6 @@ from .modes import (
     mask,
     variant_of,
 )
-from .status import DIVERGED, HUGE, OK
 
 LOOKS = 3  # at a stage: at most free flight, a contact with the wrong slip, the right one
 

@@ -46,7 +46,7 @@ def _stuck(modes):
 
 
 @inner
-def meet(f, g, variant, x, o, y, guard):
+def before_event(f, g, variant, x, o, y, guard):
     """Note what the jump at an event needs of the side before it."""
     f.trig(x.s, x.p)
     _rates(f, variant, x, o, y, y.before)
@@ -59,12 +59,12 @@ def meet(f, g, variant, x, o, y, guard):
 
 
 @inner
-def leap(f, g, x, o, y, guard):
+def jump(f, g, x, o, y, guard):
     """Take the tangents through an event that has just been handled."""
     n_x, wall, real = o.n_q + o.n, guard - 4 * len(x.flags), y.real
     width, reset = 1 + n_x, wall >= 0 and real[ONSET] < np.inf
     if reset and x.modes[len(x.flags) + wall] == RESTING:
-        settled(g, x, o, y)
+        project_at_rest(g, x, o, y)
         return
     _rates(f, variant_of(x.modes), x, o, y, y.after)
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
@@ -87,7 +87,7 @@ def leap(f, g, x, o, y, guard):
 
 
 @inner
-def settled(g, x, o, y):
+def project_at_rest(g, x, o, y):
     """Take from the tangents what lies across the walls on which a body rests."""
     width, walls, held = 1 + o.n_q + o.n, len(x.modes) - len(x.flags), False
     for j in range(walls):

@@ -12,15 +12,9 @@ from .memory import LEVEL, PASSED, SECTION_ROW, SECTIONS, SIDE, T_SECTION
 from .polynomial import bernstein, first_root, keep_right
 from .radau import NODES
 from .record import note
+from .step import keep
 
 SECTIONS_A_STEP = 8
-
-
-@inner
-def keep(w, at, target):
-    """Copy increments out of the lane buffer."""
-    for i in range(len(target)):
-        target[i] = w[at + i]
 
 
 @inner

@@ -18,7 +18,17 @@ the row at that place, or -1: nothing more, -2: its inverse.
 from math import sqrt
 
 from .interface import compiled
-from .lanes import added, carried, combined, corrected, gathered, lessened, mapped, multiplied, swung
+from .lanes import (
+    add_matvec,
+    axpy,
+    complex_fma,
+    complex_multiply,
+    complex_sum,
+    matvec,
+    position_row,
+    sparse_dot,
+    subtract_products,
+)
 from .polynomial import BARYCENTRIC
 from .radau import EIGEN_IM, EIGEN_RE, ERROR, GAMMA, LANES, NODES, TO_EIGEN, TO_MOVED, TO_STAGE
 
@@ -32,9 +42,9 @@ def _execute(w, program):
     o = 0
     while o < len(program):
         to, end, then = program[o], o + 3 + 2 * program[o + 1], program[o + 2]
-        lessened(w, to, program, o + 3, end)
+        subtract_products(w, to, program, o + 3, end)
         if then >= 0:
-            multiplied(w, to, then)
+            complex_multiply(w, to, then)
         elif then == INVERSE:
             for i in range(to, to + 4):
                 d = 1.0 / (w[i] * w[i] + w[i + 4] * w[i + 4])
@@ -54,7 +64,7 @@ def factor(w, J, h, size, entries, program):
     for e in range(0, len(entries), 4):
         at, m, z, q = entries[e], entries[e + 1], entries[e + 2], entries[e + 3]
         mass, rate, pull = J[m] if m >= 0 else 0.0, J[z] if z >= 0 else 0.0, J[q] if q >= 0 else 0.0
-        combined(w, at, -mass, ratio, -pull, moved, -rate)
+        complex_sum(w, at, -mass, ratio, -pull, moved, -rate)
     _execute(w, program)
 
 
@@ -64,7 +74,7 @@ def _weigh(w, J, masses, X):
     o = 0
     while o < len(masses):
         end = o + 1 + 2 * masses[o]
-        gathered(w, X, J, masses, o + 1, end)
+        sparse_dot(w, X, J, masses, o + 1, end)
         X += 8
         o = end
 
@@ -86,9 +96,9 @@ def extrapolate(w, source, start, ratio, size):
         table[48 + i] -= 1.0 if start == 1.0 else 0.0  # from here on increments of the new base point
         table[56 + i] = 0.0
     for r in range(n):
-        mapped(w, state + 8 * (n_q + r), source, 8 * (n_q + r), table)
+        matvec(w, state + 8 * (n_q + r), source, 8 * (n_q + r), table)
     for r in range(n):
-        mapped(w, 8 * r, w, state + 8 * (n_q + r), TO_EIGEN)
+        matvec(w, 8 * r, w, state + 8 * (n_q + r), TO_EIGEN)
 
 
 @compiled
@@ -109,7 +119,7 @@ def move(w, s, h, size):
     for i in range(LANES):
         w[time + i] = h * NODES[i]
     for r in range(n_q):
-        carried(w, state + 8 * r, h, s[1 + n_q + r], 8 * r, TO_MOVED, NODES)
+        position_row(w, state + 8 * r, h, s[1 + n_q + r], 8 * r, TO_MOVED, NODES)
 
 
 @compiled
@@ -119,16 +129,16 @@ def newton(w, s, J, weight, h, size, masses, program):
     R, X, squares = 8 * n, 16 * n, 24 * n
     speeds = 8 * (first + 1 + n_q)
     for r in range(n):
-        mapped(w, R + 8 * r, w, speeds + 8 * (n + r), TO_EIGEN)
-        swung(w, R + 8 * r, squares + 8, 8 * r)
+        matvec(w, R + 8 * r, w, speeds + 8 * (n + r), TO_EIGEN)
+        complex_fma(w, R + 8 * r, squares + 8, 8 * r)
     _weigh(w, J, masses, X)
     _execute(w, program)
     for i in range(squares, squares + 8):
         w[i] = 0.0
     one = 1.0
     for r in range(n):
-        added(w, 8 * r, one, X + 8 * r)
-        corrected(w, speeds + 8 * r, squares, weight[n_q + r], X + 8 * r, TO_STAGE)
+        axpy(w, 8 * r, one, X + 8 * r)
+        add_matvec(w, speeds + 8 * r, squares, weight[n_q + r], X + 8 * r, TO_STAGE)
     move(w, s, h, size)
     total = 0.0
     for i in range(squares, squares + 7):

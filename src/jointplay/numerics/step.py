@@ -10,7 +10,7 @@ done with them. The increments live in the lane buffer `w`, those of the last ac
 where the next are extrapolated.
 """
 
-from .control import TURN
+from .control import TURN, converged, error_ratio
 from .interface import inlined, inner
 from .memory import CONTRACTION, EVALUATIONS, H_PAST, SMOOTH
 
@@ -37,11 +37,11 @@ def converge(f, variant, k, x, h, tolerance, contraction):
             break
         if iteration > 1:
             theta = size / before
-            factor = theta / (1.0 - theta) if theta < 0.99 else 1e100
+            factor = error_ratio(theta)
             hopeless = factor * size * theta ** (ITERATIONS - 1 - iteration) > tolerance
             if hopeless and (iteration > 2 or theta > 1.0):  # two updates may be of different components
                 return size < ROUNDED, 1.0
-        if factor * size <= tolerance and size <= STALE:
+        if converged(size, factor, tolerance, STALE):
             return True, factor
         before = max(size, 1e-300)
     return False, 1.0
@@ -103,3 +103,10 @@ def _estimate_again(f, variant, k, x, o, h):
         f.rate(variant, w, s, x.p, x.m)
         x.count[EVALUATIONS] += 1
     return size
+
+
+@inner
+def keep(w, at, target):
+    """Copy increments out of the lane buffer."""
+    for i in range(len(target)):
+        target[i] = w[at + i]

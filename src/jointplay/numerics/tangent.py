@@ -16,7 +16,7 @@ import numpy as np
 from .frame import orthonormalise
 from .interface import inlined, inner
 from .memory import lane_rows
-from .polynomial import basis
+from .polynomial import basis, interpolate
 from .radau import COLLOCATION
 
 ITERATIONS = 40
@@ -81,7 +81,7 @@ def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks
 
 
 @inlined
-def carry(f, g, variant, k, x, o, y, h, root):
+def propagate(f, g, variant, k, x, o, y, h, root):
     """Take the tangents along the step in k.w, of length h, up to its place `root`.
 
     Give back their largest estimated error in units of what is tolerated: above 1 the piece is too long for
@@ -107,7 +107,7 @@ def carry(f, g, variant, k, x, o, y, h, root):
             elif i < last or last + 1 < n_x:  # a whole frame's last one is known by its volume
                 limit = y.real[LIMIT] * (1.0 if i == 0 else TRAILING)
                 worst = max(worst, _estimate(f, g, variant, k, o, y, d, h, limit))
-            _move(w, 8 * (o.first + 1), d, n_x, y.b)
+            interpolate(w, 8 * (o.first + 1), d, width - n_x, n_x, y.b, d)
     if worst > 1.0:
         for i in range(len(y.d)):
             y.d[i] = y.kept[i]
@@ -184,20 +184,6 @@ def _solve(f, g, variant, k, o, y, d, h):
     return False
 
 
-@inlined
-def _move(w, at, d, n_x, b):
-    """The tangent at the place whose basis stands in b[8:], from its increments at w[at]."""
-    if b[14] == 1.0:  # the step's end
-        for r in range(n_x):
-            d[1 + r] += w[at + 8 * r + 6]
-        return
-    for r in range(n_x):
-        total = d[1 + r]
-        for i in range(7):
-            total += b[8 + i] * w[at + 8 * r + i]
-        d[1 + r] = total
-
-
 @inner
 def _by_volume(y, n_x, trace, span):
     """Where a whole frame's volume shrinks faster than steps resolve, it gives the last direction's growth.
@@ -216,7 +202,7 @@ def _by_volume(y, n_x, trace, span):
 
 
 @inlined
-def mark(x, y):
+def log_block(x, y):
     """Record a row where a block ends."""
     if not x.s[0] >= y.real[NEXT]:
         return

@@ -24,7 +24,7 @@ ROOM = 4.0  # heights of a rebound that another wall must be away
 
 @inner
 def walls_of(x):
-    """How many walls there are; their modes follow those of the contacts."""
+    """Number of rigid walls; their modes follow those of the contacts."""
     return len(x.modes) - len(x.flags)
 
 
@@ -62,7 +62,7 @@ def _ahead(f, j, k, x, o, later):
 
 @inner
 def _lasting(f, j, k, x, o, before):
-    """How long the rebounds from wall j last yet; -1 where they do not end, or the first is too high.
+    """Time until the rebounds from wall j have ended; -1 if they do not end, or the first is too high.
 
     The body has just left the wall, which it met with the speed `before`.
     """
@@ -99,7 +99,7 @@ def _opening(f, j, k, x, o):
 
 @inner
 def strike(f, j, k, x, o):
-    """What follows where the guard of wall j fires at the base point: the kind of event; `_lasting`.
+    """Impact on wall j at the base point, or release from it: the kind of event, and `_lasting`.
 
     `fired` takes the multiplicity with which the gap starts at zero.
     """
@@ -141,7 +141,7 @@ def stay(f, x):
 
 @inner
 def begin(f, k, x, o):
-    """What starts on a wall, moving with it: pressed against it, it rests there."""
+    """Set the initial modes of walls: a body on one that moves with it and is pressed to it rests there."""
     for j in range(walls_of(x)):
         at = len(x.flags) + j
         look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)

@@ -10,58 +10,59 @@ Rows: numerics.ensemble.layout. Reference: Hairer and Wanner, Solving Ordinary D
 section IV.8.
 """
 
-from ...numerics.ensemble import layout as r
+from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import EIGEN, GAMMA, MONOMIAL, NODES, STAGES, TO_EIGEN, TO_STAGE
 from .control import judge, settle
-from .text import at, door, lanes, stage, total
+from .text import at, function, lanes, stage, total
 
 HEADER = '''"""Generated: the method for eight trajectories at once; do not edit."""
 from math import sqrt
 
-from jointplay.numerics.ensemble.decide import bounded, converged
+from jointplay.numerics.control import bounded
+from jointplay.numerics.ensemble.attempts import solved
 from jointplay.numerics.ensemble.layout import CALL
 from jointplay.numerics.events import level_of
 from jointplay.numerics.interface import entry
 
 '''
-N, S = range(r.N), range(STAGES)
+N, S = range(rows.N), range(STAGES)
 
 
 def text() -> str:
     """Source of the module."""
     parts = {"predict": _predict(), "factor": _factor(), "solve": _solve()}
     parts |= {"judge": judge(), "settle": settle()}
-    return HEADER + "\n\n" + "\n\n\n".join(door(*part) for part in parts.items()) + "\n"
+    return HEADER + "\n\n" + "\n\n\n".join(function(*part) for part in parts.items()) + "\n"
 
 
 def _predict() -> list[str]:
     """The last step's polynomial beyond its end (OFFSET 1), or within it (0); else no change."""
     out = []
     for k in N:
-        lines = [f"p{j} = {stage(r.PAST, j, k)}" for j in S]
+        lines = [f"p{j} = {stage(rows.PAST, j, k)}" for j in S]
         lines += [f"m{n} = {total(MONOMIAL[n], (f'p{j}' for j in S))}" for n in S]
-        lines += [f"ratio, off = {at(r.H)} / {at(r.H_PAST)}, {at(r.OFFSET)}"]
+        lines += [f"ratio, off = {at(rows.H)} / {at(rows.H_PAST)}, {at(rows.OFFSET)}"]
         for j in S:
             value = f"m{STAGES - 1}"
             for n in reversed(S[:-1]):
                 value = f"m{n} + x * ({value})"
             lines += [f"x = {float(NODES[j])!r} * ratio + off", f"new = x * ({value}) - off * p{STAGES - 1}"]
-            lines += [f"new = new if {at(r.SMOOTH)} > 0.0 else 0.0", f"old = {stage(r.Z, j, k)}"]
-            lines += [f"z{j} = old if {at(r.JOINED)} > 0.0 else new", f"{stage(r.Z, j, k)} = z{j}"]
+            lines += [f"new = new if {at(rows.SMOOTH)} > 0.0 else 0.0", f"old = {stage(rows.Z, j, k)}"]
+            lines += [f"z{j} = old if {at(rows.JOINED)} > 0.0 else new", f"{stage(rows.Z, j, k)} = z{j}"]
         names = [f"z{j}" for j in S]
-        lines += [f"{stage(r.W, j, k)} = {total(TO_EIGEN[j], names)}" for j in S]
+        lines += [f"{stage(rows.W, j, k)} = {total(TO_EIGEN[j], names)}" for j in S]
         out += lanes(*lines)
     return out
 
 
 def _entries() -> list[str]:
     """h J_z and h^2 J_q."""
-    lines = [f"h = {at(r.H)}"]
+    lines = [f"h = {at(rows.H)}"]
     for k in N:
         for j in N:
             lines += [
-                f"q{k}{j} = h * h * {at(r.JACOBIAN, 2 * r.N * k + j)}",
-                f"v{k}{j} = h * {at(r.JACOBIAN, 2 * r.N * k + r.N + j)}",
+                f"q{k}{j} = h * h * {at(rows.JACOBIAN, 2 * rows.N * k + j)}",
+                f"v{k}{j} = h * {at(rows.JACOBIAN, 2 * rows.N * k + rows.N + j)}",
             ]
     return lines
 
@@ -84,7 +85,7 @@ def _factor() -> list[str]:
             (a, b), (c, d) = _minor(i, j)
             lines.append(f"a{i}{j} = e{a}{c} * e{b}{d} - e{a}{d} * e{b}{c}")
     lines.append("det = 1.0 / (" + " + ".join(f"e0{k} * a{k}0" for k in N) + ")")
-    lines += [f"{at(r.INVERSE, 3 * i + j)} = a{i}{j} * det" for i in N for j in N]
+    lines += [f"{at(rows.INVERSE, 3 * i + j)} = a{i}{j} * det" for i in N for j in N]
     out = lanes(*lines)
     for n, (re, im) in enumerate(EIGEN[1:]):
         out += lanes(*_entries(), *_complex(n, re, im))
@@ -116,7 +117,7 @@ def _complex(n: int, re: float, im: float) -> list[str]:
     lines += ["size = 1.0 / (dr * dr + di * di)", "dr, di = dr * size, - di * size"]
     for i in N:
         for j in N:
-            place = r.PAIRS + 18 * n + 6 * i + 2 * j
+            place = rows.PAIRS + 18 * n + 6 * i + 2 * j
             lines += [f"{at(place + p)} = {value}" for p, value in enumerate(_times(f"a{i}{j}", "d"))]
     return lines
 
@@ -124,10 +125,10 @@ def _complex(n: int, re: float, im: float) -> list[str]:
 def _solve() -> list[str]:
     """Residuals in the eigenbasis (in the place of F), the three systems, the update and its size."""
     out = [line for k in N for line in lanes(*_residual(k))]
-    real = [f"r{k} = {stage(r.F, 0, k)}" for k in N]
+    real = [f"r{k} = {stage(rows.F, 0, k)}" for k in N]
     for k in N:
-        row = " + ".join(f"{at(r.INVERSE, 3 * k + j)} * r{j}" for j in N)
-        real.append(f"{stage(r.F, 0, k)} = {row}")
+        row = " + ".join(f"{at(rows.INVERSE, 3 * k + j)} * r{j}" for j in N)
+        real.append(f"{stage(rows.F, 0, k)} = {row}")
     out += lanes(*real, *_pair(0)) + lanes(*_pair(1))
     out += [line for k in N for line in lanes(*_updated(k))]
     return out + lanes(*_size())
@@ -136,43 +137,43 @@ def _solve() -> list[str]:
 def _residual(k: int) -> list[str]:
     """T F - Lambda W of unknown k, T the way to the eigenbasis."""
     F = [f"f{j}" for j in S]
-    lines = [f"f{j} = {stage(r.F, j, k)}" for j in S] + [f"w{j} = {stage(r.W, j, k)}" for j in S]
+    lines = [f"f{j} = {stage(rows.F, j, k)}" for j in S] + [f"w{j} = {stage(rows.W, j, k)}" for j in S]
     sums = [total(TO_EIGEN[j], F) for j in S]
-    lines.append(f"{stage(r.F, 0, k)} = {sums[0]} - {GAMMA!r} * w0")
+    lines.append(f"{stage(rows.F, 0, k)} = {sums[0]} - {GAMMA!r} * w0")
     for n, (re, im) in enumerate(EIGEN[1:]):
         a, b = 1 + 2 * n, 2 + 2 * n
-        lines.append(f"{stage(r.F, a, k)} = {sums[a]} - {re!r} * w{a} + {im!r} * w{b}")
-        lines.append(f"{stage(r.F, b, k)} = {sums[b]} - {re!r} * w{b} - {im!r} * w{a}")
+        lines.append(f"{stage(rows.F, a, k)} = {sums[a]} - {re!r} * w{a} + {im!r} * w{b}")
+        lines.append(f"{stage(rows.F, b, k)} = {sums[b]} - {re!r} * w{b} - {im!r} * w{a}")
     return lines
 
 
 def _pair(n: int) -> list[str]:
     """One complex system."""
     a, b = 1 + 2 * n, 2 + 2 * n
-    lines = [f"r{k}, i{k} = {stage(r.F, a, k)}, {stage(r.F, b, k)}" for k in N]
+    lines = [f"r{k}, i{k} = {stage(rows.F, a, k)}, {stage(rows.F, b, k)}" for k in N]
     for k in N:
-        row = [[at(r.PAIRS + 18 * n + 6 * k + 2 * j + part) for part in (0, 1)] for j in N]
+        row = [[at(rows.PAIRS + 18 * n + 6 * k + 2 * j + part) for part in (0, 1)] for j in N]
         real = " + ".join(f"{c} * r{j} - {s} * i{j}" for j, (c, s) in enumerate(row))
         imaginary = " + ".join(f"{c} * i{j} + {s} * r{j}" for j, (c, s) in enumerate(row))
-        lines += [f"{stage(r.F, a, k)} = {real}", f"{stage(r.F, b, k)} = {imaginary}"]
+        lines += [f"{stage(rows.F, a, k)} = {real}", f"{stage(rows.F, b, k)} = {imaginary}"]
     return lines
 
 
 def _updated(k: int) -> list[str]:
     """W and Z of unknown k after the update, which stays in the place of F, by stages."""
-    lines = [f"d{j} = {stage(r.F, j, k)}" for j in S]
-    lines += [f"{stage(r.W, j, k)} = {stage(r.W, j, k)} + d{j}" for j in S]
+    lines = [f"d{j} = {stage(rows.F, j, k)}" for j in S]
+    lines += [f"{stage(rows.W, j, k)} = {stage(rows.W, j, k)} + d{j}" for j in S]
     lines += [f"u{j} = {total(TO_STAGE[j], (f'd{n}' for n in S))}" for j in S]
-    lines += [f"{stage(r.Z, j, k)} = {stage(r.Z, j, k)} + u{j}" for j in S]
-    return [*lines, *(f"{stage(r.F, j, k)} = u{j}" for j in S)]
+    lines += [f"{stage(rows.Z, j, k)} = {stage(rows.Z, j, k)} + u{j}" for j in S]
+    return [*lines, *(f"{stage(rows.F, j, k)} = u{j}" for j in S)]
 
 
 def _size() -> list[str]:
     """Size of the update in units of the tolerated error."""
     lines = []
     for k in N:
-        squares = " + ".join(f"{stage(r.F, j, k)} * {stage(r.F, j, k)}" for j in S)
-        lines.append(f"e = {at(r.FLOOR)} + {at(r.TOLERANCE)} * abs({at(r.SPEED, k)})")
+        squares = " + ".join(f"{stage(rows.F, j, k)} * {stage(rows.F, j, k)}" for j in S)
+        lines.append(f"e = {at(rows.FLOOR)} + {at(rows.TOLERANCE)} * abs({at(rows.SPEED, k)})")
         lines.append(f"n{k} = ({squares}) / (e * e)")
     mean = f"(n0 + n1 + n2) * {1 / (3 * STAGES)!r}"
-    return [*lines, f"{at(r.SIZE_BEFORE)} = {at(r.SIZE)}", f"{at(r.SIZE)} = sqrt({mean})"]
+    return [*lines, f"{at(rows.SIZE_BEFORE)} = {at(rows.SIZE)}", f"{at(rows.SIZE)} = sqrt({mean})"]

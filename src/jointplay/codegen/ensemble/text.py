@@ -6,7 +6,7 @@ with a mask stands for a choice, since a finished lane's NaN would survive it.
 
 from collections.abc import Iterable
 
-from ...numerics.ensemble import layout as r
+from ...numerics.ensemble import layout as rows
 from ..source import horner
 
 SIN = [1.0, -1 / 6, 1 / 120, -1 / 5040]  # to rounding at usual lengths, to 1e-11 at the longest turn
@@ -20,7 +20,7 @@ def at(row: int, k: int = 0) -> str:
 
 def stage(block: int, j: int, k: int) -> str:
     """Stage j of unknown k."""
-    return at(block, r.N * j + k)
+    return at(block, rows.N * j + k)
 
 
 def lanes(*lines: str) -> list[str]:
@@ -45,11 +45,11 @@ def rotation(s: str, c: str, k: int, d: str) -> list[str]:
         "dd = d * d",
         f"ds = d * ({horner(SIN)})",
         f"dc = {horner(COS)}",
-        f"bs, bc = {at(r.SINE, k)}, {at(r.COSINE, k)}",
+        f"bs, bc = {at(rows.SINE, k)}, {at(rows.COSINE, k)}",
         f"{s}, {c} = bs * dc + bc * ds, bc * dc - bs * ds",
     ]
 
 
-def door(name: str, lines: list[str]) -> str:
+def function(name: str, lines: list[str]) -> str:
     """A function that the loop calls."""
     return "\n".join(["@entry(CALL)", f"def {name}(w):", *lines])

@@ -133,8 +133,9 @@ def assignments(structure: Linkage | Oscillator, variant: int) -> tuple[Any, lis
     """The equations of a variant, and their program as (name, expression) up to out_rate_k, out_guard_g."""
     from sympy import cos, sin
 
-    from jointplay.codegen.dynamics import Dynamics, variants
+    from jointplay.codegen.dynamics import Dynamics
     from jointplay.codegen.module import guards, watched
+    from jointplay.codegen.variants import variants
     from jointplay.equations.write import system as written
 
     system = written(structure)

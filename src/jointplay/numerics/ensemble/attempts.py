@@ -1,4 +1,4 @@
-"""What one lane of an ensemble does where its attempt is not taken plainly.
+"""Attempts of one lane of an ensemble that need more than the step in lanes: failures, events, sections.
 
 As numerics.events and numerics.flow have it for one trajectory: the first guard that leaves its side on the
 step's polynomial (with its margin), the step again up to that root, the check that no other guard leaves
@@ -8,19 +8,18 @@ earlier. The steps to a root are attempts like any others, beside those of other
 
 from math import inf
 
-from ..control import instant, learnt
+from ..control import bounded, converged, error_ratio, failure, instant, learnt
 from ..events import REFINEMENTS, ROUNDING, TOGETHER, comes_back, corrected, correction
 from ..interface import inlined, inner
 from ..memory import SECTION_ROW
-from ..status import trouble
-from . import layout as c
-from .decide import bounded, converged
-from .guards import aimed, coefficients, first, margin, misses, passing
-from .radau import MAX_TURN, NEWTON, STAGES
+from . import layout as rows
+from .guards import closest_approaches, coefficients, first, level_to_leave, margin, passing
+from .radau import MAX_TURN, NEWTON, STAGES, STALE
 from .record import note, record_end
 
 ORDER = 6  # of the error estimate in h
 NEAR_ROOT = 1e-5  # of a step
+NOTHING = 1e-6  # an update of this size ends Newton's iteration whatever came before
 AT_START = 1e-8  # of a step: no section is looked for nearer to its base point
 STEPPING, ROOT, SECTION, DONE = range(4)  # phases of a lane
 
@@ -28,93 +27,103 @@ STEPPING, ROOT, SECTION, DONE = range(4)  # phases of a lane
 @inlined
 def special(k, j, i):
     """An attempt of lane i that is not plain. True: an event follows when it is settled."""
-    w, h, phase = k.w, k.w[8 * c.H + i], k.whole[8 * c.PHASE + i]
+    w, h, phase = k.w, k.w[8 * rows.H + i], k.whole[8 * rows.PHASE + i]
     verdict = _verdict(w, i)
     if verdict == 0:
-        w[8 * c.JOINED + i] = 1.0
+        w[8 * rows.JOINED + i] = 1.0
         return False
     if verdict < 0:
-        _failed(k, j, i, h if phase == STEPPING else k.real[8 * c.LENGTH + i], True)
+        _failed(k, j, i, h if phase == STEPPING else k.real[8 * rows.LENGTH + i], True)
         return False
     if phase == SECTION:
         return _crossed(k, j, i)
     if phase == ROOT:
         return _located(k, j, i)
-    error = w[8 * c.ERROR + i]
+    error = w[8 * rows.ERROR + i]
     if not error < 1.0:
         factor = max(0.1, 0.9 * error ** (-1.0 / ORDER)) if error < 1e10 else 0.1
-        _shorten(k, j, i, factor * h, c.C_REJECTED, True)
+        _shorten(k, j, i, factor * h, rows.C_REJECTED, True)
         return False
-    if w[8 * c.SWINGS + i] > 0.0:
+    if w[8 * rows.CENTRE + i] > 0.0:
         _failed(k, j, i, h, False)
         return False
-    if k.whole[8 * c.FRESH + i]:
-        at = 8 * (c.H_START + int(w[8 * c.VARIANT + i])) + i
-        k.real[at] = learnt(k.real[at], w[8 * c.REJECTION + i] > 0.0, h, error)
-        k.whole[8 * c.FRESH + i] = 0
-    return _reach(k, j, i)
+    if k.whole[8 * rows.FRESH + i]:
+        at = 8 * (rows.H_START + int(w[8 * rows.VARIANT + i])) + i
+        k.real[at] = learnt(k.real[at], w[8 * rows.REJECTION + i] > 0.0, h, error)
+        k.whole[8 * rows.FRESH + i] = 0
+    return _accept_until_event(k, j, i)
+
+
+@inlined
+def solved(size, before, turned):
+    """Whether Newton's iteration has converged, and no angle turned too far; also of all lanes at once."""
+    return turned <= MAX_TURN and (
+        size < NOTHING or converged(size, error_ratio(size / before), NEWTON, STALE)
+    )
 
 
 @inner
 def _verdict(w, i):
-    """Of the iteration: 1 converged, 0 worth going on with, -1 not."""
-    size, before, turned = w[8 * c.SIZE + i], w[8 * c.SIZE_BEFORE + i], w[8 * c.TURNED + i]
-    if converged(size, before, turned):
+    """State of Newton's iteration: 1 converged, 0 worth more updates, -1 failed."""
+    size, before, turned = w[8 * rows.SIZE + i], w[8 * rows.SIZE_BEFORE + i], w[8 * rows.TURNED + i]
+    if solved(size, before, turned):
         return 1
     theta = size / before
-    hopeful = turned <= MAX_TURN and size < 1e10 and w[8 * c.WAS_JOINED + i] == 0.0
+    hopeful = turned <= MAX_TURN and size < 1e10 and w[8 * rows.WAS_JOINED + i] == 0.0
     return 0 if hopeful and theta < 0.7 and size * theta * theta * theta <= NEWTON else -1
 
 
 @inner
 def begin(w, i, h):
     """Let the next attempt have the length h, within its bounds."""
-    fast = max(abs(w[8 * c.SPEED + i]), max(abs(w[8 * c.SPEED + 8 + i]), abs(w[8 * c.SPEED + 16 + i])))
-    w[8 * c.H_NEXT + i] = bounded(h, fast, w[8 * c.END + i] - w[8 * c.T + i])
+    fast = max(
+        abs(w[8 * rows.SPEED + i]), max(abs(w[8 * rows.SPEED + 8 + i]), abs(w[8 * rows.SPEED + 16 + i]))
+    )
+    w[8 * rows.H_NEXT + i] = bounded(h, fast, MAX_TURN, w[8 * rows.END + i] - w[8 * rows.T + i])
 
 
 @inner
 def _shorten(k, j, i, h, kind, smooth):
     """Try again with length h; `kind` is what is counted."""
-    w, job = k.w, k.whole[8 * c.JOB + i]
+    w, job = k.w, k.whole[8 * rows.JOB + i]
     j.count[job, kind] += 1
-    k.whole[8 * c.PHASE + i] = STEPPING
-    w[8 * c.LEFT + i] -= 1.0
-    w[8 * c.H_CONTROL + i], w[8 * c.REJECTION + i], w[8 * c.ODD + i] = h, 1.0, 1.0
+    k.whole[8 * rows.PHASE + i] = STEPPING
+    w[8 * rows.LEFT + i] -= 1.0
+    w[8 * rows.H_CONTROL + i], w[8 * rows.REJECTION + i], w[8 * rows.ODD + i] = h, 1.0, 1.0
     if not smooth:
-        w[8 * c.SMOOTH + i] = 0.0
+        w[8 * rows.SMOOTH + i] = 0.0
     begin(w, i, h)
-    if not h > instant(w[8 * c.T + i], j.real[job, c.J_NEAR]):
-        k.whole[8 * c.PHASE + i] = DONE
-        j.count[job, c.C_STATUS] = trouble(w[8 * c.POSITION + i :: 8], 2 * c.N - 1)
+    if not h > instant(w[8 * rows.T + i], j.real[job, rows.J_NEAR]):
+        k.whole[8 * rows.PHASE + i] = DONE
+        j.count[job, rows.C_STATUS] = failure(w[8 * rows.POSITION + i :: 8], 2 * rows.N - 1)
 
 
 @inner
 def _failed(k, j, i, h, smooth):
-    """Length h is too long: the iteration does not converge, or the journal swings (numerics.events)."""
-    k.w[8 * c.H_LIMIT + i] = 0.75 * h
-    _shorten(k, j, i, 0.5 * h, c.C_FAILED, smooth and h > 0.2 * k.w[8 * c.H_PAST + i])
+    """Length h is too long: the iteration does not converge, or the journal passed the centre."""
+    k.w[8 * rows.H_LIMIT + i] = 0.75 * h
+    _shorten(k, j, i, 0.5 * h, rows.C_FAILED, smooth and h > 0.2 * k.w[8 * rows.H_PAST + i])
 
 
 @inner
-def _reach(k, j, i):
-    """How far an accurate attempt may be taken. True: its event is at the base point."""
-    w, h, g, place = k.w, k.w[8 * c.H + i], -1, 2.0
-    if w[8 * c.LOW + i] < 0.0:  # else the lanes have seen that none leaves
+def _accept_until_event(k, j, i):
+    """Accept an accurate attempt, or go on to its first event. True: that is at the base point."""
+    w, h, g, place = k.w, k.w[8 * rows.H + i], -1, 2.0
+    if w[8 * rows.LOW + i] < 0.0:  # else the lanes have seen that none leaves
         g, place = first(k, i, 0.0)
     if g < 0:
         return _accept(k, j, i, g, 0.0, False)
-    near = j.real[k.whole[8 * c.JOB + i], c.J_NEAR]
-    if place * h <= instant(w[8 * c.T + i], near):
-        if comes_back(w[8 * (c.FIRED + g) + i], h, near):
-            _shorten(k, j, i, 0.5 * h, c.C_FAILED, False)
+    near = j.real[k.whole[8 * rows.JOB + i], rows.J_NEAR]
+    if place * h <= instant(w[8 * rows.T + i], near):
+        if comes_back(w[8 * (rows.FIRED + g) + i], h, near):
+            _shorten(k, j, i, 0.5 * h, rows.C_FAILED, False)
             return False
-        k.whole[8 * c.AT + i] = g
-        w[8 * c.STEPS + i] += 1.0
-        w[8 * c.LEFT + i] -= 1.0
+        k.whole[8 * rows.AT + i] = g
+        w[8 * rows.STEPS + i] += 1.0
+        w[8 * rows.LEFT + i] -= 1.0
         return True
-    k.whole[8 * c.AT + i], k.real[8 * c.LENGTH + i] = g, h
-    k.real[8 * c.LEVEL + i], w[8 * c.KEEP + i] = aimed(k, i, g, place), 1.0
+    k.whole[8 * rows.AT + i], k.real[8 * rows.LENGTH + i] = g, h
+    k.real[8 * rows.LEVEL + i], w[8 * rows.KEEP + i] = level_to_leave(k, i, g, place), 1.0
     _again(k, i, ROOT, place * h)
     return False
 
@@ -123,25 +132,30 @@ def _reach(k, j, i):
 def _again(k, i, phase, h):
     """The next attempt is the same step, shorter."""
     w = k.w
-    k.whole[8 * c.PHASE + i], k.whole[8 * c.TRIES + i] = phase, 0
-    w[8 * c.SMOOTH + i], w[8 * c.OFFSET + i], w[8 * c.ODD + i], w[8 * c.H_NEXT + i] = 1.0, 0.0, 1.0, h
+    k.whole[8 * rows.PHASE + i], k.whole[8 * rows.TRIES + i] = phase, 0
+    w[8 * rows.SMOOTH + i], w[8 * rows.OFFSET + i], w[8 * rows.ODD + i], w[8 * rows.H_NEXT + i] = (
+        1.0,
+        0.0,
+        1.0,
+        h,
+    )
 
 
 @inner
 def _located(k, j, i):
     """An attempt that was to end at a guard's root. True: it does."""
-    w, h, g, least = k.w, k.w[8 * c.H + i], k.whole[8 * c.AT + i], k.real[8 * c.LEVEL + i]
-    coefficients(w, 8 * (c.WATCHES + g), w[8 * (c.GUARD + g) + i], i, k.b)
+    w, h, g, least = k.w, k.w[8 * rows.H + i], k.whole[8 * rows.AT + i], k.real[8 * rows.LEVEL + i]
+    coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, k.b)
     later = correction(k.b, STAGES + 0 * g, least)
     there = abs(least - k.b[STAGES]) < ROUNDING * margin(w, i, g)
     if abs(later) < NEAR_ROOT or there:
         exact = later if abs(later) < NEAR_ROOT else 0.0
         earlier = 2.0
-        if w[8 * c.LOW + i] < 0.0:
+        if w[8 * rows.LOW + i] < 0.0:
             _, earlier = first(k, i, ROUNDING)
         if 1.0 + exact - earlier <= TOGETHER + 10.0 * exact * exact:
             return _accept(k, j, i, g, exact * h, False)
-        k.whole[8 * c.TRIES + i] = REFINEMENTS
+        k.whole[8 * rows.TRIES + i] = REFINEMENTS
     _nearer(k, j, i, corrected(h, later))
     return False
 
@@ -149,61 +163,61 @@ def _located(k, j, i):
 @inner
 def _nearer(k, j, i, h):
     """Another attempt at a root, of length h; after too many a shorter step."""
-    k.whole[8 * c.TRIES + i] += 1
-    if k.whole[8 * c.TRIES + i] > REFINEMENTS:
-        _shorten(k, j, i, 0.5 * k.real[8 * c.LENGTH + i], c.C_FAILED, False)
+    k.whole[8 * rows.TRIES + i] += 1
+    if k.whole[8 * rows.TRIES + i] > REFINEMENTS:
+        _shorten(k, j, i, 0.5 * k.real[8 * rows.LENGTH + i], rows.C_FAILED, False)
     else:
-        k.w[8 * c.H_NEXT + i] = h
+        k.w[8 * rows.H_NEXT + i] = h
 
 
 @inner
 def _accept(k, j, i, guard, later, looked):
     """Take the step (up to a guard's root if guard >= 0), unless a section lies in it. True: an event."""
-    w, h = k.w, k.w[8 * c.H + i]
+    w, h = k.w, k.w[8 * rows.H + i]
     place = 2.0 if looked else passing(k, i, 1.0 + later / h)
     if guard < 0:
-        w[8 * c.KEEP + i] = 1.0
-    k.whole[8 * c.AT + i] = guard
+        w[8 * rows.KEEP + i] = 1.0
+    k.whole[8 * rows.AT + i] = guard
     if place <= 1.0:
-        k.real[8 * c.DELTA + i] = later
-        if k.whole[8 * c.PHASE + i] == STEPPING:
-            k.real[8 * c.LENGTH + i] = h
-        for at in range(i, 8 * c.NUMBERS, 8):
+        k.real[8 * rows.DELTA + i] = later
+        if k.whole[8 * rows.PHASE + i] == STEPPING:
+            k.real[8 * rows.LENGTH + i] = h
+        for at in range(i, 8 * rows.NUMBERS, 8):
             k.stash[at] = w[at]
         _again(k, i, SECTION, max(place, 0.1 * AT_START) * h)
         return False
-    if w[8 * c.PASSES + i] > 0.0:
-        misses(k, j, i, 1.0 + later / h)
-    w[8 * c.TAKEN + i], w[8 * c.LATER + i] = 1.0, later
-    w[8 * c.WHOLE + i] = 1.0 if guard < 0 else 0.0
-    k.whole[8 * c.PHASE + i] = STEPPING
+    if w[8 * rows.PASSES + i] > 0.0:
+        closest_approaches(k, j, i, 1.0 + later / h)
+    w[8 * rows.TAKEN + i], w[8 * rows.LATER + i] = 1.0, later
+    w[8 * rows.WHOLE + i] = 1.0 if guard < 0 else 0.0
+    k.whole[8 * rows.PHASE + i] = STEPPING
     return guard >= 0
 
 
 @inner
 def _crossed(k, j, i):
     """An attempt that was to end at the section. True: an event follows the step that it lies in."""
-    w, job, h = k.w, k.whole[8 * c.JOB + i], k.w[8 * c.H + i]
-    later = (w[8 * c.AHEAD + i] - w[8 * c.POSITION + i] - w[8 * c.X + i]) / w[8 * c.Y + i]
-    if not abs(later) < max(NEAR_ROOT * h, AT_START * k.real[8 * c.LENGTH + i]):
+    w, job, h = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.H + i]
+    later = (w[8 * rows.AHEAD + i] - w[8 * rows.POSITION + i] - w[8 * rows.X + i]) / w[8 * rows.Y + i]
+    if not abs(later) < max(NEAR_ROOT * h, AT_START * k.real[8 * rows.LENGTH + i]):
         _nearer(k, j, i, h + min(max(later, -0.5 * h), 0.5 * h))
         return False
-    j.count[job, c.C_SECTIONS] += 1
-    if j.count[job, c.C_SECTIONS] > j.whole[job, c.J_SKIP]:
-        record_end(k, i, j.log[j.place[c.LOGGED], c.COLUMNS :], later)
+    j.count[job, rows.C_SECTIONS] += 1
+    if j.count[job, rows.C_SECTIONS] > j.whole[job, rows.J_SKIP]:
+        record_end(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :], later)
         note(k, j, i, SECTION_ROW, -1.0, 0.0)
-    k.whole[8 * c.PASSED + i] += 1
-    passed = k.whole[8 * c.PASSED + i] * j.real[job, c.J_PERIOD] * w[8 * c.DIRECTION + i]
-    w[8 * c.AHEAD + i] = j.real[job, c.J_LEVEL] + passed if j.real[job, c.J_PERIOD] > 0.0 else inf
+    k.whole[8 * rows.PASSED + i] += 1
+    passed = k.whole[8 * rows.PASSED + i] * j.real[job, rows.J_PERIOD] * w[8 * rows.DIRECTION + i]
+    w[8 * rows.AHEAD + i] = j.real[job, rows.J_LEVEL] + passed if j.real[job, rows.J_PERIOD] > 0.0 else inf
     _bring_back(k, i)
-    return _accept(k, j, i, k.whole[8 * c.AT + i], k.real[8 * c.DELTA + i], True)
+    return _accept(k, j, i, k.whole[8 * rows.AT + i], k.real[8 * rows.DELTA + i], True)
 
 
 @inner
 def _bring_back(k, i):
     """The step that a section was found in, as far as settling it needs it."""
-    for r in (c.H, c.ERROR, c.WAS_JOINED, c.PASSES):
+    for r in (rows.H, rows.ERROR, rows.WAS_JOINED, rows.PASSES):
         k.w[8 * r + i] = k.stash[8 * r + i]
-    for first_row, end in ((c.X, c.JACOBIAN), (c.Z, c.W), (c.WATCHES, c.NUMBERS)):
+    for first_row, end in ((rows.X, rows.JACOBIAN), (rows.Z, rows.W), (rows.WATCHES, rows.NUMBERS)):
         for at in range(8 * first_row + i, 8 * end, 8):
             k.w[at] = k.stash[at]

@@ -7,43 +7,43 @@ events through numerics.modes, as those of one trajectory do.
 import numpy as np
 from numba import int64, typeof
 
+from ..control import FULL, OK
 from ..interface import FUNCTIONS, entry, inlined
 from ..memory import lane_rows
 from ..polynomial import STACK
-from ..status import FULL, OK
-from . import layout as c
+from . import layout as rows
 from .attempts import special
 from .lane import ends, enter, event, leave
 
 ROOM = 32  # log rows that one pass may need
 
 
-def jobs(states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.ndarray, rows: int) -> c.Jobs:
+def jobs(states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.ndarray, log: int) -> rows.Jobs:
     """Trajectories that wait: their states, parameters, and what each is asked for (layout)."""
     n = len(states)
-    return c.Jobs(
+    return rows.Jobs(
         state=np.ascontiguousarray(states),
         numbers=np.ascontiguousarray(numbers),
         real=real,
         whole=whole,
-        count=np.zeros((n, c.COUNTS), dtype=np.int64),
-        log=np.zeros((rows + ROOM, c.COLUMNS + c.RECORD)),
-        start=np.zeros((n, c.RECORD)),
-        final=np.zeros((n, c.RECORD)),
-        place=np.zeros(c.PLACES, dtype=np.int64),
+        count=np.zeros((n, rows.COUNTS), dtype=np.int64),
+        log=np.zeros((log + ROOM, rows.COLUMNS + rows.RECORD)),
+        start=np.zeros((n, rows.RECORD)),
+        final=np.zeros((n, rows.RECORD)),
+        place=np.zeros(rows.PLACES, dtype=np.int64),
     )
 
 
-def lanes(rows: int, parameters: int) -> c.Lanes:
+def lanes(size: int, parameters: int) -> rows.Lanes:
     """Eight empty lanes of a structure with so many rows and parameters."""
-    k = c.Lanes(
-        w=lane_rows(rows),
-        whole=np.zeros(8 * c.LANE_WHOLES, dtype=np.int64),
-        real=np.zeros(8 * c.LANE_REALS),
-        stash=lane_rows(c.NUMBERS),
+    k = rows.Lanes(
+        w=lane_rows(size),
+        whole=np.zeros(8 * rows.LANE_WHOLES, dtype=np.int64),
+        real=np.zeros(8 * rows.LANE_REALS),
+        stash=lane_rows(rows.NUMBERS),
         b=np.zeros(16),
         stack=np.zeros(STACK),
-        s=np.zeros(1 + 4 * c.N),
+        s=np.zeros(1 + 4 * rows.N),
         p=np.zeros(parameters),
         m=np.zeros(3),
         out=np.zeros(6),
@@ -51,7 +51,7 @@ def lanes(rows: int, parameters: int) -> c.Lanes:
         flags=np.zeros(1, dtype=np.int64),
         fired=np.zeros(4, dtype=np.int64),
     )
-    k.whole[8 * c.JOB : 8 * c.JOB + 8] = -1
+    k.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
     return k
 
 
@@ -60,11 +60,11 @@ def _refill(f, k, j):
     """Fill free lanes with what waits; how many lanes run, and whether any is new."""
     running, new = 0, False
     for i in range(8):
-        if k.whole[8 * c.JOB + i] < 0 and j.place[c.NEXT] < len(j.state):
-            enter(f, k, j, i, j.place[c.NEXT])
-            j.place[c.NEXT] += 1
+        if k.whole[8 * rows.JOB + i] < 0 and j.place[rows.NEXT] < len(j.state):
+            enter(f, k, j, i, j.place[rows.NEXT])
+            j.place[rows.NEXT] += 1
             new = True
-        if k.whole[8 * c.JOB + i] >= 0:
+        if k.whole[8 * rows.JOB + i] >= 0:
             running += 1
     return running, new
 
@@ -75,7 +75,7 @@ def _attempt(g, w):
     g.predict(w)
     g.jacobian(w)
     g.factor(w)
-    for _ in range(c.UPDATES):
+    for _ in range(rows.UPDATES):
         g.rates(w)
         g.solve(w)
     g.finish(w)
@@ -97,13 +97,13 @@ def run(f, g, k, j):
             if new:
                 g.prepare(w)
                 g.base(w)
-        if j.place[c.LOGGED] + ROOM > len(j.log) or j.place[c.PASSED_BY] >= j.place[c.PAUSE]:
+        if j.place[rows.LOGGED] + ROOM > len(j.log) or j.place[rows.PASSED_BY] >= j.place[rows.PAUSE]:
             return FULL
         _attempt(g, w)
-        j.place[c.PASSED_BY] += 1
+        j.place[rows.PASSED_BY] += 1
         odd, events = 0, 0
         for i in range(8):
-            if w[8 * c.PLAIN + i] == 0.0 and k.whole[8 * c.JOB + i] >= 0:
+            if w[8 * rows.PLAIN + i] == 0.0 and k.whole[8 * rows.JOB + i] >= 0:
                 odd |= 1 << i
                 if special(k, j, i):
                     events |= 1 << i
@@ -122,4 +122,4 @@ def run(f, g, k, j):
 
 JOBS = typeof(jobs(np.zeros((1, 6)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1), dtype=np.int64), 1))
 LANES = typeof(lanes(1, 1))
-flow = entry(int64(FUNCTIONS, c.FUNCTIONS, LANES, JOBS))(run)
+flow = entry(int64(FUNCTIONS, rows.FUNCTIONS, LANES, JOBS))(run)

@@ -3,12 +3,12 @@
 As numerics.events for one trajectory, with the margins that guards have there; polynomials are of degree 5.
 """
 
-from ..events import aim, leaving, level_of
+from ..events import leaving, level_of, root_level
 from ..interface import inner
 from ..memory import MISS_ROW
 from ..modes import GAP
-from ..polynomial import first_root, next_extremum, value
-from . import layout as c
+from ..polynomial import differentiate, first_root, next_extremum, value
+from . import layout as rows
 from .radau import NODES, STAGES, TO_BERNSTEIN, A
 from .record import note, record_within
 
@@ -25,17 +25,17 @@ def coefficients(w, at, start, i, b):
 
 @inner
 def margin(w, i, g):
-    """What of guard g is within the tolerance of zero."""
+    """Margin of guard g: values up to it are within the tolerance of zero."""
     if g == 3:
-        return w[8 * c.CONE + i] * abs(w[8 * (c.GUARD + 1) + i])
-    return w[8 * (c.MARGIN + g) + i]
+        return w[8 * rows.CONE + i] * abs(w[8 * (rows.GUARD + 1) + i])
+    return w[8 * (rows.MARGIN + g) + i]
 
 
 @inner
 def level(w, i, g):
     """The level that guard g is to leave."""
-    start, side = w[8 * (c.GUARD + g) + i], w[8 * (c.SIDE + g) + i]
-    return level_of(start, side, w[8 * (c.FIRED + g) + i], margin(w, i, g))
+    start, side = w[8 * (rows.GUARD + g) + i], w[8 * (rows.SIDE + g) + i]
+    return level_of(start, side, w[8 * (rows.FIRED + g) + i], margin(w, i, g))
 
 
 @inner
@@ -43,10 +43,10 @@ def first(k, i, doubt):
     """The guard that first leaves its side, and where in [0, 1]; -1 and 2.0 if none."""
     w, b, which, earliest = k.w, k.b, -1, 2.0
     for g in range(4):
-        side = w[8 * (c.SIDE + g) + i]
+        side = w[8 * (rows.SIDE + g) + i]
         if side != 0.0:
             least = level(w, i, g) - side * doubt * margin(w, i, g)
-            coefficients(w, 8 * (c.WATCHES + g), w[8 * (c.GUARD + g) + i], i, b)
+            coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, b)
             place = leaving(b, STAGES + 0 * g, int(side), least, k.stack)
             if place < earliest:
                 which, earliest = g, place
@@ -54,50 +54,48 @@ def first(k, i, doubt):
 
 
 @inner
-def aimed(k, i, g, place):
-    """The level that is left at `place`: zero where the guard has been inside between (events.aim)."""
-    least, side = level(k.w, i, g), k.w[8 * (c.SIDE + g) + i]
+def level_to_leave(k, i, g, place):
+    """Level whose crossing near `place` is located (events.root_level)."""
+    least, side = level(k.w, i, g), k.w[8 * (rows.SIDE + g) + i]
     if least == 0.0:
         return least
-    coefficients(k.w, 8 * (c.WATCHES + g), k.w[8 * (c.GUARD + g) + i], i, k.b)
-    return aim(k.b, STAGES + 0 * g, side, place, least, margin(k.w, i, g))
+    coefficients(k.w, 8 * (rows.WATCHES + g), k.w[8 * (rows.GUARD + g) + i], i, k.b)
+    return root_level(k.b, STAGES + 0 * g, side, place, least, margin(k.w, i, g))
 
 
 @inner
 def passing(k, i, end):
     """Place up to `end` where the crank passes the section's level; 2.0 if it does not."""
-    w, h = k.w, k.w[8 * c.H + i]
-    if not w[8 * c.CROSSED + i] >= 0.0:
+    w, h = k.w, k.w[8 * rows.H + i]
+    if not w[8 * rows.CROSSED + i] >= 0.0:
         return 2.0
-    start = w[8 * c.POSITION + i] - w[8 * c.AHEAD + i]
+    start = w[8 * rows.POSITION + i] - w[8 * rows.AHEAD + i]
     for n in range(STAGES + 1):
         k.b[n] = start * TO_BERNSTEIN[n, 0]
     for s in range(STAGES):
-        x = NODES[s] * w[8 * c.SPEED + i]
+        x = NODES[s] * w[8 * rows.SPEED + i]
         for n in range(STAGES):
-            x += A[s, n] * w[8 * (c.Z + c.N * n) + i]
+            x += A[s, n] * w[8 * (rows.Z + rows.N * n) + i]
         for n in range(STAGES + 1):
             k.b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
-    k.b[0], k.b[STAGES] = start, start + w[8 * c.X + i]
-    place = first_root(k.b, STAGES, -int(w[8 * c.DIRECTION + i]), k.stack)
+    k.b[0], k.b[STAGES] = start, start + w[8 * rows.X + i]
+    place = first_root(k.b, STAGES, -int(w[8 * rows.DIRECTION + i]), k.stack)
     return place if place <= end else 2.0
 
 
 @inner
-def misses(k, j, i, end):
-    """Log near approaches of the open gap within the step up to place `end` (numerics.closest_approach)."""
-    b, degree = k.b, STAGES - 1
-    coefficients(k.w, 8 * (c.WATCHES + GAP), k.w[8 * (c.GUARD + GAP) + i], i, b)
+def closest_approaches(k, j, i, end):
+    """Log closest approaches of the open gap in the step up to place `end` (numerics.record)."""
+    b = k.b
+    coefficients(k.w, 8 * (rows.WATCHES + GAP), k.w[8 * (rows.GUARD + GAP) + i], i, b)
     for n in range(STAGES + 1):
         b[8 + n] = b[n]
-    for n in range(STAGES):
-        b[n] = b[n + 1] - b[n]
-    side = 1 if b[0] > 0.0 else -1
+    degree, side = differentiate(b, STAGES + 0 * i)
     at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
     while at <= 1.0:
         if side > 0:
             gap = value(b, 8, STAGES, at, k.stack)
-            record_within(k, i, j.log[j.place[c.LOGGED], c.COLUMNS :], at)
+            record_within(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :], at)
             note(k, j, i, MISS_ROW, 0.0, -gap)
         side = -side
         at, degree = next_extremum(b, degree, at, side, end, k.stack)

@@ -1,0 +1,66 @@
+"""Variants of a system, and its contacts and rigid walls in each.
+
+A mask says by numbers what a contact does. A wall on which a body rests is a contact that sticks in the
+gap's rate: N.z + d gap/dt = 0 with N = d gap/d q, whose force F_t along N is an unknown (codegen.dynamics).
+The wall pushes where F_t < 0.
+"""
+
+from dataclasses import dataclass
+
+from sympy import Expr, Integer, Symbol
+
+from ..equations.system import TIME, Contact, Reset, System
+from ..numerics.codes import Variant
+from .tape import Tape
+
+VARIANTS = Variant.words()
+
+
+@dataclass(frozen=True)
+class Mask:
+    """A contact's mode as numbers: symbols, or constants where only one value can occur."""
+
+    touch: Expr
+    slip: Expr
+    stick: Expr
+
+
+def variants(system: System) -> tuple[str, ...]:
+    """The variants that a system can be in."""
+    if not system.contacts and not system.resets:
+        return VARIANTS[:1]
+    return VARIANTS if any(contact.sticks for contact in system.contacts) else VARIANTS[:2]
+
+
+def masks(system: System, variant: str) -> list[Mask]:
+    """Masks of every contact; a lone one needs only slip. `any` keeps all, `touch` all but stick."""
+    alone, result = len(system.contacts) == 1 and variant not in ("any", "touch"), []
+    for contact in system.contacts:
+        touch, slip, stick = (
+            Symbol(f"{word}_{contact.name}", real=True) for word in ("touch", "slip", "stick")
+        )
+        if variant == "free":
+            touch = slip = stick = Integer(0)
+        elif variant in ("slip", "touch") or not contact.sticks:
+            touch, stick = (Integer(1) if alone else touch), Integer(0)
+        elif alone:
+            touch, stick = Integer(1), Integer(1)
+        result.append(Mask(touch, slip, stick))
+    return result + [_resting(reset.name, variant) for reset in system.resets]
+
+
+def _resting(wall: str, variant: str) -> Mask:
+    """Mask of a rigid wall: it holds what rests on it where it is touched."""
+    held = Integer(0) if variant == "free" else Symbol(f"touch_{wall}", real=True)
+    return Mask(Integer(0), Integer(0), held)
+
+
+def holding(tape: Tape, reset: Reset, positions: tuple[Symbol, ...], speeds: tuple[Symbol, ...]) -> Contact:
+    """The wall of a reset as a contact without a law, whose v_t is the rate of the gap."""
+    slopes = [tape.derivative(reset.guard, q) for q in positions]
+    normal = [tape.let(f"N_{reset.name}_{i}", slope) for i, slope in enumerate(slopes)]
+    moved = sum((n * z for n, z in zip(normal, speeds, strict=False)), Integer(0))
+    rate = tape.let(f"rate_{reset.name}", moved + tape.derivative(reset.guard, TIME))
+    row = (*normal, *[Integer(0)] * (len(speeds) - len(normal)))
+    u, v_n = (Symbol(f"{word}_{reset.name}", real=True) for word in ("u", "v"))
+    return Contact(reset.name, u, v_n, Integer(0), (), v_t=rate, tangential=row)
