@@ -12,8 +12,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from jointplay.accepted import from_pydantic
 from jointplay.equations.laws import LAWS
-from jointplay.errors import InputError, refuse, unknown
-from jointplay.mechanism.base import GROUND, Flag, Name, Number, Positive, Record, Several, measured, named
+from jointplay.errors import InputError, unknown
+from jointplay.mechanism.base import GROUND, Name, Number, Record, Several, measured
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
@@ -27,6 +27,7 @@ from jointplay.mechanism.section import (
 )
 from jointplay.mechanism.signature import checked
 from jointplay.mechanism.structure import Draft, first_on_ground, problems
+from jointplay.mechanism.systems import TestSystem
 
 __all__ = [
     "GROUND",
@@ -196,70 +197,3 @@ def _drive(drive: MotorLine | ConstantSpeed | None) -> str:
         ratio = f"motor, gear ratio {drive.gear_ratio:g}"
         return f"{ratio} on {drive.link}, no load at {drive.no_load_speed:.6g} rad/s"
     return f"{drive.link} at {drive.speed:g} rad/s"
-
-
-_VALUE = {"accepts": "a table of finite numbers, or true and false for switches,"}
-
-
-class TestSystem(Record):
-    """A small system with known answers, to test the methods on; dimensionless.
-
-    Parameters
-    ----------
-    name : str
-        Name, for titles.
-    system : str
-        Which equations: a key of `jointplay.equations.oscillators`.
-    parameters : dict of str to float
-        By name; switches are true or false.
-    initial : tuple of float
-        State at time 0.
-    period : float, optional
-        Period of the forcing; None if there is none.
-    """
-
-    __test__ = False  # the name starts with Test, and pytest would collect it
-
-    name: Name = named("name")
-    system: Name = named("name of the equations")
-    parameters: dict[Name, Flag | Number] = Field(json_schema_extra=_VALUE)
-    initial: Several[Number] = measured("initial state", "1")
-    period: Positive | None = measured("forcing period", "1", None)
-
-    @checked()
-    def replace(self, **changes: Any) -> TestSystem:
-        """Give a copy with other parameters, or another `initial` state.
-
-        Parameters
-        ----------
-        **changes
-            Parameters by name, and `initial`; the default initial state and the period follow the parameters.
-
-        Raises
-        ------
-        InputError
-            Listing every parameter that does not exist or cannot have its value.
-        """
-        from jointplay.mechanism import catalog
-
-        if self.system not in catalog.NAMES:
-            raise refuse(
-                self.system, f"a system of the catalog is accepted: {', '.join(catalog.NAMES)}", "system"
-            )
-        initial = {"initial": changes.pop("initial")} if "initial" in changes else {}
-        record = catalog.NAMES[self.system](**self.parameters | changes)
-        return TestSystem(**dict(record) | initial) if initial else record
-
-    def summary(self) -> str:
-        """Describe the system in one line of text."""
-        values = ", ".join(f"{name} = {value:g}" for name, value in self.parameters.items())
-        cycle = f"; period {self.period:.6g}" if self.period else ""
-        return f"{self.name}: {values}{cycle}"
-
-    def __repr__(self) -> str:
-        return f"<TestSystem {self.summary()}>"
-
-    __str__ = __repr__
-
-    def __hash__(self) -> int:
-        return hash((self.name, self.system, tuple(self.parameters.items()), self.initial, self.period))
