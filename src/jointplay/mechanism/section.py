@@ -76,17 +76,15 @@ class Plane(Record):
 KINDS = ("crank_angle", "contact", "separation", "plane")
 
 
-def _form(given: Any) -> Any:
+def _tables(given: Any) -> Any:
     if isinstance(given, Mapping) or getattr(given, "kind", None) in KINDS:
         return given
-    kinds = ", ".join(KINDS[:-1])
-    raise refuse(
-        given, f"a table of kind {kinds} or {KINDS[-1]} is accepted (in Python also CrankAngle() and so on)"
-    )
+    kinds = f"kind {', '.join(KINDS[:-1])} or {KINDS[-1]} is accepted"
+    raise refuse(given, f"a table of {kinds} (in Python also CrankAngle() and so on)")
 
 
 Section = Annotated[
     CrankAngle | ContactSection | SeparationSection | Plane,
     Field(discriminator="kind"),
-    BeforeValidator(_form),
+    BeforeValidator(_tables),
 ]
