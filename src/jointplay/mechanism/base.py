@@ -95,9 +95,10 @@ MOST = 1000  # items of a list; many times what a mechanism has, and as many as 
 Several = Annotated[tuple[T, ...], BeforeValidator(_not_endless), AfterValidator(_not_empty)]
 
 
-def measured(noun: str, units: str, default: Any = ..., **more: Any) -> Any:
+def measured(noun: str, units: str, default: Any = ..., accepts: str | None = None, **more: Any) -> Any:
     """Describe a field that holds a quantity, by the noun and the units that its error messages use."""
-    return Field(default, description=noun, json_schema_extra={"units": units}, **more)
+    extra = {"units": units} if accepts is None else {"units": units, "accepts": accepts}
+    return Field(default, description=noun, json_schema_extra=extra, **more)
 
 
 def unit(noun: str, units: str) -> Any:

@@ -10,10 +10,11 @@ Assumptions: small deflections, slender links, uniform section. Units: SI.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.base import (
@@ -34,31 +35,15 @@ MOST_ELEMENTS = 20
 _SINES = 4  # as many modes as the paper's two elements have
 
 
-def _plain(value: Any) -> Any:
-    return value.item() if getattr(value, "ndim", None) == 0 else value
-
-
-def _dimensionless(noun: str, accepts: str, default: Any, **more: Any) -> Any:
-    return Field(default, description=noun, json_schema_extra={"units": "1", "accepts": accepts}, **more)
-
-
+_SOME_ELEMENTS = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
+_SOME_DAMPING = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
 _SOME_MODES = f"a whole number of modes from 1 to {2 * MOST_ELEMENTS}"
 _BETWEEN_ENDS = "a fraction of the length greater than 0 and less than 1 (the pinned ends do not deflect)"
-_Modes = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=2 * MOST_ELEMENTS)]
-Elements = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=MOST_ELEMENTS)]
+_Modes = Annotated[int, Field(strict=True, ge=1, le=2 * MOST_ELEMENTS)]
+Elements = Annotated[int, Field(strict=True, ge=1, le=MOST_ELEMENTS)]
 DampingRatio = Annotated[NonNegative, Field(le=1)]
-
-
-def elements_field(default: int | None, **more: Any) -> Any:
-    """Describe a field that holds the number of elements of a beam."""
-    accepts = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
-    return _dimensionless("number of elements", accepts, default, **more)
-
-
-def damping_field() -> Any:
-    """Describe a field that holds the structural damping of a beam."""
-    accepts = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
-    return _dimensionless("damping ratio", accepts, 0.0)
+elements_field = partial(measured, "number of elements", "1", accepts=_SOME_ELEMENTS)
+damping_field = partial(measured, "damping ratio", "1", 0.0, accepts=_SOME_DAMPING)
 
 
 class Beam(Record):
@@ -94,14 +79,14 @@ class Beam(Record):
 
     shapes: Literal["hermite", "sine"] = "hermite"
     elements: Elements | None = elements_field(None, validate_default=True)
-    modes: _Modes | None = _dimensionless("number of modes", _SOME_MODES, None)
+    modes: _Modes | None = measured("number of modes", "1", None, accepts=_SOME_MODES)
     modulus: Positive = measured("Young's modulus", "Pa", 2.1e11)
     density: Positive = measured("density", "kg/m³", 7800.0)
     section: Literal["round", "square"] = "round"
     area: Positive | None = measured("area of the section", "m²", None)
     second_moment: Positive | None = measured("second moment of area", "m⁴", None)
     damping_ratio: DampingRatio = damping_field()
-    gauge: Annotated[Positive, Field(lt=1)] = _dimensionless("gauge", _BETWEEN_ENDS, 0.5)
+    gauge: Annotated[Positive, Field(lt=1)] = measured("gauge", "1", 0.5, accepts=_BETWEEN_ENDS)
 
     @field_validator("elements")
     @classmethod
@@ -180,23 +165,22 @@ class Link(Record):
 
     @model_validator(mode="after")
     def _bends_as_a_beam_can(self) -> Self:
-        if self.elastic and (found := misfits(self)):
-            raise InputError(found)
+        if self.elastic and (problems := bending_problems(self)):
+            raise InputError(problems)
         return self
+
+    @property
+    def description(self) -> str:
+        """Length, mass, inertia and elasticity in a few words."""
+        rigid = f"{self.length:g} m, {self.mass:g} kg, {self.inertia:g} kg m²"
+        if not self.elastic:
+            return rigid
+        shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"
+        return f"{rigid}, elastic: {shapes}, {self.beam.size} modes, damping {self.beam.damping_ratio:g}"
 
 
 def modal(link: Link) -> Modes:
-    """Give the modes of a link, bending or not, as its beam describes them.
-
-    Parameters
-    ----------
-    link : Link
-        With its beam.
-
-    Returns
-    -------
-    Modes
-    """
+    """Give the modes of a link, bending or not, as its beam describes them."""
     beam, length, mass = link.beam, link.length, np.float64(line_density(link) * link.length)
     modes = (beam.size, beam.gauge)
     unit = hermites(beam.elements, *modes) if beam.elements else sines(*modes)
@@ -227,7 +211,7 @@ def stiffness(link: Link) -> float:
     return link.beam.modulus * (link.beam.second_moment or area(link) * area(link) / share)
 
 
-def misfits(link: Link) -> list[Problem]:
+def bending_problems(link: Link) -> list[Problem]:
     """List why a link cannot bend as its beam says; keys are relative to the link.
 
     The total mass matrix is positive definite where [[m − S·S, m s − S·I], [m s − S·I, J − I·I]] is.

@@ -149,6 +149,9 @@ class Friction(Record):
         return velocity
 
 
+FRICTIONLESS = Friction(coefficient=0.0)
+
+
 class Joint(Record):
     """A revolute joint: a journal on one link in a bearing on another.
 
@@ -159,7 +162,7 @@ class Joint(Record):
     journal, bearing : Pin
         Where the journal and the bearing sit.
     clearance : float
-        Radial clearance e, m; 0 makes the joint ideal, and contact data then rest unused.
+        Radial clearance e, m; 0 makes the joint ideal, and contact data are then not used.
     radius : float, optional
         Radius R of the journal, m; needed with clearance.
     contact : Contact, optional
@@ -199,3 +202,39 @@ class Joint(Record):
                 "a joint with clearance needs contact data: a table of stiffness (N/m), damping (N s/m)",
             )
         return contact
+
+    @property
+    def ideal(self) -> bool:
+        """Whether it has no clearance."""
+        return not self.clearance
+
+    @property
+    def ends(self) -> tuple[tuple[Pin, Pin], tuple[Pin, Pin]]:
+        """Each of its pins, and the pin on the other side."""
+        return (self.journal, self.bearing), (self.bearing, self.journal)
+
+    @property
+    def links(self) -> set[str]:
+        """Names of the links that it connects."""
+        return {self.journal.link, self.bearing.link}
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Parameters of the equations of a joint with clearance, by letter."""
+        friction = self.friction or FRICTIONLESS
+        law = dict(zip(LAWS[self.contact.law].letters, self.contact.numbers.values(), strict=True))
+        own = {"f": friction.coefficient, "v": friction.velocity or 0.0, "Ct": friction.viscous}
+        return {"e": self.clearance, "R": self.radius} | law | own
+
+    @property
+    def description(self) -> str:
+        """The links that it connects, its clearance and laws, in a few words."""
+        links = f"{self.journal.link} in {self.bearing.link}"
+        if self.ideal or self.contact is None:
+            return f"{links}, ideal"
+        units = (unit for _, unit in LAWS[self.contact.law].numbers.values())
+        numbers = zip(self.contact.numbers.values(), units, strict=True)
+        law = ", ".join(f"{value:g} {unit}" for value, unit in numbers)
+        tension = "" if self.contact.tension else ", no tension"
+        friction = f", friction {self.friction.coefficient:g}" if self.friction else ""
+        return f"{links}, clearance {self.clearance:g} m, {law}{tension}{friction}"

@@ -8,7 +8,7 @@ from typing import Any
 from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.base import ANGLE, FAR, is_number
 from jointplay.mechanism.closure import closed_four_bar, ideal_state
-from jointplay.mechanism.records import ConstantSpeed, Mechanism
+from jointplay.mechanism.records import Mechanism
 
 IDEAL, WRITTEN_OUT = ("crank_angle", "crank_speed", "branch"), ("angle", "angular_velocity")
 
@@ -56,9 +56,8 @@ def _fits(mechanism: Mechanism, initial: Mapping[str, Any], closed: bool) -> Non
     """Refuse what a closed loop would contradict later: its own branch, and the speed that drives it."""
     if not closed:
         return
-    fixed = {"branch": mechanism.branch}
-    if isinstance(mechanism.drive, ConstantSpeed):
-        fixed["crank_speed"] = mechanism.drive.speed
+    speed = mechanism.drive.imposed_speed if mechanism.drive else None
+    fixed = {"branch": mechanism.branch} | ({} if speed is None else {"crank_speed": speed})
     wrong = [
         Problem(f"initial.{key}", initial[key], f"{value!r}, the mechanism's own, is accepted here")
         for key, value in fixed.items()
