@@ -1,4 +1,4 @@
-"""Links, and how an elastic one bends: its beam, and the modes that the equations of motion take from it.
+"""Links, rigid or elastic, and the modes of an elastic link's beam that enter the equations of motion.
 
 Source: the deflection y(x, t) = Σ φ_i(x) η_i(t) of a uniform Euler–Bernoulli beam pinned at both ends, in
 mass-normalised modes: ∫ρA φ_i φ_j dx = δ_ij and ∫EI φ_i″ φ_j″ dx = ω_i² δ_ij. They are those of
@@ -47,7 +47,7 @@ damping_field = partial(measured, "damping ratio", "1", 0.0, accepts=_SOME_DAMPI
 
 
 class Beam(Record):
-    """How an elastic link bends: as a uniform Euler–Bernoulli beam, both of its ends on the link's line.
+    """Beam of an elastic link: uniform, Euler–Bernoulli, both of its ends on the link's line.
 
     Valid for deflections that are small against the length, of links that are long against their thickness:
     shear, rotary inertia of the section and stretching are left out.
@@ -156,7 +156,7 @@ class Link(Record):
     @classmethod
     def _positive_definite(cls, inertia: float, info: ValidationInfo) -> float:
         if not {"length", "mass", "centre"} <= info.data.keys():
-            return inertia  # one of them is wrong, and says so itself
+            return inertia  # one of them is invalid, which is a problem of its own
         least = info.data["mass"] * info.data["centre"] * info.data["centre"]
         if inertia <= least:
             limit = f"greater than mass × centre² = {least:.6g} kg m²"
@@ -196,7 +196,7 @@ def modal(link: Link) -> Modes:
 
 
 def area(link: Link) -> float:
-    """Give the area A of a link's section, m²: all of its mass in a uniform bar, unless its beam says."""
+    """Give the area A of a link's section, m²: its beam's, or that of a uniform bar of the link's mass."""
     return link.beam.area or np.float64(link.mass) / (link.beam.density * link.length)
 
 
@@ -212,7 +212,7 @@ def stiffness(link: Link) -> float:
 
 
 def bending_problems(link: Link) -> list[Problem]:
-    """List why a link cannot bend as its beam says; keys are relative to the link.
+    """List what makes the equations of an elastic link singular; keys are relative to the link.
 
     The total mass matrix is positive definite where [[m − S·S, m s − S·I], [m s − S·I, J − I·I]] is.
     """
@@ -221,21 +221,17 @@ def bending_problems(link: Link) -> list[Problem]:
     if not all(0 < frequency < math.inf for frequency in modes.frequency):
         given = {name: getattr(link.beam, name) for name in ("modulus", "density", "area", "second_moment")}
         return [Problem("beam", given, "numbers that give finite frequencies other than 0 are accepted")]
-    carried = float(modes.force @ modes.force)
-    if not link.mass - carried > _MARGIN * link.mass:
-        return [_too_heavy(link, carried)]
+    beam_mass = float(modes.force @ modes.force)
+    if not link.mass - beam_mass > _MARGIN * link.mass:
+        most = area(link) * link.mass / beam_mass
+        weights = f"{line_density(link) * link.length:.6g} kg, the whole link {link.mass:g} kg"
+        text = f"an area less than {most:.6g} m² is accepted: this beam weighs {weights}"
+        return [Problem("beam.area", area(link), text)]
     cross = link.mass * link.centre - float(modes.force @ modes.moment)
-    least = float(modes.moment @ modes.moment) + cross * cross / (link.mass - carried)
+    least = float(modes.moment @ modes.moment) + cross * cross / (link.mass - beam_mass)
     if not link.inertia - least > _MARGIN * link.inertia:
         limit = f"greater than {least:.6g} kg m² is accepted with this beam, mass and mass centre"
         reason = "else the mass matrix is not positive definite"
         text = f"a moment of inertia about the link's origin {limit}, {reason}"
         return [Problem("inertia", link.inertia, text)]
     return []
-
-
-def _too_heavy(link: Link, carried: float) -> Problem:
-    most = area(link) * link.mass / carried
-    weight = line_density(link) * link.length
-    reason = f"this beam weighs {weight:.6g} kg, the whole link {link.mass:g} kg"
-    return Problem("beam.area", area(link), f"an area less than {most:.6g} m² is accepted: {reason}")

@@ -72,11 +72,16 @@ def _table_1() -> Mechanism:
         Link(name="coupler", length=coupler, mass=0.1743, inertia=2.7e-3, beam=beam),
         Link(name="rocker", length=rocker, mass=0.2916, inertia=1.34e-3, beam=beam),
     )
-    joints = (
-        _bearing("O", Pin(link="crank"), Pin(link=GROUND, point=(0.0, 0.0))),
-        _bearing("A", Pin(link="crank", at=crank), Pin(link="coupler")),
-        _bearing("B", Pin(link="coupler", at=coupler), Pin(link="rocker", at=rocker)),
-        _bearing("C", Pin(link="rocker"), Pin(link=GROUND, point=(ground, 0.0))),
+    pins = {
+        "O": (Pin(link="crank"), Pin(link=GROUND, point=(0.0, 0.0))),
+        "A": (Pin(link="crank", at=crank), Pin(link="coupler")),
+        "B": (Pin(link="coupler", at=coupler), Pin(link="rocker", at=rocker)),
+        "C": (Pin(link="rocker"), Pin(link=GROUND, point=(ground, 0.0))),
+    }
+    contact, friction = Contact(stiffness=7.15e6, damping=228.0), Friction(coefficient=0.01)
+    joints = tuple(
+        Joint(name=name, journal=journal, bearing=bearing, radius=0.015, contact=contact, friction=friction)
+        for name, (journal, bearing) in pins.items()
     )
     drive = MotorLine(
         link="crank",
@@ -87,18 +92,6 @@ def _table_1() -> Mechanism:
         rated_torque=2.2 * 9.8,
     )
     return Mechanism(name="chunmei2002", links=links, joints=joints, drive=drive, gravity=9.8)
-
-
-def _bearing(name: str, journal: Pin, bearing: Pin) -> Joint:
-    contact = Contact(stiffness=7.15e6, damping=228.0)
-    return Joint(
-        name=name,
-        journal=journal,
-        bearing=bearing,
-        radius=0.015,
-        contact=contact,
-        friction=Friction(coefficient=0.01),
-    )
 
 
 NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {"chunmei2002": chunmei2002} | SYSTEMS

@@ -1,4 +1,4 @@
-"""Joints between links, the places where they sit, and the laws of contact in them."""
+"""Joints between links, their pins, and the laws of contact and friction in them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 
 
 class Pin(Record):
-    """A place where a joint sits: on a link, or fixed to the ground.
+    """One side of a joint: a point on a link, or fixed to the ground.
 
     Parameters
     ----------
@@ -56,9 +56,8 @@ class Pin(Record):
         if link == GROUND and point is None:
             raise refuse(NOTHING, "a place on the ground needs point = [x, y] in m")
         if link not in (None, GROUND) and point is not None:
-            raise refuse(
-                point, "only link = 'ground' takes a point; on a link, at = distance from its origin in m"
-            )
+            accepted = "only link = 'ground' takes a point; on a link, at = distance from its origin in m"
+            raise refuse(point, accepted)
         return point
 
 
@@ -97,12 +96,13 @@ class Contact(Record):
     @classmethod
     def _of_the_law(cls, parameters: dict[str, float], info: ValidationInfo) -> dict[str, float]:
         law = info.data.get("law")
-        further = LAWS[law].further if law else tuple(parameters)  # a wrong law says so itself
-        wrong = [unknown(name, parameters[name], name, further) for name in parameters if name not in further]
+        further = LAWS[law].further if law else tuple(parameters)  # an unknown law is a problem of its own
+        extra = [name for name in parameters if name not in further]
+        problems = [unknown(name, parameters[name], name, further) for name in extra]
         needed = f"a number is needed here, of the law {law}"
-        wrong += [Problem(name, NOTHING, needed) for name in further if name not in parameters]
-        if wrong:
-            raise InputError(wrong)
+        problems += [Problem(name, NOTHING, needed) for name in further if name not in parameters]
+        if problems:
+            raise InputError(problems)
         return parameters
 
     @property
@@ -197,10 +197,8 @@ class Joint(Record):
     @classmethod
     def _contact_with_clearance(cls, contact: Contact | None, info: ValidationInfo) -> Contact | None:
         if contact is None and info.data.get("clearance"):
-            raise refuse(
-                NOTHING,
-                "a joint with clearance needs contact data: a table of stiffness (N/m), damping (N s/m)",
-            )
+            needed = "contact data: a table of stiffness (N/m), damping (N s/m)"
+            raise refuse(NOTHING, f"a joint with clearance needs {needed}")
         return contact
 
     @property

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations_with_replacement
 
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.base import GROUND
@@ -96,10 +97,9 @@ class Forest:
     @property
     def floats(self) -> tuple[tuple[str, ...], ...]:
         """Names of the links of each floating chain."""
-        chains = [place.chain for place in self.places.values() if place.chain is not None]
-        return tuple(
-            tuple(name for name in self.links if self.places[name].chain == f) for f in sorted({*chains})
-        )
+        chains = {place.chain for place in self.places.values()} - {None}
+        of = {name: self.places[name].chain for name in self.links}
+        return tuple(tuple(name for name in of if of[name] == chain) for chain in sorted(chains))
 
     def separation(self, joint: Joint) -> Place:
         """Constant part and arms D_k of the vector from bearing to journal, r = const + sum_k D_k e_k."""
@@ -116,16 +116,11 @@ class Forest:
                 names.append(name)
         return names
 
-    def couplings(self) -> Iterator[tuple[str, str]]:
+    def couplings(self) -> tuple[tuple[str, str], ...]:
         """Pairs of links (each once) whose angles share an entry of the mass matrix."""
-        names = list(self.links)
-        moving = [
-            {*place.arms, name} for name, place in self.places.items()
-        ]  # whose turning moves its centre
-        for i, k in enumerate(names):
-            for m in names[i:]:
-                if any({k, m} <= links for links in moving):
-                    yield k, m
+        moving = [{*place.arms, name} for name, place in self.places.items()]  # that move its centre
+        pairs = combinations_with_replacement(self.links, 2)
+        return tuple(pair for pair in pairs if any({*pair} <= links for links in moving))
 
     def inertia(self, k: str, m: str) -> float:
         """H_km = sum_j m_j L_jk L_jm + m_m s_m L_mk + m_k s_k L_km + delta_km J_k."""

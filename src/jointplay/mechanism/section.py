@@ -1,4 +1,4 @@
-"""Where a motion is cut to make a Poincaré section."""
+"""Poincaré sections: the events of a motion at which its state is recorded."""
 
 from __future__ import annotations
 

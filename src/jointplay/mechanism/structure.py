@@ -36,7 +36,7 @@ def linkage(
     links, places = tuple(forest.links), forest.places
     return Linkage(
         links=links,
-        couplings=tuple(forest.couplings()),
+        couplings=forest.couplings(),
         floats=forest.floats,
         joints=tuple(_clearance(joint, forest) for joint in mechanism.clearance_joints),
         pins=tuple(_pin(name, forest) for name, place in places.items() if place.parent is not None),
