@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from jointplay.equations.structure import Beam, Linkage, parameter_names
+from jointplay.equations.structure import Linkage, parameter_names
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import oscillators
 from jointplay.mechanism.beam import line_density, modal
@@ -54,22 +55,21 @@ def assemble(
     structure = linkage(mechanism, forest, section, powers, relaxed)
     angles, speeds = start(mechanism, initial)
     values = numbers(mechanism, forest, structure, angles)
-    position, velocity = _coordinates(mechanism, structure, forest, angles, speeds)
-    _check_journals(mechanism, forest, angles, position)
     loose = mechanism.clearance_joints
     driven = [mechanism.drive.nominal_speed] if mechanism.drive else speeds.values()
     nominal = max(map(abs, driven), default=0.0) or 1.0
-    unit, floor = _scales(mechanism, structure, nominal)
-    turning = [name in structure.links for name, _ in _freedoms(structure)]
+    rows = [*_positions(mechanism, structure, forest, angles, speeds, nominal)]
+    position, velocity, unit, floor, turning = np.array(rows, dtype=float).reshape(-1, 5).T.copy()
+    _check_journals(mechanism, forest, angles, position)
     # some of the motion is no unknown whose error is watched
     followed = structure.drive == "speed" or forest.loop
     return Model(
         structure=structure,
         numbers=np.array([values[name] for name in parameter_names(structure)]),
-        state=np.array(position + velocity),
+        state=np.concatenate([position, velocity]),
         absolute=np.concatenate([unit, floor]),
         relative=np.concatenate([np.zeros(len(unit)), np.ones(len(unit))]),
-        turning=np.array(turning, dtype=float),
+        turning=turning,
         period=2 * math.pi / nominal,
         creep=SPEED_FLOOR * nominal * max((joint.radius for joint in loose), default=0.0),
         reach=sum(link.length for link in mechanism.links),
@@ -85,7 +85,7 @@ def assemble(
     )
 
 
-def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, position: list[float]) -> None:
+def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, position: np.ndarray) -> None:
     """Refuse a start whose journals are nowhere near their bearings."""
     bases, problems = position[len(position) - 2 * len(forest.floats) :], []
 
@@ -105,51 +105,28 @@ def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, positi
         raise InputError(problems, "initial")
 
 
-def _freedoms(structure: Linkage) -> list[tuple[Any, int]]:
-    """What each position is, in the equations' order: (beam, mode), (link, 0), (floating chain, axis)."""
-    modes = [] if structure.relaxed else [(beam, i) for beam in structure.beams for i in range(beam.modes)]
-    free = structure.links
-    if structure.loop:
-        free = (structure.driven,)
-    elif structure.drive == "speed":
-        free = tuple(k for k in structure.links if k != structure.driven)
-    bases = [(f, axis) for f in range(len(structure.floats)) for axis in (0, 1)]
-    return [*modes, *((k, 0) for k in free), *bases]
+def _positions(
+    mechanism: Mechanism, structure: Linkage, forest: Forest, angles: Angles, speeds: Angles, nominal: float
+) -> Iterator[tuple[float, float, float, float, bool]]:
+    """Give each position in the equations' order: value, speed, units of their errors, whether an angle.
 
-
-def _scales(mechanism: Mechanism, structure: Linkage, nominal: float) -> tuple[np.ndarray, np.ndarray]:
-    """Units in which errors of positions and of speeds are tolerated: 1 rad, lengths, small deflections."""
-    length, units, floors = max(link.length for link in mechanism.links), [], []
-    modes = {link.name: modal(link) for link in mechanism.links if link.elastic}
-    for part, i in _freedoms(structure):
-        if isinstance(part, Beam):
-            link = mechanism.link(part.link)
-            unit = DEFLECTION * length * math.sqrt(line_density(link) * link.length / 2)
-            floor = max(SPEED_FLOOR * nominal / DEFLECTION, modes[part.link].frequency[i]) * unit
-        else:
-            unit = 1.0 if part in structure.links else length
-            floor = SPEED_FLOOR * nominal * unit
-        units.append(unit)
-        floors.append(floor)
-    return np.array(units), np.array(floors)
-
-
-def _coordinates(
-    mechanism: Mechanism, structure: Linkage, forest: Forest, angles: Angles, speeds: Angles
-) -> tuple[list[float], list[float]]:
-    """Positions and speeds in the order of the equations; straight beams, bases as in the ideal mechanism."""
+    Beams start straight, floating chains as in the ideal mechanism. Errors are tolerated in units of 1 rad,
+    lengths, small deflections.
+    """
+    length, slow = max(link.length for link in mechanism.links), SPEED_FLOOR * nominal
+    for link in mechanism.elastic_links if not structure.relaxed else ():
+        unit = DEFLECTION * length * math.sqrt(line_density(link) * link.length / 2)
+        for frequency in modal(link).frequency:
+            yield 0.0, 0.0, unit, max(slow / DEFLECTION, frequency) * unit, False
+    for name in structure.links:
+        driven = name == structure.driven
+        if driven if structure.loop else not (driven and structure.drive == "speed"):
+            yield angles[name], speeds[name], 1.0, slow, True
     ideal = origins(mechanism, mechanism.joints)
-    position, velocity = [], []
-    for part, axis in _freedoms(structure):
-        x, v = 0.0, 0.0
-        if isinstance(part, int):
-            root = next(k for k in structure.floats[part] if forest.places[k].parent is None)
-            x, v = (values[axis] for values in ideal[root].motion(angles, speeds))
-        elif part in structure.links:
-            x, v = angles[part], speeds[part]
-        position.append(x)
-        velocity.append(v)
-    return position, velocity
+    for chain in forest.floats:
+        root = next(name for name in chain if forest.places[name].parent is None)
+        for x, v in zip(*ideal[root].motion(angles, speeds), strict=True):
+            yield x, v, length, slow * length, False
 
 
 def check_section(section: Section, mechanism: Mechanism) -> None:

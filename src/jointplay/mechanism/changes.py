@@ -18,6 +18,7 @@ from jointplay.mechanism.signature import first
 MAIN_JOINT = "B"
 _OF_BEAMS = ("elements", "damping_ratio")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
+_LINKS = {"accepts": "a list of link names, as ['coupler'],"}
 _Clearance = Annotated[
     Annotated[NonNegative, Tag("number")] | Annotated[dict[Name, NonNegative], Tag("joints")],
     Discriminator(lambda value: "joints" if isinstance(value, Mapping) else "number"),
@@ -63,9 +64,7 @@ class Changes(Record):
     friction: NonNegative = measured("friction coefficient", "1", 0.0)
     tension: Flag = True
     efficiency_in_slope: Flag = False
-    elastic: tuple[Name, ...] = Field(
-        (), json_schema_extra={"accepts": "a list of link names, as ['coupler'],"}
-    )
+    elastic: tuple[Name, ...] = Field((), json_schema_extra=_LINKS)
     elements: Elements = elements_field(2)
     damping_ratio: DampingRatio = damping_field()
     order: Literal["consistent", "paper"] = "consistent"

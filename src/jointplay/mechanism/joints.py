@@ -21,6 +21,7 @@ from jointplay.mechanism.base import (
 )
 
 _POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
+_Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
 
 
 class Pin(Record):
@@ -38,9 +39,7 @@ class Pin(Record):
 
     link: Name = named("link name, or 'ground'")
     at: NonNegative = measured("distance along the link", "m", 0.0)
-    point: Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)] = (
-        None
-    )
+    point: _Point = None
 
     @field_validator("at")
     @classmethod
