@@ -49,8 +49,8 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
     Returns
     -------
     callable
-        Decorates a function. The result has ``fields()``, type and default of each argument, and ``broken``,
-        which gives the problems that the rules find in arguments from elsewhere.
+        Decorates a function. The result has ``fields()``, type and default of each argument, and
+        ``rule_problems``, which gives the problems that the rules find in arguments from elsewhere.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
         record = cache(partial(_record, function.__name__, fields, open_ended))
         named = [(rule, {*signature(rule).parameters}) for rule in rules]
 
-        def broken(given: Mapping[str, Any], invalid: Collection[str] = ()) -> list[Problem]:
+        def rule_problems(given: Mapping[str, Any], invalid: Collection[str] = ()) -> list[Problem]:
             """Problems that the rules find in arguments, apart from those that are invalid by themselves."""
             defaults = {name: None if default is ... else default for name, (_, default) in fields().items()}
             valid = {name: value for name, value in given.items() if name not in invalid}
@@ -84,11 +84,11 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
                 arguments, problems = dict(record()(**given)), []
             except InputError as error:
                 arguments, problems = given, error.problems
-            if problems := problems + broken(arguments, {first(problem.key) for problem in problems}):
+            if problems := problems + rule_problems(arguments, {first(problem.key) for problem in problems}):
                 raise InputError(problems)
             return function(*[arguments.pop(name) for name in positional], **arguments)
 
-        call.fields, call.broken = fields, broken  # type: ignore[attr-defined]
+        call.fields, call.rule_problems = fields, rule_problems  # type: ignore[attr-defined]
         return call
 
     return decorated

@@ -26,6 +26,7 @@ from jointplay.mechanism.base import (
 )
 from jointplay.mechanism.signature import checked
 
+_State = tuple[float, ...]
 _Restitution = Annotated[NonNegative, Field(le=1)]
 _VALUE = {"accepts": "a table of finite numbers, or true and false for switches,"}
 
@@ -91,9 +92,7 @@ class TestSystem(Record):
         return hash((self.name, self.system, tuple(self.parameters.items()), self.initial, self.period))
 
 
-def _system(
-    name: str, initial: tuple[float, ...], period: float | None = None, **parameters: float
-) -> TestSystem:
+def _system(name: str, initial: _State, period: float | None = None, **parameters: float) -> TestSystem:
     return TestSystem(name=name, system=name, parameters=parameters, initial=initial, period=period)
 
 
