@@ -49,7 +49,7 @@ def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]
     key, spot = _walk(detail["loc"], spot, root)
     if isinstance(context.get("error"), InputError):
         return context["error"].under(key).problems
-    if kind.startswith("union_tag"):
+    if kind == "union_tag_invalid" or (kind == "union_tag_not_found" and isinstance(given, Mapping)):
         return [_wrong_kind(key, given, context)]
     if kind.startswith("missing"):
         return [Problem(key, NOTHING, spot.accepted() or "a value is needed here")]
