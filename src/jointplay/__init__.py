@@ -27,6 +27,10 @@ from jointplay.kinds import KINDS
 
 __version__ = "0.1.0"
 
+_RECORDS = (
+    "Mechanism Link Beam Joint Pin Contact Friction MotorLine ConstantSpeed TestSystem "
+    "CrankAngle ContactSection SeparationSection Plane"
+)
 _HOME = {
     **{row.home.partition(":")[2]: row.home.removeprefix(".") for row in KINDS.values()},
     "growth": "analysis.exponents.growth",
@@ -37,24 +41,7 @@ _HOME = {
     "InputError": "errors",
     "ModelWarning": "errors",
     "catalog": "mechanism.catalog:",
-    **dict.fromkeys(
-        (
-            *(
-                "Mechanism",
-                "Link",
-                "Beam",
-                "Joint",
-                "Pin",
-                "Contact",
-                "Friction",
-                "MotorLine",
-                "ConstantSpeed",
-                "TestSystem",
-            ),
-            *("CrankAngle", "ContactSection", "SeparationSection", "Plane"),
-        ),
-        "mechanism.records",
-    ),
+    **dict.fromkeys(_RECORDS.split(), "mechanism.records"),
 }
 __all__ = ["__version__", *_HOME]
 

@@ -1,4 +1,4 @@
-"""What pydantic found wrong, said in plain English: what would be accepted is read from the model's fields.
+"""Errors of pydantic in plain English: what would be accepted is read from the model's fields.
 
 Nouns and units come from a field's description and its `units`; limits from its constraints.
 """
@@ -25,7 +25,7 @@ def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
     Parameters
     ----------
     error : pydantic.ValidationError
-        What pydantic raised.
+        As pydantic raised it.
     model : type, optional
         The model that was validated: gives the known keys, and nouns and units of its fields.
     root : str, optional
@@ -33,13 +33,13 @@ def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
     """
     details = error.errors(include_url=False)
     nested = (detail.get("ctx", {}).get("error") for detail in details)
-    more = max(0, len(details) - SHOWN) + sum(getattr(each, "more", 0) for each in nested)
-    told = (problem for detail in details[:SHOWN] for problem in _problems(detail, model, root))
-    return InputError(told, root, more)
+    more = max(0, len(details) - SHOWN) + sum(getattr(error, "more", 0) for error in nested)
+    problems = (problem for detail in details[:SHOWN] for problem in _problems(detail, model, root))
+    return InputError(problems, root, more)
 
 
 def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:
-    """Turn one of pydantic's error details, on input for a model, into problems with keys under a root."""
+    """Turn one of pydantic's error details into problems with keys under a root."""
     spot = _Spot(model)
     kind, given, context = detail["type"], detail["input"], detail.get("ctx", {})
     *parents, last = detail["loc"] or (None,)
@@ -49,7 +49,7 @@ def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]
     key, spot = _walk(detail["loc"], spot, root)
     if isinstance(context.get("error"), InputError):
         return context["error"].under(key).problems
-    if kind.startswith("union_tag"):
+    if kind == "union_tag_invalid" or (kind == "union_tag_not_found" and isinstance(given, Mapping)):
         return [_wrong_kind(key, given, context)]
     if kind.startswith("missing"):
         return [Problem(key, NOTHING, spot.accepted() or "a value is needed here")]
@@ -80,7 +80,7 @@ def _walk(location: Iterable[Any], spot: _Spot, key: str) -> tuple[str, _Spot]:
 
 @dataclass(frozen=True)
 class _Spot:
-    """A place in a model: the type expected there, the nearest field, what is said of the list it is in."""
+    """Place in a model: the type expected there, the nearest field, the description of the list it is in."""
 
     annotation: Any = None
     field: Any = None
@@ -94,7 +94,7 @@ class _Spot:
             return self._inside(items[0] if items else None), True
         if len(members) > 1:
             tagged = [member for member in members if element in _tags(member)]
-            return _Spot(tagged[0] if tagged else None, self.field, self._said), False
+            return _Spot(tagged[0] if tagged else None, self.field, self._description), False
         member = _bare(members[0]) if members else None
         if element in (fields := _fields(member)):
             return _Spot(fields[element].annotation, fields[element]), True
@@ -102,26 +102,26 @@ class _Spot:
         return self._inside(values[0] if values else None), element != "[key]"
 
     def _inside(self, annotation: Any) -> _Spot:
-        """Give the place of an item: what a field says goes for its items, unless they are records."""
+        """Give the place of an item: a field's description holds for its items, unless they are records."""
         records = any(_fields(_bare(member)) for member in _members(annotation))
-        return _Spot(annotation) if records else _Spot(annotation, self.field, self._said)
+        return _Spot(annotation) if records else _Spot(annotation, self.field, self._description)
 
     @property
-    def _said(self) -> dict[str, Any]:
-        """Noun, units and words of the place, where something says them: its field, or its type."""
-        found = dict(self.around or {})
+    def _description(self) -> dict[str, Any]:
+        """Noun, units and accepted values, as far as its field or its type gives them."""
+        description = dict(self.around or {})
         for mark in (self.field, *_marks(self.annotation)):
             extra = getattr(mark, "json_schema_extra", None)
             if isinstance(extra, Mapping):
-                found |= extra | {"noun": mark.description or ""}
-        return found
+                description |= extra | {"noun": mark.description or ""}
+        return description
 
     def keys(self) -> list[str]:
         return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
 
     def accepted(self, given: Any = NOTHING) -> str:
-        """Say what is accepted here; empty if the model does not tell."""
-        extra = self._said
+        """Say what is accepted here; empty if the model does not determine it."""
+        extra = self._description
         bare = [_bare(member) for member in _members(self.annotation)]
         if "accepts" in extra:
             return f"{extra['accepts']} is accepted"
@@ -146,14 +146,11 @@ class _Spot:
         bounds = _bounds(getattr(self.field, "metadata", ())) | _bounds([self.annotation])
         limits = " and ".join(f"{_BOUNDS[name]} {value:g}" for name, value in bounds.items())
         unit = "" if units == "1" else f" {units}" if limits else f" in {units}"
-        form = "" if _is_number(given) or given is NOTHING or noun == plain else f", as a {plain},"
-        endless = _is_number(given) and not _finite(given) and not {"lt", "le"} & bounds.keys()
+        is_number = isinstance(given, numbers.Number) and not isinstance(given, bool)
+        form = "" if is_number or given is NOTHING or noun == plain else f", as a {plain},"
+        endless = is_number and not _finite(given) and not {"lt", "le"} & bounds.keys()
         words = " ".join(["finite"] * (endless or not limits) + [noun] + [limits] * bool(limits))
         return f"{_article(words)} {words}{unit}{form} is accepted"
-
-
-def _is_number(given: Any) -> bool:
-    return isinstance(given, numbers.Number) and not isinstance(given, bool)
 
 
 def _finite(given: Any) -> bool:
@@ -198,7 +195,7 @@ def _kinds(model: Any) -> list[str]:
 
 
 def _marks(annotation: Any) -> Iterator[Any]:
-    """What `Annotated` says of a type, or of the members of a union."""
+    """Metadata in `Annotated` of a type, or of the members of a union."""
     if typing.get_origin(annotation) is typing.Annotated:
         yield from _marks(typing.get_args(annotation)[0])
         yield from typing.get_args(annotation)[1:]
@@ -208,12 +205,12 @@ def _marks(annotation: Any) -> Iterator[Any]:
 
 def _bounds(marks: Iterable[Any]) -> dict[str, float]:
     """Collect limits from a field's metadata and from Annotated types inside it."""
-    found: dict[str, float] = {}
+    bounds: dict[str, float] = {}
     for mark in marks:
-        found |= {name: getattr(mark, name) for name in _BOUNDS if getattr(mark, name, None) is not None}
-        found |= _bounds(getattr(mark, "metadata", ()))
+        bounds |= {name: getattr(mark, name) for name in _BOUNDS if getattr(mark, name, None) is not None}
+        bounds |= _bounds(getattr(mark, "metadata", ()))
         if typing.get_origin(mark) is typing.Annotated:
-            found |= _bounds(typing.get_args(mark)[1:])
+            bounds |= _bounds(typing.get_args(mark)[1:])
         if typing.get_origin(mark) in (typing.Union, types.UnionType):
-            found |= _bounds(typing.get_args(mark))
-    return found
+            bounds |= _bounds(typing.get_args(mark))
+    return bounds

@@ -156,8 +156,7 @@ def _say(line: str) -> None:
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:
     """Tell what came of a run, and draw it."""
-    from jointplay.results.outcome import explain
-    from jointplay.results.text import summary, write_table
+    from jointplay.results.outcome import explain, summary, write_table
 
     dataset, path = outcome.dataset, outcome.path
     print(f"result  {path}", flush=True)

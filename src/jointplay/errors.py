@@ -18,7 +18,7 @@ from typing import Any
 
 
 class _Nothing:
-    """Stands for a value that was not given."""
+    """Placeholder of a value that was not given."""
 
     def __repr__(self) -> str:
         return "nothing"
@@ -29,9 +29,8 @@ NOTHING = _Nothing()
 
 class _Short(reprlib.Repr):
     def repr_int(self, x: int, level: int) -> str:  # Python itself refuses to write thousands of digits
-        return (
-            repr(x) if abs(x) < 10**self.maxlong else f"<a number of {int(x.bit_length() / 3.3219)} digits>"
-        )
+        digits = int(x.bit_length() / 3.3219)
+        return repr(x) if abs(x) < 10**self.maxlong else f"<a number of {digits} digits>"
 
 
 _SHORT = _Short()
@@ -77,10 +76,8 @@ class InputError(ValueError):
 
     def __init__(self, problems: Iterable[Problem], root: str = "", more: int = 0) -> None:
         rest = iter(problems)  # to compare more of them than are shown would take long
-        self.problems: list[Problem] = list(
-            {str(problem): problem for problem in islice(rest, SHOWN)}.values()
-        )
-        self.problems += rest
+        shown = {str(problem): problem for problem in islice(rest, SHOWN)}
+        self.problems: list[Problem] = [*shown.values(), *rest]
         self.root, self.more = root, more
         super().__init__(self.problems, root, more)  # what pickle hands back to __init__, in a worker or here
 
@@ -127,13 +124,13 @@ def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str 
     known : iterable of str
         The names that exist.
     what : str
-        What the name should be the name of: ``key``, ``link``, ``joint``, ...
+        What it should name: ``key``, ``link``, ``joint``, ...
     """
     return Problem(key, given, _NoSuch(what, word, list(known)))
 
 
 class _NoSuch(UserString):
-    """What to say of a name that is not known; made when it is asked for, as to compare names takes long."""
+    """Message on an unknown name; composed only when it is read, as comparing names takes long."""
 
     def __init__(self, what: str, word: object, known: list[str]) -> None:
         self.what, self.word, self.known = what, word, known

@@ -1,4 +1,4 @@
-"""The kinds of study: one row each says what the program has to know of a kind beside its keywords.
+"""The kinds of study: one row each holds what the program has to know of a kind beside its keywords.
 
 The keywords of a kind, with their types, defaults and rules, are those of its analysis function
 (`analysis.keywords`). To add a kind, write that function and add its row to `KINDS`; a figure of its own is
@@ -18,16 +18,16 @@ LENGTH = "{turns} turns after {transient} dropped turns"
 
 @dataclass(frozen=True)
 class Shown:
-    """What a picture of a whole sweep shows of each cell where nothing is asked for.
+    """Default quantity in the figure of a whole sweep.
 
     Parameters
     ----------
     name : str
-        A variable of a cell's result.
+        A variable of the result at each point.
     entries : tuple of (str, object)
-        Along which of its own dimensions which entry is taken.
+        The entry that is taken along each of its own dimensions.
     title : str
-        What that is called, where the variable's own name does not do.
+        Its title, where the variable's own name will not do.
     """
 
     name: str
@@ -46,25 +46,23 @@ class Kind:
     home : str
         Where its analysis function is, as ``package.module:function``; a leading dot stands for this package.
     figures : tuple of str
-        What its result can be drawn as; the first whose variables it has is the usual one. A figure can add
-        itself.
+        Figures of its result; the default is the first whose variables it has. A figure can add itself.
     length : str
-        What a study of this kind asks for, in a line, with its keywords in braces.
+        Length of a study of this kind, in a line, with its keywords in braces.
     shown : tuple of Shown
-        What a sweep shows; the first whose variable the result has.
+        Default quantities of a sweep's figure; the first whose variable the result has is taken.
     recorded : str
-        Where the function is that tells, from its keyword ``record`` and the mechanism, what quantities a
-        result has.
+        Where the function is that names the recorded quantities, given ``record`` and the mechanism.
     varies : bool
         Whether a study of this kind may have a table `[vary]`.
     tangents : bool
-        Whether the motion's tangents are followed, so that their code is compiled before workers start.
+        Whether tangents are propagated, so that their code is compiled before workers start.
     kept : bool
-        Whether what an interrupted run has computed so far is a result.
+        Whether an interrupted run keeps what it has computed so far as a result.
     table, summary : str
         Where the functions are that write a result as text, for a file and for the terminal; empty: none.
     slow : int
-        How early it begins among studies that run side by side: the larger, the earlier.
+        Rank among studies that run side by side: the larger, the earlier it begins.
     """
 
     name: str

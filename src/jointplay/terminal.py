@@ -1,4 +1,4 @@
-"""What commands print is shown and cannot steer the terminal: titles and names come from files of others."""
+"""Output without control characters: titles and names from files of others cannot steer the terminal."""
 
 import re
 import sys
@@ -14,7 +14,7 @@ STEERING = re.compile(
 
 def harmless(text: str) -> str:
     """Give a text with every character that steers a terminal written out, such as ``\\x1b``."""
-    return STEERING.sub(lambda found: ascii(found[0])[1:-1], text)
+    return STEERING.sub(lambda match: ascii(match[0])[1:-1], text)
 
 
 def one_line(text: str) -> str:
@@ -23,7 +23,7 @@ def one_line(text: str) -> str:
 
 
 class Harmless:
-    """A text stream that writes to `inner` what is harmless; it is as that else."""
+    """Text stream that writes to `inner` without control characters, and else behaves as it."""
 
     def __init__(self, inner: TextIO) -> None:
         self.inner = inner
@@ -33,7 +33,7 @@ class Harmless:
         return self.inner.write(harmless(text))
 
     def writelines(self, lines: Iterable[str]) -> None:
-        """Write several."""
+        """Write several texts."""
         self.inner.writelines(map(harmless, lines))
 
     def __getattr__(self, name: str) -> Any:
@@ -42,7 +42,7 @@ class Harmless:
 
 @contextmanager
 def harmless_output() -> Iterator[None]:
-    """Write out what would steer the terminal, inside the block or the function."""
+    """Replace control characters in what the block or the function prints."""
     streams = ((redirect_stdout, sys.stdout), (redirect_stderr, sys.stderr))
     with ExitStack() as redirected:
         for redirect, stream in streams:

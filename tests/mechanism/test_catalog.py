@@ -6,7 +6,7 @@ import math
 import pytest
 
 from jointplay.errors import NOTHING
-from jointplay.mechanism import catalog
+from jointplay.mechanism import catalog, systems
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
 
@@ -196,6 +196,7 @@ def test_replace_recomputes_what_follows_from_the_parameters():
 
 def test_names_are_complete():
     assert isinstance(catalog.NAMES["chunmei2002"](), Mechanism)
-    functions = {name for name, f in vars(catalog).items() if inspect.isfunction(f)}
-    here = {name for name in functions if getattr(catalog, name).__module__ == catalog.__name__}
-    assert {name for name in here if not name.startswith("_")} == set(catalog.NAMES)
+    functions = [f for home in (catalog, systems) for f in vars(home).values() if inspect.isfunction(f)]
+    here = [f for f in functions if f.__module__ in (catalog.__name__, systems.__name__)]
+    public = {f.__name__: f for f in here if not f.__name__.startswith("_")}
+    assert catalog.NAMES == public == {name: getattr(catalog, name) for name in public}

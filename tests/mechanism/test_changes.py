@@ -2,7 +2,8 @@
 
 import pytest
 
-from jointplay.mechanism import catalog, check_section
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import check_section
 from jointplay.mechanism.records import (
     ConstantSpeed,
     ContactSection,

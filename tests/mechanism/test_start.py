@@ -90,6 +90,12 @@ def test_angles_and_speeds_of_every_link_are_needed(change):
         start(LOOSE, {"angle": ANGLES, "angular_velocity": SPEEDS} | change)
 
 
+@pytest.mark.parametrize("key", ["angle", "angular_velocity"])
+def test_neither_angles_nor_speeds_do_alone(key):
+    (other,) = {"angle", "angular_velocity"} - {key}
+    assert set(refused(LOOSE, {key: ANGLES})) == {f"initial.{other}"}
+
+
 @pytest.mark.parametrize("mechanism", [CLOSED, STEADY], ids=["motor", "steady"])
 @pytest.mark.parametrize("elastic", [(), ("coupler", "rocker")], ids=str)
 def test_a_closed_loop_has_one_freedom_and_straight_beams(mechanism, elastic):

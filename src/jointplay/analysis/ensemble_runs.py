@@ -20,9 +20,9 @@ from jointplay.analysis.trajectory import Records, Request, follow, functions
 from jointplay.codegen import cache
 from jointplay.codegen.ensemble import known
 from jointplay.errors import InputError, Problem
-from jointplay.mechanism.assemble import linkage
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.mechanism.structure import linkage
 from jointplay.numerics.codes import Row
 
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time

@@ -14,9 +14,8 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
 from jointplay.jobs.pool import Pool, check_jobs
 from jointplay.kinds import KINDS
-from jointplay.results.outcome import explain
+from jointplay.results.outcome import explain, write_table
 from jointplay.results.store import check_writable, write_figure
-from jointplay.results.text import write_table
 from jointplay.study.execute import complete
 from jointplay.study.file import load
 from jointplay.study.keys import compile_for

@@ -1,4 +1,4 @@
-"""What every record shares: frozen, no unknown keys, strict finite numbers, errors that list everything."""
+"""Base of all records (frozen, no unknown keys, all errors at once), and the types of their fields."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from jointplay.accepted import from_pydantic
 from jointplay.errors import refuse
 
-GROUND = "ground"  # the name of the fixed frame, where a link's name is asked
+GROUND = "ground"  # name of the fixed frame, where a link is named
 
 
 class Record(BaseModel):
@@ -43,7 +43,7 @@ class Record(BaseModel):
 
 
 def plain(given: Any) -> Any:
-    """NumPy's numbers and arrays as Python's, in tables and lists too; all else as it is."""
+    """Turn NumPy's numbers and arrays into Python's, in tables and lists too."""
     if type(given).__module__ == "numpy" and hasattr(given, "tolist"):
         return given.tolist()
     if type(given) is dict:
@@ -52,7 +52,7 @@ def plain(given: Any) -> Any:
 
 
 def is_number(given: Any) -> bool:
-    """Whether a value is a finite number that a float can hold; true and false are none."""
+    """Whether a value is a finite number that a float can hold, and neither true nor false."""
     most = sys.float_info.max
     return isinstance(given, int | float) and not isinstance(given, bool) and -most <= given <= most
 
@@ -63,7 +63,7 @@ def _not_empty(items: tuple[Any, ...]) -> tuple[Any, ...]:
     return items
 
 
-def _not_endless(items: Any) -> Any:
+def _not_too_many(items: Any) -> Any:
     if isinstance(items, list | tuple) and len(items) > MOST:
         raise refuse(f"{len(items)} of them", f"a list of at most {MOST} is accepted")
     return items
@@ -92,24 +92,25 @@ Name = Annotated[str, Field(min_length=1)]
 T = TypeVar("T")
 # A minimum length in pydantic would count wrong items as absent ones.
 MOST = 1000  # items of a list; many times what a mechanism has, and as many as are soon checked
-Several = Annotated[tuple[T, ...], BeforeValidator(_not_endless), AfterValidator(_not_empty)]
+Several = Annotated[tuple[T, ...], BeforeValidator(_not_too_many), AfterValidator(_not_empty)]
 
 
-def measured(noun: str, units: str, default: Any = ..., **more: Any) -> Any:
+def measured(noun: str, units: str, default: Any = ..., accepts: str | None = None, **more: Any) -> Any:
     """Describe a field that holds a quantity, by the noun and the units that its error messages use."""
-    return Field(default, description=noun, json_schema_extra={"units": units}, **more)
+    extra = {"units": units} if accepts is None else {"units": units, "accepts": accepts}
+    return Field(default, description=noun, json_schema_extra=extra, **more)
 
 
 def unit(noun: str, units: str) -> Any:
-    """Say what a number is, and its units, as `measured` does, to stand in `Annotated`."""
+    """Mark a type, in `Annotated`, by the noun and units that its error messages use."""
     return Field(description=noun, json_schema_extra={"units": units})
 
 
 def accepts(words: str) -> Any:
-    """Say what is accepted where a type's own words would not do, to stand in `Annotated`."""
+    """Mark a type, in `Annotated`, by what its error messages say is accepted."""
     return Field(json_schema_extra={"accepts": words})
 
 
 def named(noun: str, default: Any = ...) -> Any:
-    """Describe a field that holds a name."""
+    """Describe a field that holds a name, by the noun that its error messages use."""
     return Field(default, description=noun, json_schema_extra={"noun": True})

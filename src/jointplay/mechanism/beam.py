@@ -1,4 +1,4 @@
-"""Links, and how an elastic one bends: its beam, and the modes that the equations of motion take from it.
+"""Links, rigid or elastic, and the modes of an elastic link's beam that enter the equations of motion.
 
 Source: the deflection y(x, t) = Σ φ_i(x) η_i(t) of a uniform Euler–Bernoulli beam pinned at both ends, in
 mass-normalised modes: ∫ρA φ_i φ_j dx = δ_ij and ∫EI φ_i″ φ_j″ dx = ω_i² δ_ij. They are those of
@@ -10,10 +10,11 @@ Assumptions: small deflections, slender links, uniform section. Units: SI.
 from __future__ import annotations
 
 import math
+from functools import partial
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.base import (
@@ -34,35 +35,19 @@ MOST_ELEMENTS = 20
 _SINES = 4  # as many modes as the paper's two elements have
 
 
-def _plain(value: Any) -> Any:
-    return value.item() if getattr(value, "ndim", None) == 0 else value
-
-
-def _dimensionless(noun: str, accepts: str, default: Any, **more: Any) -> Any:
-    return Field(default, description=noun, json_schema_extra={"units": "1", "accepts": accepts}, **more)
-
-
+_SOME_ELEMENTS = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
+_SOME_DAMPING = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
 _SOME_MODES = f"a whole number of modes from 1 to {2 * MOST_ELEMENTS}"
 _BETWEEN_ENDS = "a fraction of the length greater than 0 and less than 1 (the pinned ends do not deflect)"
-_Modes = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=2 * MOST_ELEMENTS)]
-Elements = Annotated[int, BeforeValidator(_plain), Field(strict=True, ge=1, le=MOST_ELEMENTS)]
+_Modes = Annotated[int, Field(strict=True, ge=1, le=2 * MOST_ELEMENTS)]
+Elements = Annotated[int, Field(strict=True, ge=1, le=MOST_ELEMENTS)]
 DampingRatio = Annotated[NonNegative, Field(le=1)]
-
-
-def elements_field(default: int | None, **more: Any) -> Any:
-    """Describe a field that holds the number of elements of a beam."""
-    accepts = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
-    return _dimensionless("number of elements", accepts, default, **more)
-
-
-def damping_field() -> Any:
-    """Describe a field that holds the structural damping of a beam."""
-    accepts = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
-    return _dimensionless("damping ratio", accepts, 0.0)
+elements_field = partial(measured, "number of elements", "1", accepts=_SOME_ELEMENTS)
+damping_field = partial(measured, "damping ratio", "1", 0.0, accepts=_SOME_DAMPING)
 
 
 class Beam(Record):
-    """How an elastic link bends: as a uniform Euler–Bernoulli beam, both of its ends on the link's line.
+    """Beam of an elastic link: uniform, Euler–Bernoulli, both of its ends on the link's line.
 
     Valid for deflections that are small against the length, of links that are long against their thickness:
     shear, rotary inertia of the section and stretching are left out.
@@ -94,14 +79,14 @@ class Beam(Record):
 
     shapes: Literal["hermite", "sine"] = "hermite"
     elements: Elements | None = elements_field(None, validate_default=True)
-    modes: _Modes | None = _dimensionless("number of modes", _SOME_MODES, None)
+    modes: _Modes | None = measured("number of modes", "1", None, accepts=_SOME_MODES)
     modulus: Positive = measured("Young's modulus", "Pa", 2.1e11)
     density: Positive = measured("density", "kg/m³", 7800.0)
     section: Literal["round", "square"] = "round"
     area: Positive | None = measured("area of the section", "m²", None)
     second_moment: Positive | None = measured("second moment of area", "m⁴", None)
     damping_ratio: DampingRatio = damping_field()
-    gauge: Annotated[Positive, Field(lt=1)] = _dimensionless("gauge", _BETWEEN_ENDS, 0.5)
+    gauge: Annotated[Positive, Field(lt=1)] = measured("gauge", "1", 0.5, accepts=_BETWEEN_ENDS)
 
     @field_validator("elements")
     @classmethod
@@ -171,7 +156,7 @@ class Link(Record):
     @classmethod
     def _positive_definite(cls, inertia: float, info: ValidationInfo) -> float:
         if not {"length", "mass", "centre"} <= info.data.keys():
-            return inertia  # one of them is wrong, and says so itself
+            return inertia  # one of them is invalid, which is a problem of its own
         least = info.data["mass"] * info.data["centre"] * info.data["centre"]
         if inertia <= least:
             limit = f"greater than mass × centre² = {least:.6g} kg m²"
@@ -180,23 +165,22 @@ class Link(Record):
 
     @model_validator(mode="after")
     def _bends_as_a_beam_can(self) -> Self:
-        if self.elastic and (found := misfits(self)):
-            raise InputError(found)
+        if self.elastic and (problems := bending_problems(self)):
+            raise InputError(problems)
         return self
+
+    @property
+    def description(self) -> str:
+        """Length, mass, inertia and elasticity in a few words."""
+        rigid = f"{self.length:g} m, {self.mass:g} kg, {self.inertia:g} kg m²"
+        if not self.elastic:
+            return rigid
+        shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"
+        return f"{rigid}, elastic: {shapes}, {self.beam.size} modes, damping {self.beam.damping_ratio:g}"
 
 
 def modal(link: Link) -> Modes:
-    """Give the modes of a link, bending or not, as its beam describes them.
-
-    Parameters
-    ----------
-    link : Link
-        With its beam.
-
-    Returns
-    -------
-    Modes
-    """
+    """Give the modes of a link, bending or not, as its beam describes them."""
     beam, length, mass = link.beam, link.length, np.float64(line_density(link) * link.length)
     modes = (beam.size, beam.gauge)
     unit = hermites(beam.elements, *modes) if beam.elements else sines(*modes)
@@ -212,7 +196,7 @@ def modal(link: Link) -> Modes:
 
 
 def area(link: Link) -> float:
-    """Give the area A of a link's section, m²: all of its mass in a uniform bar, unless its beam says."""
+    """Give the area A of a link's section, m²: its beam's, or that of a uniform bar of the link's mass."""
     return link.beam.area or np.float64(link.mass) / (link.beam.density * link.length)
 
 
@@ -227,8 +211,8 @@ def stiffness(link: Link) -> float:
     return link.beam.modulus * (link.beam.second_moment or area(link) * area(link) / share)
 
 
-def misfits(link: Link) -> list[Problem]:
-    """List why a link cannot bend as its beam says; keys are relative to the link.
+def bending_problems(link: Link) -> list[Problem]:
+    """List what makes the equations of an elastic link singular; keys are relative to the link.
 
     The total mass matrix is positive definite where [[m − S·S, m s − S·I], [m s − S·I, J − I·I]] is.
     """
@@ -237,21 +221,17 @@ def misfits(link: Link) -> list[Problem]:
     if not all(0 < frequency < math.inf for frequency in modes.frequency):
         given = {name: getattr(link.beam, name) for name in ("modulus", "density", "area", "second_moment")}
         return [Problem("beam", given, "numbers that give finite frequencies other than 0 are accepted")]
-    carried = float(modes.force @ modes.force)
-    if not link.mass - carried > _MARGIN * link.mass:
-        return [_too_heavy(link, carried)]
+    beam_mass = float(modes.force @ modes.force)
+    if not link.mass - beam_mass > _MARGIN * link.mass:
+        most = area(link) * link.mass / beam_mass
+        weights = f"{line_density(link) * link.length:.6g} kg, the whole link {link.mass:g} kg"
+        text = f"an area less than {most:.6g} m² is accepted: this beam weighs {weights}"
+        return [Problem("beam.area", area(link), text)]
     cross = link.mass * link.centre - float(modes.force @ modes.moment)
-    least = float(modes.moment @ modes.moment) + cross * cross / (link.mass - carried)
+    least = float(modes.moment @ modes.moment) + cross * cross / (link.mass - beam_mass)
     if not link.inertia - least > _MARGIN * link.inertia:
         limit = f"greater than {least:.6g} kg m² is accepted with this beam, mass and mass centre"
         reason = "else the mass matrix is not positive definite"
         text = f"a moment of inertia about the link's origin {limit}, {reason}"
         return [Problem("inertia", link.inertia, text)]
     return []
-
-
-def _too_heavy(link: Link, carried: float) -> Problem:
-    most = area(link) * link.mass / carried
-    weight = line_density(link) * link.length
-    reason = f"this beam weighs {weight:.6g} kg, the whole link {link.mass:g} kg"
-    return Problem("beam.area", area(link), f"an area less than {most:.6g} m² is accepted: {reason}")

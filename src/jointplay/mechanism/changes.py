@@ -1,9 +1,8 @@
-"""The changes that `Mechanism.replace` knows, and how each is made."""
+"""Changes of a mechanism by keyword, as `Mechanism.replace` takes them."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 from pydantic import Discriminator, Field, Tag
@@ -11,20 +10,18 @@ from pydantic import Discriminator, Field, Tag
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
 from jointplay.mechanism.beam import DampingRatio, Elements, Link, damping_field, elements_field
-from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
+from jointplay.mechanism.drive import AnyDrive, ConstantSpeed, Drive
 from jointplay.mechanism.joints import Friction, Joint
+from jointplay.mechanism.signature import first
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"
-
-
-def _form(value: Any) -> str:
-    return "joints" if isinstance(value, Mapping) else "number"
-
-
+_OF_BEAMS = ("elements", "damping_ratio")
+_OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
+_LINKS = {"accepts": "a list of link names, as ['coupler'],"}
 _Clearance = Annotated[
     Annotated[NonNegative, Tag("number")] | Annotated[dict[Name, NonNegative], Tag("joints")],
-    Discriminator(_form),
+    Discriminator(lambda value: "joints" if isinstance(value, Mapping) else "number"),
 ]
 
 
@@ -67,9 +64,7 @@ class Changes(Record):
     friction: NonNegative = measured("friction coefficient", "1", 0.0)
     tension: Flag = True
     efficiency_in_slope: Flag = False
-    elastic: tuple[Name, ...] = Field(
-        (), json_schema_extra={"accepts": "a list of link names, as ['coupler'],"}
-    )
+    elastic: tuple[Name, ...] = Field((), json_schema_extra=_LINKS)
     elements: Elements = elements_field(2)
     damping_ratio: DampingRatio = damping_field()
     order: Literal["consistent", "paper"] = "consistent"
@@ -80,16 +75,16 @@ class Changes(Record):
 
 
 class _Linkage(Protocol):
-    """What is changed: a `Mechanism`."""
+    """What a change needs of a `Mechanism`."""
 
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
-    drive: MotorLine | ConstantSpeed | None
+    drive: AnyDrive | None
     crank: str | None
 
 
 def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Give the fields that the changes make other ones.
+    """Give the fields of a changed mechanism.
 
     Parameters
     ----------
@@ -108,125 +103,103 @@ def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         Listing every change that does not exist, cannot have its value, or finds nothing to change.
     """
-    told, problems = _told(changes)
-    problems += _misfits(mechanism, told)
-    if "elastic" in told or "elastic" not in changes:
-        problems += _elastic_misfits(mechanism, told)
+    values, problems = _valid(changes)
+    problems += [*_clearance_problems(mechanism, values), *_contact_problems(mechanism, values)]
+    problems += _drive_problems(mechanism, values)
+    if "elastic" in values or "elastic" not in changes:
+        problems += _elastic_problems(mechanism, values)
     if problems:
         raise InputError(problems)
-    fields = {name: told[name] for name in ("branch", "gravity", "order") if name in told}
-    fields["links"] = tuple(_link(link, told) for link in mechanism.links)
-    fields["joints"] = tuple(_joint(joint, told) for joint in mechanism.joints)
-    fields["drive"] = _drive(mechanism, told)
+    fields = {name: values[name] for name in ("branch", "gravity", "order") if name in values}
+    fields["links"] = tuple(_link(link, values) for link in mechanism.links)
+    fields["joints"] = tuple(_joint(joint, values) for joint in mechanism.joints)
+    fields["drive"] = _drive(mechanism, values)
     return fields
 
 
-def _told(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Split the changes into values that are right in themselves, and problems."""
+def _valid(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Split the changes into values that are valid in themselves, and problems."""
     try:
         record, problems = Changes(**changes), []
     except InputError as error:
         if error.more:  # too many to tell the others apart
             raise
-        wrong = {re.split(r"[.\[]", problem.key)[0] for problem in error.problems}
-        record, problems = (
-            Changes(**{k: v for k, v in changes.items() if k not in wrong}),
-            list(error.problems),
-        )
-    told = {name: getattr(record, name) for name in record.model_fields_set}
-    if isinstance(told.get("clearance"), float):
-        told["clearance"] = {MAIN_JOINT: told["clearance"]}
-    return told, problems
+        problems = list(error.problems)
+        invalid = {first(problem.key) for problem in problems}
+        record = Changes(**{name: value for name, value in changes.items() if name not in invalid})
+    values = {name: getattr(record, name) for name in record.model_fields_set}
+    if isinstance(values.get("clearance"), float):
+        values["clearance"] = {MAIN_JOINT: values["clearance"]}
+    return values, problems
 
 
-def _misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
-    return [
-        *_clearance_misfits(mechanism, told),
-        *_contact_misfits(mechanism, told),
-        *_drive_misfits(mechanism, told),
-    ]
-
-
-def _clearance_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
+def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
     joints = {joint.name: joint for joint in mechanism.joints}
-    found = []
-    for name, value in told.get("clearance", {}).items():
+    for name, value in values.get("clearance", {}).items():
         key = f"clearance.{name}"
         if name not in joints:
-            found.append(unknown(key, value, name, joints, "joint"))
+            yield unknown(key, value, name, joints, "joint")
         elif value and (joints[name].contact is None or joints[name].radius is None):
-            found.append(
-                Problem(key, value, "only 0 is accepted for a joint without a radius and contact data")
-            )
-    return found
+            yield Problem(key, value, "only 0 is accepted for a joint without a radius and contact data")
 
 
-def _contact_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
-    given = [name for name in ("friction", "tension") if name in told]
-    if any(joint.contact for joint in mechanism.joints):
-        return []
-    return [
-        Problem(n, told[n], "accepted only where a joint has contact data, and no joint here has")
-        for n in given
-    ]
+def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+    if not any(joint.contact for joint in mechanism.joints):
+        text = "accepted only where a joint has contact data, and no joint here has"
+        yield from (Problem(name, values[name], text) for name in ("friction", "tension") if name in values)
 
 
-def _elastic_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
+def _elastic_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> list[Problem]:
     names = [link.name for link in mechanism.links]
-    given = enumerate(told.get("elastic", ()))
-    strange = [unknown(f"elastic[{i}]", name, name, names, "link") for i, name in given if name not in names]
-    if strange:
-        return strange  # what else fits depends on which links they should name
-    if any(_bends(link, told) for link in mechanism.links):
+    missing = [(i, name) for i, name in enumerate(values.get("elastic", ())) if name not in names]
+    if missing:  # what else fits depends on which links they should name
+        return [unknown(f"elastic[{i}]", name, name, names, "link") for i, name in missing]
+    if any(_is_elastic(link, values) for link in mechanism.links):
         return []
-    why = "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
-    return [Problem(name, told[name], why) for name in ("elements", "damping_ratio", "order") if name in told]
+    text = "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
+    return [Problem(name, values[name], text) for name in (*_OF_BEAMS, "order") if name in values]
 
 
-def _drive_misfits(mechanism: _Linkage, told: Mapping[str, Any]) -> list[Problem]:
-    found = []
-    if "speed" in told and "drive" in told:
-        found.append(Problem("speed", told["speed"], "either speed or drive is accepted, not both"))
-    if "speed" in told and not told["speed"]:
-        found.append(Problem("speed", told["speed"], "a finite speed in rad/s other than 0 is accepted"))
-    motor = isinstance(told.get("drive", mechanism.drive), MotorLine) and "speed" not in told
-    for name in ("gear_ratio", "efficiency_in_slope"):
-        if name in told and not motor:
-            found.append(Problem(name, told[name], "accepted only for a motor drive, and this drive is none"))
-    return found
+def _drive_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+    if "speed" in values and "drive" in values:
+        yield Problem("speed", values["speed"], "either speed or drive is accepted, not both")
+    if "speed" in values and not values["speed"]:
+        yield Problem("speed", values["speed"], "a finite speed in rad/s other than 0 is accepted")
+    drive = None if "speed" in values else values.get("drive", mechanism.drive)
+    for name in _OF_MOTORS:
+        if name in values and not hasattr(drive, name):
+            yield Problem(name, values[name], "accepted only for a motor drive, and this drive is none")
 
 
-def _bends(link: Link, told: Mapping[str, Any]) -> bool:
-    return link.name in told["elastic"] if "elastic" in told else link.elastic
+def _is_elastic(link: Link, values: Mapping[str, Any]) -> bool:
+    return link.name in values["elastic"] if "elastic" in values else link.elastic
 
 
-def _link(link: Link, told: Mapping[str, Any]) -> Link | dict[str, Any]:
+def _link(link: Link, values: Mapping[str, Any]) -> Link | dict[str, Any]:
     """Give a link, or the table of a changed one: the mechanism checks it again and knows its place."""
-    new: dict[str, Any] = {"elastic": _bends(link, told)}
-    beam = {name: told[name] for name in ("elements", "damping_ratio") if new["elastic"] and name in told}
-    if "elements" in beam:
-        beam["shapes"] = "hermite"
-    if new["elastic"] == link.elastic and not beam:
+    elastic = _is_elastic(link, values)
+    beam = {name: values[name] for name in _OF_BEAMS if elastic and name in values}
+    if elastic == link.elastic and not beam:
         return link
-    table = link.model_dump()
-    return table | new | {"beam": table["beam"] | beam}
+    table, shapes = link.model_dump(), {"shapes": "hermite"} if "elements" in beam else {}
+    return table | {"elastic": elastic, "beam": table["beam"] | beam | shapes}
 
 
-def _joint(joint: Joint, told: Mapping[str, Any]) -> Joint:
+def _joint(joint: Joint, values: Mapping[str, Any]) -> Joint:
     new: dict[str, Any] = {}
-    if "clearance" in told:
-        new["clearance"] = told["clearance"].get(joint.name, 0.0)
-    if joint.contact and "tension" in told:
-        new["contact"] = joint.contact.model_copy(update={"tension": told["tension"]})
-    if joint.contact and "friction" in told:
+    if "clearance" in values:
+        new["clearance"] = values["clearance"].get(joint.name, 0.0)
+    if joint.contact and "tension" in values:
+        new["contact"] = joint.contact.model_copy(update={"tension": values["tension"]})
+    if joint.contact and "friction" in values:
         old = joint.friction.model_dump() if joint.friction else {}
-        new["friction"] = Friction(**old | {"coefficient": told["friction"]}) if told["friction"] else None
+        friction = Friction(**old | {"coefficient": values["friction"]})
+        new["friction"] = friction if friction.coefficient else None
     return joint.model_copy(update=new)
 
 
-def _drive(mechanism: _Linkage, told: Mapping[str, Any]) -> MotorLine | ConstantSpeed | None:
-    if "speed" in told:
-        return ConstantSpeed(link=mechanism.crank, speed=told["speed"])
-    drive = told.get("drive", mechanism.drive)
-    line = {name: told[name] for name in ("gear_ratio", "efficiency_in_slope") if name in told}
-    return drive.model_copy(update=line) if drive and line else drive
+def _drive(mechanism: _Linkage, values: Mapping[str, Any]) -> AnyDrive | None:
+    if "speed" in values:
+        return ConstantSpeed(link=mechanism.crank, speed=values["speed"])
+    drive = values.get("drive", mechanism.drive)
+    return drive and drive.model_copy(update={name: values[name] for name in _OF_MOTORS if name in values})

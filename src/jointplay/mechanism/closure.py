@@ -35,14 +35,12 @@ def four_bar(mechanism: Mechanism) -> FourBar:
     """
     loop = find_four_bar(mechanism.joints, mechanism.crank)
     if loop is None:
-        found = (
-            f"{len(mechanism.links)} links, {len(mechanism.joints)} joints, driven link {mechanism.crank!r}"
-        )
-        cure = "of any other mechanism the initial angles of all links must be given"
+        links, joints = len(mechanism.links), len(mechanism.joints)
+        given = f"{links} links, {joints} joints, driven link {mechanism.crank!r}"
+        other = "of any other mechanism the initial angles of all links must be given"
         form = "crank, coupler and rocker in one loop of four joints, the driven crank pinned to the ground"
-        raise InputError(
-            [Problem("mechanism", found, f"a four-bar ({form}) is accepted; {cure}")], "mechanism"
-        )
+        problem = Problem("mechanism", given, f"a four-bar ({form}) is accepted; {other}")
+        raise InputError([problem], "mechanism")
     return loop
 
 
@@ -52,7 +50,7 @@ def ideal_state(
     crank_speed: float | None = None,
     branch: Branch | None = None,
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """Give angles and speeds of a four-bar with every joint ideal.
+    """Give link angles and angular velocities of a four-bar with every joint ideal.
 
     Parameters
     ----------
@@ -127,25 +125,21 @@ def _triangle(loop: FourBar, gap: float, crank_angle: float) -> tuple[float, flo
     scale = max(coupler, rocker, gap)
     # Heron's product keeps digits where the triangle is nearly flat; the difference of squares loses them.
     flat = (coupler + rocker - gap) * (gap - coupler + rocker) * (gap + coupler - rocker)
-    if gap <= _DEAD * scale:
-        height = 0.0
-    else:
-        height = flat * (coupler + rocker + gap) / (2 * gap) ** 2
+    height = 0.0 if gap <= _DEAD * scale else flat * (coupler + rocker + gap) / (2 * gap) ** 2
     if height < -_DEAD * scale**2:
         raise refuse(crank_angle, _cannot_close(loop, gap), "crank_angle")
     if height < _DEAD * scale**2:
-        names = f"{loop.coupler} and {loop.rocker} lie in one line here"
-        raise refuse(
-            crank_angle, f"a crank angle away from the dead centre is accepted: {names}", "crank_angle"
-        )
+        accepted = "a crank angle away from the dead centre is accepted"
+        why = f"{loop.coupler} and {loop.rocker} lie in one line here"
+        raise refuse(crank_angle, f"{accepted}: {why}", "crank_angle")
     return (gap**2 + (coupler - rocker) * (coupler + rocker)) / (2 * gap), math.sqrt(height)
 
 
 def _cannot_close(loop: FourBar, gap: float) -> str:
     sides = loop.lengths
     coupler, rocker, crank, ground = sides[loop.coupler], sides[loop.rocker], sides[loop.crank], sides[GROUND]
-    reach = f"from {abs(coupler - rocker):.6g} to {coupler + rocker:.6g} m"
-    why = f"{loop.coupler} and {loop.rocker} span {reach}, and here {gap:.6g} m lie between their far pins"
+    span = f"from {abs(coupler - rocker):.6g} to {coupler + rocker:.6g} m"
+    why = f"{loop.coupler} and {loop.rocker} span {span}, and here {gap:.6g} m lie between their far pins"
     near, far = (_opening(crank, ground, d) for d in (abs(coupler - rocker), coupler + rocker))
     if not loop.closes:
         return f"links that close are accepted, these do at no crank angle: {why}"
@@ -156,7 +150,7 @@ def _cannot_close(loop: FourBar, gap: float) -> str:
 
 
 def _opening(crank: float, ground: float, gap: float) -> float:
-    """Angle between crank and ground line at which their far ends lie `gap` apart, cut off to [0, π]; rad."""
+    """Angle between crank and ground line at which their far ends lie `gap` apart, clipped to [0, π]; rad."""
     cosine = (crank**2 + ground**2 - gap**2) / (2 * crank * ground) if ground else 1.0
     return math.acos(min(1.0, max(-1.0, cosine)))
 

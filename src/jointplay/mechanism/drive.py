@@ -1,9 +1,12 @@
-"""What drives a linkage: a motor's torque line, or a constant speed."""
+"""What drives a linkage: a motor's torque line, or a constant speed.
+
+A drive's `kind` is what the structure of the equations calls it; its `numbers` are their parameters.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
@@ -32,6 +35,7 @@ class MotorLine(Record):
         True: μ multiplies b as well, which the printed equation leaves out.
     """
 
+    imposed_speed: ClassVar[None] = None
     kind: Literal["motor"] = "motor"
     link: Name = named("link name")
     gear_ratio: Positive = measured("gear ratio", "1")
@@ -76,14 +80,21 @@ class MotorLine(Record):
         """Speed a/b of the link at which the torque is 0, rad/s."""
         return self.stall_torque / self.slope
 
+    nominal_speed = no_load_speed  # by which turns are counted beforehand
+
+    def numbers(self, angle: float) -> dict[str, float]:
+        """Parameters of the equations, where the link starts at an angle (rad)."""
+        return {"a": self.stall_torque, "b": self.slope}
+
     @property
-    def nominal_speed(self) -> float:
-        """Speed by which turns are counted beforehand: the no-load speed, rad/s."""
-        return self.no_load_speed
+    def description(self) -> str:
+        """The drive in a few words."""
+        ratio = f"motor, gear ratio {self.gear_ratio:g}"
+        return f"{ratio} on {self.link}, no load at {self.no_load_speed:.6g} rad/s"
 
 
 class ConstantSpeed(Record):
-    """A link held at one speed, whatever torque that takes.
+    """A constant angular velocity of a link, whatever torque that takes.
 
     Parameters
     ----------
@@ -106,8 +117,21 @@ class ConstantSpeed(Record):
 
     @property
     def nominal_speed(self) -> float:
-        """The speed itself, rad/s."""
+        """Speed by which turns are counted beforehand, rad/s."""
         return self.speed
 
+    imposed_speed = nominal_speed
 
-Drive = Annotated[MotorLine | ConstantSpeed, Field(discriminator="kind")]
+    def numbers(self, angle: float) -> dict[str, float]:
+        """Parameters of the equations, where the link starts at an angle (rad)."""
+        return {"Omega": self.speed, "theta_0": angle}
+
+    @property
+    def description(self) -> str:
+        """The drive in a few words."""
+        return f"{self.link} at {self.speed:g} rad/s"
+
+
+AnyDrive = MotorLine | ConstantSpeed
+DRIVES: tuple[type[AnyDrive], ...] = get_args(AnyDrive)
+Drive = Annotated[AnyDrive, Field(discriminator="kind")]

@@ -1,4 +1,4 @@
-"""Joints between links, the places where they sit, and the laws of contact in them."""
+"""Joints between links, their pins, and the laws of contact and friction in them."""
 
 from __future__ import annotations
 
@@ -21,10 +21,11 @@ from jointplay.mechanism.base import (
 )
 
 _POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
+_Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
 
 
 class Pin(Record):
-    """A place where a joint sits: on a link, or fixed to the ground.
+    """One side of a joint: a point on a link, or fixed to the ground.
 
     Parameters
     ----------
@@ -38,9 +39,7 @@ class Pin(Record):
 
     link: Name = named("link name, or 'ground'")
     at: NonNegative = measured("distance along the link", "m", 0.0)
-    point: Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)] = (
-        None
-    )
+    point: _Point = None
 
     @field_validator("at")
     @classmethod
@@ -56,9 +55,8 @@ class Pin(Record):
         if link == GROUND and point is None:
             raise refuse(NOTHING, "a place on the ground needs point = [x, y] in m")
         if link not in (None, GROUND) and point is not None:
-            raise refuse(
-                point, "only link = 'ground' takes a point; on a link, at = distance from its origin in m"
-            )
+            accepted = "only link = 'ground' takes a point; on a link, at = distance from its origin in m"
+            raise refuse(point, accepted)
         return point
 
 
@@ -97,12 +95,13 @@ class Contact(Record):
     @classmethod
     def _of_the_law(cls, parameters: dict[str, float], info: ValidationInfo) -> dict[str, float]:
         law = info.data.get("law")
-        further = LAWS[law].further if law else tuple(parameters)  # a wrong law says so itself
-        wrong = [unknown(name, parameters[name], name, further) for name in parameters if name not in further]
+        further = LAWS[law].further if law else tuple(parameters)  # an unknown law is a problem of its own
+        extra = [name for name in parameters if name not in further]
+        problems = [unknown(name, parameters[name], name, further) for name in extra]
         needed = f"a number is needed here, of the law {law}"
-        wrong += [Problem(name, NOTHING, needed) for name in further if name not in parameters]
-        if wrong:
-            raise InputError(wrong)
+        problems += [Problem(name, NOTHING, needed) for name in further if name not in parameters]
+        if problems:
+            raise InputError(problems)
         return parameters
 
     @property
@@ -149,6 +148,9 @@ class Friction(Record):
         return velocity
 
 
+FRICTIONLESS = Friction(coefficient=0.0)
+
+
 class Joint(Record):
     """A revolute joint: a journal on one link in a bearing on another.
 
@@ -159,7 +161,7 @@ class Joint(Record):
     journal, bearing : Pin
         Where the journal and the bearing sit.
     clearance : float
-        Radial clearance e, m; 0 makes the joint ideal, and contact data then rest unused.
+        Radial clearance e, m; 0 makes the joint ideal, and contact data are then not used.
     radius : float, optional
         Radius R of the journal, m; needed with clearance.
     contact : Contact, optional
@@ -194,8 +196,42 @@ class Joint(Record):
     @classmethod
     def _contact_with_clearance(cls, contact: Contact | None, info: ValidationInfo) -> Contact | None:
         if contact is None and info.data.get("clearance"):
-            raise refuse(
-                NOTHING,
-                "a joint with clearance needs contact data: a table of stiffness (N/m), damping (N s/m)",
-            )
+            needed = "contact data: a table of stiffness (N/m), damping (N s/m)"
+            raise refuse(NOTHING, f"a joint with clearance needs {needed}")
         return contact
+
+    @property
+    def ideal(self) -> bool:
+        """Whether it has no clearance."""
+        return not self.clearance
+
+    @property
+    def ends(self) -> tuple[tuple[Pin, Pin], tuple[Pin, Pin]]:
+        """Each of its pins, and the pin on the other side."""
+        return (self.journal, self.bearing), (self.bearing, self.journal)
+
+    @property
+    def links(self) -> set[str]:
+        """Names of the links that it connects."""
+        return {self.journal.link, self.bearing.link}
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Parameters of the equations of a joint with clearance, by letter."""
+        friction = self.friction or FRICTIONLESS
+        law = dict(zip(LAWS[self.contact.law].letters, self.contact.numbers.values(), strict=True))
+        own = {"f": friction.coefficient, "v": friction.velocity or 0.0, "Ct": friction.viscous}
+        return {"e": self.clearance, "R": self.radius} | law | own
+
+    @property
+    def description(self) -> str:
+        """The links that it connects, its clearance and laws, in a few words."""
+        links = f"{self.journal.link} in {self.bearing.link}"
+        if self.ideal or self.contact is None:
+            return f"{links}, ideal"
+        units = (unit for _, unit in LAWS[self.contact.law].numbers.values())
+        numbers = zip(self.contact.numbers.values(), units, strict=True)
+        law = ", ".join(f"{value:g} {unit}" for value, unit in numbers)
+        tension = "" if self.contact.tension else ", no tension"
+        friction = f", friction {self.friction.coefficient:g}" if self.friction else ""
+        return f"{links}, clearance {self.clearance:g} m, {law}{tension}{friction}"

@@ -1,4 +1,4 @@
-"""The closed loop of four joints: ground, crank, coupler, rocker; found from the joints alone."""
+"""Four-bar loops: ground, crank, coupler and rocker, found from the joints alone."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ def find_four_bar(joints: Sequence[Joint], crank: str | None) -> FourBar | None:
     """Find the loop that starts with the driven link, from the joints alone; None if there is no four-bar."""
     pins: dict[str, list[tuple[Joint, Pin, Pin]]] = {}
     for joint in joints:
-        pins.setdefault(joint.journal.link, []).append((joint, joint.journal, joint.bearing))
-        pins.setdefault(joint.bearing.link, []).append((joint, joint.bearing, joint.journal))
+        for near, far in joint.ends:
+            pins.setdefault(near.link, []).append((joint, near, far))
     if len(joints) != 4 or len(pins) != 4 or any(len(pair) != 2 for pair in pins.values()):
         return None
     first = [end for end in pins.get(GROUND, ()) if end[2].link == crank]

@@ -1,4 +1,4 @@
-"""What an analysis computes with: a structure, its numbers, where it starts, and the names of its parts."""
+"""The assembled model: the structure of the equations, their numbers, initial state, scales and names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Test systems as models: their equations say what their parts are called; numbers are matched by name."""
+"""Assembly of test systems: their generated equations name the states, parameters and walls."""
 
 from __future__ import annotations
 
@@ -63,10 +63,11 @@ def model(system: TestSystem, initial: Any = None, section: str | None = None) -
 def _numbers(given: dict[str, float], module: ModuleType) -> dict[str, float]:
     """The parameters in the order of the equations."""
     names = module.PARAMETERS
-    wrong = [unknown(f"parameters.{k}", v, k, names, "parameter") for k, v in given.items() if k not in names]
-    wrong += [Problem(f"parameters.{k}", NOTHING, "a number is needed") for k in names if k not in given]
-    if wrong:
-        raise InputError(wrong)
+    extra = {name: value for name, value in given.items() if name not in names}
+    problems = [unknown(f"parameters.{k}", value, k, names, "parameter") for k, value in extra.items()]
+    problems += [Problem(f"parameters.{k}", NOTHING, "a number is needed") for k in names if k not in given]
+    if problems:
+        raise InputError(problems)
     return {name: given[name] for name in names}
 
 
@@ -83,18 +84,18 @@ def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
 
 def _check_gaps(module: ModuleType, given: dict[str, float]) -> None:
     """Refuse a start beyond a wall: walls with restitution let nothing in."""
-    wrong = [
+    problems = [
         Problem("initial", given["y"], f"a position on the inner side of the {name} wall is accepted")
         for name, gap in _gaps(module, given).items()
         if gap < -PLAY
     ]
-    if wrong:
-        raise InputError(wrong)
+    if problems:
+        raise InputError(problems)
 
 
 def _gaps(module: ModuleType, given: dict[str, float]) -> dict[str, float]:
-    found = outputs.evaluate(module, [f"gap:{name}" for name in module.RESETS], given)
-    return {name.removeprefix("gap:"): float(gap) for name, gap in found.items()}
+    gaps = outputs.evaluate(module, [f"gap:{name}" for name in module.RESETS], given)
+    return {name.removeprefix("gap:"): float(gap) for name, gap in gaps.items()}
 
 
 def inside(module: ModuleType, numbers: dict[str, float], state: np.ndarray) -> np.ndarray:

@@ -3,6 +3,8 @@
 All are validated and frozen; every record of the package can be imported from here.
 """
 
+# ruff: noqa: F401  records are offered here that nothing here uses
+
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -11,44 +13,16 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from jointplay.accepted import from_pydantic
-from jointplay.equations.laws import LAWS
-from jointplay.errors import InputError, refuse, unknown
-from jointplay.mechanism.base import GROUND, Flag, Name, Number, Positive, Record, Several, measured, named
+from jointplay.errors import InputError, unknown
+from jointplay.mechanism.base import GROUND, Name, Number, Record, Several, measured
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
+from jointplay.mechanism.draft import Draft, driven_link
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
-from jointplay.mechanism.section import (
-    ContactSection,
-    CrankAngle,
-    Plane,
-    Section,
-    SeparationSection,
-)
+from jointplay.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.mechanism.signature import checked
-from jointplay.mechanism.structure import Draft, first_on_ground, problems
-
-__all__ = [
-    "GROUND",
-    "MAIN_JOINT",
-    "Beam",
-    "Changes",
-    "ConstantSpeed",
-    "Contact",
-    "ContactSection",
-    "CrankAngle",
-    "Drive",
-    "Friction",
-    "Joint",
-    "Link",
-    "Mechanism",
-    "MotorLine",
-    "Pin",
-    "Plane",
-    "Section",
-    "SeparationSection",
-    "TestSystem",
-]
+from jointplay.mechanism.systems import TestSystem
 
 
 class Mechanism(Record):
@@ -86,21 +60,21 @@ class Mechanism(Record):
     @classmethod
     def _every_problem_at_once(cls, data: Any, build: Callable[[Any], Self]) -> Self:
         # pydantic alone would look at how the parts fit only once each of them is right.
-        record, found, more = None, [], 0
+        record, problems, more = None, [], 0
         try:
             record = build(data)
-        except ValidationError as error:
-            told = from_pydantic(error, cls)
-            found, more = told.problems, told.more
-        found += problems(Draft.of(data if record is None else record))
-        if found or record is None:
-            raise InputError(found, more=more)
+        except ValidationError as invalid:
+            error = from_pydantic(invalid, cls)
+            problems, more = error.problems, error.more
+        problems += Draft.of(data if record is None else record).problems()
+        if problems or record is None:
+            raise InputError(problems, more=more)
         return record
 
     @property
     def clearance_joints(self) -> tuple[Joint, ...]:
         """The joints with clearance, in order."""
-        return tuple(joint for joint in self.joints if joint.clearance > 0)
+        return tuple(joint for joint in self.joints if not joint.ideal)
 
     @property
     def elastic_links(self) -> tuple[Link, ...]:
@@ -110,11 +84,7 @@ class Mechanism(Record):
     @property
     def crank(self) -> str | None:
         """Name of the driven link; without a drive, of the first link that is pinned to the ground."""
-        return (
-            self.drive.link
-            if self.drive
-            else first_on_ground([link.name for link in self.links], self.joints)
-        )
+        return driven_link(self.drive, [link.name for link in self.links], self.joints)
 
     def link(self, name: str) -> Link:
         """Give the link of this name."""
@@ -150,116 +120,21 @@ class Mechanism(Record):
 
     def summary(self) -> str:
         """Describe the mechanism in a few lines of text."""
-        links = [
-            f"  link {link.name}: {link.length:g} m, {link.mass:g} kg, {link.inertia:g} kg m²{_bending(link)}"
-            for link in self.links
-        ]
-        joints = [f"  joint {j.name}: {j.journal.link} in {j.bearing.link}, {_play(j)}" for j in self.joints]
+        links = [f"  link {link.name}: {link.description}" for link in self.links]
+        joints = [f"  joint {joint.name}: {joint.description}" for joint in self.joints]
         order = f", {self.order} order" if self.elastic_links else ""
         last = f"  gravity {self.gravity:g} m/s², {self.branch} branch{order}"
-        tail = [f"  drive: {_drive(self.drive)}", last]
-        return "\n".join([self.name, *links, *joints, *tail])
+        return "\n".join([self.name, *links, *joints, f"  drive: {self._drive}", last])
 
     def __repr__(self) -> str:
-        play = ", ".join(f"{j.name} {j.clearance:g} m" for j in self.clearance_joints) or "none"
+        clearances = ", ".join(f"{j.name} {j.clearance:g} m" for j in self.clearance_joints) or "none"
         links = ", ".join(link.name for link in self.links)
         elastic = ", ".join(link.name for link in self.elastic_links)
         bends = f"; elastic: {elastic}" if elastic else ""
-        return f"<Mechanism {self.name}: {links}{bends}; clearance: {play}; drive: {_drive(self.drive)}>"
+        return f"<Mechanism {self.name}: {links}{bends}; clearance: {clearances}; drive: {self._drive}>"
 
     __str__ = __repr__
 
-
-def _bending(link: Link) -> str:
-    if not link.elastic:
-        return ""
-    beam = link.beam
-    shapes = f"{beam.elements} elements, " if beam.elements else "sine shapes, "
-    return f", elastic: {shapes}{beam.size} modes, damping {beam.damping_ratio:g}"
-
-
-def _play(joint: Joint) -> str:
-    if not joint.clearance or joint.contact is None:
-        return "ideal"
-    contact = joint.contact
-    friction = f", friction {joint.friction.coefficient:g}" if joint.friction else ""
-    tension = "" if contact.tension else ", no tension"
-    units = (unit for _, unit in LAWS[contact.law].numbers.values())
-    law = ", ".join(f"{value:g} {unit}" for value, unit in zip(contact.numbers.values(), units, strict=True))
-    return f"clearance {joint.clearance:g} m, {law}{tension}{friction}"
-
-
-def _drive(drive: MotorLine | ConstantSpeed | None) -> str:
-    if drive is None:
-        return "none"
-    if isinstance(drive, MotorLine):
-        ratio = f"motor, gear ratio {drive.gear_ratio:g}"
-        return f"{ratio} on {drive.link}, no load at {drive.no_load_speed:.6g} rad/s"
-    return f"{drive.link} at {drive.speed:g} rad/s"
-
-
-_VALUE = {"accepts": "a table of finite numbers, or true and false for switches,"}
-
-
-class TestSystem(Record):
-    """A small system with known answers, to test the methods on; dimensionless.
-
-    Parameters
-    ----------
-    name : str
-        Name, for titles.
-    system : str
-        Which equations: a key of `jointplay.equations.oscillators`.
-    parameters : dict of str to float
-        By name; switches are true or false.
-    initial : tuple of float
-        State at time 0.
-    period : float, optional
-        Period of the forcing; None if there is none.
-    """
-
-    __test__ = False  # the name starts with Test, and pytest would collect it
-
-    name: Name = named("name")
-    system: Name = named("name of the equations")
-    parameters: dict[Name, Flag | Number] = Field(json_schema_extra=_VALUE)
-    initial: Several[Number] = measured("initial state", "1")
-    period: Positive | None = measured("forcing period", "1", None)
-
-    @checked()
-    def replace(self, **changes: Any) -> TestSystem:
-        """Give a copy with other parameters, or another `initial` state.
-
-        Parameters
-        ----------
-        **changes
-            Parameters by name, and `initial`; the default initial state and the period follow the parameters.
-
-        Raises
-        ------
-        InputError
-            Listing every parameter that does not exist or cannot have its value.
-        """
-        from jointplay.mechanism import catalog
-
-        if self.system not in catalog.NAMES:
-            raise refuse(
-                self.system, f"a system of the catalog is accepted: {', '.join(catalog.NAMES)}", "system"
-            )
-        initial = {"initial": changes.pop("initial")} if "initial" in changes else {}
-        record = catalog.NAMES[self.system](**self.parameters | changes)
-        return TestSystem(**dict(record) | initial) if initial else record
-
-    def summary(self) -> str:
-        """Describe the system in one line of text."""
-        values = ", ".join(f"{name} = {value:g}" for name, value in self.parameters.items())
-        cycle = f"; period {self.period:.6g}" if self.period else ""
-        return f"{self.name}: {values}{cycle}"
-
-    def __repr__(self) -> str:
-        return f"<TestSystem {self.summary()}>"
-
-    __str__ = __repr__
-
-    def __hash__(self) -> int:
-        return hash((self.name, self.system, tuple(self.parameters.items()), self.initial, self.period))
+    @property
+    def _drive(self) -> str:
+        return self.drive.description if self.drive else "none"

@@ -1,14 +1,12 @@
-"""Where a motion is cut to make a Poincaré section."""
+"""Poincaré sections: the events of a motion at which its state is recorded."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
 
-from jointplay.errors import refuse
-from jointplay.mechanism.base import Angle, Name, Number, Record, measured, named
+from jointplay.mechanism.base import Angle, Name, Number, Record, accepts, measured, named
 
 
 class CrankAngle(Record):
@@ -73,20 +71,9 @@ class Plane(Record):
     direction: Literal["up", "down"] = "up"
 
 
-KINDS = ("crank_angle", "contact", "separation", "plane")
-
-
-def _form(given: Any) -> Any:
-    if isinstance(given, Mapping) or getattr(given, "kind", None) in KINDS:
-        return given
-    kinds = ", ".join(KINDS[:-1])
-    raise refuse(
-        given, f"a table of kind {kinds} or {KINDS[-1]} is accepted (in Python also CrankAngle() and so on)"
-    )
-
-
+_KINDS = "a table of kind crank_angle, contact, separation or plane (in Python also CrankAngle() and so on)"
 Section = Annotated[
     CrankAngle | ContactSection | SeparationSection | Plane,
     Field(discriminator="kind"),
-    BeforeValidator(_form),
+    accepts(_KINDS),
 ]

@@ -18,7 +18,7 @@ Array = np.ndarray
 
 @dataclass(frozen=True)
 class Modes:
-    """What the equations of motion take from the modes φ_i of a beam; arrays of shape (n,).
+    """Coefficients of the modes φ_i of a beam in the equations of motion; arrays of shape (n,).
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def hermites(elements: int, count: int, gauge: float) -> Modes:
     e = min(int(gauge * elements), elements - 1)
     deflection = _cubics(gauge * elements - e, 1 / elements) @ shapes[2 * e : 2 * e + 4]
     modes = (np.sqrt(squares), force, moment, shapes[1], shapes[-1], deflection)
-    return Modes(*(each[:count] for each in modes))
+    return Modes(*(values[:count] for values in modes))
 
 
 @lru_cache(maxsize=32)

@@ -1,7 +1,7 @@
-"""Public functions whose own signature says what they accept: every problem at once, as an `InputError`.
+"""Checks of a call by the function's own signature: every problem at once, as an `InputError`.
 
 What stands in `Annotated` is checked, by the types and in the words of the records and study files; any other
-annotation only tells the reader, and the function looks at the value itself.
+annotation only informs the reader, and the function checks the value itself.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from jointplay.errors import InputError, Problem
 from jointplay.mechanism.base import Record
 
 T = TypeVar("T")
-_BY_PLACE = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+_POSITIONAL = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 
 
 class Arguments(Record):
-    """The arguments of a call."""
+    """Arguments of a call."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
     root: ClassVar[str | None] = ""
 
 
 class MoreArguments(Arguments):
-    """The arguments of a call of a function that takes others by name, too."""
+    """Arguments of a call of a function that also takes others by name (``**keywords``)."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -43,14 +43,14 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
     Parameters
     ----------
     *rules : callable
-        Each is called with those of the arguments that it names, where all of these are right by themselves;
-        it yields the problems of their not fitting together, or raises an `InputError`.
+        Each is called with those of the arguments that it names, where all of these are valid by themselves;
+        it yields the problems of their combination, or raises an `InputError`.
 
     Returns
     -------
     callable
-        Decorates a function. What it gives has ``fields()``, type and default of each argument, and
-        ``broken``, which tells what rules say of arguments that come from elsewhere.
+        Decorates a function. The result has ``fields()``, type and default of each argument, and
+        ``rule_problems``, which gives the problems that the rules find in arguments from elsewhere.
 
     Raises
     ------
@@ -60,45 +60,42 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
 
     def decorated(function: Callable[..., T]) -> Callable[..., T]:
         fields = cache(partial(_fields, function))
-        own = signature(function).parameters
-        alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
-        open_ended = any(each.kind is Parameter.VAR_KEYWORD for each in own.values())
-        form = cache(partial(_form, function.__name__, fields, open_ended))
+        parameters = signature(function).parameters
+        positional = [name for name, p in parameters.items() if p.kind is Parameter.POSITIONAL_ONLY]
+        open_ended = any(p.kind is Parameter.VAR_KEYWORD for p in parameters.values())
+        record = cache(partial(_record, function.__name__, fields, open_ended))
         named = [(rule, {*signature(rule).parameters}) for rule in rules]
 
-        def broken(given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
-            """What rules say of arguments, those left out that are known to be wrong by themselves."""
-            usual = {name: None if default is ... else default for name, (_, default) in fields().items()}
-            sound = {name: value for name, value in given.items() if name not in wrong}
+        def rule_problems(given: Mapping[str, Any], invalid: Collection[str] = ()) -> list[Problem]:
+            """Problems that the rules find in arguments, apart from those that are invalid by themselves."""
+            defaults = {name: None if default is ... else default for name, (_, default) in fields().items()}
+            valid = {name: value for name, value in given.items() if name not in invalid}
             try:
-                sound = usual | (dict(form(needed=False)(**sound)) if wrong else sound)
+                valid = defaults | (dict(record(needed=False)(**valid)) if invalid else valid)
             except InputError:  # so much is wrong that not all of it is known
                 return []
-            said = (
-                _said(rule, {n: sound[n] for n in names}) for rule, names in named if not names & {*wrong}
-            )
-            return [each for problems in said for each in problems]
+            checks = ((rule, {n: valid[n] for n in names}) for rule, names in named if not names & {*invalid})
+            return [problem for rule, arguments in checks for problem in _problems(rule, arguments)]
 
         @wraps(function)
         def call(*values: Any, **others: Any) -> T:
             given = _by_name(function, values, others)
             try:
-                arguments, problems = dict(form()(**given)), []
+                arguments, problems = dict(record()(**given)), []
             except InputError as error:
                 arguments, problems = given, error.problems
-            if problems := problems + broken(arguments, {first(problem.key) for problem in problems}):
+            if problems := problems + rule_problems(arguments, {first(problem.key) for problem in problems}):
                 raise InputError(problems)
-            by_place = [arguments.pop(name) for name in alone]
-            return function(*by_place, **arguments)
+            return function(*[arguments.pop(name) for name in positional], **arguments)
 
-        call.fields, call.broken = fields, broken  # type: ignore[attr-defined]
+        call.fields, call.rule_problems = fields, rule_problems  # type: ignore[attr-defined]
         return call
 
     return decorated
 
 
-def _said(rule: Rule, arguments: dict[str, Any]) -> list[Problem]:
-    """What a rule says of the arguments that it names."""
+def _problems(rule: Rule, arguments: dict[str, Any]) -> list[Problem]:
+    """Problems that a rule finds in the arguments that it names."""
     try:
         return list(rule(**arguments) or ())
     except InputError as error:
@@ -112,38 +109,35 @@ def first(key: str) -> str:
 
 def _fields(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
     """Type and default of each argument of a function; of one that is needed, `...`."""
-    hints, own = get_type_hints(function, include_extras=True), signature(function).parameters.items()
-    return {
-        name: _field(hints.get(name), each) for name, each in own if each.kind is not Parameter.VAR_KEYWORD
-    }
-
-
-def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
-    """The arguments of a function as a record; None stands for those left out, where none is needed."""
-    base = MoreArguments if open_ended else Arguments
-    own: Any = {
-        key: (hint, None if default is ... and not needed else default)
-        for key, (hint, default) in fields().items()
-    }
-    return create_model(name, __base__=base, **own)
+    hints, parameters = get_type_hints(function, include_extras=True), signature(function).parameters.items()
+    own = {name: p for name, p in parameters if p.kind is not Parameter.VAR_KEYWORD}
+    return {name: _field(hints.get(name), p) for name, p in own.items()}
 
 
 def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:
     default = ... if parameter.default is Parameter.empty else parameter.default
-    said = any(get_origin(each) is Annotated for each in (hint, *get_args(hint)))
-    return (hint if said else Any, default)
+    annotated = any(get_origin(part) is Annotated for part in (hint, *get_args(hint)))
+    return (hint if annotated else Any, default)
+
+
+def _record(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
+    """Make the record of a function's arguments; unless they are needed, None stands for those left out."""
+    own: Any = {
+        key: (hint, None if default is ... and not needed else default)
+        for key, (hint, default) in fields().items()
+    }
+    return create_model(name, __base__=MoreArguments if open_ended else Arguments, **own)
 
 
 def _by_name(function: Callable[..., Any], values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
-    parameters = signature(function).parameters.items()
-    places = [name for name, each in parameters if each.kind in _BY_PLACE]
-    if len(values) > len(places):
-        known = ", ".join(name for name in places if name != "self") or "nothing"
+    """Bring all arguments of a call under their names."""
+    names = [name for name, p in signature(function).parameters.items() if p.kind in _POSITIONAL]
+    if len(values) > len(names):
+        known = ", ".join(name for name in names if name != "self") or "nothing"
         expected = f"{known} by position, all else by keyword is accepted"
-        raise InputError([Problem(function.__name__, values[len(places) :], expected)])
-    placed = dict(zip(places, values, strict=False))
+        raise InputError([Problem(function.__name__, values[len(names) :], expected)])
+    placed = dict(zip(names, values, strict=False))
     if twice := placed.keys() & named.keys():
-        raise InputError(
-            Problem(name, named[name], "once is accepted, not by position too") for name in twice
-        )
+        text = "once is accepted, not by position too"
+        raise InputError(Problem(name, named[name], text) for name in twice)
     return placed | named

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from jointplay.errors import InputError, Problem, refuse
+from jointplay.errors import NOTHING, InputError, Problem, refuse
 from jointplay.mechanism.base import ANGLE, FAR, is_number
 from jointplay.mechanism.closure import closed_four_bar, ideal_state
-from jointplay.mechanism.records import ConstantSpeed, Mechanism
+from jointplay.mechanism.records import Mechanism
 
 IDEAL, WRITTEN_OUT = ("crank_angle", "crank_speed", "branch"), ("angle", "angular_velocity")
 
@@ -40,47 +40,38 @@ def start(mechanism: Mechanism, initial: Any) -> tuple[dict[str, float], dict[st
     closed = closed_four_bar(mechanism) is not None
     known = IDEAL if closed else (*IDEAL, *WRITTEN_OUT)
     why = ": with every joint ideal the crank determines the other links" if closed else ""
-    unknown = [
-        Problem(f"initial.{key}", initial[key], f"keys {', '.join(known)} are accepted{why}")
-        for key in initial.keys() - set(known)
-    ]
-    if unknown:
-        raise InputError(unknown, "initial")
-    if "angle" in initial:
+    accepted = f"keys {', '.join(known)} are accepted{why}"
+    problems = [Problem(f"initial.{key}", initial[key], accepted) for key in initial if key not in known]
+    for key, value in _fixed(mechanism).items() if closed and not problems else ():
+        if initial.get(key) not in (None, value):
+            accepted = f"{value!r}, the mechanism's own, is accepted here"
+            problems.append(Problem(f"initial.{key}", initial[key], accepted))
+    if problems:
+        raise InputError(problems, "initial")
+    if not initial.keys().isdisjoint(WRITTEN_OUT):
         return _written_out(mechanism, initial)
-    _fits(mechanism, initial, closed)
     return ideal_state(mechanism, **initial)
 
 
-def _fits(mechanism: Mechanism, initial: Mapping[str, Any], closed: bool) -> None:
-    """Refuse what a closed loop would contradict later: its own branch, and the speed that drives it."""
-    if not closed:
-        return
-    fixed = {"branch": mechanism.branch}
-    if isinstance(mechanism.drive, ConstantSpeed):
-        fixed["crank_speed"] = mechanism.drive.speed
-    wrong = [
-        Problem(f"initial.{key}", initial[key], f"{value!r}, the mechanism's own, is accepted here")
-        for key, value in fixed.items()
-        if initial.get(key) not in (None, value)
-    ]
-    if wrong:
-        raise InputError(wrong, "initial")
+def _fixed(mechanism: Mechanism) -> dict[str, Any]:
+    """What a closed loop starts with in any case: its own branch, and the speed that drives it."""
+    speed = mechanism.drive.imposed_speed if mechanism.drive else None
+    return {"branch": mechanism.branch} | ({} if speed is None else {"crank_speed": speed})
 
 
-def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]):
+def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any, Any]:
     names = [link.name for link in mechanism.links]
-    given = [initial.get(key) for key in WRITTEN_OUT]
-    wrong = [
+    given = [initial.get(key, NOTHING) for key in WRITTEN_OUT]
+    problems = [
         Problem(f"initial.{key}", values, f"one finite number for each of {', '.join(names)} is accepted")
         for key, values in zip(WRITTEN_OUT, given, strict=True)
         if not isinstance(values, Mapping)
         or {*values} != {*names}
         or not all(map(is_number, values.values()))
     ]
-    wrong = wrong or [
+    problems = problems or [
         Problem(f"initial.angle.{name}", angle, ANGLE) for name, angle in given[0].items() if abs(angle) > FAR
     ]
-    if wrong:
-        raise InputError(wrong, "initial")
+    if problems:
+        raise InputError(problems, "initial")
     return given[0], given[1]

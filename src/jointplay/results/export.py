@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.errors import NOTHING, InputError, refuse, unknown
 from jointplay.jobs.files import replaced
 from jointplay.results.store import check_writable
 
@@ -39,7 +39,7 @@ def export(dataset: xr.Dataset, path: Path | str, over: Sequence[str] | None = N
     path = Path(path)
     if path.suffix not in FORMS:
         accepted = f"a name that ends in one of {', '.join(FORMS)} is accepted"
-        raise InputError([Problem("--out", str(path), accepted)])
+        raise refuse(str(path), accepted, "--out")
     known = [str(dim) for dim in dataset.dims]
     if wrong := [unknown("--over", dim, dim, known, "dimension") for dim in over or () if dim not in known]:
         raise InputError(wrong)
@@ -53,20 +53,18 @@ def _mat(dataset: xr.Dataset, _: Sequence[str] | None) -> bytes:
     from scipy.io import savemat
 
     variables = {str(name): variable for name, variable in dataset.variables.items()}
-    told = {
+    structs = {
         key: {name: str(variable.attrs.get(key, "")) for name, variable in variables.items()}
         for key in ("units", "long_name")
     }
-    told["dims"] = {name: " ".join(map(str, variable.dims)) for name, variable in variables.items()}
-    told["attributes"] = {str(key): str(value) for key, value in dataset.attrs.items()}
+    structs["dims"] = {name: " ".join(map(str, variable.dims)) for name, variable in variables.items()}
+    structs["attributes"] = {str(key): str(value) for key, value in dataset.attrs.items()}
     values = {name: _cells(variable.values) for name, variable in variables.items()}
     stream = BytesIO()
     try:
-        savemat(stream, values | told, do_compression=True, long_field_names=True, oned_as="column")
+        savemat(stream, values | structs, do_compression=True, long_field_names=True, oned_as="column")
     except (TypeError, ValueError) as error:  # its names have 63 letters at most
-        raise InputError(
-            [Problem("result", NOTHING, f"what a .mat file can hold is accepted: {error}")]
-        ) from None
+        raise refuse(NOTHING, f"what a .mat file can hold is accepted: {error}", "result") from None
     return stream.getvalue()
 
 

@@ -1,8 +1,14 @@
-"""What a status means, in a sentence, and what to try."""
+"""A result as text: its status, and for some kinds a summary for the terminal and a table in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from jointplay.jobs.files import replaced
+from jointplay.kinds import KINDS, load
 from jointplay.numerics.codes import Status
 
 SHOWN = 8  # cells named
@@ -28,10 +34,26 @@ def explain(dataset: xr.Dataset) -> str | None:
 
 def failed_cells(dataset: xr.Dataset) -> list[str]:
     """Labels of the cells of a result whose own status is not ok, such as ``b no_tension``."""
-    found = []
+    labels = []
     for name in (name for name in dataset.data_vars if str(name).endswith("_status")):
         cells = dataset[name]
         for place in np.argwhere(cells.values != 0):
-            labels = (cells[dim].values[i] for dim, i in zip(cells.dims, place, strict=True))
-            found.append(" ".join(map(str, labels)))
-    return found
+            label = (cells[dim].values[i] for dim, i in zip(cells.dims, place, strict=True))
+            labels.append(" ".join(map(str, label)))
+    return labels
+
+
+def summary(dataset: xr.Dataset) -> str:
+    """A few lines on a result for the terminal; empty for most kinds."""
+    row = KINDS.get(str(dataset.attrs.get("kind")))
+    return load(row.summary)(dataset) if row and row.summary else ""
+
+
+def write_table(dataset: xr.Dataset, path: Path) -> list[Path]:
+    """Write the table of a result, for the kinds that have one; give back the files."""
+    row = KINDS.get(str(dataset.attrs.get("kind")))
+    if row is None or not row.table or "swept" in dataset.attrs:
+        return []
+    with replaced(path) as temporary:
+        temporary.write_text(load(row.table)(dataset), encoding="utf-8")
+    return [path]

@@ -16,7 +16,7 @@ SCHEMA_VERSION = 1
 
 
 def record(resolved: dict[str, Any], text: str, processors: Iterable[str] = ()) -> dict[str, Any]:
-    """Collect the provenance of a run.
+    """Collect the provenance of a run, in plain JSON types.
 
     Parameters
     ----------
@@ -26,11 +26,6 @@ def record(resolved: dict[str, Any], text: str, processors: Iterable[str] = ()) 
         The study file, verbatim.
     processors : iterable of str, optional
         The kinds of processors that computed it; this process's own if there are none.
-
-    Returns
-    -------
-    dict
-        Plain JSON types: schema_version, software, environment, kernel_digest, study, study_text.
     """
     return {
         "schema_version": SCHEMA_VERSION,
@@ -47,11 +42,9 @@ def attach(
 ) -> xr.Dataset:
     """Give a copy of the dataset that holds its provenance: one JSON text, the attribute ``provenance``."""
     origin = record(resolved, text, processors)
-    software = origin["software"]
-    source = f"{software['name']} {software['version']}"
-    return dataset.assign_attrs(
-        source=source, provenance=json.dumps(origin, sort_keys=True, ensure_ascii=False)
-    )
+    source = "{name} {version}".format(**origin["software"])
+    origin = json.dumps(origin, sort_keys=True, ensure_ascii=False)
+    return dataset.assign_attrs(source=source, provenance=origin)
 
 
 def read(dataset: xr.Dataset) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from jointplay.errors import InputError, Problem
+from jointplay.errors import refuse
 from jointplay.jobs.files import beside, replaced
 from jointplay.mechanism.signature import checked
 
@@ -28,14 +28,14 @@ def write_result(dataset: xr.Dataset, path: Path | str) -> Path:
     Parameters
     ----------
     dataset : xarray.Dataset
-        A result in the project's words.
+        A result.
     path : path-like
         The final name, ending in ``.nc``.
 
     Returns
     -------
     pathlib.Path
-        The final name. It exists only once the file is complete and on the disk.
+        The final name, which exists only once the file is complete and on the disk.
 
     Raises
     ------
@@ -43,10 +43,11 @@ def write_result(dataset: xr.Dataset, path: Path | str) -> Path:
         When the file cannot be written; nothing is left at `path` but what was there before.
     """
     path = Path(path)
+    encoding = {str(name): _encoded(v, name in dataset.coords) for name, v in dataset.variables.items()}
     with replaced(path) as temporary:
         try:
             # xarray would take a name that begins with ~ for somebody's home, and http: for an address
-            dataset.to_netcdf(temporary.absolute(), engine=ENGINE, encoding=_encoding(dataset))
+            dataset.to_netcdf(temporary.absolute(), engine=ENGINE, encoding=encoding)
         except RuntimeError as error:  # how the netCDF library reports a full disk
             raise OSError(f"{path}: {error}") from error
     return path
@@ -72,7 +73,7 @@ def write_figure(figure: Figure, path: Path | str) -> Path:
     known = figure.canvas.get_supported_filetypes()
     if form not in known:
         accepted = f"a name that ends in one of {', '.join(f'.{name}' for name in sorted(known))} is accepted"
-        raise InputError([Problem("--out", str(path), accepted)])
+        raise refuse(str(path), accepted, "--out")
     dated = {"pdf": "CreationDate", "ps": "CreationDate", "eps": "CreationDate", "svg": "Date"}
     with replaced(path) as temporary:
         figure.savefig(temporary, format=form, metadata={dated[form]: None} if form in dated else None)
@@ -102,15 +103,15 @@ def open_result(path: Path | str) -> xr.Dataset:
     if not isinstance(given, str) or not os.path.isfile(given):
         there = isinstance(given, str) and os.path.lexists(given)
         why = "it is no regular file" if there else "there is no such file"
-        raise InputError([Problem("result", given, f"{expected}; {why}")])
+        raise refuse(given, f"{expected}; {why}", "result")
     try:
         with xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
             return dataset.load()
     except MemoryError:
         raise
     except Exception as error:  # in a file of others anything may be of another type than is read here
-        told = " ".join(f"{type(error).__name__}: {error}".split())
-        raise InputError([Problem("result", str(path), f"{expected}; this is none ({told})")]) from error
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise refuse(str(path), f"{expected}; this is none ({reason})", "result") from error
 
 
 def check_writable(
@@ -121,11 +122,11 @@ def check_writable(
     Parameters
     ----------
     folder : path-like
-        Where.
+        The folder.
     key : str
-        What an error calls it.
+        Its key in error messages.
     files, folders : iterable of str
-        Names of what is to be written: nothing of another sort may have them, and none may be too long.
+        Names to be written in it: nothing of another sort may have them, and none may be too long.
 
     Raises
     ------
@@ -146,7 +147,7 @@ def check_writable(
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         expected = f"a folder in which {name or 'files'} can be written ({reason})"
-        raise InputError([Problem(key, str(folder), expected)]) from error
+        raise refuse(str(folder), expected, key) from error
     return place
 
 
@@ -165,14 +166,8 @@ def _prove_folder(path: Path) -> None:
         raise NotADirectoryError(errno.ENOTDIR, "something else has this name")
 
 
-def _encoding(dataset: xr.Dataset) -> dict[str, dict]:
-    return {
-        str(name): _encode(variable, name in dataset.coords) for name, variable in dataset.variables.items()
-    }
-
-
-def _encode(variable: xr.Variable, is_coordinate: bool) -> dict:
-    """NaN marks what is missing in float data only; integers are flags and counts and are always there."""
+def _encoded(variable: xr.Variable, is_coordinate: bool) -> dict:
+    """Encoding of a variable: NaN marks missing floats; integers, flags and counts, are never missing."""
     if variable.dtype.kind not in "fiu":
         return {}
     has_fill = variable.dtype.kind == "f" and not is_coordinate

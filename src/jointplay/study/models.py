@@ -264,7 +264,7 @@ def models(row: Kind) -> Models:
 
 def broken_rules(row: Kind, given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
     """What the rules of an analysis say of keywords, but those that are `wrong` by themselves."""
-    return [replace(each, key=_place(each.key)) for each in row.function.broken(given, wrong)]
+    return [replace(each, key=_place(each.key)) for each in row.function.rule_problems(given, wrong)]
 
 
 def keyword_of(key: str) -> str:

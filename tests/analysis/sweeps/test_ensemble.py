@@ -21,7 +21,8 @@ from jointplay.errors import InputError
 from jointplay.jobs.worker import Task, work
 from jointplay.lab.stress.scenes import draw
 from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble, linkage
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.structure import linkage
 from jointplay.study.file import validate
 from jointplay.study.run import first_work
 

@@ -1,0 +1,130 @@
+"""What must hold between the parts of a mechanism: names, places, connection, closure.
+
+The checks take a draft, in which a part that is itself invalid is None, so that they still find what is wrong
+elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from jointplay.errors import InputError, Problem, unknown
+from jointplay.mechanism.base import GROUND, MOST, Record
+from jointplay.mechanism.beam import Link
+from jointplay.mechanism.drive import DRIVES, AnyDrive
+from jointplay.mechanism.joints import Joint
+from jointplay.mechanism.loop import find_four_bar
+
+
+def driven_link(drive: AnyDrive | None, links: Sequence[str], joints: Sequence[Joint]) -> str | None:
+    """Name the link that a drive turns; without a drive the first link pinned to the ground, if any is."""
+    grounded = (name for name in links if {name, GROUND} in [joint.links for joint in joints])
+    return drive.link if drive else next(grounded, None)
+
+
+@dataclass(frozen=True)
+class Draft:
+    """Parts with the names they were given; the record is None where a part is invalid in itself.
+
+    Parameters
+    ----------
+    links, joints : list of (str or None, record or None)
+        In the order given.
+    drive : record or None
+        None where there is no drive, or an invalid one.
+    """
+
+    links: Sequence[tuple[Any, Link | None]]
+    joints: Sequence[tuple[Any, Joint | None]]
+    drive: AnyDrive | None
+
+    @classmethod
+    def of(cls, data: Any) -> Draft:
+        """Read what is valid out of raw input, or out of a mechanism."""
+        value = data.get if isinstance(data, Mapping) else lambda key: getattr(data, key, None)
+        drive = value("drive")
+        drives = filter(None, (_valid(kind, drive) for kind in DRIVES if drive is not None))
+        return cls(_parts(Link, value("links")), _parts(Joint, value("joints")), next(drives, None))
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the links that can be names, of invalid links too."""
+        return [name for name, _ in self.links if isinstance(name, str) and name != GROUND]
+
+    def problems(self) -> list[Problem]:
+        """List everything wrong between the parts; keys are relative to the mechanism."""
+        problems = [*_duplicates("links", self.links), *_duplicates("joints", self.joints)]
+        if not self.links or len(set(self.names)) < len(self.links):
+            return problems  # with a link's name unknown, none can be called missing
+        problems += self._misplaced_pins()
+        if self.drive and self.drive.link not in self.names:
+            problems.append(unknown("drive.link", self.drive.link, self.drive.link, self.names, "link"))
+        joints = [joint for _, joint in self.joints if joint is not None]
+        if problems or not joints or len(joints) < len(self.joints):
+            return problems  # what is connected to what is not known well enough to say more
+        return [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
+
+    def _misplaced_pins(self) -> Iterator[Problem]:
+        known = {name: link for name, link in self.links if link is not None}
+        for i, (_, joint) in enumerate(self.joints):
+            for side, pin in (("journal", joint.journal), ("bearing", joint.bearing)) if joint else ():
+                key = f"joints[{i}].{side}"
+                if pin.link not in (*self.names, GROUND):
+                    yield unknown(f"{key}.link", pin.link, pin.link, [*self.names, GROUND], "link")
+                elif (link := known.get(pin.link)) and (limit := _limit(pin.at, link)):
+                    yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+
+    def _loose_links(self, joints: Sequence[Joint]) -> Iterator[Problem]:
+        connected, before = {GROUND}, set()
+        while connected != before:
+            before = set(connected)
+            for joint in joints:
+                connected |= joint.links if joint.links & connected else set()
+        for i, name in enumerate(self.names):
+            if name not in connected:
+                text = "a link that joints connect to the ground is accepted"
+                yield Problem(f"links[{i}].name", name, text)
+
+    def _locked(self, joints: Sequence[Joint]) -> Iterator[Problem]:
+        ideal = [joint.name for joint in joints if joint.ideal]
+        most = (3 * len(self.links) - 1) // 2  # a joint takes two freedoms, a link has three, one must stay
+        if len(ideal) > most:
+            text = f"at most {most} ideal joints leave {len(self.links)} links free to move"
+            yield Problem("joints", ideal, text)
+
+    def _open_loop(self, joints: Sequence[Joint]) -> Iterator[Problem]:
+        loop = find_four_bar(joints, driven_link(self.drive, self.names, joints))
+        if loop is not None and not loop.closes:
+            rule = "none 0 and the longest shorter than the other three together"
+            text = f"distances between pins (m) that can close are accepted: {rule}"
+            yield Problem("links", loop.lengths, text)
+
+
+def _parts(kind: type[Record], given: Any) -> list[tuple[Any, Any]]:
+    parts = given if isinstance(given, list | tuple) and len(given) <= MOST else ()
+    names = (part.get("name") if isinstance(part, Mapping) else getattr(part, "name", None) for part in parts)
+    return [(name, _valid(kind, part)) for name, part in zip(names, parts, strict=True)]
+
+
+def _valid(kind: Any, given: Any) -> Any:
+    try:
+        return kind.model_validate(given)
+    except InputError:
+        return None
+
+
+def _duplicates(kind: str, parts: Sequence[tuple[Any, Any]]) -> Iterator[Problem]:
+    names = [name for name, _ in parts]
+    for i, name in enumerate(names):
+        if isinstance(name, str) and name in names[:i]:
+            yield Problem(f"{kind}[{i}].name", name, f"a name that no other of the {kind} has is accepted")
+
+
+def _limit(at: float, link: Link) -> str:
+    """Say where on a link a pin may sit, if not at a distance; empty if it may."""
+    if link.elastic and at != 0 and not math.isclose(at, link.length, rel_tol=1e-9):
+        return f"of 0 or {link.length:g} m, the ends of the elastic {link.name},"
+    return f"from 0 to {link.name}'s length of {link.length:g} m" if at > link.length else ""
