@@ -18,7 +18,7 @@ from jointplay.jobs.journal import Journal
 from jointplay.mechanism import structure
 from jointplay.results import store
 from jointplay.study import plan
-from jointplay.study.progress import Progress
+from jointplay.terminal import Progress
 from tests.support.program import jointplay
 from tests.support.study_samples import TEXT, WRITTEN_OUT
 

@@ -19,7 +19,7 @@ from jointplay.results.store import open_result
 from jointplay.study import execute
 from jointplay.study import keys as keys
 from jointplay.study.plan import plan, status
-from jointplay.study.run import hands_out, run
+from jointplay.study.run import has_cells, run
 from tests.support.sweep_samples import PLANE, die, forked, loaded, same
 
 FIELD = PLANE.replace('kind = "basins"\nname = "plane"', 'kind = "sensitivity"\nname = "field"')
@@ -173,10 +173,10 @@ def test_plan_looks_at_one_cell_and_writes_nothing(tmp_path):
     assert next(iter(status(loaded(PLANE), tmp_path))) == "cells    0 finished"
 
 
-def test_what_hands_out_no_cells_leaves_no_journal(tmp_path):
+def test_what_has_cells_no_cells_leaves_no_journal(tmp_path):
     text = FIELD[: FIELD.index("[analysis]")] + "[analysis]\nturns = 3\nneighbours = 2\n"
-    assert not hands_out(loaded(text).record)
-    assert hands_out(loaded(FIELD).record)
+    assert not has_cells(loaded(text).record)
+    assert has_cells(loaded(FIELD).record)
     kept(text, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["field.nc"]
     with pytest.raises(InputError, match="one analysis"):

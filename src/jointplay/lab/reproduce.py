@@ -19,7 +19,7 @@ from jointplay.results.store import check_writable, write_figure
 from jointplay.results.text import write_table
 from jointplay.study.execute import complete
 from jointplay.study.file import load
-from jointplay.study.keys import compile_for
+from jointplay.study.run import compile_for
 from jointplay.study.toml_text import parse, read_text
 
 FOLDER = Path("studies") / "paper"

@@ -28,9 +28,8 @@ from jointplay.jobs.pool import Pool
 from jointplay.results import store
 from jointplay.results.outcome import name_of
 from jointplay.study.file import Loaded
-from jointplay.study.keys import keyed
 from jointplay.study.models import Study
-from jointplay.study.run import computed, first_work, hands_out, named
+from jointplay.study.run import computed, first_work, has_cells, with_journal_keys, with_provenance
 
 LOOK, RARELY = 0.5, 200  # s between looks at how far it is, and at least times what a look takes
 
@@ -52,7 +51,7 @@ def journal_of(out: Path | str, name: str, share: tuple[int, int] | None = None)
 
 def going_on(study: Loaded, out: Path | str, share: tuple[int, int] | None = None) -> tuple[str, ...]:
     """What the same command does after Ctrl-C, where it does not start over."""
-    kept = hands_out(study.record)
+    kept = has_cells(study.record)
     there = kept and journal_of(out, study.record.name, share).folder.exists()
     return ("go on; what is finished is kept",) if there else ()
 
@@ -64,7 +63,7 @@ def writable(
     name, journal = study.record.name, journal_of(out, study.record.name, share).folder.name
     endings = [".nc", *[".txt"] * bool(study.record.row.table), *[".pdf", ".png"] * drawn]
     files = ["probe"] if share else [f"{name}{ending}" for ending in endings]
-    kept = hands_out(study.record)
+    kept = has_cells(study.record)
     return store.check_writable(out, files=files, folders=[journal] * kept)
 
 
@@ -109,7 +108,7 @@ def complete(
         When something cannot be written.
     """
     record, name = study.record, study.record.name
-    if share and not hands_out(record):
+    if share and not has_cells(record):
         expected = "accepted for studies with cells, such as by [vary]; this is one analysis"
         raise InputError([Problem("--part", name, expected)])
     with ExitStack() as held:
@@ -118,7 +117,7 @@ def complete(
             kept(replace(first_work(record), progress=progress))
             kept.journal.compact()
             return Outcome(None, None, kept.journal.folder)
-        with keeping(record.row.kept and not hands_out(record)):
+        with keeping(record.row.kept and not has_cells(record)):
             dataset = computed(record, kept, progress)
         unfinished = out / f"{name}.partial.nc"
         if name_of(dataset) == "interrupted":
@@ -145,7 +144,7 @@ class _Journaled:
     def __call__(self, work: Work) -> Read:
         if not self.works:
             self.held.enter_context(self.journal.held(self.fresh))
-        strands, before = keyed(self.record, work, self.works)
+        strands, before = with_journal_keys(self.record, work, self.works)
         strands = part(strands, self.share)
         self.works += 1
         if missing := _missing(strands, self.journal, self.say):
@@ -198,7 +197,7 @@ def _stored(
     kinds = journal.kinds(keys) if journal else set()
     if told := mixed(kinds):
         say(f"result  computed on {told}")
-    dataset = named(study, dataset, kinds)
+    dataset = with_provenance(study, dataset, kinds)
     path = store.write_result(dataset, out / f"{study.record.name}.nc")
     if journal is None:
         return Outcome(dataset, path)
@@ -241,7 +240,7 @@ def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: No
         When cells are missing, or a journal was written by other code.
     """
     record, name = study.record, study.record.name
-    strands, before = keyed(record, first_work(record))
+    strands, before = with_journal_keys(record, first_work(record))
     keys = {key for strand in strands for key in strand.keys}
     with journal_of(out, name).held() as whole:
         _take_parts(whole, out, name, keys, say)

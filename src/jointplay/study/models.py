@@ -28,10 +28,9 @@ from jointplay.kinds import Kind
 from jointplay.mechanism.base import Record, named
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import first
-from jointplay.study import fits
-from jointplay.study import vary_table as varied
+from jointplay.study import vary_table
+from jointplay.study.fits import figure_problems
 from jointplay.study.mechanism_table import MechanismSchema, build_mechanism
-from jointplay.study.vary_table import ROOT
 from jointplay.terminal import one_line
 
 NAME = r"^\w[\w .+-]*$"
@@ -125,7 +124,7 @@ class Study(OfKind):
     )
     title: str | None = None
     mechanism: Annotated[Mechanism | TestSystem, BeforeValidator(build_mechanism), MechanismSchema()]
-    vary: varied.Varied = varied.vary_field(default_factory=dict)
+    vary: vary_table.Varied = vary_table.vary_field(default_factory=dict)
     integrator: Integrator
     analysis: Analysis
     figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
@@ -135,25 +134,21 @@ class Study(OfKind):
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod
     def _can_vary(cls, vary: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        wrong = varied.problems(info.data["mechanism"], vary, "") if vary and "mechanism" in info.data else []
-        if wrong:
-            raise InputError(wrong)
+        known = "mechanism" in info.data
+        if problems := vary_table.problems(info.data["mechanism"], vary, "") if vary and known else []:
+            raise InputError(problems)
         return vary
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if problems := [*self._broken_rules(), *fits.figure_problems(self)]:
+        asked = (self.row, self.mechanism, self.keywords(), self.vary, self.figure)
+        if problems := [*self._broken_rules(), *figure_problems(*asked)]:
             raise InputError(problems)
         return self
 
     def _broken_rules(self) -> list[Problem]:
         """What the analysis function says of keywords that are right by themselves."""
         return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism})
-
-    @property
-    def has_cells(self) -> bool:
-        """Whether it is a sweep, of which each finished cell is kept."""
-        return bool(self.vary)
 
     @property
     def heading(self) -> str:
@@ -175,8 +170,8 @@ class Study(OfKind):
             self.mechanism.summary(),
         ]
         if self.vary:
-            told = varied.values(self.vary).items()
-            spans = (f"{key}, {len(each)} from {min(each):g} to {max(each):g}" for key, each in told)
+            axes = vary_table.values(self.vary).items()
+            spans = (f"{key}, {len(values)} from {min(values):g} to {max(values):g}" for key, values in axes)
             lines.insert(1, f"varies     {'; '.join(spans)}")
         return "\n".join(lines)
 
@@ -188,7 +183,7 @@ class Study(OfKind):
         text = self.row.length
         if given.get("duration") is not None:
             text = text.replace("{turns} turns", "{duration} s")
-        return text.format(**{key: _Told((value,)) for key, value in given.items()})
+        return text.format(**{key: _Listed((value,)) for key, value in given.items()})
 
 
 class SingleStudy(Study):
@@ -200,20 +195,20 @@ class SingleStudy(Study):
 class SweepStudy(Study):
     """A study whose analysis varies parameters itself."""
 
-    vary: varied.Vary = varied.vary_field()
+    vary: vary_table.Vary = vary_table.vary_field()
 
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function; what was left out stays out."""
-        return super().keywords() | {"over": varied.values(self.vary)}
+        return super().keywords() | {"over": vary_table.values(self.vary)}
 
     def _broken_rules(self) -> list[Problem]:
         if not 1 <= len(self.vary) <= 2:
             return [Problem("vary", list(self.vary), "one parameter or two are accepted")]
-        ends = {key: sorted({min(each), max(each)}) for key, each in varied.values(self.vary).items()}
+        ends = {key: sorted({min(each), max(each)}) for key, each in vary_table.values(self.vary).items()}
         return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism, "over": ends})
 
 
-class _Told(tuple):
+class _Listed(tuple):
     """A value in a line of text, the items of a list one after another; in the format ``#`` their number."""
 
     def __format__(self, form: str) -> str:
@@ -271,7 +266,7 @@ def keyword_of(key: str) -> str:
     """The keyword of the analysis that a key of a study gives; else the first part of the key."""
     own, _, rest = key.partition(".")
     inside = own in ("analysis", "integrator") and rest
-    return first(rest) if inside else "over" if first(own) == ROOT else first(own)
+    return first(rest) if inside else "over" if first(own) == vary_table.ROOT else first(own)
 
 
 def _place(key: str) -> str:
@@ -280,5 +275,5 @@ def _place(key: str) -> str:
     if own == "parameters":  # of a test system
         return f"mechanism.{key}"
     if own in ("mechanism", "over"):
-        return key if own == "mechanism" else f"{ROOT}{rest}"
+        return key if own == "mechanism" else f"{vary_table.ROOT}{rest}"
     return join("integrator" if own in INTEGRATOR else "analysis", key)

@@ -18,8 +18,7 @@ from jointplay.jobs.journal import Journal
 from jointplay.numerics.codes import Status
 from jointplay.study.execute import journal_of
 from jointplay.study.file import Loaded
-from jointplay.study.keys import counted, head, keyed
-from jointplay.study.run import first_work, hands_out
+from jointplay.study.run import count_by_keys, first_work, has_cells, study_hash, with_journal_keys
 
 
 def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
@@ -43,7 +42,7 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
         A line.
     """
     work = first_work(study.record)
-    strands, _ = keyed(study.record, work)
+    strands, _ = with_journal_keys(study.record, work)
     cells, journal = prod(work.shape.values()), journal_of(out, study.record.name)
     index = journal.index()
     yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
@@ -128,10 +127,10 @@ def _told(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
 def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
     """Status of each cell of a study that is in the journal, and how many it has; 0 where none tells."""
     index = journal.index()
-    if hands_out(study.record) and not study.record.has_cells:  # the analysis need not begin for that
-        begin = head(study.record)
+    if has_cells(study.record) and not study.record.vary:  # the analysis need not begin for that
+        begin = study_hash(study.record)
         found = {key: status for key, status in index.items() if key.startswith(begin)}
-        return found, counted(found)
+        return found, count_by_keys(found)
     keys = {key for strand in first_work(study.record).strands for key in strand.keys}
     return {key: status for key, status in index.items() if key in keys}, len(keys)
 
