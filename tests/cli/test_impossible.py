@@ -194,8 +194,8 @@ def test_shares_and_workers_that_there_cannot_be(words, study, calls, tmp_path, 
 def test_no_more_workers_start_than_there_are_tasks(monkeypatch, tmp_path):
     asked = []
 
-    def in_tasks(strands, take, jobs, *_):
-        asked.append(jobs)
+    def in_tasks(jobs, take, workers, *_):
+        asked.append(workers)
 
     monkeypatch.setattr(pool, "in_tasks", in_tasks)
     pool.Pool(64)._round(["a", "b", "c"], Journal(tmp_path))

@@ -246,7 +246,7 @@ def test_who_runs_the_cells_of_an_analysis_does_not_run_the_cells_of_its_cells()
         return (yield from cells.handed_out(partial(inner, n_jobs=1), [{"n": 2}, {"n": 3}]))
 
     def runner(work):
-        seen.append(len(work.strands))
+        seen.append(len(work.jobs))
         return cells.in_memory(1, work)
 
     found = cells.driven(lambda progress: outer(), runner)

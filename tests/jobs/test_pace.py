@@ -1,4 +1,4 @@
-"""How many strands make a task of a cluster."""
+"""How many jobs make a task of a cluster."""
 
 from jointplay.jobs.worker import FILL, Done, Pace
 

@@ -4,7 +4,7 @@ Answers travel back, since workers reach no folder of this machine; a task ends 
 time is up, and what is left goes out as a new task, so that little is lost when this process ends. The
 scheduler sends a task whose worker died to another, three times unless it is set otherwise (its option
 ``allowed-failures``), and then gives it up, with those that waited at the same worker. When all others have
-ended, the strands of these tasks run once more, alone on the cluster and cell by cell; a cell that is given
+ended, the jobs of these tasks run once more, alone on the cluster and cell by cell; a cell that is given
 up again is marked `crashed`.
 """
 
@@ -19,7 +19,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from jointplay.errors import InputError, Problem
-from jointplay.jobs.job import CRASHED, Strand, remaining
+from jointplay.jobs.job import CRASHED, Job, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.origin import code, mixed
 from jointplay.jobs.worker import DIED, Done, Pace, Task, work
@@ -32,7 +32,7 @@ LOOK = 5.0  # s between looks whether there are workers
 
 
 class Cluster:
-    """A cluster that runs strands.
+    """A cluster that runs jobs.
 
     Parameters
     ----------
@@ -48,23 +48,23 @@ class Cluster:
         self.client, self.journal, self.say = client, journal, say
         self.waits, self.kinds = False, set[str]()
 
-    def run(self, strands: Sequence[Strand]) -> None:
-        """Run every strand; what its cells answer is in the journal afterwards.
+    def run(self, jobs: Sequence[Job]) -> None:
+        """Run every job; what its cells answer is in the journal afterwards.
 
         Raises
         ------
         OSError
             When the scheduler is lost, or a worker cannot run what it is sent, as when its code is another.
         """
-        left = deque(strands)
+        left = deque(jobs)
         while left:
             suspects = self._side_by_side(left)
             if suspects:
                 self.say(f"workers died; {len(suspects)} of their chains or cells run once more, each alone")
-            left.extend(rest for strand in suspects for rest in self._alone(strand))
+            left.extend(rest for job in suspects for rest in self._alone(job))
 
-    def _side_by_side(self, left: deque[Strand]) -> list[Strand]:
-        """Run strands until none is left; those whose workers died."""
+    def _side_by_side(self, left: deque[Job]) -> list[Job]:
+        """Run jobs until none is left; those whose workers died."""
         pace, sent, suspects = Pace(), {}, []
         while left or sent:
             workers = self._workers()
@@ -80,9 +80,9 @@ class Cluster:
                     left.extendleft(reversed(remaining(batch, done.answers, done.answers)))
         return suspects
 
-    def _alone(self, strand: Strand) -> list[Strand]:
-        """Run a strand cell by cell until its time is up or a cell crashed; what is left of it."""
-        end, left = time.monotonic() + LIMIT, [strand]
+    def _alone(self, job: Job) -> list[Job]:
+        """Run a job cell by cell until its time is up or a cell crashed; what is left of it."""
+        end, left = time.monotonic() + LIMIT, [job]
         while left:
             key = left[0].keys[0]
             future = self._send([left[0].only(key)])
@@ -98,8 +98,8 @@ class Cluster:
                 break
         return left
 
-    def _send(self, strands: Sequence[Strand]) -> Any:
-        return self.client.submit(work, Task(strands, None, limit=LIMIT, code=code()), pure=False)
+    def _send(self, jobs: Sequence[Job]) -> Any:
+        return self.client.submit(work, Task(jobs, None, limit=LIMIT, code=code()), pure=False)
 
     def _ended(self, sent: Sequence[Any]) -> list[Any]:
         """Those of some tasks that have ended; none after `LOOK` seconds."""

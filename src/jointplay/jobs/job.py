@@ -1,6 +1,6 @@
-"""What workers run: strands of cells that run one after another, and what is left of them to run.
+"""What workers run: jobs of cells that run one after another, and what is left of them to run.
 
-A strand of one is a cell by itself. In a longer one each cell may start from where the last one ended.
+A job of one is a cell by itself. In a longer one each cell may start from where the last one ended.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def _plain(value: Any) -> Any:
 
 
 class Notes(Protocol):
-    """Where a strand writes."""
+    """Where a job writes."""
 
     def begin(self, key: str) -> None:
         """Say that a cell is begun."""
@@ -40,7 +40,7 @@ class Notes(Protocol):
         """Keep the answer of a finished cell."""
 
 
-class Strand(Protocol):
+class Job(Protocol):
     """Cells that run one after another; `carried`: each from where the one before it ended."""
 
     keys: tuple[str, ...]
@@ -49,13 +49,13 @@ class Strand(Protocol):
     def run(self, notes: Notes) -> None:
         """Run them."""
 
-    def only(self, key: str) -> Strand:
-        """Give the strand that ends with the cell of this key."""
+    def only(self, key: str) -> Job:
+        """Give the job that ends with the cell of this key."""
 
-    def sample(self) -> Strand:
+    def sample(self) -> Job:
         """Give what is run to tell what a cell costs."""
 
-    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Strand | None:
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Job | None:
         """Give what is left to run, where the cells in `done` are finished; None if nothing is."""
 
 
@@ -79,22 +79,22 @@ class Kept:
         self.told(self.answers)
 
 
-def redone(strands: Sequence[Strand], index: Mapping[str, int]) -> set[str]:
+def redone(jobs: Sequence[Job], index: Mapping[str, int]) -> set[str]:
     """Keys of the cells that are to run again: those that crashed, and what follows them in a chain."""
     done = {key for key, status in index.items() if status != CRASHED}
     found = {key for key in index if key not in done}
-    for strand in strands:
-        n = next((i for i, key in enumerate(strand.keys) if key not in done), len(strand.keys))
-        if strand.carried:
-            found |= {key for key in strand.keys[n:] if key in done}
+    for job in jobs:
+        n = next((i for i, key in enumerate(job.keys) if key not in done), len(job.keys))
+        if job.carried:
+            found |= {key for key in job.keys[n:] if key in done}
     return found
 
 
-def remaining(strands: Iterable[Strand], done: Container[str], answers: Mapping[str, Entry]) -> list[Strand]:
-    """What is left to run of some strands, where the cells in `done` are finished."""
-    return [rest for strand in strands if (rest := strand.left(done, answers)) is not None]
+def remaining(jobs: Iterable[Job], done: Container[str], answers: Mapping[str, Entry]) -> list[Job]:
+    """What is left to run of some jobs, where the cells in `done` are finished."""
+    return [rest for job in jobs if (rest := job.left(done, answers)) is not None]
 
 
-def part(strands: Sequence[Strand], share: tuple[int, int] | None) -> list[Strand]:
-    """The strands of one of several parts, as (number from 1, how many); all if None."""
-    return list(strands) if share is None else list(islice(strands, share[0] - 1, None, share[1]))
+def part(jobs: Sequence[Job], share: tuple[int, int] | None) -> list[Job]:
+    """The jobs of one of several parts, as (number from 1, how many); all if None."""
+    return list(jobs) if share is None else list(islice(jobs, share[0] - 1, None, share[1]))

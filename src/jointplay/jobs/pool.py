@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from jointplay.errors import InputError, Problem
 from jointplay.jobs.cluster import Cluster, connected
-from jointplay.jobs.job import CRASHED, Strand, remaining
+from jointplay.jobs.job import CRASHED, Job, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.parallel import BrokenProcessPool
 from jointplay.jobs.worker import DIED, Done, in_tasks
@@ -59,8 +59,8 @@ class Pool:
         """Whether cells run beside this process."""
         return self.jobs > 1 or self.backend == "dask"
 
-    def run(self, strands: Sequence[Strand], journal: Journal, say: Callable[[str], None]) -> None:
-        """Run every strand; what its cells answer is in the journal afterwards.
+    def run(self, jobs: Sequence[Job], journal: Journal, say: Callable[[str], None]) -> None:
+        """Run every job; what its cells answer is in the journal afterwards.
 
         Raises
         ------
@@ -69,9 +69,9 @@ class Pool:
         """
         if self.backend == "dask":
             with connected(self.scheduler) as client:
-                Cluster(client, journal, say).run(strands)
+                Cluster(client, journal, say).run(jobs)
             return
-        left, deaths = list(strands), 0
+        left, deaths = list(jobs), 0
         while left:
             try:
                 self._round(left, journal)
@@ -83,28 +83,29 @@ class Pool:
                 if deaths == DEATHS:
                     raise OSError("worker processes die before they begin; try --jobs 1") from None
                 say(f"a worker process died; {len(suspects)} cells in flight run once more, each alone")
-                for strand, key in suspects:
-                    _alone(strand, key, journal, say)
+                for job, key in suspects:
+                    _alone(job, key, journal, say)
                 left = _left(left, journal)
 
-    def _round(self, strands: Sequence[Strand], journal: Journal) -> None:
-        """Run strands in one pool."""
-        jobs = min(self.jobs, len(strands))  # a worker without a task would only start
-        in_tasks(strands, _kept, jobs, self.backend if jobs > 1 else "here", _place(journal))
+    def _round(self, jobs: Sequence[Job], journal: Journal) -> None:
+        """Run jobs in one pool."""
+        workers = min(self.jobs, len(jobs))  # a worker without a task would only start
+        backend = self.backend if workers > 1 else "here"
+        in_tasks(jobs, _nothing, workers, backend, _folder(journal))
 
 
-def _place(journal: Journal) -> str:
+def _folder(journal: Journal) -> str:
     return str(journal.folder.absolute())
 
 
-def _kept(_: Done) -> None:
+def _nothing(_: Done) -> None:
     """Nothing to do: the answers of a task are in the journal."""
 
 
-def _alone(strand: Strand, key: str, journal: Journal, say: Callable[[str], None]) -> None:
-    """Run a strand up to a cell that may have killed its worker."""
+def _alone(job: Job, key: str, journal: Journal, say: Callable[[str], None]) -> None:
+    """Run a job up to a cell that may have killed its worker."""
     try:
-        in_tasks([strand.only(key)], _kept, jobs=1, folder=_place(journal))
+        in_tasks([job.only(key)], _nothing, workers=1, folder=_folder(journal))
     except BrokenProcessPool:
         at = journal.in_flight()
         for fatal in {key, *at} if at else {key}:
@@ -129,15 +130,15 @@ def share_of(text: str | None) -> tuple[int, int] | None:
     raise InputError([Problem("--part", text, "I/N is accepted, part I of N, such as 2/5")])
 
 
-def _left(strands: Sequence[Strand], journal: Journal) -> list[Strand]:
+def _left(jobs: Sequence[Job], journal: Journal) -> list[Job]:
     index = journal.index()
-    answers = journal.load(key for strand in strands if len(strand.keys) > 1 for key in strand.keys)
-    return remaining(strands, index, answers)
+    answers = journal.load(key for job in jobs if len(job.keys) > 1 for key in job.keys)
+    return remaining(jobs, index, answers)
 
 
-def _owned(strands: Sequence[Strand], keys: Sequence[str]) -> list[tuple[Strand, str]]:
-    """Cells that were in flight, each with its strand."""
-    owner = {key: strand for strand in strands for key in strand.keys}
+def _owned(jobs: Sequence[Job], keys: Sequence[str]) -> list[tuple[Job, str]]:
+    """Cells that were in flight, each with its job."""
+    owner = {key: job for job in jobs for key in job.keys}
     return [(owner[key], key) for key in keys if key in owner]
 
 

@@ -1,6 +1,6 @@
 """What a worker does: run cells one after another and write each to the journal as it finishes.
 
-It is sent tasks, which grow from one strand to as many as fill half a second.
+It is sent tasks, which grow from one job to as many as fill half a second.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Self
 
 from jointplay.jobs.frames import write_part
-from jointplay.jobs.job import KEY, Entry, Strand
+from jointplay.jobs.job import KEY, Entry, Job
 from jointplay.jobs.origin import Origin, code, own
 from jointplay.jobs.parallel import side_by_side
 
@@ -33,7 +33,7 @@ class Task:
 
     Parameters
     ----------
-    strands : sequence of Strand
+    jobs : sequence of Job
         What to run.
     folder : str, optional
         The journal; None where this machine cannot reach it: answers then travel back.
@@ -43,7 +43,7 @@ class Task:
         Which code is to compute them, as `journal.code` tells.
     """
 
-    strands: Sequence[Strand]
+    jobs: Sequence[Job]
     folder: str | None
     limit: float | None = None
     code: str | None = None
@@ -51,9 +51,9 @@ class Task:
 
 @dataclass(frozen=True)
 class Done:
-    """What came of a task: how many strands, in how many seconds, the answers that travel back, whose."""
+    """Result of a task: number of jobs, seconds taken, answers that travel back, and their origin."""
 
-    strands: int
+    count: int
     seconds: float
     answers: dict[str, Entry]
     origin: Origin
@@ -71,10 +71,10 @@ def work(task: Task) -> Done:
         raise RuntimeError(f"its code is {code()}, and {task.code} is needed")
     began = time.perf_counter()
     with Notes(task.folder, task.limit) as notes, suppress(_TimeIsUp):
-        for strand in task.strands:
-            strand.run(notes)
+        for job in task.jobs:
+            job.run(notes)
     answers = notes.answers if task.folder is None else {}
-    return Done(len(task.strands), time.perf_counter() - began, answers, own())
+    return Done(len(task.jobs), time.perf_counter() - began, answers, own())
 
 
 class _TimeIsUp(Exception):
@@ -124,14 +124,14 @@ class Notes:
 
 
 class Pace:
-    """Grows tasks from one strand on."""
+    """Grows tasks from one job on."""
 
     def __init__(self) -> None:
         self.done, self.seconds = 0, 0.0
 
     def learn(self, done: Done) -> None:
         """Note how long a task took."""
-        self.done, self.seconds = self.done + done.strands, self.seconds + done.seconds
+        self.done, self.seconds = self.done + done.count, self.seconds + done.seconds
 
     def size(self, left: int, workers: int) -> int:
         """Strands of the next task; towards the end fewer, so that all workers end at once."""
@@ -140,35 +140,35 @@ class Pace:
 
 
 def in_tasks(
-    strands: Sequence[Strand],
+    jobs: Sequence[Job],
     take: Callable[[Done], None],
-    jobs: int,
+    workers: int,
     backend: str = "loky",
     folder: str | None = None,
     look: Callable[[], None] = lambda: None,
 ) -> None:
-    """Run strands in tasks on this machine.
+    """Run jobs in tasks on this machine.
 
     Parameters
     ----------
-    strands : sequence of Strand
+    jobs : sequence of Job
         What to run.
     take : callable
         Called with what came of each task.
-    jobs, backend, look
+    workers, backend, look
         As in `side_by_side`.
     folder : str, optional
         The journal; else answers travel back.
     """
-    pace, left = Pace(), deque(strands)
+    pace, left = Pace(), deque(jobs)
 
     def tasks() -> Iterator[Callable[[], Done]]:
         while left:
-            some = [left.popleft() for _ in range(pace.size(len(left), jobs))]
+            some = [left.popleft() for _ in range(pace.size(len(left), workers))]
             yield partial(work, Task(some, folder))
 
     def took(done: Done) -> None:
         pace.learn(done)
         take(done)
 
-    side_by_side(tasks(), took, jobs, backend, look)
+    side_by_side(tasks(), took, workers, backend, look)

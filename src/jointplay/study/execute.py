@@ -21,7 +21,7 @@ import xarray as xr
 from jointplay.analysis.cells import Read, Work
 from jointplay.analysis.looks import keeping
 from jointplay.errors import InputError, Problem
-from jointplay.jobs.job import Entry, Strand, part, redone, remaining
+from jointplay.jobs.job import Entry, Job, part, redone, remaining
 from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
@@ -144,15 +144,15 @@ class _Journaled:
     def __call__(self, work: Work) -> Read:
         if not self.works:
             self.held.enter_context(self.journal.held(self.fresh))
-        strands, before = with_journal_keys(self.record, work, self.works)
-        strands = part(strands, self.share)
+        jobs, before = with_journal_keys(self.record, work, self.works)
+        jobs = part(jobs, self.share)
         self.works += 1
-        if missing := _missing(strands, self.journal, self.say):
+        if missing := _missing(jobs, self.journal, self.say):
             if self.pool.workers:
                 work.warm()
-            with _watched(self.journal, sum(len(strand.keys) for strand in missing), work.progress):
+            with _watched(self.journal, sum(len(job.keys) for job in missing), work.progress):
                 self.pool.run(missing, self.journal, self.say)
-        keys = {key for strand in strands for key in strand.keys}
+        keys = {key for job in jobs for key in job.keys}
         self.keys |= keys
         return partial(_read, self.journal, keys, before)
 
@@ -166,16 +166,16 @@ def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[s
     refuse_lost(left)
 
 
-def _missing(strands: Sequence[Strand], journal: Journal, say: Callable[[str], None]) -> list[Strand]:
+def _missing(jobs: Sequence[Job], journal: Journal, say: Callable[[str], None]) -> list[Job]:
     """What a journal lacks; cells that crashed are taken out of it."""
     index = journal.index()
-    if again := redone(strands, index):
+    if again := redone(jobs, index):
         journal.keep_only(index.keys() - again)
         index = {key: status for key, status in index.items() if key not in again}
-    keys = [key for strand in strands for key in strand.keys]
+    keys = [key for job in jobs for key in job.keys]
     _tell(journal, keys, index, say)
-    chained = any(len(strand.keys) > 1 for strand in strands)
-    return remaining(strands, index, journal.load(keys) if chained else {})
+    chained = any(len(job.keys) > 1 for job in jobs)
+    return remaining(jobs, index, journal.load(keys) if chained else {})
 
 
 def _tell(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
@@ -240,8 +240,8 @@ def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: No
         When cells are missing, or a journal was written by other code.
     """
     record, name = study.record, study.record.name
-    strands, before = with_journal_keys(record, first_work(record))
-    keys = {key for strand in strands for key in strand.keys}
+    jobs, before = with_journal_keys(record, first_work(record))
+    keys = {key for job in jobs for key in job.keys}
     with journal_of(out, name).held() as whole:
         _take_parts(whole, out, name, keys, say)
         dataset = computed(record, lambda _: partial(_read, whole, keys, before))

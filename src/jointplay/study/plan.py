@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.cells import Work
-from jointplay.jobs.job import CRASHED, Kept, Strand
+from jointplay.jobs.job import CRASHED, Job, Kept
 from jointplay.jobs.journal import Journal
 from jointplay.numerics.codes import Status
 from jointplay.study.execute import journal_of
@@ -42,22 +42,22 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
         A line.
     """
     work = first_work(study.record)
-    strands, _ = with_journal_keys(study.record, work)
+    queue, _ = with_journal_keys(study.record, work)
     cells, journal = prod(work.shape.values()), journal_of(out, study.record.name)
     index = journal.index()
     yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
-    chains = [strand for strand in strands if strand.carried]
+    chains = [job for job in queue if job.carried]
     if chains:
         longest = max(len(chain.keys) for chain in chains)
         yield f"chains   {len(chains)} of up to {longest} points, one after another; chains run side by side"
-    left = [_left(strand, index) for strand in strands]
+    left = [_left(job, index) for job in queue]
     missing, width = sum(left), sum(n > 0 for n in left)
     yield f"to do    {missing}; {cells - missing} are in the journal"
-    yield from _told(journal, {key for strand in strands for key in strand.keys})
+    yield from _told(journal, {key for job in queue for key in job.keys})
     if missing:
         yield f"parallel {min(jobs, width)} of {jobs} workers have something to do at once"
     todo = [i for i, n in enumerate(left) if n] or [0]
-    seconds, size, status = _timed(work, strands[todo[len(todo) // 2]])
+    seconds, size, status = _timed(work, queue[todo[len(todo) // 2]])
     yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({Status(status).word})" if status else "")
     if missing:
         yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
@@ -65,25 +65,25 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
         yield f"result   about {_bytes(size * cells)} before compression"
 
 
-def _left(strand: Strand, index: dict[str, int]) -> int:
-    """Cells of a strand that a run would compute."""
-    rest = strand.left({key for key in strand.keys if index.get(key, CRASHED) != CRASHED}, {})
+def _left(job: Job, index: dict[str, int]) -> int:
+    """Cells of a job that a run would compute."""
+    rest = job.left({key for key in job.keys if index.get(key, CRASHED) != CRASHED}, {})
     return len(rest.keys) if rest else 0
 
 
 def _longest(left: list[int], jobs: int) -> int:
-    """Cells that the busiest worker has, if strands go one by one to whoever has least."""
+    """Cells that the busiest worker has, if jobs go one by one to whoever has least."""
     busy = [0] * min(jobs, len(left))
     for n in left:
         busy[busy.index(min(busy))] += n
     return max(busy)
 
 
-def _timed(work: Work, strand: Strand) -> tuple[float, int, int]:
+def _timed(work: Work, job: Job) -> tuple[float, int, int]:
     """Seconds and size of one cell, and its status; compilation is not counted."""
     work.warm()
     notes, began = Kept(), time.perf_counter()
-    strand.sample().run(notes)
+    job.sample().run(notes)
     each = (time.perf_counter() - began) / len(notes.answers)
     answer = next(iter(notes.answers.values()))
     return each, _size(answer), int(answer["status"])
@@ -131,7 +131,7 @@ def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
         begin = study_hash(study.record)
         found = {key: status for key, status in index.items() if key.startswith(begin)}
         return found, count_by_keys(found)
-    keys = {key for strand in first_work(study.record).strands for key in strand.keys}
+    keys = {key for job in first_work(study.record).jobs for key in job.keys}
     return {key: status for key, status in index.items() if key in keys}, len(keys)
 
 

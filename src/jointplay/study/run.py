@@ -19,7 +19,7 @@ from jointplay.analysis.sweeps import gather
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import changed
 from jointplay.errors import InputError, ModelWarning, Problem
-from jointplay.jobs.job import KEY, Entry, Strand, key_of
+from jointplay.jobs.job import KEY, Entry, Job, key_of
 from jointplay.jobs.pool import check_jobs
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.codes import Status
@@ -144,12 +144,12 @@ def study_hash(record: Study) -> str:
     return key_of(record.kind, record.integrator, record.analysis, record.mechanism)[:HASH]
 
 
-def with_journal_keys(record: Study, work: Work, number: int = 0) -> tuple[list[Strand], int]:
+def with_journal_keys(record: Study, work: Work, number: int = 0) -> tuple[list[Job], int]:
     """The jobs of an analysis's work under the keys of a journal, and the length of what was put before."""
     if not work.numbered:
-        return list(work.strands), 0
+        return list(work.jobs), 0
     begin = f"{study_hash(record)}{number:0{WORK}x}"
-    return [replace(cell, key=begin + cell.key) for cell in work.strands], len(begin)
+    return [replace(cell, key=begin + cell.key) for cell in work.jobs], len(begin)
 
 
 def count_by_keys(keys: Iterable[str]) -> int:
