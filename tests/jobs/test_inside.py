@@ -17,9 +17,8 @@ from jointplay.jobs.pool import Pool
 from jointplay.kinds import KINDS
 from jointplay.results.store import open_result
 from jointplay.study import execute
-from jointplay.study import keys as keys
 from jointplay.study.plan import plan, status
-from jointplay.study.run import has_cells, run
+from jointplay.study.run import count_by_keys, has_cells, run, study_hash, with_journal_keys
 from tests.support.sweep_samples import PLANE, die, forked, loaded, same
 
 FIELD = PLANE.replace('kind = "basins"\nname = "plane"', 'kind = "sensitivity"\nname = "field"')
@@ -149,19 +148,21 @@ def test_other_settings_are_other_cells_and_fresh_drops_them(tmp_path, begun):
     "more", ["analysis.turns=5", "integrator.rtol=1e-7", "mechanism.gap=1.5", "analysis.plane.y=[0.0, 0.1]"]
 )
 def test_keys_are_of_all_that_decides_an_answer(more):
-    assert keys.head(loaded(PLANE).record) != keys.head(loaded(PLANE, more).record)
-    assert keys.head(loaded(PLANE).record) == keys.head(loaded(PLANE, 'name="a"', 'title="b"').record)
+    assert study_hash(loaded(PLANE).record) != study_hash(loaded(PLANE, more).record)
+    assert study_hash(loaded(PLANE).record) == study_hash(loaded(PLANE, 'name="a"', 'title="b"').record)
 
 
 def test_keys_say_how_many_there_are():
     record = loaded(PLANE).record
     works = [next(cells.handed_out(die, [{}] * count)) for count in (300, 20)]
-    first, second = ([cell.key for cell in keys.keyed(record, work, i)[0]] for i, work in enumerate(works))
+    first, second = (
+        [cell.key for cell in with_journal_keys(record, work, i)[0]] for i, work in enumerate(works)
+    )
     assert len({*first, *second}) == 320
     assert {len(key) for key in (*first, *second)} == {32}
-    assert keys.counted(first[7:9]) == 300
-    assert keys.counted([*first[:2], second[-1]]) == 320
-    assert keys.counted([]) == 0
+    assert count_by_keys(first[7:9]) == 300
+    assert count_by_keys([*first[:2], second[-1]]) == 320
+    assert count_by_keys([]) == 0
 
 
 def test_plan_looks_at_one_cell_and_writes_nothing(tmp_path):

@@ -150,7 +150,7 @@ def in_memory(n_jobs: int | None, work: Work) -> Read:
     workers = min(JOBS if n_jobs is None else n_jobs, len(work.jobs))
     if workers > 1:
         work.warm()
-        in_tasks(work.jobs, lambda done: kept.add(done.answers), workers, look=look)
+        in_tasks(work.jobs, workers, take=lambda done: kept.add(done.answers), look=look)
     else:
         for job in work.jobs:
             job.run(kept)

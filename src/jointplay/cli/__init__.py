@@ -35,7 +35,7 @@ def main(argv: list[str] | None = None) -> int:
         try:
             code = arguments.verb(arguments)
             if sys.stdout is not None:
-                sys.stdout.flush()  # what cannot be written is told here, and not as Python ends
+                sys.stdout.flush()  # output that cannot be written fails here, and not as Python ends
             return code
         except KeyboardInterrupt as error:
             return _interrupted(*error.args[:1])
@@ -58,10 +58,9 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def _open_streams() -> None:
-    """Have somewhere to write, and no character that cannot be written.
+    """Open standard streams that the caller has closed, and write out characters that a stream cannot encode.
 
-    A stream that the caller has closed would else lend its number to the next file that is opened, for others
-    to write into.
+    Else the next file that is opened would take the number of a closed stream, and get what is printed.
     """
     for number in range(3):
         try:
@@ -74,7 +73,7 @@ def _open_streams() -> None:
 
 
 def _drop_output() -> None:
-    """Leave aside what cannot be written, which Python would try once more as it ends."""
+    """Discard output that cannot be written, which Python would try once more as it ends."""
     try:
         sys.stdout.flush()
     except (OSError, AttributeError):
@@ -95,9 +94,10 @@ def _interrupted(how: str = "start over") -> int:
 
 @contextmanager
 def _interrupts() -> Iterator[list[bool]]:
-    """Note that Ctrl-C was pressed, beside raising KeyboardInterrupt as always.
+    """Record that Ctrl-C was pressed, beside raising KeyboardInterrupt as always.
 
-    What keeps what it has so far (analysis.looks) is asked to end first, and interrupted by a second Ctrl-C.
+    An analysis that keeps its results so far (analysis.looks) is asked to end first, and interrupted by a
+    second Ctrl-C.
     """
     pressed: list[bool] = []
 

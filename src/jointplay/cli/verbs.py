@@ -17,7 +17,7 @@ say = partial(print, flush=True)
 def run_study(arguments: Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
     from jointplay.jobs.pool import Pool, share_of
-    from jointplay.study.execute import complete, going_on, writable
+    from jointplay.study.execute import complete, resume_hint, writable
     from jointplay.study.file import load
 
     study, share = load(arguments.study, arguments.set), share_of(arguments.part)
@@ -28,7 +28,7 @@ def run_study(arguments: Namespace) -> int:
         with Progress(study.record.name) as progress:
             outcome = complete(study, out, pool, progress, fresh=arguments.fresh, share=share, say=say)
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(*going_on(study, out, share)) from None
+        raise KeyboardInterrupt(*resume_hint(study, out, share)) from None
     if outcome.dataset is None:
         say(f"part    {outcome.journal}; when all are there: jointplay merge {arguments.study}")
         return DONE

@@ -19,10 +19,10 @@ from contextlib import contextmanager
 from typing import Any
 
 from jointplay.errors import InputError, Problem
-from jointplay.jobs.job import CRASHED, Job, remaining
+from jointplay.jobs.job import Job, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.origin import code, mixed
-from jointplay.jobs.worker import DIED, Done, Pace, Task, work
+from jointplay.jobs.worker import Done, Pace, Task, work
 
 LIMIT = 30.0  # s that a task may take, but for its last cell
 AHEAD = 2  # tasks sent for each worker
@@ -32,12 +32,12 @@ LOOK = 5.0  # s between looks whether there are workers
 
 
 class Cluster:
-    """A cluster that runs jobs.
+    """A dask cluster that runs jobs.
 
     Parameters
     ----------
     client : distributed.Client
-        Connected to its scheduler.
+        Its connection to the scheduler.
     journal : Journal
         Where answers go.
     say : callable
@@ -49,12 +49,9 @@ class Cluster:
         self.waits, self.kinds = False, set[str]()
 
     def run(self, jobs: Sequence[Job]) -> None:
-        """Run every job; what its cells answer is in the journal afterwards.
+        """Run every job; the answers of its cells are in the journal afterwards.
 
-        Raises
-        ------
-        OSError
-            When the scheduler is lost, or a worker cannot run what it is sent, as when its code is another.
+        `OSError` where the scheduler is lost, or a worker cannot run its task, as when its code is another.
         """
         left = deque(jobs)
         while left:
@@ -64,7 +61,7 @@ class Cluster:
             left.extend(rest for job in suspects for rest in self._alone(job))
 
     def _side_by_side(self, left: deque[Job]) -> list[Job]:
-        """Run jobs until none is left; those whose workers died."""
+        """Run jobs side by side until none is left; return those whose workers died."""
         pace, sent, suspects = Pace(), {}, []
         while left or sent:
             workers = self._workers()
@@ -81,7 +78,7 @@ class Cluster:
         return suspects
 
     def _alone(self, job: Job) -> list[Job]:
-        """Run a job cell by cell until its time is up or a cell crashed; what is left of it."""
+        """Run a job cell by cell until its time is up or a cell crashed; return what is left of it."""
         end, left = time.monotonic() + LIMIT, [job]
         while left:
             key = left[0].keys[0]
@@ -89,11 +86,8 @@ class Cluster:
             while not self._ended([future]):
                 self._workers()
             done = self._taken(future)
-            answers = done.answers if done else {key: {"status": CRASHED, "trouble": DIED}}
+            answers = done.answers if done else self.journal.mark_crashed(key, self.say)
             left = remaining(left, answers, answers)
-            if done is None:
-                self.say(f"cell marked as crashed: {DIED}")
-                self.journal.write(answers)
             if done is None or time.monotonic() >= end:
                 break
         return left
@@ -102,7 +96,7 @@ class Cluster:
         return self.client.submit(work, Task(jobs, None, limit=LIMIT, code=code()), pure=False)
 
     def _ended(self, sent: Sequence[Any]) -> list[Any]:
-        """Those of some tasks that have ended; none after `LOOK` seconds."""
+        """Futures of the tasks that have ended; none after `LOOK` seconds."""
         from distributed import wait
 
         try:
@@ -113,7 +107,7 @@ class Cluster:
             raise OSError(LOST) from None
 
     def _taken(self, future: Any) -> Done | None:
-        """What came of a task, its answers written; None where its workers died."""
+        """Result of a task, its answers written to the journal; None where its workers died."""
         try:
             done = future.result()  # which a dying worker may take with it, after it has arrived
         except Exception as error:
@@ -123,21 +117,17 @@ class Cluster:
                 raise OSError(LOST) from None
             if future.status != "error":
                 raise
-            told = f"a worker of the cluster failed ({type(error).__name__}: {error})"
-            raise OSError(f"{told}; workers need the same version of jointplay") from error
+            failure = f"a worker of the cluster failed ({type(error).__name__}: {error})"
+            raise OSError(f"{failure}; workers need the same version of jointplay") from error
         self.journal.write(done.answers, done.origin)
-        self._see(done.origin.processor)
+        if done.origin.processor not in self.kinds:
+            self.kinds.add(done.origin.processor)
+            if line := mixed(self.kinds):
+                self.say(line)
         return done
 
-    def _see(self, processor: str) -> None:
-        """Tell where workers are of several kinds."""
-        if processor not in self.kinds:
-            self.kinds.add(processor)
-            if told := mixed(self.kinds):
-                self.say(told)
-
     def _workers(self) -> int:
-        """How many threads there are, one at least; told where there are none."""
+        """Number of worker threads, at least 1; where there is none, a line says so."""
         there = sum(self.client.nthreads().values())
         if not there and not self.waits:
             self.say("the cluster has no workers; waiting for one")
@@ -149,12 +139,7 @@ class Cluster:
 def connected(scheduler: str | None) -> Iterator[Any]:
     """Connect to the scheduler of a dask cluster until the block ends.
 
-    Raises
-    ------
-    InputError
-        When dask is not installed, or no scheduler answers.
-    OSError
-        When the scheduler is lost.
+    `InputError` where dask is not installed, or no scheduler answers.
     """
     try:
         from distributed import Client

@@ -1,4 +1,4 @@
-"""Calls side by side on this machine: the one place that starts worker processes and threads."""
+"""Parallel calls on this machine: the one place that starts worker processes and threads."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def side_by_side(
     backend: str = "loky",
     look: Callable[[], None] = lambda: None,
 ) -> None:
-    """Make calls side by side.
+    """Make calls in parallel.
 
     Parameters
     ----------
     calls : iterable of callable
         For processes, what can be pickled. The next is asked for when a worker is about to be free.
     take : callable
-        Called with what each call gave, as it comes.
+        Called with each result, as it comes.
     workers : int
         Workers.
     backend : {"loky", "threading", "here"}
@@ -70,7 +70,7 @@ def side_by_side(
 
 @contextmanager
 def _workers(workers: int, backend: str) -> Iterator[tuple[Callable[..., Future], int]]:
-    """What sends a call to a worker, and how many calls may be sent at once."""
+    """The function that sends a call to a worker, and how many calls may be sent at once."""
     if backend == "threading":
         yield _in_thread, workers
         return
@@ -130,7 +130,7 @@ def safe_path() -> Iterator[None]:
 
 
 def hush() -> None:
-    """Keep what loky says of dead workers off the terminal; a run tells in its own line what it means."""
+    """Keep loky's messages on dead workers off the terminal; a run reports them in its own words."""
     warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
     known, own = os.environ.get("PYTHONWARNINGS", ""), f"ignore:{LEFTOVERS}:UserWarning"
     if own not in known:  # the tracker is a process of its own

@@ -1,6 +1,6 @@
-"""What a worker does: run cells one after another and write each to the journal as it finishes.
+"""Workers: run the jobs of a task, and write each cell to the journal as it finishes.
 
-It is sent tasks, which grow from one job to as many as fill half a second.
+Tasks grow from one job to as many as fill half a second.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from jointplay.jobs.parallel import side_by_side
 
 FILL = 0.5  # s that a task is to last
 BATCH = 0.5  # s; cells shorter than this share a part of the journal
-DIED = "the worker process died twice at this cell, as when memory runs out"
 
 
 @dataclass(frozen=True)
@@ -36,11 +35,11 @@ class Task:
     jobs : sequence of Job
         What to run.
     folder : str, optional
-        The journal; None where this machine cannot reach it: answers then travel back.
+        The journal's; None where this machine cannot reach it: answers then travel back.
     limit : float, optional
         Seconds after which answers travel back, though cells are left.
     code : str, optional
-        Which code is to compute them, as `journal.code` tells.
+        Digest of the code that is to compute them, as `origin.code` gives it.
     """
 
     jobs: Sequence[Job]
@@ -60,13 +59,7 @@ class Done:
 
 
 def work(task: Task) -> Done:
-    """Run the cells of a task; what each answers is in the journal.
-
-    Raises
-    ------
-    RuntimeError
-        When this is other code than the task asks for.
-    """
+    """Run a task; its answers go to the journal. `RuntimeError` where it asks for other code than this."""
     if task.code not in (None, code()):
         raise RuntimeError(f"its code is {code()}, and {task.code} is needed")
     began = time.perf_counter()
@@ -82,7 +75,7 @@ class _TimeIsUp(Exception):
 
 
 class Notes:
-    """What a worker writes down: at which cell it is, and what finished ones answered."""
+    """Writes down at which cell a worker is, and the answers of finished cells."""
 
     def __init__(self, folder: str | None, limit: float | None = None) -> None:
         self.folder = None if folder is None else Path(folder)
@@ -94,7 +87,7 @@ class Notes:
         self.file = self.mark and self.mark.open("wb", buffering=0)  # once: to open one takes 0.2 ms
 
     def begin(self, key: str) -> None:
-        """Say that a cell is begun; not after the time is up, if any has been finished."""
+        """Note that a cell begins; end the task instead where its time is up and a cell is finished."""
         if self.late:
             raise _TimeIsUp
         if self.file:
@@ -124,27 +117,27 @@ class Notes:
 
 
 class Pace:
-    """Grows tasks from one job on."""
+    """Number of jobs in a task, by how long those before it took."""
 
     def __init__(self) -> None:
         self.done, self.seconds = 0, 0.0
 
     def learn(self, done: Done) -> None:
-        """Note how long a task took."""
+        """Add the duration of a task."""
         self.done, self.seconds = self.done + done.count, self.seconds + done.seconds
 
     def size(self, left: int, workers: int) -> int:
-        """Strands of the next task; towards the end fewer, so that all workers end at once."""
+        """Number of jobs of the next task; towards the end fewer, so that all workers end at once."""
         wanted = int(FILL * self.done / self.seconds) if self.seconds else 1
         return max(1, min(wanted, left // (4 * max(workers, 1))))
 
 
 def in_tasks(
     jobs: Sequence[Job],
-    take: Callable[[Done], None],
     workers: int,
     backend: str = "loky",
     folder: str | None = None,
+    take: Callable[[Done], None] = lambda _: None,
     look: Callable[[], None] = lambda: None,
 ) -> None:
     """Run jobs in tasks on this machine.
@@ -152,20 +145,20 @@ def in_tasks(
     Parameters
     ----------
     jobs : sequence of Job
-        What to run.
-    take : callable
-        Called with what came of each task.
+        In their order.
     workers, backend, look
         As in `side_by_side`.
     folder : str, optional
-        The journal; else answers travel back.
+        The journal's; else answers travel back.
+    take : callable
+        Called with the result of each task.
     """
     pace, left = Pace(), deque(jobs)
 
     def tasks() -> Iterator[Callable[[], Done]]:
         while left:
-            some = [left.popleft() for _ in range(pace.size(len(left), workers))]
-            yield partial(work, Task(some, folder))
+            batch = [left.popleft() for _ in range(pace.size(len(left), workers))]
+            yield partial(work, Task(batch, folder))
 
     def took(done: Done) -> None:
         pace.learn(done)

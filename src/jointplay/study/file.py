@@ -49,11 +49,7 @@ def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
     Returns
     -------
     Loaded
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        Listing everything that is wrong, with key paths.
+        Else `InputError`, with everything that is wrong and its key paths.
     """
     if Path(path).suffix == ".nc":
         table, text = _stored(path)
@@ -73,21 +69,13 @@ def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
 
 
 def validate(table: Mapping[str, Any]) -> Study:
-    """Make a study of a parsed TOML table.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        Listing everything that is wrong, with key paths.
-    """
-    problems = toml_text.implausible(dict(table))
-    if problems:
+    """The study of a parsed TOML table; `InputError` with everything that is wrong and its key paths."""
+    if problems := toml_text.implausible(dict(table)):
         raise InputError(problems)
     if table.get("kind") not in list(KINDS):  # a list: what was given need not be hashable
         raise InputError(_without_kind(table))
-    model = models(KINDS[table["kind"]]).study
     try:
-        return model.model_validate(table)
+        return models(KINDS[table["kind"]]).study.model_validate(table)
     except InputError as error:
         raise InputError([*error.problems, *_broken_rules(table, error.problems)], more=error.more) from None
 

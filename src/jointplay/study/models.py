@@ -1,4 +1,4 @@
-"""What a study says, as validated records, made of its kind's row and its analysis's signature.
+"""Validated records of studies, made of the kind's row and the signature of its analysis.
 
 The keywords of the analysis function are the keys of the tables `[analysis]` and `[integrator]`: their types,
 defaults and rules come from there. What all kinds share is in `Study`.
@@ -40,7 +40,7 @@ ELSEWHERE = ("mechanism", "over", "n_jobs", "progress")  # and those that no key
 
 
 class OfKind(Record):
-    """A record of one kind of study; to workers it goes with the kind's row, which makes its class there."""
+    """A record of one kind of study; it is pickled with the kind's row, of which workers make its class."""
 
     row: ClassVar[Kind]
     part: ClassVar[str]
@@ -51,26 +51,25 @@ class OfKind(Record):
 
 def _restored(row: Kind, part: str, state: dict[str, Any]) -> OfKind:
     model = getattr(models(row), part)
-    made = model.__new__(model)
-    made.__setstate__(state)
-    return made
+    record = model.__new__(model)
+    record.__setstate__(state)
+    return record
 
 
 class Integrator(OfKind):
-    """How accurately motions are followed."""
+    """The table `[integrator]`: how accurately motions are computed."""
 
     part: ClassVar[str] = "integrator"
 
 
 class Analysis(OfKind):
-    """What is asked of a motion."""
+    """The table `[analysis]`: what is computed of a motion."""
 
     part: ClassVar[str] = "analysis"
 
 
 def _checked_figure(options: dict[str, Any]) -> dict[str, Any]:
-    problems = figures.problems(options)
-    if problems:
+    if problems := figures.problems(options):
         raise InputError(problems, "figure")
     return options
 
@@ -87,14 +86,13 @@ class FigureSchema:
 
 def _short(name: str) -> str:
     if (count := len(name.encode())) > BYTES:
-        raise refuse(
-            name, f"a name of at most {BYTES} bytes is accepted, not {count}: files are named after it"
-        )
+        expected = f"a name of at most {BYTES} bytes is accepted, not {count}: files are named after it"
+        raise refuse(name, expected)
     return name
 
 
 class Study(OfKind):
-    """What every kind of study says.
+    """A study, of any kind.
 
     Parameters
     ----------
@@ -147,7 +145,7 @@ class Study(OfKind):
         return self
 
     def _broken_rules(self) -> list[Problem]:
-        """What the analysis function says of keywords that are right by themselves."""
+        """Problems of keywords that do not fit together, by the rules of the analysis function."""
         return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism})
 
     @property
@@ -161,7 +159,7 @@ class Study(OfKind):
         return {key: value for key, value in given.items() if value is not None}
 
     def summary(self) -> str:
-        """Say in a few lines what the study asks for."""
+        """A few lines on what the study asks for."""
         lines = [
             f"{self.name}: {self.heading}",
             f"kind       {self.kind}, {self._length()}",
@@ -176,7 +174,7 @@ class Study(OfKind):
         return "\n".join(lines)
 
     def _length(self) -> str:
-        """What is asked for, in words."""
+        """Length of the motion, in words."""
         given = dict(self.analysis)
         if windows := given.get("windows"):
             return "turns " + " and ".join(f"{first:g} to {last:g}" for first, last in windows)
@@ -187,7 +185,7 @@ class Study(OfKind):
 
 
 class SingleStudy(Study):
-    """A study that makes all its motions of one mechanism as it is."""
+    """A study of one mechanism, without `[vary]`."""
 
     vary: ClassVar[dict] = {}  # type: ignore[misc]
 
@@ -238,8 +236,8 @@ def models(row: Kind) -> Models:
     integrator, analysis = (
         create_model(f"{title}{base.__name__}", __base__=base, __doc__=about, **keys)
         for base, keys in (
-            (Integrator, {name: each for name, each in fields.items() if name in INTEGRATOR}),
-            (Analysis, {name: each for name, each in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
+            (Integrator, {name: field for name, field in fields.items() if name in INTEGRATOR}),
+            (Analysis, {name: field for name, field in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
         )
     )
     needed = "duration" in fields or any(each.is_required() for each in analysis.model_fields.values())
@@ -251,26 +249,26 @@ def models(row: Kind) -> Models:
         integrator=(integrator, integrator()),
         analysis=(analysis, ... if needed else analysis()),
     )
-    found = Models(study, integrator, analysis)
-    for model in found:
+    made = Models(study, integrator, analysis)
+    for model in made:
         model.row = row
-    return found
+    return made
 
 
 def broken_rules(row: Kind, given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
-    """What the rules of an analysis say of keywords, but those that are `wrong` by themselves."""
-    return [replace(each, key=_place(each.key)) for each in row.function.broken(given, wrong)]
+    """Problems by the rules of an analysis, but of keywords that are `wrong` by themselves."""
+    return [replace(problem, key=_place(problem.key)) for problem in row.function.broken(given, wrong)]
 
 
 def keyword_of(key: str) -> str:
-    """The keyword of the analysis that a key of a study gives; else the first part of the key."""
+    """Keyword of the analysis for a key of a study; else the first part of the key."""
     own, _, rest = key.partition(".")
     inside = own in ("analysis", "integrator") and rest
     return first(rest) if inside else "over" if first(own) == vary_table.ROOT else first(own)
 
 
 def _place(key: str) -> str:
-    """Where a study has what an analysis function calls so."""
+    """Key of a study for a key of an analysis function."""
     own, rest = first(key), key[len(first(key)) :]
     if own == "parameters":  # of a test system
         return f"mechanism.{key}"

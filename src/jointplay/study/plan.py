@@ -1,4 +1,4 @@
-"""What a run of a study means before it starts, and where it stands: cells, chains, time, size."""
+"""The cost of a study before it runs, and its progress: cells, chains, time, size."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from jointplay.study.run import count_by_keys, first_work, has_cells, study_hash
 
 
 def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
-    """Say what a run computes: how many cells, what runs side by side, how long, and how much it stores.
+    """Estimate a run: how many cells, what runs in parallel, how long, and how much it stores.
 
     One missing cell in the middle is computed and timed, of an ensemble as many as run at once; nothing is
     written.
@@ -53,7 +53,7 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     left = [_left(job, index) for job in queue]
     missing, width = sum(left), sum(n > 0 for n in left)
     yield f"to do    {missing}; {cells - missing} are in the journal"
-    yield from _told(journal, {key for job in queue for key in job.keys})
+    yield from _journal_lines(journal, {key for job in queue for key in job.keys})
     if missing:
         yield f"parallel {min(jobs, width)} of {jobs} workers have something to do at once"
     todo = [i for i, n in enumerate(left) if n] or [0]
@@ -61,7 +61,7 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({Status(status).word})" if status else "")
     if missing:
         yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
-    if not work.numbered:  # what an analysis makes of its cells is not known before
+    if not work.numbered:  # the size of an analysis's own dataset is not known before
         yield f"result   about {_bytes(size * cells)} before compression"
 
 
@@ -72,7 +72,7 @@ def _left(job: Job, index: dict[str, int]) -> int:
 
 
 def _longest(left: list[int], jobs: int) -> int:
-    """Cells that the busiest worker has, if jobs go one by one to whoever has least."""
+    """Cells of the busiest worker, if jobs go one by one to the worker that has least."""
     busy = [0] * min(jobs, len(left))
     for n in left:
         busy[busy.index(min(busy))] += n
@@ -99,7 +99,7 @@ def _size(value: Any) -> int:
 
 
 def status(study: Loaded, out: Path) -> Iterator[str]:
-    """Say where a study stands, by its journal and its result.
+    """Report the progress of a study, by its journal and its result.
 
     Yields
     ------
@@ -109,28 +109,28 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     name, journal = study.record.name, journal_of(out, study.record.name)
     index, cells = _finished(study, journal)
     yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + " finished"
-    ends = Counter(Status(found).word for found in index.values() if found)
+    ends = Counter(Status(code).word for code in index.values() if code)
     for word, n in sorted(ends.items()):
         yield f"{word:<8} {n}" + (" (these run again)" if word == Status.CRASHED.word else "")
-    yield from _told(journal, index)
+    yield from _journal_lines(journal, index)
     if os.path.exists(journal.folder) and (writer := journal.writer()) is not None:
         yield f"running  process {writer}"
     yield f"result   {_result(out / f'{name}.nc', 0 < len(index) == cells)}"
 
 
-def _told(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
-    """What there is to say of a journal that has been looked at, and of the cells with these keys."""
+def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
+    """Lines on a journal that has been read, and on the cells with these keys."""
     other = journal.other_code()
     yield from (f"journal  {line}" for line in ([other] if other else journal.notes(keys)))
 
 
 def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
-    """Status of each cell of a study that is in the journal, and how many it has; 0 where none tells."""
+    """Status of each finished cell of a study, and how many cells it has; 0 where that is not known."""
     index = journal.index()
     if has_cells(study.record) and not study.record.vary:  # the analysis need not begin for that
         begin = study_hash(study.record)
-        found = {key: status for key, status in index.items() if key.startswith(begin)}
-        return found, count_by_keys(found)
+        finished = {key: status for key, status in index.items() if key.startswith(begin)}
+        return finished, count_by_keys(finished)
     keys = {key for job in first_work(study.record).jobs for key in job.keys}
     return {key: status for key, status in index.items() if key in keys}, len(keys)
 
