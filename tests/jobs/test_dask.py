@@ -114,7 +114,7 @@ def test_workers_of_several_kinds_of_processors_are_told_once(tmp_path):
     said = []
     here = cluster.Cluster(None, Journal(tmp_path), said.append)
     for kind in ("zen 1", "zen 1", "lake 2", "zen 1"):
-        here._see(kind)
+        here._note_processor(kind)
     assert len(said) == 1
     assert "2 kinds of processors (lake 2, zen 1)" in said[0]
 

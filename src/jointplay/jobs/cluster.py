@@ -120,11 +120,15 @@ class Cluster:
             failure = f"a worker of the cluster failed ({type(error).__name__}: {error})"
             raise OSError(f"{failure}; workers need the same version of jointplay") from error
         self.journal.write(done.answers, done.origin)
-        if done.origin.processor not in self.kinds:
-            self.kinds.add(done.origin.processor)
+        self._note_processor(done.origin.processor)
+        return done
+
+    def _note_processor(self, processor: str) -> None:
+        """Remember the kind of processor of a worker; where kinds are mixed, a line says so."""
+        if processor not in self.kinds:
+            self.kinds.add(processor)
             if line := mixed(self.kinds):
                 self.say(line)
-        return done
 
     def _workers(self) -> int:
         """Number of worker threads, at least 1; where there is none, a line says so."""
@@ -149,7 +153,7 @@ def connected(scheduler: str | None) -> Iterator[Any]:
     if scheduler is None:
         expected = "the address of a scheduler, as tcp://host:8786, is needed beside --backend dask"
         raise InputError([Problem("--scheduler", scheduler, expected)])
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told here
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is reported here
     try:
         client = Client(scheduler, timeout=PATIENCE)
     except (OSError, ValueError) as error:

@@ -2,7 +2,7 @@
 
 The datasets of a sweep's cells differ in their values and, now and then, in their sizes. So an answer holds
 its values, and a layout (names, dimensions, attributes) that it shares with every other answer of the same.
-Cells of the same form (layout, sizes, types, labels) are told apart by their values alone: the journal holds
+Cells of the same form (layout, sizes, types, labels) differ in their values alone: the journal holds
 them packed, an array for each variable of all these cells, and reads and writes them as fast as a few arrays.
 """
 

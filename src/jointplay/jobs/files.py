@@ -51,7 +51,7 @@ def lock(path: Path, shown: Path) -> Iterator[None]:
     """Hold a lock file until the block or the process ends; `Busy`, naming `shown`, where another has it."""
     try:
         import fcntl
-    except ImportError:  # no POSIX: two runs at once are then not told apart
+    except ImportError:  # no POSIX: two runs at once are then not noticed
         yield
         return
     with open(path, "a+", errors="replace") as file:

@@ -98,7 +98,7 @@ class Journal:
         self.check_code()
 
     def check_code(self) -> None:
-        """Refuse a journal that other code wrote, as its cells could not be told from this code's."""
+        """Refuse a journal of other code, whose cells could not be distinguished from this code's."""
         if expected := self.other_code():
             raise InputError([Problem("journal", str(self.folder), expected)])
 
@@ -131,10 +131,10 @@ class Journal:
 
     def index(self) -> dict[str, int]:
         """Status of each finished cell by its key; what is damaged is left out, and named in `damaged`."""
-        found: dict[str, int] = {}
+        index: dict[str, int] = {}
         for frame in self._sound():
-            found |= {key: status for key, status in frame.index.items() if key not in found}
-        return found
+            index |= {key: status for key, status in frame.index.items() if key not in index}
+        return index
 
     def answers(self, keys: Iterable[str]) -> Iterator[tuple[str, Entry]]:
         """Answers of the cells with these keys, as far as they are there: each once."""
