@@ -18,7 +18,7 @@ from jointplay.jobs.journal import Journal
 from jointplay.mechanism import draft
 from jointplay.results import store
 from jointplay.study import plan
-from jointplay.study.progress import Progress
+from jointplay.terminal import Progress
 from tests.support.program import jointplay
 from tests.support.study_samples import TEXT, WRITTEN_OUT
 
@@ -194,11 +194,11 @@ def test_shares_and_workers_that_there_cannot_be(words, study, calls, tmp_path, 
 def test_no_more_workers_start_than_there_are_tasks(monkeypatch, tmp_path):
     asked = []
 
-    def in_tasks(strands, take, jobs, *_):
-        asked.append(jobs)
+    def in_tasks(jobs, workers, *_):
+        asked.append(workers)
 
     monkeypatch.setattr(pool, "in_tasks", in_tasks)
-    pool.Pool(64)._round(["a", "b", "c"], Journal(tmp_path))
+    pool.Pool(64).run(["a", "b", "c"], Journal(tmp_path), print)
     assert asked == [3]
     assert plan._longest([2, 1], 10**6) == 2
 

@@ -4,7 +4,7 @@ from io import StringIO
 
 import pytest
 
-from jointplay.study import progress
+from jointplay import terminal
 
 
 class Terminal(StringIO):
@@ -15,12 +15,12 @@ class Terminal(StringIO):
 @pytest.fixture
 def clock(monkeypatch):
     now = [0.0]
-    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(terminal.time, "monotonic", lambda: now[0])
     return now
 
 
 def report(clock, seconds, stream):
-    with progress.Progress("small", stream) as follow:
+    with terminal.Progress("small", stream) as follow:
         for step in range(1, 101):
             clock[0] = seconds * step / 100
             follow(step / 100)

@@ -95,7 +95,7 @@ def interrupting(monkeypatch):
         if self.said == 5:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("jointplay.study.progress.Progress.__call__", pressed)
+    monkeypatch.setattr("jointplay.terminal.Progress.__call__", pressed)
     monkeypatch.setattr(looks, "PATIENCE", 60.0)  # longer than whatever compiles meanwhile
 
 

@@ -7,8 +7,7 @@ import pytest
 from jointplay import cli
 from jointplay.results.store import open_result, write_result
 from jointplay.study.execute import journal_of
-from jointplay.study.progress import Progress
-from jointplay.terminal import STEERING, harmless
+from jointplay.terminal import STEERING, Progress, harmless
 from tests.support.sweep_samples import CELLS, loaded, ran
 
 EVIL = "red \x1b[31m title \x1b]0;owned\x07\x9b2J\r\x08\u202egnp.\u2028end\nresult  /etc/passwd"
@@ -65,7 +64,7 @@ def test_what_is_said_stays_as_it_is_where_it_steers_nothing():
 
 def test_a_bar_is_drawn_where_it_can_be(monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
-    monkeypatch.setattr(cli, "_parser", lambda: _Words(capsys))
+    monkeypatch.setattr(cli, "build_parser", lambda: _Words(capsys))
     assert cli.main([]) == 0
     assert "\r" in capsys.readouterr().err
 

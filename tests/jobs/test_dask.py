@@ -75,11 +75,11 @@ def _stored(text, out):
     return jp.open(out / f"{read(text).record.name}.nc")
 
 
-def _on(address, strands, folder):
-    """What lies in the journal after strands ran on a cluster, and what was said."""
+def _on(address, jobs, folder):
+    """What lies in the journal after jobs ran on a cluster, and what was said."""
     said, journal = [], Journal(folder)
     with journal.held():
-        Pool(backend="dask", scheduler=address).run(strands, journal, said.append)
+        Pool(backend="dask", scheduler=address).run(jobs, journal, said.append)
     return journal, said
 
 
@@ -114,7 +114,7 @@ def test_workers_of_several_kinds_of_processors_are_told_once(tmp_path):
     said = []
     here = cluster.Cluster(None, Journal(tmp_path), said.append)
     for kind in ("zen 1", "zen 1", "lake 2", "zen 1"):
-        here._see(kind)
+        here._note_processor(kind)
     assert len(said) == 1
     assert "2 kinds of processors (lake 2, zen 1)" in said[0]
 
@@ -123,9 +123,9 @@ def test_workers_of_several_kinds_of_processors_are_told_once(tmp_path):
 def test_the_death_of_a_worker_costs_the_fatal_cell_alone(nursery, tmp_path):
     log, ever = tmp_path / "log", 10**6
     chain = tuple(f"link{i}" for i in range(6))
-    strands = [Deadly(f"key{i}", {2: 1, 5: ever}.get(i, 0), str(log)) for i in range(10)]
-    strands.append(DeadlyChain(chain, {"link3": ever}, str(log)))
-    journal, said = _on(nursery, strands, tmp_path / "a.journal")
+    jobs = [Deadly(f"key{i}", {2: 1, 5: ever}.get(i, 0), str(log)) for i in range(10)]
+    jobs.append(DeadlyChain(chain, {"link3": ever}, str(log)))
+    journal, said = _on(nursery, jobs, tmp_path / "a.journal")
     crashed = {key for key, status in journal.index().items() if status == CRASHED}
     assert crashed == {"key5", "link3"}
     assert len(journal.index()) == 16
@@ -140,9 +140,9 @@ def test_the_death_of_a_worker_costs_the_fatal_cell_alone(nursery, tmp_path):
 
 @pytest.mark.long
 def test_what_did_not_kill_its_worker_is_not_charged(nursery, tmp_path):
-    strands = [Deadly(f"key{i}", 1, str(tmp_path / "log")) for i in range(3)]
-    strands.append(DeadlyChain(tuple("abcdef"), {"c": 1}, str(tmp_path / "log")))
-    journal, _ = _on(nursery, strands, tmp_path / "a.journal")
+    jobs = [Deadly(f"key{i}", 1, str(tmp_path / "log")) for i in range(3)]
+    jobs.append(DeadlyChain(tuple("abcdef"), {"c": 1}, str(tmp_path / "log")))
+    journal, _ = _on(nursery, jobs, tmp_path / "a.journal")
     assert not any(journal.index().values())
     assert journal.load("f")["f"]["count"] == 6
 

@@ -153,7 +153,7 @@ def test_strange_files_in_a_journal_are_ignored_kept_and_named(kept, tmp_path, c
     (journal.folder / "9-00000000.at").mkdir()
     os.mkfifo(journal.folder / f"4-{hexadecimal}.part")
     strange = sorted([*names, f"3-{hexadecimal}.part", f"4-{hexadecimal}.part", "9-00000000.at"])
-    assert journal.strangers() == strange
+    assert journal.unknown_files() == strange
     study, said = loaded(CELLS), []
     assert any(
         f"{len(strange)} file(s) ignored" in line and ".mine.tmp" in line
@@ -161,7 +161,7 @@ def test_strange_files_in_a_journal_are_ignored_kept_and_named(kept, tmp_path, c
     )
     assert same(ran(study, tmp_path, say=said.append), kept["cells"][1])
     assert any("ignored" in line and ".mine.tmp, 3-0" in line for line in said)
-    assert journal.strangers() == strange
+    assert journal.unknown_files() == strange
     assert len(journal.parts()) == 1
 
 

@@ -108,7 +108,7 @@ def test_the_whole_does_not_depend_on_the_order_of_the_answers(tmp_path):
     whole = ran(study, tmp_path)
     assert len(set(whole["n_turn"].values.tolist())) > 1
     work, journal = first_work(study.record), journal_of(tmp_path, "cells")
-    answers = list(journal.answers(cell.key for cell in work.strands))
+    answers = list(journal.answers(cell.key for cell in work.jobs))
     for seed in range(4):
         random.Random(seed).shuffle(answers)
         found = computed(study.record, lambda _: lambda: answers)
@@ -122,7 +122,7 @@ def test_the_whole_does_not_depend_on_the_order_of_the_answers(tmp_path):
 
 def test_answers_are_not_held_while_they_are_put_together():
     record, arrays, alive = loaded(STUDY, "vary.gap={start=1.0, stop=3.0, num=60}").record, [], []
-    keys = [cell.key for cell in first_work(record).strands]
+    keys = [cell.key for cell in first_work(record).jobs]
 
     def read():
         for key in keys:

@@ -17,9 +17,8 @@ from jointplay.jobs.pool import Pool
 from jointplay.kinds import KINDS
 from jointplay.results.store import open_result
 from jointplay.study import execute
-from jointplay.study import keys as keys
 from jointplay.study.plan import plan, status
-from jointplay.study.run import hands_out, run
+from jointplay.study.run import count_by_keys, has_cells, run, study_hash, with_journal_keys
 from tests.support.sweep_samples import PLANE, die, forked, loaded, same
 
 FIELD = PLANE.replace('kind = "basins"\nname = "plane"', 'kind = "sensitivity"\nname = "field"')
@@ -149,19 +148,21 @@ def test_other_settings_are_other_cells_and_fresh_drops_them(tmp_path, begun):
     "more", ["analysis.turns=5", "integrator.rtol=1e-7", "mechanism.gap=1.5", "analysis.plane.y=[0.0, 0.1]"]
 )
 def test_keys_are_of_all_that_decides_an_answer(more):
-    assert keys.head(loaded(PLANE).record) != keys.head(loaded(PLANE, more).record)
-    assert keys.head(loaded(PLANE).record) == keys.head(loaded(PLANE, 'name="a"', 'title="b"').record)
+    assert study_hash(loaded(PLANE).record) != study_hash(loaded(PLANE, more).record)
+    assert study_hash(loaded(PLANE).record) == study_hash(loaded(PLANE, 'name="a"', 'title="b"').record)
 
 
 def test_keys_say_how_many_there_are():
     record = loaded(PLANE).record
     works = [next(cells.handed_out(die, [{}] * count)) for count in (300, 20)]
-    first, second = ([cell.key for cell in keys.keyed(record, work, i)[0]] for i, work in enumerate(works))
+    first, second = (
+        [cell.key for cell in with_journal_keys(record, work, i)[0]] for i, work in enumerate(works)
+    )
     assert len({*first, *second}) == 320
     assert {len(key) for key in (*first, *second)} == {32}
-    assert keys.counted(first[7:9]) == 300
-    assert keys.counted([*first[:2], second[-1]]) == 320
-    assert keys.counted([]) == 0
+    assert count_by_keys(first[7:9]) == 300
+    assert count_by_keys([*first[:2], second[-1]]) == 320
+    assert count_by_keys([]) == 0
 
 
 def test_plan_looks_at_one_cell_and_writes_nothing(tmp_path):
@@ -173,10 +174,10 @@ def test_plan_looks_at_one_cell_and_writes_nothing(tmp_path):
     assert next(iter(status(loaded(PLANE), tmp_path))) == "cells    0 finished"
 
 
-def test_what_hands_out_no_cells_leaves_no_journal(tmp_path):
+def test_what_has_cells_no_cells_leaves_no_journal(tmp_path):
     text = FIELD[: FIELD.index("[analysis]")] + "[analysis]\nturns = 3\nneighbours = 2\n"
-    assert not hands_out(loaded(text).record)
-    assert hands_out(loaded(FIELD).record)
+    assert not has_cells(loaded(text).record)
+    assert has_cells(loaded(FIELD).record)
     kept(text, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["field.nc"]
     with pytest.raises(InputError, match="one analysis"):
@@ -246,7 +247,7 @@ def test_who_runs_the_cells_of_an_analysis_does_not_run_the_cells_of_its_cells()
         return (yield from cells.handed_out(partial(inner, n_jobs=1), [{"n": 2}, {"n": 3}]))
 
     def runner(work):
-        seen.append(len(work.strands))
+        seen.append(len(work.jobs))
         return cells.in_memory(1, work)
 
     found = cells.driven(lambda progress: outer(), runner)

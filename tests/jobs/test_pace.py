@@ -1,9 +1,9 @@
-"""How many strands make a task of a cluster."""
+"""How many jobs make a task of a cluster."""
 
 from jointplay.jobs.worker import FILL, Done, Pace
 
 
-def test_tasks_begin_with_one_strand_and_grow_until_they_fill_their_time():
+def test_tasks_begin_with_one_job_and_grow_until_they_fill_their_time():
     pace = Pace()
     assert pace.size(1000, 2) == 1
     pace.learn(Done(1, FILL / 10, {}, None))

@@ -13,8 +13,7 @@ import jointplay as jp
 from jointplay import cli, figures
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS, Kind, Shown
-from jointplay.study.file import load, validate
-from jointplay.study.schema import schema
+from jointplay.study.file import load, schema, validate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
 ANALYSIS, ROW, FIGURE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)

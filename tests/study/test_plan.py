@@ -5,7 +5,6 @@ import pytest
 from jointplay import cli
 from jointplay.analysis import vary
 from jointplay.errors import InputError
-from jointplay.study import keys
 from jointplay.study.plan import plan, status
 from jointplay.study.run import first_work, run
 from jointplay.study.vary_table import points
@@ -93,13 +92,13 @@ def test_looking_at_many_values_takes_so_many_looks(monkeypatch):
 
     changed = vary.changed
     monkeypatch.setattr(vary, "changed", counted)
-    monkeypatch.setattr(keys, "changed", counted)
+    monkeypatch.setattr("jointplay.study.run.changed", counted)
     record = loaded(CELLS, "vary={gap={start=2.9, stop=3.1, num=500}}").record
     assert len(made) == 500
     vary.axes(record.mechanism, {"gap": [Value(2 + i / 500) for i in range(500)]})
     assert len(made) == 1000
     assert len(compared) < 100
-    assert len({cell.key for cell in first_work(record).strands}) == 500
+    assert len({cell.key for cell in first_work(record).jobs}) == 500
     assert len(made) == 1500
 
 
@@ -114,7 +113,7 @@ def test_kinds_that_look_at_one_mechanism_do_not_vary_it(kind):
 
 def test_a_cell_is_known_by_what_it_computes_alone():
     def keys(*more):
-        return [strand.key for strand in first_work(loaded(CELLS, *more).record).strands]
+        return [job.key for job in first_work(loaded(CELLS, *more).record).jobs]
 
     whole = keys()
     assert len(set(whole)) == 6
@@ -129,7 +128,7 @@ def test_a_cell_is_known_by_what_it_computes_alone():
 
 def test_a_point_of_a_chain_is_known_by_all_before_it():
     def keys(*more):
-        return [strand.keys for strand in first_work(loaded(CHAINS, *more).record).strands]
+        return [job.keys for job in first_work(loaded(CHAINS, *more).record).jobs]
 
     up, down, reset = keys()
     higher = keys("vary.gap=[2.95, 3.0, 3.05, 3.1, 3.2]")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from jointplay.cli import _parser
+from jointplay.cli.parser import build_parser
 from jointplay.figures import KINDS
 from jointplay.study.file import validate
 
@@ -56,7 +56,7 @@ def test_study_files_on_the_pages_validate(page):
 
 
 def test_every_verb_is_in_the_readme_and_every_figure_in_the_docs():
-    verbs = next(action for action in _parser()._actions if action.choices).choices
+    verbs = next(action for action in build_parser()._actions if action.choices).choices
     assert set(re.findall(r"^\| `jointplay (\w+)", README, re.MULTILINE)) == set(verbs)
     page = (ROOT / "docs" / "study-files.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(\w+)` \|.*\| (.*) \|$", page, re.MULTILINE))

@@ -3,8 +3,8 @@
 import pytest
 
 from jointplay.kinds import KINDS
+from jointplay.study.file import schema
 from jointplay.study.models import models
-from jointplay.study.schema import schema
 
 
 def test_every_keyword_is_described_by_its_function():

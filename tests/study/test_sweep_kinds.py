@@ -5,7 +5,6 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.vary import changed
 from jointplay.kinds import KINDS
-from jointplay.study.run import function_of
 from tests.support.sweep_samples import bare, loaded, ran
 
 PAIR = """\
@@ -56,7 +55,7 @@ def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):
     assert set(found["cell_status"].values.flat) == set(untold)
     for value in found[varied].values:
         model = changed(study.record.mechanism, {varied: float(value)})
-        alone = function_of(KINDS[kind])(model, **study.record.keywords())
+        alone = KINDS[kind].function(model, **study.record.keywords())
         cell = jp.cell(found, **{varied: value})
         same, other = (bare(each.drop_vars([n for n in ENDS if n in each])) for each in (cell, alone))
         assert same.identical(other)

@@ -82,8 +82,8 @@ def test_workers_do_not_show_in_the_result(jobs, backend, whole, tmp_path):
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_the_order_of_cells_and_parts_does_not_show(name, whole, tmp_path, monkeypatch):
-    def shuffled(strands, _):
-        return random.Random(5).sample(list(strands), len(strands))
+    def shuffled(jobs, _):
+        return random.Random(5).sample(list(jobs), len(jobs))
 
     def backwards(journal):
         return sorted(journal.folder.glob("*.part"), reverse=True)
@@ -130,9 +130,7 @@ def test_a_killed_run_goes_on_where_it_was(name, moment, whole, tmp_path, monkey
     begun = log.read_text().split()
     assert not set(begun) & done.keys()
     assert (
-        len(begun)
-        == len(set(begun))
-        == sum(len(s.keys) for s in first_work(study.record).strands) - len(done)
+        len(begun) == len(set(begun)) == sum(len(s.keys) for s in first_work(study.record).jobs) - len(done)
     )
     assert len(done) == {"begin": 0, "put": int(count or 0), "rename": 2}.get(word, len(done) or -1)
     assert same(found, whole[name])
@@ -209,17 +207,17 @@ def test_a_cell_beyond_the_model_says_so_and_keeps_its_numbers(tmp_path, monkeyp
     numbers = found["journal_x"].sel(clearance=1e-4).values
     assert numbers[: len(alone["time"])].tobytes() == alone["journal_x"].values.tobytes()
     journal = execute.journal_of(tmp_path, study.record.name)
-    kept = journal.load(first_work(study.record).strands[i].keys[0] for i in range(2))
+    kept = journal.load(first_work(study.record).jobs[i].keys[0] for i in range(2))
     assert len({answer["dataset"].layout for answer in kept.values()}) == 1
 
 
 def test_a_worker_that_dies_costs_its_cell_a_second_try(tmp_path):
     log = str(tmp_path / "log")
-    strands = [Deadly(f"key{i}", {3: 1, 7: 2}.get(i, 0), log) for i in range(12)]
+    jobs = [Deadly(f"key{i}", {3: 1, 7: 2}.get(i, 0), log) for i in range(12)]
     said = []
     journal = Journal(tmp_path / "a.journal")
     with journal.held():
-        Pool(2).run(strands, journal, said.append)
+        Pool(2).run(jobs, journal, said.append)
     index = journal.index()
     assert len(index) == 12
     assert {key for key, status in index.items() if status} == {"key7"}

@@ -19,7 +19,7 @@ from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.looks import from_progress, look, reported
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.errors import InputError
-from jointplay.jobs.job import CRASHED, Entry, Kept, Notes, Strand
+from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes
 from jointplay.jobs.worker import in_tasks
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Status
@@ -36,7 +36,7 @@ class Work:
 
     Parameters
     ----------
-    strands : sequence of Strand
+    jobs : sequence of Job
         What is to be run, in any order.
     shape : dict of str to int
         Numbers of cells along each dimension.
@@ -48,7 +48,7 @@ class Work:
         Whether keys are numbers of cells, which mean something beside the study alone.
     """
 
-    strands: Sequence[Strand]
+    jobs: Sequence[Job]
     shape: dict[str, int]
     progress: Callable[[float], None] | None = None
     warm: Callable[[], None] = lambda: None
@@ -60,7 +60,7 @@ Steps = Generator[Work, Read, xr.Dataset]
 
 @dataclass(frozen=True)
 class Cell:
-    """A strand of one: a call of a function that workers import by name."""
+    """A job of one cell: a call of a function that workers import by name."""
 
     function: Callable[..., Entry]
     keywords: dict[str, Any]
@@ -145,15 +145,15 @@ def divided(steps: Callable[..., Steps]) -> Callable[..., xr.Dataset]:
 
 def in_memory(n_jobs: int | None, work: Work) -> Read:
     """Do some work with so many processes, `JOBS` if none are named, and keep the answers in memory."""
-    total, tell = sum(len(strand.keys) for strand in work.strands), work.progress or (lambda _: None)
+    total, tell = sum(len(job.keys) for job in work.jobs), work.progress or (lambda _: None)
     kept = Kept(lambda answers: tell(len(answers) / total))
-    jobs = min(JOBS if n_jobs is None else n_jobs, len(work.strands))
-    if jobs > 1:
+    workers = min(JOBS if n_jobs is None else n_jobs, len(work.jobs))
+    if workers > 1:
         work.warm()
-        in_tasks(work.strands, lambda done: kept.add(done.answers), jobs, look=look)
+        in_tasks(work.jobs, workers, take=lambda done: kept.add(done.answers), look=look)
     else:
-        for strand in work.strands:
-            strand.run(kept)
+        for job in work.jobs:
+            job.run(kept)
     return kept.answers.items
 
 

@@ -4,7 +4,7 @@ Answers travel back, since workers reach no folder of this machine; a task ends 
 time is up, and what is left goes out as a new task, so that little is lost when this process ends. The
 scheduler sends a task whose worker died to another, three times unless it is set otherwise (its option
 ``allowed-failures``), and then gives it up, with those that waited at the same worker. When all others have
-ended, the strands of these tasks run once more, alone on the cluster and cell by cell; a cell that is given
+ended, the jobs of these tasks run once more, alone on the cluster and cell by cell; a cell that is given
 up again is marked `crashed`.
 """
 
@@ -19,10 +19,10 @@ from contextlib import contextmanager
 from typing import Any
 
 from jointplay.errors import InputError, Problem
-from jointplay.jobs.job import CRASHED, Strand, remaining
+from jointplay.jobs.job import Job, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.origin import code, mixed
-from jointplay.jobs.worker import DIED, Done, Pace, Task, work
+from jointplay.jobs.worker import Done, Pace, Task, work
 
 LIMIT = 30.0  # s that a task may take, but for its last cell
 AHEAD = 2  # tasks sent for each worker
@@ -32,12 +32,12 @@ LOOK = 5.0  # s between looks whether there are workers
 
 
 class Cluster:
-    """A cluster that runs strands.
+    """A dask cluster that runs jobs.
 
     Parameters
     ----------
     client : distributed.Client
-        Connected to its scheduler.
+        Its connection to the scheduler.
     journal : Journal
         Where answers go.
     say : callable
@@ -48,23 +48,20 @@ class Cluster:
         self.client, self.journal, self.say = client, journal, say
         self.waits, self.kinds = False, set[str]()
 
-    def run(self, strands: Sequence[Strand]) -> None:
-        """Run every strand; what its cells answer is in the journal afterwards.
+    def run(self, jobs: Sequence[Job]) -> None:
+        """Run every job; the answers of its cells are in the journal afterwards.
 
-        Raises
-        ------
-        OSError
-            When the scheduler is lost, or a worker cannot run what it is sent, as when its code is another.
+        `OSError` where the scheduler is lost, or a worker cannot run its task, as when its code is another.
         """
-        left = deque(strands)
+        left = deque(jobs)
         while left:
             suspects = self._side_by_side(left)
             if suspects:
                 self.say(f"workers died; {len(suspects)} of their chains or cells run once more, each alone")
-            left.extend(rest for strand in suspects for rest in self._alone(strand))
+            left.extend(rest for job in suspects for rest in self._alone(job))
 
-    def _side_by_side(self, left: deque[Strand]) -> list[Strand]:
-        """Run strands until none is left; those whose workers died."""
+    def _side_by_side(self, left: deque[Job]) -> list[Job]:
+        """Run jobs side by side until none is left; return those whose workers died."""
         pace, sent, suspects = Pace(), {}, []
         while left or sent:
             workers = self._workers()
@@ -80,29 +77,26 @@ class Cluster:
                     left.extendleft(reversed(remaining(batch, done.answers, done.answers)))
         return suspects
 
-    def _alone(self, strand: Strand) -> list[Strand]:
-        """Run a strand cell by cell until its time is up or a cell crashed; what is left of it."""
-        end, left = time.monotonic() + LIMIT, [strand]
+    def _alone(self, job: Job) -> list[Job]:
+        """Run a job cell by cell until its time is up or a cell crashed; return what is left of it."""
+        end, left = time.monotonic() + LIMIT, [job]
         while left:
             key = left[0].keys[0]
             future = self._send([left[0].only(key)])
             while not self._ended([future]):
                 self._workers()
             done = self._taken(future)
-            answers = done.answers if done else {key: {"status": CRASHED, "trouble": DIED}}
+            answers = done.answers if done else self.journal.mark_crashed(key, self.say)
             left = remaining(left, answers, answers)
-            if done is None:
-                self.say(f"cell marked as crashed: {DIED}")
-                self.journal.write(answers)
             if done is None or time.monotonic() >= end:
                 break
         return left
 
-    def _send(self, strands: Sequence[Strand]) -> Any:
-        return self.client.submit(work, Task(strands, None, limit=LIMIT, code=code()), pure=False)
+    def _send(self, jobs: Sequence[Job]) -> Any:
+        return self.client.submit(work, Task(jobs, None, limit=LIMIT, code=code()), pure=False)
 
     def _ended(self, sent: Sequence[Any]) -> list[Any]:
-        """Those of some tasks that have ended; none after `LOOK` seconds."""
+        """Futures of the tasks that have ended; none after `LOOK` seconds."""
         from distributed import wait
 
         try:
@@ -113,7 +107,7 @@ class Cluster:
             raise OSError(LOST) from None
 
     def _taken(self, future: Any) -> Done | None:
-        """What came of a task, its answers written; None where its workers died."""
+        """Result of a task, its answers written to the journal; None where its workers died."""
         try:
             done = future.result()  # which a dying worker may take with it, after it has arrived
         except Exception as error:
@@ -123,21 +117,21 @@ class Cluster:
                 raise OSError(LOST) from None
             if future.status != "error":
                 raise
-            told = f"a worker of the cluster failed ({type(error).__name__}: {error})"
-            raise OSError(f"{told}; workers need the same version of jointplay") from error
+            failure = f"a worker of the cluster failed ({type(error).__name__}: {error})"
+            raise OSError(f"{failure}; workers need the same version of jointplay") from error
         self.journal.write(done.answers, done.origin)
-        self._see(done.origin.processor)
+        self._note_processor(done.origin.processor)
         return done
 
-    def _see(self, processor: str) -> None:
-        """Tell where workers are of several kinds."""
+    def _note_processor(self, processor: str) -> None:
+        """Remember the kind of processor of a worker; where kinds are mixed, a line says so."""
         if processor not in self.kinds:
             self.kinds.add(processor)
-            if told := mixed(self.kinds):
-                self.say(told)
+            if line := mixed(self.kinds):
+                self.say(line)
 
     def _workers(self) -> int:
-        """How many threads there are, one at least; told where there are none."""
+        """Number of worker threads, at least 1; where there is none, a line says so."""
         there = sum(self.client.nthreads().values())
         if not there and not self.waits:
             self.say("the cluster has no workers; waiting for one")
@@ -149,12 +143,7 @@ class Cluster:
 def connected(scheduler: str | None) -> Iterator[Any]:
     """Connect to the scheduler of a dask cluster until the block ends.
 
-    Raises
-    ------
-    InputError
-        When dask is not installed, or no scheduler answers.
-    OSError
-        When the scheduler is lost.
+    `InputError` where dask is not installed, or no scheduler answers.
     """
     try:
         from distributed import Client
@@ -164,7 +153,7 @@ def connected(scheduler: str | None) -> Iterator[Any]:
     if scheduler is None:
         expected = "the address of a scheduler, as tcp://host:8786, is needed beside --backend dask"
         raise InputError([Problem("--scheduler", scheduler, expected)])
-    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is told here
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # a lost scheduler is reported here
     try:
         client = Client(scheduler, timeout=PATIENCE)
     except (OSError, ValueError) as error:

@@ -1,8 +1,8 @@
-"""Datasets of cells: values, and what cells have in common, which is kept once.
+"""Datasets of cells as columns: what cells have in common is kept once, beside their values.
 
 The datasets of a sweep's cells differ in their values and, now and then, in their sizes. So an answer holds
 its values, and a layout (names, dimensions, attributes) that it shares with every other answer of the same.
-Cells of the same form (layout, sizes, types, labels) are told apart by their values alone: the journal holds
+Cells of the same form (layout, sizes, types, labels) differ in their values alone: the journal holds
 them packed, an array for each variable of all these cells, and reads and writes them as fast as a few arrays.
 """
 
@@ -25,7 +25,7 @@ Packed = tuple[list[dict[str, Any]], list[Block]]  # answers without their datas
 
 
 class Field(NamedTuple):
-    """A variable but for its values; `part` is one of `PARTS`."""
+    """Name, dimensions and attributes of a variable; `part` is one of `PARTS`."""
 
     part: str
     name: str
@@ -33,8 +33,8 @@ class Field(NamedTuple):
     attrs: Mapping[str, Any]
 
     @property
-    def names_places(self) -> bool:
-        """Whether it may say what the places along its own dimension are called."""
+    def is_index(self) -> bool:
+        """Whether it is the coordinate of its own dimension, which may hold labels."""
         return self.part == "coords" and self.dims == (self.name,)
 
 
@@ -57,17 +57,17 @@ class Layout:
 
     @cached_property
     def written(self) -> bytes:
-        """Itself as bytes, made once: every frame of a journal holds them."""
+        """The encoded layout, made once, as every frame of a journal holds it."""
         return values.written(([(*field[:3], dict(field.attrs)) for field in self.fields], dict(self.attrs)))
 
     @cached_property
     def places(self) -> dict[str, tuple[int, int]]:
-        """Where the size of each dimension is seen: number of a field, and its axis."""
-        found: dict[str, tuple[int, int]] = {}
+        """For each dimension the number of a field, and the axis of it that has this dimension."""
+        places: dict[str, tuple[int, int]] = {}
         for i, field in enumerate(self.fields):
             for axis, dim in enumerate(field.dims):
-                found.setdefault(dim, (i, axis))
-        return found
+                places.setdefault(dim, (i, axis))
+        return places
 
 
 class Plain(NamedTuple):
@@ -79,7 +79,7 @@ class Plain(NamedTuple):
 
 @dataclass(frozen=True)
 class Form:
-    """What an answer is but for its values.
+    """Layout, sizes, types and labels of a dataset: all but its values.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Form:
     kinds : tuple of dtype
         Of each field.
     named : tuple
-        Pairs of a dimension whose places have names, and these.
+        Pairs of a labelled dimension and its labels.
     """
 
     layout: Layout
@@ -104,11 +104,11 @@ class Form:
         layout, values = dataset
         lengths = tuple(values[i].shape[axis] for i, axis in layout.places.values())
         named = tuple(
-            (field.name, tuple(each.tolist()))
-            for field, each in zip(layout.fields, values, strict=True)
-            if field.names_places and each.dtype.kind in "UO"
+            (field.name, tuple(array.tolist()))
+            for field, array in zip(layout.fields, values, strict=True)
+            if field.is_index and array.dtype.kind in "UO"
         )
-        return cls(layout, lengths, tuple(each.dtype for each in values), named)
+        return cls(layout, lengths, tuple(array.dtype for array in values), named)
 
     @cached_property
     def sizes(self) -> dict[str, int]:
@@ -117,7 +117,7 @@ class Form:
 
     @cached_property
     def labels(self) -> dict[str, tuple[str, ...]]:
-        """Names of the places along dimensions that have some."""
+        """Labels along the dimensions that have some."""
         return dict(self.named)
 
     def fields(self, part: str) -> Iterator[tuple[int, Field]]:
@@ -131,30 +131,24 @@ _known: WeakValueDictionary[Any, Layout] = WeakValueDictionary()
 def shared(fields: list[tuple[str, str, tuple[str, ...], dict[str, Any]]], attrs: dict[str, Any]) -> Layout:
     """The layout of these fields, as (part, name, dims, attributes), and attributes of the whole."""
     key = (tuple((*field[:3], _frozen(field[3])) for field in fields), _frozen(attrs))
-    found = _known.get(key)
-    if found is None:
-        own = tuple(Field(*field[:3], _kept(field[3])) for field in fields)
-        found = _known[key] = Layout(own, _kept(attrs))
-    return found
+    layout = _known.get(key)
+    if layout is None:
+        own = tuple(Field(*field[:3], _read_only(field[3])) for field in fields)
+        layout = _known[key] = Layout(own, _read_only(attrs))
+    return layout
 
 
 @lru_cache(maxsize=64)
 def read(written: bytes) -> Layout:
-    """The layout that bytes stand for.
-
-    Raises
-    ------
-    ValueError
-        When they stand for none.
-    """
+    """Decode a layout; `ValueError` where the bytes encode none."""
     match values.read(written):
         case [[*fields], dict(attrs)] if all(map(_is_field, fields)):
-            return shared([(part, name, tuple(dims), told) for part, name, dims, told in fields], attrs)
+            return shared([(part, name, tuple(dims), own) for part, name, dims, own in fields], attrs)
     raise ValueError("no layout of a journal")
 
 
-def _is_field(told: Any) -> bool:
-    match told:
+def _is_field(item: Any) -> bool:
+    match item:
         case [str(part), str(), [*dims], dict()]:
             return part in PARTS and all(isinstance(dim, str) for dim in dims)
     return False
@@ -165,7 +159,7 @@ def thawed(attrs: Mapping[str, Any]) -> dict[str, Any]:
     return {key: np.array(value) if isinstance(value, np.ndarray) else value for key, value in attrs.items()}
 
 
-def _kept(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
+def _read_only(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
     own = thawed(attrs)
     for value in own.values():
         if isinstance(value, np.ndarray):
@@ -174,7 +168,7 @@ def _kept(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _frozen(attrs: Mapping[str, Any]) -> tuple[Any, ...]:
-    """Attributes as something that can be looked up: the same only if types and bits are."""
+    """Hashable form of attributes, equal only where types and bits are."""
     return tuple((key, value if type(value) is str else _bits(value)) for key, value in attrs.items())
 
 
@@ -185,7 +179,7 @@ def _bits(value: Any) -> tuple[Any, ...]:
 
 
 def packed(answers: Sequence[Mapping[str, Any]]) -> Packed:
-    """Put the datasets of answers together where they have the same form."""
+    """Take the datasets out of answers, and join those of the same form into blocks."""
     places: dict[Form, list[int]] = {}
     for place, answer in enumerate(answers):
         if isinstance(answer.get("dataset"), Plain):
@@ -201,24 +195,18 @@ def packed(answers: Sequence[Mapping[str, Any]]) -> Packed:
 def _block(form: Form, places: list[int], answers: Sequence[Mapping[str, Any]]) -> Block:
     columns = zip(*(answers[place]["dataset"].values for place in places), strict=True)
     layout = np.frombuffer(form.layout.written, np.uint8)
-    return places, layout, [_together(column) for column in columns]
+    return places, layout, [_stacked(column) for column in columns]
 
 
-def _together(column: Sequence[np.ndarray]) -> np.ndarray:
-    found = np.empty((len(column), *column[0].shape), column[0].dtype)
-    for n, each in enumerate(column):  # for a few small arrays `np.stack` takes several times as long
-        found[n] = each
-    return found
+def _stacked(column: Sequence[np.ndarray]) -> np.ndarray:
+    stacked = np.empty((len(column), *column[0].shape), column[0].dtype)
+    for n, array in enumerate(column):  # for a few small arrays `np.stack` takes several times as long
+        stacked[n] = array
+    return stacked
 
 
 def unpacked(answers: Sequence[dict[str, Any]], blocks: Sequence[Block]) -> Sequence[dict[str, Any]]:
-    """Give each answer its dataset back; values are views of what the block holds.
-
-    Raises
-    ------
-    ValueError
-        When they do not belong together.
-    """
+    """Put the datasets back into answers, as views of the blocks; `ValueError` where these do not fit."""
     for places, written, columns in blocks:
         layout = read(written.tobytes())
         _check(layout, columns, len(places))
@@ -228,7 +216,7 @@ def unpacked(answers: Sequence[dict[str, Any]], blocks: Sequence[Block]) -> Sequ
 
 
 def _check(layout: Layout, columns: Sequence[np.ndarray], cells: int) -> None:
-    """Refuse columns that are not so many values of the layout's fields, of one length along a dimension."""
+    """Refuse columns that do not hold the fields of `cells` cells, or disagree on the size of a dimension."""
     sizes: dict[str, int] = {}
     for field, column in zip(layout.fields, columns, strict=True):
         lengths = dict(zip(field.dims, column.shape[1:], strict=True))

@@ -48,18 +48,10 @@ def _flush(path: Path) -> None:
 
 @contextmanager
 def lock(path: Path, shown: Path) -> Iterator[None]:
-    """Hold a lock, a file, until the block ends, or the process, however that ends.
-
-    `shown` names in the message what is locked.
-
-    Raises
-    ------
-    Busy
-        When another process holds it.
-    """
+    """Hold a lock file until the block or the process ends; `Busy`, naming `shown`, where another has it."""
     try:
         import fcntl
-    except ImportError:  # no POSIX: two runs at once are then not told apart
+    except ImportError:  # no POSIX: two runs at once are then not noticed
         yield
         return
     with open(path, "a+", errors="replace") as file:

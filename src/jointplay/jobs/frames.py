@@ -1,4 +1,4 @@
-"""Frames, of which a part of the journal consists: each says by its checksum whether it is sound.
+"""Frames, of which a part of the journal consists, each with a checksum.
 
 A frame is a line, the length of its body (8 bytes), a SHA-256 checksum of both, and the body: two values
 (`jointplay.jobs.values`), the index (who computed it; key and status of each cell) and the answers. Frames
@@ -31,7 +31,7 @@ BROKEN = (ValueError, TypeError, LookupError, AttributeError)  # what bytes that
 
 
 class Frame(NamedTuple):
-    """A sound frame: its part, who computed it, key and status of each cell, all its bytes but the head."""
+    """A sound frame: its part, its origin, the status of each cell by key, all bytes but the head."""
 
     part: Path
     origin: Origin
@@ -40,30 +40,18 @@ class Frame(NamedTuple):
 
     @classmethod
     def of(cls, part: Path, body: bytearray) -> Frame:
-        """Read the index of a body.
-
-        Raises
-        ------
-        ValueError
-            When it has none.
-        """
+        """Read the index of a body; `ValueError` where it has none."""
         match values.read(body):
             case [str(code), str(processor), [*keys], [*ends]] if _is_index(keys, ends):
                 return cls(part, Origin(code, processor), dict(zip(keys, ends, strict=True)), body)
         raise ValueError("no index")
 
     def answers(self) -> Iterator[tuple[str, Entry]]:
-        """The answers of its cells.
-
-        Raises
-        ------
-        OSError
-            When they cannot be read though the checksum fits: somebody else wrote them.
-        """
+        """The answers of its cells; `OSError` where they are unreadable although the checksum fits."""
         with suppress(*BROKEN):
-            found = unpacked(*values.read(memoryview(self.body)[values.length(self.body) :]))
-            if [answer["status"] for answer in found] == list(self.index.values()):
-                return zip(self.index, found, strict=True)
+            answers = unpacked(*values.read(memoryview(self.body)[values.length(self.body) :]))
+            if [answer["status"] for answer in answers] == list(self.index.values()):
+                return zip(self.index, answers, strict=True)
         raise OSError(f"{self.part} holds no answers of cells; `jointplay run --fresh` drops it")
 
 
@@ -79,7 +67,7 @@ def body_of(entries: Mapping[str, Entry], origin: Origin) -> bytes:
 
 
 def head_of(body: bytes | bytearray) -> bytes:
-    """What stands before a body."""
+    """The bytes before a body: a line, its length, the checksum."""
     length = len(body).to_bytes(8, "big")
     checksum = hashlib.sha256(length)
     checksum.update(body)
@@ -87,7 +75,7 @@ def head_of(body: bytes | bytearray) -> bytes:
 
 
 def frames(path: Path, damaged: set[str]) -> Iterator[Frame]:
-    """The sound frames of a part; of one with others, the name goes among the damaged."""
+    """The sound frames of a part; its name is added to `damaged` where it has others."""
     with path.open("rb") as file:
         at, end = 0, file.seek(0, os.SEEK_END)
         while at >= 0 and (at < end or not end):
@@ -118,10 +106,10 @@ def _next_frame(file: BinaryIO, start: int) -> int:
 
 
 def write_part(folder: Path, entries: Mapping[str, Entry], origin: Origin | None = None) -> None:
-    """Write finished cells as one part, whole or not at all; this process computed them unless it is said.
+    """Write finished cells as one part, whole or not at all; by default this process computed them.
 
-    Not flushed, as many are written: of those of the last half minute a power cut may leave some cut short,
-    which their checksums tell.
+    Not flushed, as many are written: a power cut may cut those of the last half minute short, which their
+    checksums show.
     """
     with replaced(new_part(folder, len(entries)), flush=False) as temporary:
         body = body_of(entries, origin or own())
@@ -129,5 +117,5 @@ def write_part(folder: Path, entries: Mapping[str, Entry], origin: Origin | None
 
 
 def new_part(folder: Path, cells: int) -> Path:
-    """The name of a part of so many cells that is not there yet."""
+    """A new name for a part of so many cells."""
     return folder / f"{cells}-{uuid.uuid4().hex}.part"

@@ -1,6 +1,6 @@
-"""What workers run: strands of cells that run one after another, and what is left of them to run.
+"""What workers run: jobs, each of one cell, or of several that run one after another.
 
-A strand of one is a cell by itself. In a longer one each cell may start from where the last one ended.
+In a job of several cells each may start from where the one before it ended.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from typing import Any, Protocol
 
 from jointplay.numerics.codes import Status
 
-Entry = dict[str, Any]  # what a cell answers: its `status` and what else it has found
+Entry = dict[str, Any]  # the answer of a cell: its `status` and its results
 CRASHED = int(Status.CRASHED)
 KEY = 32  # letters of a key
 
 
 def key_of(*parts: Any) -> str:
-    """Hash of plain values; numbers by their shortest text that gives them back."""
+    """Hash of plain values and records; numbers enter by their shortest exact text."""
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), default=_plain)
     return hashlib.sha256(text.encode()).hexdigest()[:KEY]
 
@@ -31,43 +31,43 @@ def _plain(value: Any) -> Any:
 
 
 class Notes(Protocol):
-    """Where a strand writes."""
+    """Where a job writes its progress and its answers."""
 
     def begin(self, key: str) -> None:
-        """Say that a cell is begun."""
+        """Note that a cell begins."""
 
     def put(self, key: str, answer: Entry) -> None:
         """Keep the answer of a finished cell."""
 
 
-class Strand(Protocol):
+class Job(Protocol):
     """Cells that run one after another; `carried`: each from where the one before it ended."""
 
     keys: tuple[str, ...]
     carried: bool
 
     def run(self, notes: Notes) -> None:
-        """Run them."""
+        """Run the cells."""
 
-    def only(self, key: str) -> Strand:
-        """Give the strand that ends with the cell of this key."""
+    def only(self, key: str) -> Job:
+        """The job up to the cell of this key."""
 
-    def sample(self) -> Strand:
-        """Give what is run to tell what a cell costs."""
+    def sample(self) -> Job:
+        """The job that is timed to estimate the cost of a cell."""
 
-    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Strand | None:
-        """Give what is left to run, where the cells in `done` are finished; None if nothing is."""
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Job | None:
+        """The job of the cells that are not in `done`; None if there are none."""
 
 
 class Kept:
-    """Notes in memory; `told` is called with all answers whenever there are more."""
+    """Notes in memory; `changed` is called with all answers whenever there are more."""
 
-    def __init__(self, told: Callable[[dict[str, Entry]], None] = lambda _: None) -> None:
+    def __init__(self, changed: Callable[[dict[str, Entry]], None] = lambda _: None) -> None:
         self.answers: dict[str, Entry] = {}
-        self.told = told
+        self.changed = changed
 
     def begin(self, key: str) -> None:
-        """Nothing to write."""
+        """Do nothing."""
 
     def put(self, key: str, answer: Entry) -> None:
         """Keep the answer."""
@@ -76,25 +76,24 @@ class Kept:
     def add(self, answers: Mapping[str, Entry]) -> None:
         """Keep several."""
         self.answers |= answers
-        self.told(self.answers)
+        self.changed(self.answers)
 
 
-def redone(strands: Sequence[Strand], index: Mapping[str, int]) -> set[str]:
+def redone(jobs: Sequence[Job], index: Mapping[str, int]) -> set[str]:
     """Keys of the cells that are to run again: those that crashed, and what follows them in a chain."""
     done = {key for key, status in index.items() if status != CRASHED}
-    found = {key for key in index if key not in done}
-    for strand in strands:
-        n = next((i for i, key in enumerate(strand.keys) if key not in done), len(strand.keys))
-        if strand.carried:
-            found |= {key for key in strand.keys[n:] if key in done}
-    return found
+    again = index.keys() - done
+    for job in (job for job in jobs if job.carried):
+        n = next((i for i, key in enumerate(job.keys) if key not in done), len(job.keys))
+        again |= {key for key in job.keys[n:] if key in done}
+    return again
 
 
-def remaining(strands: Iterable[Strand], done: Container[str], answers: Mapping[str, Entry]) -> list[Strand]:
-    """What is left to run of some strands, where the cells in `done` are finished."""
-    return [rest for strand in strands if (rest := strand.left(done, answers)) is not None]
+def remaining(jobs: Iterable[Job], done: Container[str], answers: Mapping[str, Entry]) -> list[Job]:
+    """Jobs of the cells that are not in `done`; a chain goes on from the answers of its finished ones."""
+    return [rest for job in jobs if (rest := job.left(done, answers)) is not None]
 
 
-def part(strands: Sequence[Strand], share: tuple[int, int] | None) -> list[Strand]:
-    """The strands of one of several parts, as (number from 1, how many); all if None."""
-    return list(strands) if share is None else list(islice(strands, share[0] - 1, None, share[1]))
+def part(jobs: Sequence[Job], share: tuple[int, int] | None) -> list[Job]:
+    """The jobs of one part of a study, as (number from 1, number of parts); all if None."""
+    return list(jobs) if share is None else list(islice(jobs, share[0] - 1, None, share[1]))

@@ -1,4 +1,4 @@
-"""The journal of a sweep: what is finished lies on the disk, part by part, before anything is put together.
+"""The journal of a study: finished cells on the disk, part by part.
 
 A journal is a folder. ``journal.json`` says which code computed what is in it, ``lock`` is held by the run
 that writes, and each file ``*.part`` holds finished cells, in frames. A part is written under a temporary
@@ -13,7 +13,7 @@ from __future__ import annotations
 import json
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -23,12 +23,13 @@ from jointplay.errors import InputError, Problem
 from jointplay.jobs import origin
 from jointplay.jobs.files import Busy, lock, replaced
 from jointplay.jobs.frames import FORMAT, Frame, body_of, frames, head_of, new_part, write_part
-from jointplay.jobs.job import Entry
+from jointplay.jobs.job import CRASHED, Entry, Job, remaining
 
 HEADER, LOCK = "journal.json", "lock"
 PART, AT = r"(\d+)-[0-9a-f]{32}\.part", r"\d+-[0-9a-f]{8}\.at"
 TEMPORARY = rf"\.({PART}|{re.escape(HEADER)})\.\d+\.tmp"
-SHOWN = 8  # names of files
+SHOWN = 8  # names of files in a line
+DIED = "the worker process died twice at this cell, as when memory runs out"
 
 
 class Journal:
@@ -50,10 +51,7 @@ class Journal:
     def held(self, fresh: bool = False) -> Iterator[Journal]:
         """Hold the journal for writing; `fresh`: drop what is in it.
 
-        Raises
-        ------
-        InputError
-            When another run holds it, or other code wrote it.
+        `InputError` where another run holds it, or other code wrote it.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         with lock(self.folder / LOCK, self.folder):
@@ -63,36 +61,36 @@ class Journal:
             yield self
 
     def _files(self, names: str) -> list[Path]:
-        """Files of the folder whose whole names are such."""
+        """Files of the folder whose whole names match a pattern."""
         there = os.listdir(self.folder) if self.folder.is_dir() else ()
         paths = (self.folder / name for name in sorted(there) if re.fullmatch(names, name))
         return [path for path in paths if path.is_file()]
 
-    def strangers(self) -> list[str]:
-        """Names of what lies in the folder and is no file of a journal."""
+    def unknown_files(self) -> list[str]:
+        """Names in the folder that no file of a journal has."""
         own = {path.name for path in self._files(f"{TEMPORARY}|{AT}|{PART}|{re.escape(HEADER)}|{LOCK}")}
         return sorted({*os.listdir(self.folder)} - own) if self.folder.is_dir() else []
 
     def notes(self, keys: Iterable[str]) -> Iterator[str]:
-        """Say, in a line each, what is strange about the journal and the cells with these keys."""
+        """Lines about damaged, foreign and unknown files, and about the cells with these keys."""
         aside = {
             "damaged part(s) left aside, their cells run again": self.damaged,
             "part(s) of other code left aside": self.foreign,
-            "file(s) ignored that no journal has": self.strangers(),
+            "file(s) ignored that no journal has": self.unknown_files(),
         }
-        for told, names in aside.items():
+        for reason, names in aside.items():
             if names:
                 more = ", ..." if len(names) > SHOWN else ""
-                yield f"{len(names)} {told}: {', '.join(sorted(names)[:SHOWN])}{more}"
-        if told := origin.mixed(self.kinds(keys)):
-            yield told
+                yield f"{len(names)} {reason}: {', '.join(sorted(names)[:SHOWN])}{more}"
+        if line := origin.mixed(self.kinds(keys)):
+            yield line
 
     def kinds(self, keys: Iterable[str]) -> set[str]:
         """Kinds of processors on which the cells with these keys ran, as far as they have been seen."""
         return {self.processors[key] for key in keys if key in self.processors}
 
     def _check(self) -> None:
-        """Refuse cells of other code; note what code this is where there is none yet."""
+        """Write the header of a new journal; refuse one of other code."""
         path = self.folder / HEADER
         if not path.exists() and not self.parts():
             with replaced(path) as temporary:
@@ -100,59 +98,65 @@ class Journal:
         self.check_code()
 
     def check_code(self) -> None:
-        """Refuse a journal that other code wrote, as its cells could not be told from this code's."""
+        """Refuse a journal of other code, whose cells could not be distinguished from this code's."""
         if expected := self.other_code():
             raise InputError([Problem("journal", str(self.folder), expected)])
 
     def other_code(self) -> str | None:
-        """Say that other code wrote the journal; None if this did, or if there is none."""
-        found, own = self.header(), {"kernel_digest": cache.digest(), "code": origin.code(), "format": FORMAT}
-        if not self.folder.exists() or all(found.get(each) == own[each] for each in ("code", "format")):
+        """What is accepted, where other code wrote the journal; None if this did, or if there is none."""
+        found, own = self.header(), _code()
+        if not self.folder.exists() or all(found.get(key) == own[key] for key in ("code", "format")):
             return None
         return (
-            f"cells of the same code are accepted ({_which(own)}); these were computed by another "
-            f"({_which(found)}); `jointplay run --fresh` drops them, and --out DIR leaves them where they are"
+            f"cells of the same code are accepted ({_shown(own)}); these were computed by another "
+            f"({_shown(found)}); `jointplay run --fresh` drops them, and --out DIR leaves them where they are"
         )
 
     def header(self) -> dict[str, Any]:
-        """What wrote the journal; empty where that cannot be read."""
+        """The journal's own file on the code that wrote it; empty where it cannot be read."""
         try:
-            found = json.loads((self.folder / HEADER).read_text(encoding="utf-8"))
+            header = json.loads((self.folder / HEADER).read_text(encoding="utf-8"))
         except (OSError, ValueError, RecursionError):
             return {}
-        return found if isinstance(found, dict) else {}
+        return header if isinstance(header, dict) else {}
 
     def parts(self) -> list[Path]:
         """Files of finished cells."""
         return self._files(PART)
 
     def count(self) -> int:
-        """Cells that are written, by the names of the parts alone."""
-        found = (re.fullmatch(PART, name) for name in os.listdir(self.folder))
-        return sum(int(each[1]) for each in found if each)
+        """Number of cells that are written, by the names of the parts alone."""
+        matches = (re.fullmatch(PART, name) for name in os.listdir(self.folder))
+        return sum(int(match[1]) for match in matches if match)
 
     def index(self) -> dict[str, int]:
         """Status of each finished cell by its key; what is damaged is left out, and named in `damaged`."""
-        found: dict[str, int] = {}
+        index: dict[str, int] = {}
         for frame in self._sound():
-            found |= {key: status for key, status in frame.index.items() if key not in found}
-        return found
+            index |= {key: status for key, status in frame.index.items() if key not in index}
+        return index
 
     def answers(self, keys: Iterable[str]) -> Iterator[tuple[str, Entry]]:
-        """Go through the answers of the cells with these keys, as far as they are there: each once."""
+        """Answers of the cells with these keys, as far as they are there: each once."""
         left = set(keys)
         for frame in self._sound():
             if mine := left & frame.index.keys():
-                found = [pair for pair in frame.answers() if pair[0] in mine]
+                answers = [pair for pair in frame.answers() if pair[0] in mine]
                 left -= mine
-                yield from found
+                yield from answers
 
     def load(self, keys: Iterable[str]) -> dict[str, Entry]:
-        """Answers of the cells with these keys, as far as they are there."""
+        """The same answers, in memory."""
         return dict(self.answers(keys))
 
+    def remaining(self, jobs: Sequence[Job], index: Mapping[str, int] | None = None) -> list[Job]:
+        """What is left to run of some jobs, by the journal's `index` where it is known already."""
+        chained = [key for job in jobs if len(job.keys) > 1 for key in job.keys]
+        answers = self.load(chained) if chained else {}
+        return remaining(jobs, self.index() if index is None else index, answers)
+
     def _sound(self) -> Iterator[Frame]:
-        """Each frame that is sound and of this code."""
+        """Frames that are sound and of this code."""
         for path in self.parts():
             for frame in frames(path, self.damaged):
                 if frame.origin.code != origin.code():
@@ -167,8 +171,15 @@ class Journal:
         if entries:
             write_part(self.folder, entries, by)
 
+    def mark_crashed(self, key: str, say: Callable[[str], None]) -> dict[str, Entry]:
+        """Write, and return, the answer of a cell at which its worker died again."""
+        answers: dict[str, Entry] = {key: {"status": CRASHED, "trouble": DIED}}
+        say(f"cell marked as crashed: {DIED}")
+        self.write(answers)
+        return answers
+
     def take(self, other: Journal, keys: Iterable[str]) -> set[str]:
-        """Add the cells with these keys of another journal, as far as they are there; which there were."""
+        """Copy the cells with these keys from another journal; the keys of those that it has."""
         wanted = other.index().keys() & set(keys)
         if wanted:
             with replaced(new_part(self.folder, len(wanted))) as temporary, open(temporary, "wb") as file:
@@ -178,7 +189,7 @@ class Journal:
         return wanted
 
     def _only(self, wanted: set[str]) -> Iterator[bytes | bytearray]:
-        """Bodies with the cells of these keys: as they are, where no other cell is in them."""
+        """Bodies of frames with the cells of these keys: unchanged where no other cell is in them."""
         left = set(wanted)
         for frame in self._sound():
             mine = left & frame.index.keys()
@@ -186,7 +197,7 @@ class Journal:
             if len(mine) == len(frame.index):
                 yield frame.body
             elif mine:
-                yield body_of({key: each for key, each in frame.answers() if key in mine}, frame.origin)
+                yield body_of({key: entry for key, entry in frame.answers() if key in mine}, frame.origin)
 
     def keep_only(self, keys: Iterable[str]) -> None:
         """Make one part of what is there, without the cells of other keys and what is damaged.
@@ -206,15 +217,15 @@ class Journal:
             self.keep_only(self.index())
 
     def in_flight(self) -> list[str]:
-        """Keys of the cells that workers were at when they ended without a word; forgotten hereby."""
-        found = []
+        """Take the keys of the cells at which workers died."""
+        keys = []
         for path in self._files(AT):
-            found.append(path.read_text(errors="replace").strip())
+            keys.append(path.read_text(errors="replace").strip())
             path.unlink(missing_ok=True)
-        return [key for key in found if key]
+        return [key for key in keys if key]
 
     def writer(self) -> str | None:
-        """Who holds the journal now; None if nobody does."""
+        """The process that holds the journal now; None if none does."""
         path = self.folder / LOCK
         try:
             with lock(path, self.folder):
@@ -227,9 +238,9 @@ class Journal:
             return None
 
 
-def _which(told: Mapping[str, Any]) -> str:
+def _shown(header: Mapping[str, Any]) -> str:
     names = {"kernels": "kernel_digest", "code": "code", "format": "format"}
-    return ", ".join(f"{name} {told.get(key, 'unknown')}" for name, key in names.items())
+    return ", ".join(f"{name} {header.get(key, 'unknown')}" for name, key in names.items())
 
 
 def refuse_lost(count: int) -> None:
@@ -238,8 +249,12 @@ def refuse_lost(count: int) -> None:
         raise OSError(f"the answers of {count} cells cannot be read back; run again")
 
 
+def _code() -> dict[str, Any]:
+    """The format of a journal, and digests of the code that computes its cells."""
+    return {"format": FORMAT, "kernel_digest": cache.digest(), "code": origin.code()}
+
+
 def header() -> dict[str, Any]:
-    """What a journal says of the code that computed its cells."""
+    """Content of the journal's own file: the code that computes its cells, and where."""
     software = {"version": origin.version("jointplay"), "git": origin.git_describe()}
-    told = {"format": FORMAT, "kernel_digest": cache.digest(), "code": origin.code()}
-    return told | {"software": software, "environment": origin.environment()}
+    return _code() | {"software": software, "environment": origin.environment()}

@@ -1,4 +1,4 @@
-"""What decides the bits of a cell's answer beside its key, and what else is noted of where it comes from."""
+"""The code and the processor that computed a cell, which decide its bits; versions of software."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ROOMS = ("analysis", "mechanism")  # beside those that the kernels' digest cover
 
 
 class Origin(NamedTuple):
-    """Where answers come from."""
+    """Digest of the code, and kind of processor, that computed a cell."""
 
     code: str
     processor: str
@@ -40,7 +40,7 @@ def own() -> Origin:
 
 
 def mixed(kinds: set[str]) -> str | None:
-    """Say that cells ran on several kinds of processors, in a line; None where they did not."""
+    """A line that says on which kinds of processors cells ran; None where it is one kind."""
     if len(kinds) < 2:
         return None
     names = ", ".join(sorted(kinds))
@@ -48,7 +48,7 @@ def mixed(kinds: set[str]) -> str | None:
 
 
 def environment() -> dict[str, str]:
-    """Versions of what decides the numbers."""
+    """Versions of the software that decides the numbers."""
     packages = {name: version(name) for name in ("numpy", "numba", "llvmlite")}
     return {"python": platform.python_version(), **packages, "platform": platform.platform()}
 

@@ -1,4 +1,4 @@
-"""Calls side by side on this machine: the one place that starts worker processes and threads."""
+"""Parallel calls on this machine: the one place that starts worker processes and threads."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ ONE_THREAD = {f"{name}_NUM_THREADS": "1" for name in LIBRARIES} | {"VECLIB_MAXIM
 def side_by_side(
     calls: Iterable[Callable[[], Any]],
     take: Callable[[Any], None],
-    jobs: int,
+    workers: int,
     backend: str = "loky",
     look: Callable[[], None] = lambda: None,
 ) -> None:
-    """Make calls side by side.
+    """Make calls in parallel.
 
     Parameters
     ----------
     calls : iterable of callable
         For processes, what can be pickled. The next is asked for when a worker is about to be free.
     take : callable
-        Called with what each call gave, as it comes.
-    jobs : int
+        Called with each result, as it comes.
+    workers : int
         Workers.
     backend : {"loky", "threading", "here"}
         Processes, which end with this one and leave Ctrl-C to it; threads; or this thread alone.
@@ -57,7 +57,7 @@ def side_by_side(
             take(call())
         return
     calls, sent = iter(calls), set[Future]()
-    with _workers(jobs, backend) as (submit, room):
+    with _workers(workers, backend) as (submit, room):
         while True:
             sent |= {submit(call) for call in islice(calls, room - len(sent))}
             if not sent:
@@ -69,16 +69,16 @@ def side_by_side(
 
 
 @contextmanager
-def _workers(jobs: int, backend: str) -> Iterator[tuple[Callable[..., Future], int]]:
-    """What sends a call to a worker, and how many calls may be sent at once."""
+def _workers(workers: int, backend: str) -> Iterator[tuple[Callable[..., Future], int]]:
+    """The function that sends a call to a worker, and how many calls may be sent at once."""
     if backend == "threading":
-        yield _in_thread, jobs
+        yield _in_thread, workers
         return
     hush()
     with safe_path():
-        executor = get_reusable_executor(max_workers=jobs, timeout=IDLE, env=ONE_THREAD)
+        executor = get_reusable_executor(max_workers=workers, timeout=IDLE, env=ONE_THREAD)
         try:
-            yield partial(executor.submit, _in_process, os.getpid()), AHEAD * jobs
+            yield partial(executor.submit, _in_process, os.getpid()), AHEAD * workers
         except BaseException:
             executor.shutdown(kill_workers=True)
             raise
@@ -130,7 +130,7 @@ def safe_path() -> Iterator[None]:
 
 
 def hush() -> None:
-    """Keep what loky says of dead workers off the terminal; a run tells in its own line what it means."""
+    """Keep loky's messages on dead workers off the terminal; a run reports them in its own words."""
     warnings.filterwarnings("ignore", "A worker stopped while some jobs were given")
     known, own = os.environ.get("PYTHONWARNINGS", ""), f"ignore:{LEFTOVERS}:UserWarning"
     if own not in known:  # the tracker is a process of its own

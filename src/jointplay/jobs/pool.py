@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 from jointplay.errors import InputError, Problem
 from jointplay.jobs.cluster import Cluster, connected
-from jointplay.jobs.job import CRASHED, Strand, remaining
+from jointplay.jobs.job import Job
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.parallel import BrokenProcessPool
-from jointplay.jobs.worker import DIED, Done, in_tasks
+from jointplay.jobs.worker import in_tasks
 
 MOST_JOBS = 1000  # worker processes
 DEATHS = 3  # of pools without a cell in flight, before giving up
@@ -24,7 +24,7 @@ DEATHS = 3  # of pools without a cell in flight, before giving up
 
 @dataclass(frozen=True)
 class Pool:
-    """What runs the cells.
+    """Workers that run jobs.
 
     Parameters
     ----------
@@ -42,13 +42,7 @@ class Pool:
 
     @classmethod
     def checked(cls, jobs: int, backend: str = "loky", scheduler: str | None = None) -> Pool:
-        """Make a pool of what a user asks for.
-
-        Raises
-        ------
-        InputError
-            When there can be none.
-        """
+        """The pool that a user asks for; `InputError` where there can be none."""
         check_jobs(jobs)
         if scheduler is not None and backend != "dask":
             raise InputError([Problem("--scheduler", scheduler, "accepted beside --backend dask only")])
@@ -59,96 +53,57 @@ class Pool:
         """Whether cells run beside this process."""
         return self.jobs > 1 or self.backend == "dask"
 
-    def run(self, strands: Sequence[Strand], journal: Journal, say: Callable[[str], None]) -> None:
-        """Run every strand; what its cells answer is in the journal afterwards.
+    def run(self, jobs: Sequence[Job], journal: Journal, say: Callable[[str], None]) -> None:
+        """Run every job; the answers of its cells are in the journal afterwards.
 
-        Raises
-        ------
-        OSError
-            When the journal cannot be written, workers die before they begin, or a cluster is lost.
+        `OSError` where the journal cannot be written, workers die before they begin, or a cluster is lost.
         """
         if self.backend == "dask":
             with connected(self.scheduler) as client:
-                Cluster(client, journal, say).run(strands)
+                Cluster(client, journal, say).run(jobs)
             return
-        left, deaths = list(strands), 0
+        left, deaths, folder = list(jobs), 0, str(journal.folder.absolute())
         while left:
+            workers = min(self.jobs, len(left))  # a worker without a task would only start
             try:
-                self._round(left, journal)
+                in_tasks(left, workers, self.backend if workers > 1 else "here", folder)
                 return
             except BrokenProcessPool:
-                left = _left(left, journal)
-                suspects = _owned(left, journal.in_flight())
+                left = journal.remaining(left)
+                owner = {key: job for job in left for key in job.keys}
+                suspects = [key for key in journal.in_flight() if key in owner]
                 deaths += not suspects
                 if deaths == DEATHS:
                     raise OSError("worker processes die before they begin; try --jobs 1") from None
                 say(f"a worker process died; {len(suspects)} cells in flight run once more, each alone")
-                for strand, key in suspects:
-                    _alone(strand, key, journal, say)
-                left = _left(left, journal)
-
-    def _round(self, strands: Sequence[Strand], journal: Journal) -> None:
-        """Run strands in one pool."""
-        jobs = min(self.jobs, len(strands))  # a worker without a task would only start
-        in_tasks(strands, _kept, jobs, self.backend if jobs > 1 else "here", _place(journal))
+                for key in suspects:
+                    _alone(owner[key], key, journal, say)
+                left = journal.remaining(left)
 
 
-def _place(journal: Journal) -> str:
-    return str(journal.folder.absolute())
-
-
-def _kept(_: Done) -> None:
-    """Nothing to do: the answers of a task are in the journal."""
-
-
-def _alone(strand: Strand, key: str, journal: Journal, say: Callable[[str], None]) -> None:
-    """Run a strand up to a cell that may have killed its worker."""
+def _alone(job: Job, key: str, journal: Journal, say: Callable[[str], None]) -> None:
+    """Run a job up to a cell that may have killed its worker."""
     try:
-        in_tasks([strand.only(key)], _kept, jobs=1, folder=_place(journal))
+        in_tasks([job.only(key)], workers=1, folder=str(journal.folder.absolute()))
     except BrokenProcessPool:
         at = journal.in_flight()
         for fatal in {key, *at} if at else {key}:
             if fatal not in journal.index():
-                say(f"cell marked as crashed: {DIED}")
-                journal.write({fatal: {"status": CRASHED, "trouble": DIED}})
+                journal.mark_crashed(fatal, say)
 
 
 def share_of(text: str | None) -> tuple[int, int] | None:
-    """The numbers of ``I/N``.
-
-    Raises
-    ------
-    InputError
-        When it is none.
-    """
+    """The numbers of ``I/N``, the part of a study; `InputError` where the text is not of this form."""
     if text is None:
         return None
-    found = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
-    if found and 1 <= int(found[1]) <= int(found[2]):
-        return int(found[1]), int(found[2])
+    match = re.fullmatch(r"([0-9]{1,9})/([0-9]{1,9})", text)
+    if match and 1 <= int(match[1]) <= int(match[2]):
+        return int(match[1]), int(match[2])
     raise InputError([Problem("--part", text, "I/N is accepted, part I of N, such as 2/5")])
 
 
-def _left(strands: Sequence[Strand], journal: Journal) -> list[Strand]:
-    index = journal.index()
-    answers = journal.load(key for strand in strands if len(strand.keys) > 1 for key in strand.keys)
-    return remaining(strands, index, answers)
-
-
-def _owned(strands: Sequence[Strand], keys: Sequence[str]) -> list[tuple[Strand, str]]:
-    """Cells that were in flight, each with its strand."""
-    owner = {key: strand for strand in strands for key in strand.keys}
-    return [(owner[key], key) for key in keys if key in owner]
-
-
 def check_jobs(jobs: int | None) -> None:
-    """Refuse a number of worker processes that there cannot be.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        As it says.
-    """
+    """Raise an `InputError` where there cannot be so many worker processes."""
     if jobs is not None and not 1 <= jobs <= MOST_JOBS:
         accepted = f"a whole number of worker processes from 1 to {MOST_JOBS} is accepted"
         raise InputError([Problem("--jobs", jobs, accepted)])

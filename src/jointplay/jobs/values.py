@@ -22,15 +22,12 @@ STEP, ALIGN = 8, 16  # bytes of a length; where arrays begin
 
 
 def written(value: Any) -> bytes:
-    """Make bytes of a value: how many these are, how long the text is, the text, the arrays.
+    """Encode a value: number of bytes, length of the text, the text, the arrays.
 
-    Raises
-    ------
-    TypeError
-        When there is something in it that is not known.
+    `TypeError` where something in it cannot be encoded.
     """
     arrays = BytesIO()
-    text = json.dumps(value, default=partial(_told, arrays), separators=(",", ":")).encode()
+    text = json.dumps(value, default=partial(_encoded, arrays), separators=(",", ":")).encode()
     head = _filled(len(text).to_bytes(2 * STEP, "big") + text)
     total = len(head) + arrays.tell()
     return b"".join((total.to_bytes(STEP, "big"), head[STEP:], arrays.getbuffer()))
@@ -40,8 +37,8 @@ def _filled(piece: bytes) -> bytes:
     return piece + bytes(-len(piece) % ALIGN)
 
 
-def _told(arrays: BytesIO, value: Any) -> dict[str, Any]:
-    """What the text says in place of a value that JSON does not know."""
+def _encoded(arrays: BytesIO, value: Any) -> dict[str, Any]:
+    """The object of the text that stands for a value that JSON does not have."""
     kind = value.dtype.str if isinstance(value, np.ndarray | np.generic) else type(value).__name__
     if not KIND.fullmatch(kind):
         raise TypeError(f"a journal holds no values of the kind {kind}")
@@ -51,35 +48,29 @@ def _told(arrays: BytesIO, value: Any) -> dict[str, Any]:
 
 
 def length(data: bytes | bytearray) -> int:
-    """How many bytes stand for the value with which `data` begins, by their own account."""
+    """Number of bytes of the encoded value with which `data` begins."""
     return int.from_bytes(data[:STEP], "big")
 
 
 def read(data: bytes | memoryview) -> Any:
-    """Give the value back that bytes stand for; its arrays are views of them.
-
-    Raises
-    ------
-    ValueError
-        When they stand for none.
-    """
+    """Decode a value; its arrays are views of the bytes. `ValueError` where they encode none."""
     end = 2 * STEP + int.from_bytes(data[STEP : 2 * STEP], "big")
     arrays = memoryview(data)[end + -end % ALIGN :]
     try:
-        return json.loads(bytes(data[2 * STEP : end]), object_hook=partial(_made, arrays))
+        return json.loads(bytes(data[2 * STEP : end]), object_hook=partial(_decoded, arrays))
     except (RecursionError, TypeError, LookupError, AttributeError, OverflowError) as error:
         raise ValueError(f"no value of a journal ({error})") from error
 
 
-def _made(arrays: memoryview, told: dict[str, Any]) -> Any:
-    """The value that an object of the text stands for."""
-    word = told.get("")
+def _decoded(arrays: memoryview, item: dict[str, Any]) -> Any:
+    """The value for which an object of the text stands."""
+    word = item.get("")
     if word is None:
-        return told
+        return item
     if word == "array":
-        return _array(arrays, _kind(told["kind"]), told["shape"], told["at"])
+        return _array(arrays, _kind(item["kind"]), item["shape"], item["at"])
     if word == "number":
-        return _array(arrays, _kind(told["kind"]), [], told["at"])[()]
+        return _array(arrays, _kind(item["kind"]), [], item["at"])[()]
     raise ValueError(f"a journal holds no {word!r}")
 
 
@@ -95,7 +86,7 @@ def _array(arrays: memoryview, kind: np.dtype, shape: list[int], at: int) -> np.
         return np.empty(shape, kind)
     if min(shape, default=0) < 0:
         raise ValueError(f"a journal holds no array of the shape {shape}")
-    found = np.frombuffer(arrays, kind, prod(shape), at)
-    if kind.kind == "U" and found.view(f"{kind.str[0]}u4").max() > sys.maxunicode:
+    array = np.frombuffer(arrays, kind, prod(shape), at)
+    if kind.kind == "U" and array.view(f"{kind.str[0]}u4").max() > sys.maxunicode:
         raise ValueError("a journal holds no characters beyond Unicode")
-    return found.reshape(shape)
+    return array.reshape(shape)

@@ -1,6 +1,6 @@
-"""What a worker does: run cells one after another and write each to the journal as it finishes.
+"""Workers: run the jobs of a task, and write each cell to the journal as it finishes.
 
-It is sent tasks, which grow from one strand to as many as fill half a second.
+Tasks grow from one job to as many as fill half a second.
 """
 
 from __future__ import annotations
@@ -18,13 +18,12 @@ from pathlib import Path
 from typing import Self
 
 from jointplay.jobs.frames import write_part
-from jointplay.jobs.job import KEY, Entry, Strand
+from jointplay.jobs.job import KEY, Entry, Job
 from jointplay.jobs.origin import Origin, code, own
 from jointplay.jobs.parallel import side_by_side
 
 FILL = 0.5  # s that a task is to last
 BATCH = 0.5  # s; cells shorter than this share a part of the journal
-DIED = "the worker process died twice at this cell, as when memory runs out"
 
 
 @dataclass(frozen=True)
@@ -33,17 +32,17 @@ class Task:
 
     Parameters
     ----------
-    strands : sequence of Strand
+    jobs : sequence of Job
         What to run.
     folder : str, optional
-        The journal; None where this machine cannot reach it: answers then travel back.
+        The journal's; None where this machine cannot reach it: answers then travel back.
     limit : float, optional
         Seconds after which answers travel back, though cells are left.
     code : str, optional
-        Which code is to compute them, as `journal.code` tells.
+        Digest of the code that is to compute them, as `origin.code` gives it.
     """
 
-    strands: Sequence[Strand]
+    jobs: Sequence[Job]
     folder: str | None
     limit: float | None = None
     code: str | None = None
@@ -51,30 +50,24 @@ class Task:
 
 @dataclass(frozen=True)
 class Done:
-    """What came of a task: how many strands, in how many seconds, the answers that travel back, whose."""
+    """Result of a task: number of jobs, seconds taken, answers that travel back, and their origin."""
 
-    strands: int
+    count: int
     seconds: float
     answers: dict[str, Entry]
     origin: Origin
 
 
 def work(task: Task) -> Done:
-    """Run the cells of a task; what each answers is in the journal.
-
-    Raises
-    ------
-    RuntimeError
-        When this is other code than the task asks for.
-    """
+    """Run a task; its answers go to the journal. `RuntimeError` where it asks for other code than this."""
     if task.code not in (None, code()):
         raise RuntimeError(f"its code is {code()}, and {task.code} is needed")
     began = time.perf_counter()
     with Notes(task.folder, task.limit) as notes, suppress(_TimeIsUp):
-        for strand in task.strands:
-            strand.run(notes)
+        for job in task.jobs:
+            job.run(notes)
     answers = notes.answers if task.folder is None else {}
-    return Done(len(task.strands), time.perf_counter() - began, answers, own())
+    return Done(len(task.jobs), time.perf_counter() - began, answers, own())
 
 
 class _TimeIsUp(Exception):
@@ -82,7 +75,7 @@ class _TimeIsUp(Exception):
 
 
 class Notes:
-    """What a worker writes down: at which cell it is, and what finished ones answered."""
+    """Writes down at which cell a worker is, and the answers of finished cells."""
 
     def __init__(self, folder: str | None, limit: float | None = None) -> None:
         self.folder = None if folder is None else Path(folder)
@@ -94,7 +87,7 @@ class Notes:
         self.file = self.mark and self.mark.open("wb", buffering=0)  # once: to open one takes 0.2 ms
 
     def begin(self, key: str) -> None:
-        """Say that a cell is begun; not after the time is up, if any has been finished."""
+        """Note that a cell begins; end the task instead where its time is up and a cell is finished."""
         if self.late:
             raise _TimeIsUp
         if self.file:
@@ -124,51 +117,51 @@ class Notes:
 
 
 class Pace:
-    """Grows tasks from one strand on."""
+    """Number of jobs in a task, by how long those before it took."""
 
     def __init__(self) -> None:
         self.done, self.seconds = 0, 0.0
 
     def learn(self, done: Done) -> None:
-        """Note how long a task took."""
-        self.done, self.seconds = self.done + done.strands, self.seconds + done.seconds
+        """Add the duration of a task."""
+        self.done, self.seconds = self.done + done.count, self.seconds + done.seconds
 
     def size(self, left: int, workers: int) -> int:
-        """Strands of the next task; towards the end fewer, so that all workers end at once."""
+        """Number of jobs of the next task; towards the end fewer, so that all workers end at once."""
         wanted = int(FILL * self.done / self.seconds) if self.seconds else 1
         return max(1, min(wanted, left // (4 * max(workers, 1))))
 
 
 def in_tasks(
-    strands: Sequence[Strand],
-    take: Callable[[Done], None],
-    jobs: int,
+    jobs: Sequence[Job],
+    workers: int,
     backend: str = "loky",
     folder: str | None = None,
+    take: Callable[[Done], None] = lambda _: None,
     look: Callable[[], None] = lambda: None,
 ) -> None:
-    """Run strands in tasks on this machine.
+    """Run jobs in tasks on this machine.
 
     Parameters
     ----------
-    strands : sequence of Strand
-        What to run.
-    take : callable
-        Called with what came of each task.
-    jobs, backend, look
+    jobs : sequence of Job
+        In their order.
+    workers, backend, look
         As in `side_by_side`.
     folder : str, optional
-        The journal; else answers travel back.
+        The journal's; else answers travel back.
+    take : callable
+        Called with the result of each task.
     """
-    pace, left = Pace(), deque(strands)
+    pace, left = Pace(), deque(jobs)
 
     def tasks() -> Iterator[Callable[[], Done]]:
         while left:
-            some = [left.popleft() for _ in range(pace.size(len(left), jobs))]
-            yield partial(work, Task(some, folder))
+            batch = [left.popleft() for _ in range(pace.size(len(left), workers))]
+            yield partial(work, Task(batch, folder))
 
     def took(done: Done) -> None:
         pace.learn(done)
         take(done)
 
-    side_by_side(tasks(), took, jobs, backend, look)
+    side_by_side(tasks(), took, workers, backend, look)

@@ -18,7 +18,7 @@ from jointplay.results.outcome import explain, write_table
 from jointplay.results.store import check_writable, write_figure
 from jointplay.study.execute import complete
 from jointplay.study.file import load
-from jointplay.study.keys import compile_for
+from jointplay.study.run import compile_for
 from jointplay.study.toml_text import parse, read_text
 
 FOLDER = Path("studies") / "paper"

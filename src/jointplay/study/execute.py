@@ -1,8 +1,8 @@
-"""Run a study so that nothing computed is lost: cells in a pool, a journal, one dataset at the end.
+"""Run a study so that no result is lost: cells in a pool, a journal, one dataset at the end.
 
 The journal ``NAME.journal`` lies beside the result and stays after it, as one file, so that a study with
-further values only runs those. What is put together depends on the cells' answers alone: not on workers,
-batches, order or interruptions. The cells are those of a sweep, or those that one analysis hands out; an
+further values only runs those. The dataset depends on the cells' answers alone: not on workers, batches,
+order or interruptions. The cells are those of a sweep, or those that one analysis hands out; an
 analysis that hands out none has no journal.
 """
 
@@ -21,23 +21,22 @@ import xarray as xr
 from jointplay.analysis.cells import Read, Work
 from jointplay.analysis.looks import keeping
 from jointplay.errors import InputError, Problem
-from jointplay.jobs.job import Entry, Strand, part, redone, remaining
+from jointplay.jobs.job import Entry, Job, part, redone
 from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
 from jointplay.results import store
 from jointplay.results.outcome import name_of
 from jointplay.study.file import Loaded
-from jointplay.study.keys import keyed
 from jointplay.study.models import Study
-from jointplay.study.run import computed, first_work, hands_out, named
+from jointplay.study.run import computed, first_work, has_cells, with_journal_keys, with_provenance
 
-LOOK, RARELY = 0.5, 200  # s between looks at how far it is, and at least times what a look takes
+LOOK, RARELY = 0.5, 200  # s between readings of the progress, and at least times what a reading takes
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run gave: the dataset and its file; neither, of one part of several."""
+    """Result of a run: the dataset and its file; of one part of a study its journal alone."""
 
     dataset: xr.Dataset | None
     path: Path | None
@@ -50,11 +49,10 @@ def journal_of(out: Path | str, name: str, share: tuple[int, int] | None = None)
     return Journal(Path(out) / f"{name}{part_of}.journal")
 
 
-def going_on(study: Loaded, out: Path | str, share: tuple[int, int] | None = None) -> tuple[str, ...]:
-    """What the same command does after Ctrl-C, where it does not start over."""
-    kept = hands_out(study.record)
-    there = kept and journal_of(out, study.record.name, share).folder.exists()
-    return ("go on; what is finished is kept",) if there else ()
+def resume_hint(study: Loaded, out: Path | str, share: tuple[int, int] | None = None) -> tuple[str, ...]:
+    """Message on what the same command does after Ctrl-C; empty where it starts over."""
+    kept = has_cells(study.record) and journal_of(out, study.record.name, share).folder.exists()
+    return ("go on; what is finished is kept",) if kept else ()
 
 
 def writable(
@@ -64,8 +62,7 @@ def writable(
     name, journal = study.record.name, journal_of(out, study.record.name, share).folder.name
     endings = [".nc", *[".txt"] * bool(study.record.row.table), *[".pdf", ".png"] * drawn]
     files = ["probe"] if share else [f"{name}{ending}" for ending in endings]
-    kept = hands_out(study.record)
-    return store.check_writable(out, files=files, folders=[journal] * kept)
+    return store.check_writable(out, files=files, folders=[journal] * has_cells(study.record))
 
 
 def complete(
@@ -87,7 +84,7 @@ def complete(
     out : Path
         Where journal and result lie.
     pool : Pool
-        What runs its cells.
+        Workers that run its cells.
     progress : callable, optional
         Called with the fraction done of what was missing.
     fresh : bool
@@ -95,7 +92,7 @@ def complete(
     share : pair of int, optional
         Run part I of N only, as (I, N), into a journal of its own; `merge` puts the parts together.
     say : callable
-        Called with a line where there is something to tell.
+        Called with each line of the report.
 
     Returns
     -------
@@ -109,7 +106,7 @@ def complete(
         When something cannot be written.
     """
     record, name = study.record, study.record.name
-    if share and not hands_out(record):
+    if share and not has_cells(record):
         expected = "accepted for studies with cells, such as by [vary]; this is one analysis"
         raise InputError([Problem("--part", name, expected)])
     with ExitStack() as held:
@@ -118,7 +115,7 @@ def complete(
             kept(replace(first_work(record), progress=progress))
             kept.journal.compact()
             return Outcome(None, None, kept.journal.folder)
-        with keeping(record.row.kept and not hands_out(record)):
+        with keeping(record.row.kept and not has_cells(record)):
             dataset = computed(record, kept, progress)
         unfinished = out / f"{name}.partial.nc"
         if name_of(dataset) == "interrupted":
@@ -130,7 +127,7 @@ def complete(
 
 @dataclass
 class _Journaled:
-    """Runs what an analysis hands out, and keeps it in a journal, which is held from the first work on."""
+    """Runs the work of an analysis, and keeps its answers in a journal, which is locked from the first on."""
 
     record: Study
     journal: Journal
@@ -145,21 +142,21 @@ class _Journaled:
     def __call__(self, work: Work) -> Read:
         if not self.works:
             self.held.enter_context(self.journal.held(self.fresh))
-        strands, before = keyed(self.record, work, self.works)
-        strands = part(strands, self.share)
+        jobs, before = with_journal_keys(self.record, work, self.works)
+        jobs = part(jobs, self.share)
         self.works += 1
-        if missing := _missing(strands, self.journal, self.say):
+        if missing := _missing(jobs, self.journal, self.say):
             if self.pool.workers:
                 work.warm()
-            with _watched(self.journal, sum(len(strand.keys) for strand in missing), work.progress):
+            with _watched(self.journal, sum(len(job.keys) for job in missing), work.progress):
                 self.pool.run(missing, self.journal, self.say)
-        keys = {key for strand in strands for key in strand.keys}
+        keys = {key for job in jobs for key in job.keys}
         self.keys |= keys
         return partial(_read, self.journal, keys, before)
 
 
 def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[str, Entry]]:
-    """Go through answers, each by its key without so many letters, and miss none."""
+    """Answers by their keys without the first `before` letters; `OSError` where one is missing."""
     left = len(keys)
     for key, answer in journal.answers(keys):
         left -= 1
@@ -167,19 +164,18 @@ def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[s
     refuse_lost(left)
 
 
-def _missing(strands: Sequence[Strand], journal: Journal, say: Callable[[str], None]) -> list[Strand]:
-    """What a journal lacks; cells that crashed are taken out of it."""
+def _missing(jobs: Sequence[Job], journal: Journal, say: Callable[[str], None]) -> list[Job]:
+    """Jobs that are missing in a journal, of which cells that crashed are taken out."""
     index = journal.index()
-    if again := redone(strands, index):
+    if again := redone(jobs, index):
         journal.keep_only(index.keys() - again)
         index = {key: status for key, status in index.items() if key not in again}
-    keys = [key for strand in strands for key in strand.keys]
-    _tell(journal, keys, index, say)
-    chained = any(len(strand.keys) > 1 for strand in strands)
-    return remaining(strands, index, journal.load(keys) if chained else {})
+    keys = [key for job in jobs for key in job.keys]
+    _report(journal, keys, index, say)
+    return journal.remaining(jobs, index)
 
 
-def _tell(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
+def _report(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
     there = sum(key in index for key in keys)
     for line in journal.notes(keys):
         say(f"journal  {line}")
@@ -194,11 +190,11 @@ def _tell(journal: Journal, keys: list[str], index: Mapping[str, int], say: Call
 def _stored(
     study: Loaded, dataset: xr.Dataset, journal: Journal | None, keys: set[str], out: Path, say
 ) -> Outcome:
-    """Name and write a result, and join what the journal of its cells holds."""
+    """Write a result with its provenance, and join the parts of its journal."""
     kinds = journal.kinds(keys) if journal else set()
-    if told := mixed(kinds):
-        say(f"result  computed on {told}")
-    dataset = named(study, dataset, kinds)
+    if line := mixed(kinds):
+        say(f"result  computed on {line}")
+    dataset = with_provenance(study, dataset, kinds)
     path = store.write_result(dataset, out / f"{study.record.name}.nc")
     if journal is None:
         return Outcome(dataset, path)
@@ -208,7 +204,7 @@ def _stored(
 
 @contextmanager
 def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | None) -> Iterator[None]:
-    """Tell how far it is, by what the journal holds."""
+    """Report progress, by the number of cells in the journal."""
     if progress is None:
         yield
         return
@@ -233,16 +229,12 @@ def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | N
 def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: None) -> Outcome:
     """Put the parts of a study together, each of which ran by itself, and store the result.
 
-    `say` is called with a line where there is something to tell.
-
-    Raises
-    ------
-    InputError
-        When cells are missing, or a journal was written by other code.
+    `say` is called with each line of the report. `InputError` where cells are missing, or other code wrote a
+    journal.
     """
     record, name = study.record, study.record.name
-    strands, before = keyed(record, first_work(record))
-    keys = {key for strand in strands for key in strand.keys}
+    jobs, before = with_journal_keys(record, first_work(record))
+    keys = {key for job in jobs for key in job.keys}
     with journal_of(out, name).held() as whole:
         _take_parts(whole, out, name, keys, say)
         dataset = computed(record, lambda _: partial(_read, whole, keys, before))
@@ -256,9 +248,9 @@ def _take_parts(whole: Journal, out: Path, name: str, keys: set[str], say: Calla
     for other in others:
         other.check_code()
         left -= whole.take(other, left)
-    for each in (whole, *others):
-        for line in each.notes(()):
-            say(f"journal  {each.folder.name}: {line}")
+    for journal in (whole, *others):
+        for line in journal.notes(()):
+            say(f"journal  {journal.folder.name}: {line}")
     if missing := len(left):
         expected = f"parts with all {len(keys)} cells are needed; {missing} are missing"
         raise InputError([Problem("parts", str(out / f"{name}.part*of*.journal"), expected)])

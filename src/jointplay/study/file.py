@@ -1,22 +1,31 @@
-"""Study files: how a TOML text becomes a validated study."""
+"""Study files: how a TOML text becomes a validated study, and the JSON schema of such files for editors."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import reduce
+from inspect import getdoc
+from operator import or_
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import xarray as xr
+from pydantic import Field, TypeAdapter
 
 from jointplay.errors import NOTHING, InputError, Problem, unknown
-from jointplay.kinds import KINDS
+from jointplay.kinds import KINDS, Kind
 from jointplay.results import provenance
 from jointplay.results.store import open_result
 from jointplay.study import toml_text
 from jointplay.study.mechanism_table import build_mechanism
 from jointplay.study.models import Study, broken_rules, keyword_of, models
 from jointplay.study.vary_table import parsed, values
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+INTERNAL = ("noun", "accepts", "discriminator")  # what only our own error messages and pydantic use
 
 
 @dataclass(frozen=True)
@@ -40,11 +49,7 @@ def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
     Returns
     -------
     Loaded
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        Listing everything that is wrong, with key paths.
+        Else `InputError`, with everything that is wrong and its key paths.
     """
     if Path(path).suffix == ".nc":
         table, text = _stored(path)
@@ -64,27 +69,19 @@ def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
 
 
 def validate(table: Mapping[str, Any]) -> Study:
-    """Make a study of a parsed TOML table.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        Listing everything that is wrong, with key paths.
-    """
-    problems = toml_text.implausible(dict(table))
-    if problems:
+    """The study of a parsed TOML table; `InputError` with everything that is wrong and its key paths."""
+    if problems := toml_text.implausible(dict(table)):
         raise InputError(problems)
     if table.get("kind") not in list(KINDS):  # a list: what was given need not be hashable
         raise InputError(_without_kind(table))
-    model = models(KINDS[table["kind"]]).study
     try:
-        return model.model_validate(table)
+        return models(KINDS[table["kind"]]).study.model_validate(table)
     except InputError as error:
-        raise InputError([*error.problems, *_unsaid(table, error.problems)], more=error.more) from None
+        raise InputError([*error.problems, *_broken_rules(table, error.problems)], more=error.more) from None
 
 
-def _unsaid(table: Mapping[str, Any], problems: list[Problem]) -> list[Problem]:
-    """What rules say of the keywords that are right by themselves, where something else is not."""
+def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Problem]:
+    """Problems of the rules whose keywords are right by themselves, where something else is not."""
     row, tables = KINDS[table["kind"]], [table.get(name, {}) for name in ("integrator", "analysis")]
     wrong = {keyword_of(problem.key) for problem in problems}
     if wrong & {"integrator", "analysis"}:  # no tables, or not there
@@ -99,17 +96,14 @@ def _unsaid(table: Mapping[str, Any], problems: list[Problem]) -> list[Problem]:
 
 def _without_kind(table: Mapping[str, Any]) -> list[Problem]:
     """The problems of a study of no known kind: all but those that depend on the kind."""
-    names = ", ".join(KINDS)
-    problem = Problem("kind", NOTHING, f"a kind of study is needed: one of {names}")
+    problem = Problem("kind", NOTHING, f"a kind of study is needed: one of {', '.join(KINDS)}")
     if "kind" in table:
         problem = unknown("kind", table["kind"], table["kind"], KINDS, "kind of study")
     try:
         validate({**table, "kind": next(iter(KINDS))})
     except InputError as error:
-        return [
-            problem,
-            *(other for other in error.problems if not other.key.startswith(("analysis", "figure.kind"))),
-        ]
+        others = (each for each in error.problems if not each.key.startswith(("analysis", "figure.kind")))
+        return [problem, *others]
     return [problem]
 
 
@@ -139,3 +133,38 @@ def figure_options(
     if problems := toml_text.implausible(options):
         raise InputError(problems)
     return options
+
+
+def schema() -> dict[str, Any]:
+    """JSON schema of study files, as plain JSON types."""
+    every = reduce(or_, (models(row).study for row in KINDS.values()))
+    tidy = _tidy(TypeAdapter(Annotated[every, Field(discriminator="kind")]).json_schema())
+    for kind in tidy["$defs"].values():
+        if {"kind", "mechanism"} <= {*kind["properties"]} and "name" in kind.get("required", ()):
+            kind["required"].remove("name")  # the file's own name is taken
+    for row in KINDS.values():
+        _describe(row, tidy["$defs"])
+    return {"$schema": DIALECT, "title": "jointplay study file", **tidy}
+
+
+def _describe(row: Kind, tables: dict[str, Any]) -> None:
+    """Describe each keyword as the docstring of the analysis function does."""
+    text = getdoc(row.function).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
+    paragraphs = re.findall(r"^(\S[^:\n]*?)(?: :.*)?\n((?:    .*\n?)+)", text, re.M)
+    texts = {name: " ".join(about.split()) for names, about in paragraphs for name in names.split(", ")}
+    for model in models(row)[1:]:
+        properties = tables[model.__name__]["properties"]
+        for name in properties.keys() & texts.keys():
+            properties[name]["description"] = texts[name]
+
+
+def _tidy(node: Any) -> Any:
+    """Name bounds as JSON schema does, and drop titles that only repeat the key."""
+    if isinstance(node, list):
+        return [_tidy(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    kept = {key: value for key, value in node.items() if key not in INTERNAL}
+    if isinstance(kept.get("title"), str):
+        del kept["title"]
+    return {BOUNDS.get(key, key): _tidy(value) for key, value in kept.items()}

@@ -19,33 +19,26 @@ FORMS = (
 
 
 def build_mechanism(given: Any) -> Mechanism | TestSystem:
-    """Make the record that a table describes.
+    """The mechanism that a table describes.
 
     Parameters
     ----------
     given : mapping
         With the key ``catalog``, the other keys are that entry's keywords; with ``system``, a test system
-        written out; else a linkage written out. A record passes as it is.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        Listing everything that is wrong, with keys relative to the table.
+        written out; else a linkage written out. A record passes as it is. `InputError` lists everything that
+        is wrong, with keys relative to the table.
     """
     if isinstance(given, Mechanism | TestSystem):
         return given
     if not isinstance(given, Mapping):
         raise refuse(given, f"a table is accepted: {FORMS}")
     if "catalog" in given:
-        changes = {key: value for key, value in given.items() if key != "catalog"}
-        return _entry(given["catalog"])(**changes)
+        changes = dict(given)
+        name = changes.pop("catalog")
+        if not isinstance(name, str) or name not in catalog.NAMES:
+            raise InputError([unknown("catalog", name, name, catalog.NAMES, "mechanism")])
+        return catalog.NAMES[name](**changes)
     return (TestSystem if "system" in given else Mechanism).model_validate(given)
-
-
-def _entry(name: Any) -> Callable[..., Mechanism | TestSystem]:
-    if not isinstance(name, str) or name not in catalog.NAMES:
-        raise InputError([unknown("catalog", name, name, catalog.NAMES, "mechanism")])
-    return catalog.NAMES[name]
 
 
 class MechanismSchema:
@@ -62,13 +55,9 @@ class MechanismSchema:
 
 def _form(name: str, function: Callable[..., Any]) -> type[Record]:
     """The table of one entry of the catalog, as a record that only lends its schema."""
-    hints = get_type_hints(function, include_extras=True)
+    hints, catalog_key = get_type_hints(function, include_extras=True), (Literal[name], ...)
+    if hints["return"] is Mechanism:  # its keywords are the changes that every linkage knows
+        return create_model(f"catalog_{name}", __base__=Changes, catalog=catalog_key)
     arguments = signature(function).parameters.values()
-    linkage = hints["return"] is Mechanism  # its keywords are the changes that every linkage knows
-    own = (
-        {}
-        if linkage
-        else {a.name: (hints[a.name], ... if a.default is a.empty else a.default) for a in arguments}
-    )
-    catalog_key = {"catalog": (Literal[name], ...)}
-    return create_model(f"catalog_{name}", __base__=Changes if linkage else Record, **catalog_key, **own)  # type: ignore[call-overload]
+    own = {a.name: (hints[a.name], ... if a.default is a.empty else a.default) for a in arguments}
+    return create_model(f"catalog_{name}", __base__=Record, catalog=catalog_key, **own)  # type: ignore[call-overload]

@@ -1,4 +1,4 @@
-"""What a study says, as validated records, made of its kind's row and its analysis's signature.
+"""Validated records of studies, made of the kind's row and the signature of its analysis.
 
 The keywords of the analysis function are the keys of the tables `[analysis]` and `[integrator]`: their types,
 defaults and rules come from there. What all kinds share is in `Study`.
@@ -28,10 +28,9 @@ from jointplay.kinds import Kind
 from jointplay.mechanism.base import Record, named
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import first
-from jointplay.study import fits
-from jointplay.study import vary_table as varied
+from jointplay.study import vary_table
+from jointplay.study.fits import figure_problems
 from jointplay.study.mechanism_table import MechanismSchema, build_mechanism
-from jointplay.study.vary_table import ROOT
 from jointplay.terminal import one_line
 
 NAME = r"^\w[\w .+-]*$"
@@ -41,7 +40,7 @@ ELSEWHERE = ("mechanism", "over", "n_jobs", "progress")  # and those that no key
 
 
 class OfKind(Record):
-    """A record of one kind of study; to workers it goes with the kind's row, which makes its class there."""
+    """A record of one kind of study; it is pickled with the kind's row, of which workers make its class."""
 
     row: ClassVar[Kind]
     part: ClassVar[str]
@@ -52,26 +51,25 @@ class OfKind(Record):
 
 def _restored(row: Kind, part: str, state: dict[str, Any]) -> OfKind:
     model = getattr(models(row), part)
-    made = model.__new__(model)
-    made.__setstate__(state)
-    return made
+    record = model.__new__(model)
+    record.__setstate__(state)
+    return record
 
 
 class Integrator(OfKind):
-    """How accurately motions are followed."""
+    """The table `[integrator]`: how accurately motions are computed."""
 
     part: ClassVar[str] = "integrator"
 
 
 class Analysis(OfKind):
-    """What is asked of a motion."""
+    """The table `[analysis]`: what is computed of a motion."""
 
     part: ClassVar[str] = "analysis"
 
 
 def _checked_figure(options: dict[str, Any]) -> dict[str, Any]:
-    problems = figures.problems(options)
-    if problems:
+    if problems := figures.problems(options):
         raise InputError(problems, "figure")
     return options
 
@@ -88,14 +86,13 @@ class FigureSchema:
 
 def _short(name: str) -> str:
     if (count := len(name.encode())) > BYTES:
-        raise refuse(
-            name, f"a name of at most {BYTES} bytes is accepted, not {count}: files are named after it"
-        )
+        expected = f"a name of at most {BYTES} bytes is accepted, not {count}: files are named after it"
+        raise refuse(name, expected)
     return name
 
 
 class Study(OfKind):
-    """What every kind of study says.
+    """A study, of any kind.
 
     Parameters
     ----------
@@ -125,7 +122,7 @@ class Study(OfKind):
     )
     title: str | None = None
     mechanism: Annotated[Mechanism | TestSystem, BeforeValidator(build_mechanism), MechanismSchema()]
-    vary: varied.Varied = varied.vary_field(default_factory=dict)
+    vary: vary_table.Varied = vary_table.vary_field(default_factory=dict)
     integrator: Integrator
     analysis: Analysis
     figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
@@ -135,25 +132,21 @@ class Study(OfKind):
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod
     def _can_vary(cls, vary: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
-        wrong = varied.problems(info.data["mechanism"], vary, "") if vary and "mechanism" in info.data else []
-        if wrong:
-            raise InputError(wrong)
+        known = "mechanism" in info.data
+        if problems := vary_table.problems(info.data["mechanism"], vary, "") if vary and known else []:
+            raise InputError(problems)
         return vary
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        if problems := [*self._broken_rules(), *fits.figure_problems(self)]:
+        asked = (self.row, self.mechanism, self.keywords(), self.vary, self.figure)
+        if problems := [*self._broken_rules(), *figure_problems(*asked)]:
             raise InputError(problems)
         return self
 
     def _broken_rules(self) -> list[Problem]:
-        """What the analysis function says of keywords that are right by themselves."""
+        """Problems of keywords that do not fit together, by the rules of the analysis function."""
         return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism})
-
-    @property
-    def has_cells(self) -> bool:
-        """Whether it is a sweep, of which each finished cell is kept."""
-        return bool(self.vary)
 
     @property
     def heading(self) -> str:
@@ -166,7 +159,7 @@ class Study(OfKind):
         return {key: value for key, value in given.items() if value is not None}
 
     def summary(self) -> str:
-        """Say in a few lines what the study asks for."""
+        """A few lines on what the study asks for."""
         lines = [
             f"{self.name}: {self.heading}",
             f"kind       {self.kind}, {self._length()}",
@@ -175,24 +168,24 @@ class Study(OfKind):
             self.mechanism.summary(),
         ]
         if self.vary:
-            told = varied.values(self.vary).items()
-            spans = (f"{key}, {len(each)} from {min(each):g} to {max(each):g}" for key, each in told)
+            axes = vary_table.values(self.vary).items()
+            spans = (f"{key}, {len(values)} from {min(values):g} to {max(values):g}" for key, values in axes)
             lines.insert(1, f"varies     {'; '.join(spans)}")
         return "\n".join(lines)
 
     def _length(self) -> str:
-        """What is asked for, in words."""
+        """Length of the motion, in words."""
         given = dict(self.analysis)
         if windows := given.get("windows"):
             return "turns " + " and ".join(f"{first:g} to {last:g}" for first, last in windows)
         text = self.row.length
         if given.get("duration") is not None:
             text = text.replace("{turns} turns", "{duration} s")
-        return text.format(**{key: _Told((value,)) for key, value in given.items()})
+        return text.format(**{key: _Listed((value,)) for key, value in given.items()})
 
 
 class SingleStudy(Study):
-    """A study that makes all its motions of one mechanism as it is."""
+    """A study of one mechanism, without `[vary]`."""
 
     vary: ClassVar[dict] = {}  # type: ignore[misc]
 
@@ -200,20 +193,20 @@ class SingleStudy(Study):
 class SweepStudy(Study):
     """A study whose analysis varies parameters itself."""
 
-    vary: varied.Vary = varied.vary_field()
+    vary: vary_table.Vary = vary_table.vary_field()
 
     def keywords(self) -> dict[str, Any]:
         """Keywords of the analysis function; what was left out stays out."""
-        return super().keywords() | {"over": varied.values(self.vary)}
+        return super().keywords() | {"over": vary_table.values(self.vary)}
 
     def _broken_rules(self) -> list[Problem]:
         if not 1 <= len(self.vary) <= 2:
             return [Problem("vary", list(self.vary), "one parameter or two are accepted")]
-        ends = {key: sorted({min(each), max(each)}) for key, each in varied.values(self.vary).items()}
+        ends = {key: sorted({min(each), max(each)}) for key, each in vary_table.values(self.vary).items()}
         return broken_rules(self.row, self.keywords() | {"mechanism": self.mechanism, "over": ends})
 
 
-class _Told(tuple):
+class _Listed(tuple):
     """A value in a line of text, the items of a list one after another; in the format ``#`` their number."""
 
     def __format__(self, form: str) -> str:
@@ -243,8 +236,8 @@ def models(row: Kind) -> Models:
     integrator, analysis = (
         create_model(f"{title}{base.__name__}", __base__=base, __doc__=about, **keys)
         for base, keys in (
-            (Integrator, {name: each for name, each in fields.items() if name in INTEGRATOR}),
-            (Analysis, {name: each for name, each in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
+            (Integrator, {name: field for name, field in fields.items() if name in INTEGRATOR}),
+            (Analysis, {name: field for name, field in fields.items() if name not in INTEGRATOR + ELSEWHERE}),
         )
     )
     needed = "duration" in fields or any(each.is_required() for each in analysis.model_fields.values())
@@ -256,29 +249,29 @@ def models(row: Kind) -> Models:
         integrator=(integrator, integrator()),
         analysis=(analysis, ... if needed else analysis()),
     )
-    found = Models(study, integrator, analysis)
-    for model in found:
+    made = Models(study, integrator, analysis)
+    for model in made:
         model.row = row
-    return found
+    return made
 
 
 def broken_rules(row: Kind, given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
-    """What the rules of an analysis say of keywords, but those that are `wrong` by themselves."""
-    return [replace(each, key=_place(each.key)) for each in row.function.rule_problems(given, wrong)]
+    """Problems by the rules of an analysis, but of keywords that are `wrong` by themselves."""
+    return [replace(problem, key=_place(problem.key)) for problem in row.function.rule_problems(given, wrong)]
 
 
 def keyword_of(key: str) -> str:
-    """The keyword of the analysis that a key of a study gives; else the first part of the key."""
+    """Keyword of the analysis for a key of a study; else the first part of the key."""
     own, _, rest = key.partition(".")
     inside = own in ("analysis", "integrator") and rest
-    return first(rest) if inside else "over" if first(own) == ROOT else first(own)
+    return first(rest) if inside else "over" if first(own) == vary_table.ROOT else first(own)
 
 
 def _place(key: str) -> str:
-    """Where a study has what an analysis function calls so."""
+    """Key of a study for a key of an analysis function."""
     own, rest = first(key), key[len(first(key)) :]
     if own == "parameters":  # of a test system
         return f"mechanism.{key}"
     if own in ("mechanism", "over"):
-        return key if own == "mechanism" else f"{ROOT}{rest}"
+        return key if own == "mechanism" else f"{vary_table.ROOT}{rest}"
     return join("integrator" if own in INTEGRATOR else "analysis", key)

@@ -1,4 +1,4 @@
-"""What a run of a study means before it starts, and where it stands: cells, chains, time, size."""
+"""The cost of a study before it runs, and its progress: cells, chains, time, size."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.cells import Work
-from jointplay.jobs.job import CRASHED, Kept, Strand
+from jointplay.jobs.job import CRASHED, Job, Kept
 from jointplay.jobs.journal import Journal
 from jointplay.numerics.codes import Status
 from jointplay.study.execute import journal_of
 from jointplay.study.file import Loaded
-from jointplay.study.keys import counted, head, keyed
-from jointplay.study.run import first_work, hands_out
+from jointplay.study.run import count_by_keys, first_work, has_cells, study_hash, with_journal_keys
 
 
 def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
-    """Say what a run computes: how many cells, what runs side by side, how long, and how much it stores.
+    """Estimate a run: how many cells, what runs in parallel, how long, and how much it stores.
 
     One missing cell in the middle is computed and timed, of an ensemble as many as run at once; nothing is
     written.
@@ -43,48 +42,48 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
         A line.
     """
     work = first_work(study.record)
-    strands, _ = keyed(study.record, work)
+    queue, _ = with_journal_keys(study.record, work)
     cells, journal = prod(work.shape.values()), journal_of(out, study.record.name)
     index = journal.index()
     yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
-    chains = [strand for strand in strands if strand.carried]
+    chains = [job for job in queue if job.carried]
     if chains:
         longest = max(len(chain.keys) for chain in chains)
         yield f"chains   {len(chains)} of up to {longest} points, one after another; chains run side by side"
-    left = [_left(strand, index) for strand in strands]
+    left = [_left(job, index) for job in queue]
     missing, width = sum(left), sum(n > 0 for n in left)
     yield f"to do    {missing}; {cells - missing} are in the journal"
-    yield from _told(journal, {key for strand in strands for key in strand.keys})
+    yield from _journal_lines(journal, {key for job in queue for key in job.keys})
     if missing:
         yield f"parallel {min(jobs, width)} of {jobs} workers have something to do at once"
     todo = [i for i, n in enumerate(left) if n] or [0]
-    seconds, size, status = _timed(work, strands[todo[len(todo) // 2]])
+    seconds, size, status = _timed(work, queue[todo[len(todo) // 2]])
     yield f"one cell {seconds:.2g} s, {_bytes(size)}" + (f" ({Status(status).word})" if status else "")
     if missing:
         yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
-    if not work.numbered:  # what an analysis makes of its cells is not known before
+    if not work.numbered:  # the size of an analysis's own dataset is not known before
         yield f"result   about {_bytes(size * cells)} before compression"
 
 
-def _left(strand: Strand, index: dict[str, int]) -> int:
-    """Cells of a strand that a run would compute."""
-    rest = strand.left({key for key in strand.keys if index.get(key, CRASHED) != CRASHED}, {})
+def _left(job: Job, index: dict[str, int]) -> int:
+    """Cells of a job that a run would compute."""
+    rest = job.left({key for key in job.keys if index.get(key, CRASHED) != CRASHED}, {})
     return len(rest.keys) if rest else 0
 
 
 def _longest(left: list[int], jobs: int) -> int:
-    """Cells that the busiest worker has, if strands go one by one to whoever has least."""
+    """Cells of the busiest worker, if jobs go one by one to the worker that has least."""
     busy = [0] * min(jobs, len(left))
     for n in left:
         busy[busy.index(min(busy))] += n
     return max(busy)
 
 
-def _timed(work: Work, strand: Strand) -> tuple[float, int, int]:
+def _timed(work: Work, job: Job) -> tuple[float, int, int]:
     """Seconds and size of one cell, and its status; compilation is not counted."""
     work.warm()
     notes, began = Kept(), time.perf_counter()
-    strand.sample().run(notes)
+    job.sample().run(notes)
     each = (time.perf_counter() - began) / len(notes.answers)
     answer = next(iter(notes.answers.values()))
     return each, _size(answer), int(answer["status"])
@@ -100,7 +99,7 @@ def _size(value: Any) -> int:
 
 
 def status(study: Loaded, out: Path) -> Iterator[str]:
-    """Say where a study stands, by its journal and its result.
+    """Report the progress of a study, by its journal and its result.
 
     Yields
     ------
@@ -110,29 +109,29 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     name, journal = study.record.name, journal_of(out, study.record.name)
     index, cells = _finished(study, journal)
     yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + " finished"
-    ends = Counter(Status(found).word for found in index.values() if found)
+    ends = Counter(Status(code).word for code in index.values() if code)
     for word, n in sorted(ends.items()):
         yield f"{word:<8} {n}" + (" (these run again)" if word == Status.CRASHED.word else "")
-    yield from _told(journal, index)
+    yield from _journal_lines(journal, index)
     if os.path.exists(journal.folder) and (writer := journal.writer()) is not None:
         yield f"running  process {writer}"
     yield f"result   {_result(out / f'{name}.nc', 0 < len(index) == cells)}"
 
 
-def _told(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
-    """What there is to say of a journal that has been looked at, and of the cells with these keys."""
+def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
+    """Lines on a journal that has been read, and on the cells with these keys."""
     other = journal.other_code()
     yield from (f"journal  {line}" for line in ([other] if other else journal.notes(keys)))
 
 
 def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
-    """Status of each cell of a study that is in the journal, and how many it has; 0 where none tells."""
+    """Status of each finished cell of a study, and how many cells it has; 0 where that is not known."""
     index = journal.index()
-    if hands_out(study.record) and not study.record.has_cells:  # the analysis need not begin for that
-        begin = head(study.record)
-        found = {key: status for key, status in index.items() if key.startswith(begin)}
-        return found, counted(found)
-    keys = {key for strand in first_work(study.record).strands for key in strand.keys}
+    if has_cells(study.record) and not study.record.vary:  # the analysis need not begin for that
+        begin = study_hash(study.record)
+        finished = {key: status for key, status in index.items() if key.startswith(begin)}
+        return finished, count_by_keys(finished)
+    keys = {key for job in first_work(study.record).jobs for key in job.keys}
     return {key: status for key, status in index.items() if key in keys}, len(keys)
 
 

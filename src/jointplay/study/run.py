@@ -1,28 +1,36 @@
-"""Run a study: from its record to a dataset that knows where it comes from."""
+"""Run a study: divide it into cells, and make a dataset of them that knows where it comes from.
+
+A cell of a `[vary]` is the analysis of its kind by itself, on a changed mechanism. Its key is the hash of all
+that decides its answer. The cells of one analysis belong to all of the study's settings: such a key says in
+hexadecimal digits the hash of the study, which work of the analysis it belongs to, the cell's number, and how
+many there are; so a journal tells how much of a study is finished.
+"""
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 
 import xarray as xr
 
-from jointplay.analysis.cells import Read, Steps, Work, driven, in_memory
+from jointplay.analysis.cells import DIGITS, Cell, Read, Steps, Work, driven, in_memory, warm
+from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
+from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import changed
 from jointplay.errors import InputError, ModelWarning, Problem
-from jointplay.jobs.job import Entry
+from jointplay.jobs.job import KEY, Entry, Job, key_of
 from jointplay.jobs.pool import check_jobs
-from jointplay.kinds import Kind
+from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.codes import Status
 from jointplay.results import provenance
 from jointplay.study.file import Loaded
-from jointplay.study.keys import varied
 from jointplay.study.models import Study, SweepStudy
+from jointplay.study.vary_table import points
 
-
-def function_of(row: Kind) -> Callable[..., xr.Dataset]:
-    """The analysis function of a kind of study."""
-    return row.function
+SAMPLED = 32  # cells whose mechanisms are assembled to find the structures to compile
+WORK = 2  # digits that number the works of an analysis
+HASH = KEY - WORK - 2 * DIGITS
 
 
 def run(
@@ -37,80 +45,120 @@ def run(
     progress : callable, optional
         Called with the fraction done, 0 to 1.
     jobs : int, optional
-        Worker processes, for studies that have cells.
+        Worker processes, for studies that have cells; `InputError` where the number is wrong.
 
     Returns
     -------
     xarray.Dataset
         With the attributes ``study`` (its name), ``title``, ``source`` and ``provenance``. A numerical
         failure is in its ``status``.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        When the number of jobs is wrong.
     """
     check_jobs(jobs)
-    return named(study, computed(study.record, partial(in_memory, jobs), progress))
+    return with_provenance(study, computed(study.record, partial(in_memory, jobs), progress))
 
 
 def computed(
     record: Study, run_work: Callable[[Work], Read], progress: Callable[[float], None] | None = None
 ) -> xr.Dataset:
-    """Compute what a study asks for; `run_work` runs the cells that are handed out."""
+    """Dataset of a study without provenance; `run_work` runs its cells."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # the result says it too, and the command repeats that
         if (steps := _steps(record)) is not None:
             return driven(steps, run_work, progress=progress)
-        return function_of(record.row)(record.mechanism, **record.keywords(), progress=progress)
+        return record.row.function(record.mechanism, **record.keywords(), progress=progress)
 
 
 def _steps(record: Study) -> Callable[..., Steps] | None:
-    """What hands out the cells of a study; None where there is no such thing."""
+    """The generator that hands out the cells of a study; None where it has none."""
     if record.vary and not isinstance(record, SweepStudy):
-        return partial(varied, record, answer)
-    steps = getattr(function_of(record.row), "steps", None)
-    return None if steps is None else partial(steps, record.mechanism, **record.keywords())
+        return partial(_vary_steps, record)
+    steps = getattr(record.row.function, "steps", None)
+    if steps is None or getattr(record.analysis, "plane", ()) is None:  # a plane of starts is left out
+        return None
+    return partial(steps, record.mechanism, **record.keywords())
 
 
-def answer(record: Study, changes: Mapping[str, float]) -> Entry:
-    """What a study of one analysis gives with a changed mechanism: a cell of a `[vary]`."""
-    one = record.model_copy(update={"mechanism": changed(record.mechanism, changes)})
-    dataset = computed(one, partial(in_memory, 1))
-    status, warned = Status(int(dataset.variables["status"])), dataset.attrs.pop("warning", "")
-    trouble = status.meaning if status else warned
-    return {"status": int(status), "trouble": trouble, "dataset": gather.plain(dataset)}
-
-
-def hands_out(record: Study) -> bool:
-    """Whether a study hands out cells, each of which is kept when it is finished.
-
-    What can do without a plane of starts has cells only where there is one.
-    """
-    plane = getattr(record.analysis, "plane", ())
-    return record.has_cells or (_steps(record) is not None and plane is not None)
+def has_cells(record: Study) -> bool:
+    """Whether a study is divided into cells, each of which is kept when it is finished."""
+    return _steps(record) is not None
 
 
 def first_work(record: Study) -> Work:
-    """What a study hands out first.
-
-    Raises
-    ------
-    InputError
-        When it hands out nothing.
-    """
-    if not hands_out(record):
+    """The first cells that a study hands out; `InputError` where it has none."""
+    if (steps := _steps(record)) is None:
         expected = (
             "a study with cells is accepted: with [vary], over a plane of starts, or of the paper as a whole"
         )
         raise InputError([Problem("study", record.name, f"{expected}; this is one analysis")])
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
-        return next(_steps(record)())
+        return next(steps())
 
 
-def named(study: Loaded, dataset: xr.Dataset, processors: Iterable[str] = ()) -> xr.Dataset:
-    """Give a copy that says which study it answers, and where it comes from, by which kinds of processors."""
+def _vary_steps(record: Study, progress: Callable[[float], None] | None = None) -> Steps:
+    """Hand out the cells of a `[vary]`, and stack their datasets."""
+    grid, single = points(record.mechanism, record.vary), record.model_copy(update={"vary": {}, "figure": {}})
+    keys = [_key(record, change) for change in grid.changes]
+    cells = [
+        Cell(answer, {"record": single, "changes": change}, key)
+        for change, key in zip(grid.changes, keys, strict=True)
+    ]
+    shape = dict(zip(grid.dims, grid.shape, strict=True))
+    read = yield Work(cells, shape, progress, partial(compile_for, record, grid.changes))
+    return gather.dataset(record.kind, grid, keys, read)
+
+
+def _key(record: Study, change: Mapping[str, float]) -> str:
+    settings = (record.kind, record.integrator, record.analysis)
+    try:
+        return key_of(*settings, changed(record.mechanism, change))
+    except InputError:  # the cell will say so
+        return key_of(*settings, record.mechanism, change)
+
+
+def answer(record: Study, changes: Mapping[str, float]) -> Entry:
+    """Answer of a cell of a `[vary]`: the study of one analysis with a changed mechanism."""
+    single = record.model_copy(update={"mechanism": changed(record.mechanism, changes)})
+    dataset = computed(single, partial(in_memory, 1))
+    status, warning = Status(int(dataset.variables["status"])), dataset.attrs.pop("warning", "")
+    trouble = status.meaning if status else warning
+    return {"status": int(status), "trouble": trouble, "dataset": gather.plain(dataset)}
+
+
+def compile_for(record: Study, changes: Sequence[Mapping[str, float]] = ({},)) -> None:
+    """Compile what a study with these changes needs, so that workers find it on the disk."""
+    for change in (*changes[:: max(1, len(changes) // SAMPLED)], changes[-1]):
+        try:
+            mechanism = changed(record.mechanism, change)
+            section = getattr(record.analysis, "section", None)
+            model = assemble(mechanism, None, quantity(section, mechanism))
+        except InputError:
+            continue
+        warm([model])
+        if record.row.tangents:
+            warm_tangents(model)
+
+
+def study_hash(record: Study) -> str:
+    """The beginning of the keys of all cells that one analysis hands out by number."""
+    return key_of(record.kind, record.integrator, record.analysis, record.mechanism)[:HASH]
+
+
+def with_journal_keys(record: Study, work: Work, number: int = 0) -> tuple[list[Job], int]:
+    """The jobs of an analysis's work under the keys of a journal, and the length of what was put before."""
+    if not work.numbered:
+        return list(work.jobs), 0
+    begin = f"{study_hash(record)}{number:0{WORK}x}"
+    return [replace(cell, key=begin + cell.key) for cell in work.jobs], len(begin)
+
+
+def count_by_keys(keys: Iterable[str]) -> int:
+    """Number of cells in the works to which these keys belong, as the keys say; 0 where there is no key."""
+    return sum({key[HASH : HASH + WORK]: int(key[-DIGITS:], 16) for key in keys}.values())
+
+
+def with_provenance(study: Loaded, dataset: xr.Dataset, processors: Iterable[str] = ()) -> xr.Dataset:
+    """A copy that says which study it answers, where it comes from, and which kinds of processors ran it."""
     record = study.record
     titled = dataset.assign_attrs(study=record.name, title=record.heading)
     return provenance.attach(titled, record.model_dump(mode="json"), study.text, processors)

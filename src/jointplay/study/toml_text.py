@@ -1,4 +1,4 @@
-"""A study file's text: read, parse as TOML, lay changes from the command line over it. No meaning yet."""
+"""The text of a study file: read it, parse it as TOML, apply changes from the command line."""
 
 import math
 import os
@@ -6,6 +6,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +20,7 @@ STEP = re.compile(r"(?:^|\.)(?P<name>[^.\[\]=\s]+)|\[(?P<index>\d{1,6})\]")
 
 
 def read_text(path: Path | str) -> str:
-    """Text of a study file.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        When `path` is no readable file or its bytes are not UTF-8.
-    """
+    """Text of a study file; `InputError` where it is no readable file or its bytes are not UTF-8."""
     expected = "the name of a study file (TOML, UTF-8)"
     try:
         return _content(path).decode("utf-8-sig")
@@ -37,23 +32,17 @@ def read_text(path: Path | str) -> str:
 
 
 def _content(path: Path | str) -> bytes:
-    """What is in a file: a pipe would wait for somebody to write into it, and a device may never end."""
-    told = os.stat(path)
-    if not stat.S_ISREG(told.st_mode):
-        raise OSError("it is a folder" if stat.S_ISDIR(told.st_mode) else "it is no regular file")
-    if told.st_size > LARGEST:
-        raise OSError(f"its {told.st_size:,} bytes are more than {LARGEST:,}")
+    """Bytes of a regular file: a pipe would wait for somebody to write into it, a device may never end."""
+    info = os.stat(path)
+    if not stat.S_ISREG(info.st_mode):
+        raise OSError("it is a folder" if stat.S_ISDIR(info.st_mode) else "it is no regular file")
+    if info.st_size > LARGEST:
+        raise OSError(f"its {info.st_size:,} bytes are more than {LARGEST:,}")
     return Path(path).read_bytes()
 
 
 def parse(text: str) -> dict[str, Any]:
-    """The table that a TOML text holds.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        When it is no TOML: with the offending line and its number.
-    """
+    """Parse a TOML text; `InputError` where it is none, with the offending line and its number."""
     try:
         return _table(text.replace("\r\n", "\n"))
     except tomllib.TOMLDecodeError as error:
@@ -70,7 +59,7 @@ def _table(text: str) -> dict[str, Any]:
 
 
 def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
-    """Lay ``key.path=value`` changes over a parsed study.
+    """Apply ``key.path=value`` changes to a parsed study.
 
     Parameters
     ----------
@@ -83,22 +72,17 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     Returns
     -------
     dict
-        A changed copy.
-
-    Raises
-    ------
-    jointplay.errors.InputError
-        Naming every change that does not fit.
+        A changed copy; `InputError` naming every change that does not fit.
     """
     if problems := too_deep(table):
         raise InputError(problems)
-    table = _copy(table)
+    table = deepcopy(table)
     for change in changes:
         path, equals, value = change.partition("=")
         steps = _steps(path.strip())
         if not equals or not steps or not _is_text(change):
             problems.append(Problem("--set", change, "key.path=value, such as mechanism.clearance=1e-4"))
-        elif not _place(table, steps, _value(value.strip())):
+        elif not _set(table, steps, _value(value.strip())):
             problems.append(Problem("--set", change, "a path through tables and existing list entries"))
     if problems:
         raise InputError(problems)
@@ -106,40 +90,38 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
 
 
 def _is_text(change: str) -> bool:
-    """Whether the bytes on the command line were text, and not what Python stands in for them."""
+    """Whether the bytes on the command line were text, of which Python makes no surrogates."""
     return not any("\ud800" <= character <= "\udfff" for character in change)
 
 
 def implausible(table: dict[str, Any]) -> list[Problem]:
-    """What no study can mean, whatever its kind: endless nesting, numbers whose products leave the floats."""
-    problems = []
-    for path, node in (each for level in _levels(table) for each in level):
-        if isinstance(node, int | float) and node and not SMALLEST <= abs(node) <= 1 / SMALLEST:
-            problems += _out_of_size(path, node)
-    return problems + too_deep(table)
+    """Problems of a study of any kind: endless nesting, numbers whose products overflow or underflow."""
+    nodes = (item for level in _levels(table) for item in level)
+    return [problem for path, node in nodes for problem in _out_of_size(path, node)] + too_deep(table)
 
 
 def too_deep(table: dict[str, Any]) -> list[Problem]:
-    """Where tables lie in tables more often than any study needs."""
+    """A problem where tables are nested more deeply than any study needs."""
     *_, last = _levels(table, DEPTH + 1)
     return [Problem(path[:60] + "...", "...", f"at most {DEPTH} levels of tables") for path, _ in last[:1]]
 
 
 def _levels(table: dict[str, Any], count: int = DEPTH) -> Iterator[list[tuple[str, Any]]]:
-    """What lies in a table at each depth, from itself on, with its path."""
+    """Path and value of each entry, depth by depth; the table itself first."""
     level: list[tuple[str, Any]] = [("", table)]
     for _ in range(count):
         yield level
         level = [(below, child) for path, node in level for below, child in _children(path, node)]
 
 
-def _out_of_size(path: str, number: float) -> list[Problem]:
-    if isinstance(number, float) and not math.isfinite(number):
-        return []  # told by the record that it belongs to, in its own words
-    shown = number if isinstance(number, float) else hex(number)[:20] + "..."
-    return [
-        Problem(path, shown, f"0, or a number between {SMALLEST:g} and {1 / SMALLEST:g} in size, is accepted")
-    ]
+def _out_of_size(path: str, node: Any) -> Iterator[Problem]:
+    """Yield a problem where a number is too large or small; its record refuses one that is not finite."""
+    if not isinstance(node, int | float) or not node or SMALLEST <= abs(node) <= 1 / SMALLEST:
+        return
+    if isinstance(node, int) or math.isfinite(node):
+        shown = node if isinstance(node, float) else hex(node)[:20] + "..."
+        expected = f"0, or a number between {SMALLEST:g} and {1 / SMALLEST:g} in size, is accepted"
+        yield Problem(path, shown, expected)
 
 
 def _children(path: str, node: Any) -> list[tuple[str, Any]]:
@@ -150,27 +132,23 @@ def _children(path: str, node: Any) -> list[tuple[str, Any]]:
 
 def _steps(path: str) -> list[str | int]:
     """``a.b[2].c`` as ['a', 'b', 2, 'c']; empty when the path is malformed."""
-    found = list(STEP.finditer(path))
-    whole = "".join(match.group() for match in found) == path and not path.startswith("[")
-    return [match["name"] or int(match["index"]) for match in found] if whole else []
+    matches = list(STEP.finditer(path))
+    whole = "".join(match.group() for match in matches) == path and not path.startswith("[")
+    return [match["name"] or int(match["index"]) for match in matches] if whole else []
 
 
-def _place(node: Any, steps: list[str | int], value: Any) -> bool:
-    """Put a value at the end of a path, making missing tables; False where the path does not fit."""
-    for step, after in zip(steps, [*steps[1:], None], strict=True):
-        if not _fits(node, step):
+def _set(node: Any, steps: list[str | int], value: Any) -> bool:
+    """Set the value at the end of a path, making missing tables; False where the path does not fit."""
+    for n, step in enumerate(steps, 1):
+        if not isinstance(node, list if isinstance(step, int) else dict):
             return False
-        if after is None:
+        if isinstance(step, int) and step >= len(node):
+            return False
+        if n == len(steps):
             node[step] = value
         else:
             node = node[step] if isinstance(step, int) else node.setdefault(step, {})
     return True
-
-
-def _fits(node: Any, step: str | int) -> bool:
-    if isinstance(step, int):
-        return isinstance(node, list) and step < len(node)
-    return isinstance(node, dict)
 
 
 def _value(text: str) -> Any:
@@ -179,12 +157,6 @@ def _value(text: str) -> Any:
     except (ValueError, RecursionError):
         return text
     return table["value"] if len(table) == 1 else text
-
-
-def _copy(node: Any) -> Any:
-    if isinstance(node, dict):
-        return {key: _copy(value) for key, value in node.items()}
-    return [_copy(value) for value in node] if isinstance(node, list) else node
 
 
 def _line_of(text: str, message: str) -> str:

@@ -1,4 +1,4 @@
-"""The `[vary]` table of a study file: parameters and their values, as lists or ranges; the points they make.
+"""The `[vary]` table of a study file: parameters, their values as lists or ranges, and the points of these.
 
 Values of several parameters make a grid. With ``zip = true`` they go together one by one instead; with
 ``cases`` each combination is written out as a table.
@@ -31,10 +31,10 @@ from jointplay.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
 CASE = "case"  # the dimension of combinations that make no grid
-ACCEPTED = "a list of numbers, or a table of start, stop, num and scale,"
+ACCEPTED = "a list of numbers, or a table of start, stop, num and scale"
 MANY = 1_000_000  # cells of a study
 NAMED = 8  # parameters that a message names
-TRIED = 500  # values of a range that are tried out beforehand; a cell with another one tells for itself
+TRIED = 500  # values of a range that are checked beforehand; cells report the rest
 
 
 class Range(Record):
@@ -45,7 +45,7 @@ class Range(Record):
     start, stop : float
         First and last value, both included.
     num : int
-        How many.
+        Number of values.
     scale : {'linear', 'log'}
         Even in the values, or in their logarithms.
     """
@@ -82,45 +82,44 @@ def _form(given: Any) -> str:
 
 
 def _any_form(given: Any) -> str:
-    if isinstance(given, list | tuple) and any(isinstance(each, Mapping) for each in given):
+    if isinstance(given, list | tuple) and any(isinstance(case, Mapping) for case in given):
         return "cases"
     return "flag" if isinstance(given, bool) else _form(given)
 
 
 def _flat(table: Any, path: str = "") -> Any:
-    """A key path may be written as nested tables: joined by dots, down to lists and ranges."""
+    """Join the keys of nested tables by dots, down to lists and ranges."""
     if not isinstance(table, Mapping):
         return table
-    found: dict[str, Any] = {}
+    flat: dict[str, Any] = {}
     for key, value in table.items():
         if key == "cases" and not path and isinstance(value, list | tuple):
-            value = [_flat(each) for each in value]
+            value = [_flat(case) for case in value]
         place = f"{path}.{key}" if path else str(key)
         nested = isinstance(value, Mapping) and value and not set(value) & set(Range.model_fields)
-        found |= _flat(value, place) if nested else {place: value}
-    return found
+        flat |= _flat(value, place) if nested else {place: value}
+    return flat
 
 
 def _not_empty(values: Any) -> Any:
     if not values:
-        raise refuse(values, f"{ACCEPTED.rstrip(',')} is accepted")
+        raise refuse(values, f"{ACCEPTED} is accepted")
     return values
 
 
-def _words(table: dict[str, Any]) -> dict[str, Any]:
-    """What is no axis stands under its own word, and nothing else does."""
-    found = []
+def _checked_forms(table: dict[str, Any]) -> dict[str, Any]:
+    """Refuse values whose form does not suit their key: `cases`, `zip` or a parameter."""
+    expected = {
+        "cases": ("cases", "a list of tables of parameters, and nothing beside it,"),
+        "zip": ("flag", "true or false"),
+    }
+    problems = []
     for key, value in table.items():
-        form = _any_form(value)
-        if key == "cases" and (form != "cases" or len(table) > 1):
-            expected = "a list of tables of parameters, and nothing beside it, is accepted"
-            found.append(Problem(key, value, expected))
-        elif key == "zip" and form != "flag":
-            found.append(Problem(key, value, "true or false is accepted"))
-        elif key not in ("cases", "zip") and form not in ("list", "range"):
-            found.append(Problem(key, value, f"{ACCEPTED.rstrip(',')} is accepted"))
-    if found:
-        raise InputError(found)
+        forms, accepted = expected.get(key, ("list range", ACCEPTED))
+        if _any_form(value) not in forms.split() or (key == "cases" and len(table) > 1):
+            problems.append(Problem(key, value, f"{accepted} is accepted"))
+    if problems:
+        raise InputError(problems)
     return table
 
 
@@ -134,16 +133,16 @@ _Any = Annotated[
     | Annotated[tuple[dict[str, Number], ...], Tag("cases")],
     Discriminator(_any_form),
 ]
-Varied = Annotated[dict[str, _Any], BeforeValidator(_flat), AfterValidator(_words)]
+Varied = Annotated[dict[str, _Any], BeforeValidator(_flat), AfterValidator(_checked_forms)]
 
 
 def vary_field(**more: Any) -> Any:
     """Describe a field that holds a `[vary]` table."""
-    return Field(json_schema_extra={"accepts": f"a table of parameters, each with {ACCEPTED}"}, **more)
+    return Field(json_schema_extra={"accepts": f"a table of parameters, each with {ACCEPTED},"}, **more)
 
 
 def parsed(table: Any) -> dict[str, Values]:
-    """Make a checked table of parameters, as a bifurcation diagram has it, what it says."""
+    """Parse a table of parameters of an analysis that varies them itself."""
     return TypeAdapter(Vary).validate_python(table)
 
 
@@ -152,30 +151,30 @@ def values(vary: Mapping[str, Any]) -> dict[str, tuple[float, ...]]:
     if "cases" in vary:
         keys = list(dict.fromkeys(key for case in vary["cases"] for key in case))
         return {key: tuple(case[key] for case in vary["cases"] if key in case) for key in keys}
-    axes_only = ((key, each) for key, each in vary.items() if key != "zip")
-    return {key: each.values if isinstance(each, Range) else each for key, each in axes_only}
+    axes_only = ((key, given) for key, given in vary.items() if key != "zip")
+    return {key: given.values if isinstance(given, Range) else given for key, given in axes_only}
 
 
 def problems(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], root: str = ROOT) -> list[Problem]:
-    """List parameters that do not exist, and values that they cannot have; of a range the first one."""
+    """Problems of unknown parameters, and of values that they cannot have; of a range the first one."""
     given = values(vary)
     if together(vary):
         return _uneven(vary, given, root) or _wrong_cases(mechanism, vary, given, root)
     if (total := math.prod(map(len, given.values()))) > MANY:
         shown = f"{total} combinations" if total < 10**18 else f"combinations of {len(given)} parameters"
         return [Problem(root, shown, f"at most {MANY} combinations are accepted")]
-    given = {key: [each[i] for i in _looked_at(vary[key], len(each))] for key, each in given.items()}
-    found: dict[str, Problem] = {}
-    for problem in _told(mechanism, given, root):
+    given = {key: [each[i] for i in _sample(vary[key], len(each))] for key, each in given.items()}
+    first: dict[str, Problem] = {}
+    for problem in _axis_problems(mechanism, given, root):
         place, _, _ = problem.key.rpartition("[")
         ranged = isinstance(vary.get(place.removeprefix(root).removeprefix(".")), Range)
         key = place if ranged else problem.key
-        found.setdefault(key, Problem(key, problem.given, problem.expected))
-    return list(found.values())
+        first.setdefault(key, replace(problem, key=key))
+    return list(first.values())
 
 
-def _looked_at(given: Any, count: int) -> Sequence[int]:
-    """Which values are tried out beforehand: all of a list, of a long range some from end to end."""
+def _sample(given: Any, count: int) -> Sequence[int]:
+    """Indices of the values that are checked beforehand: of a long range some, from end to end."""
     if not isinstance(given, Range) or count <= TRIED:
         return range(count)
     return np.linspace(0, count - 1, TRIED).astype(int).tolist()
@@ -186,7 +185,7 @@ def together(vary: Mapping[str, Any]) -> bool:
     return "cases" in vary or bool(vary.get("zip"))
 
 
-def _told(mechanism: Mechanism | TestSystem, given: Mapping[str, Any], root: str) -> list[Problem]:
+def _axis_problems(mechanism: Mechanism | TestSystem, given: Mapping[str, Any], root: str) -> list[Problem]:
     try:
         axes(mechanism, given, root)
     except InputError as error:
@@ -195,7 +194,7 @@ def _told(mechanism: Mechanism | TestSystem, given: Mapping[str, Any], root: str
 
 
 def _uneven(vary: Mapping[str, Any], given: Mapping[str, Sequence[float]], root: str) -> list[Problem]:
-    """Values that cannot go together one by one."""
+    """Problems of lists that cannot go together one by one."""
     if "cases" in vary:
         odd = [i for i, case in enumerate(vary["cases"]) if case.keys() != given.keys() or not case]
         names = ", ".join([*list(given)[:NAMED], *["..."] * (len(given) > NAMED)]) or "the parameters"
@@ -210,23 +209,21 @@ def _uneven(vary: Mapping[str, Any], given: Mapping[str, Sequence[float]], root:
 def _wrong_cases(
     mechanism: Mechanism | TestSystem, vary: Mapping[str, Any], given: Mapping[str, Any], root: str
 ) -> list[Problem]:
-    """Values that parameters cannot have, and combinations that are there already."""
-    found, seen = [], set()
-    tried = {key: set(_looked_at(vary.get(key), len(each))) for key, each in given.items()}
+    """Problems of values that parameters cannot have, and of repeated combinations."""
+    problems, seen = [], set()
+    tried = {key: set(_sample(vary.get(key), len(each))) for key, each in given.items()}
     for i, combined in enumerate(zip(*given.values(), strict=True)):
         case = dict(zip(given, combined, strict=True))
         if combined in seen:
-            place = f"cases[{i}]" if "cases" in vary else "zip"
-            found.append(
-                Problem(join(root, place), case, "a combination that is not there already is accepted")
-            )
+            place = join(root, f"cases[{i}]" if "cases" in vary else "zip")
+            problems.append(Problem(place, case, "a combination that is not there already is accepted"))
         seen.add(combined)
         for key, value in ((key, value) for key, value in case.items() if i in tried[key]):
             place = join(root, f"cases[{i}].{key}" if "cases" in vary else f"{key}[{i}]")
-            for problem in _told(mechanism, {key: (value,)}, root):
-                named = problem.key.endswith("]")
-                found.append(Problem(place if named else problem.key, problem.given, problem.expected))
-    return found
+            for problem in _axis_problems(mechanism, {key: (value,)}, root):
+                indexed = problem.key.endswith("]")
+                problems.append(replace(problem, key=place) if indexed else problem)
+    return problems
 
 
 @dataclass(frozen=True)
@@ -246,39 +243,40 @@ class Points:
 
     @property
     def dims(self) -> tuple[str, ...]:
-        """Dimensions of the whole."""
+        """Dimensions of the grid."""
         return (CASE,) if self.together else tuple(axis.name for axis in self.axes)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Numbers along them."""
+        """Sizes along the dimensions."""
         sizes = tuple(len(axis.values) for axis in self.axes)
         return sizes[:1] if self.together else sizes
 
     @property
     def changes(self) -> list[dict[str, float]]:
-        """What is changed at each point, the last dimension fastest."""
+        """Changes of the mechanism at each point, the last dimension fastest."""
         combined = zip if self.together else product
         keys = [axis.key for axis in self.axes]
-        return [dict(zip(keys, each, strict=True)) for each in combined(*(a.values for a in self.axes))]
+        return [dict(zip(keys, point, strict=True)) for point in combined(*(a.values for a in self.axes))]
 
     @property
     def coordinates(self) -> dict[str, Any]:
         """Coordinates of a dataset."""
-        found: dict[str, Any] = {
+        coordinates: dict[str, Any] = {
             axis.name: (CASE if self.together else axis.name, np.array(axis.values), axis.attributes)
             for axis in self.axes
         }
         if self.together:
-            found[CASE] = (CASE, np.arange(self.shape[0]), {"units": "1", "long_name": "number of the case"})
-        return found
+            counted = {"units": "1", "long_name": "number of the case"}
+            coordinates[CASE] = (CASE, np.arange(self.shape[0]), counted)
+        return coordinates
 
 
 def points(mechanism: Mechanism | TestSystem, vary: Mapping[str, Any]) -> Points:
     """Every combination that a checked `[vary]` table asks for."""
     given = values(vary)
-    if not together(vary):
-        return Points(checked_axes(mechanism, given))
     rising = checked_axes(mechanism, given)
+    if not together(vary):
+        return Points(rising)
     ordered = (replace(axis, values=tuple(map(float, given[axis.key]))) for axis in rising)
     return Points(tuple(ordered), together=True)

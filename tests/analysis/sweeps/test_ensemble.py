@@ -365,7 +365,7 @@ def test_a_study_in_lanes_is_planned_and_run(tmp_path, capsys):
 def test_what_was_computed_at_once_is_kept_at_once():
     """A task whose time is up ends between two cells; those of an ensemble are finished together."""
     record = validate(tomllib.loads(STUDY))
-    strands = first_work(record).strands
-    assert len(work(Task(strands, None, limit=0.0)).answers) == 3
-    apart = first_work(record.model_copy(update={"integrator": type(record.integrator)(rtol=1e-7)})).strands
+    jobs = first_work(record).jobs
+    assert len(work(Task(jobs, None, limit=0.0)).answers) == 3
+    apart = first_work(record.model_copy(update={"integrator": type(record.integrator)(rtol=1e-7)})).jobs
     assert len(work(Task(apart, None, limit=0.0)).answers) == 1

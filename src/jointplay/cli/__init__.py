@@ -1,0 +1,126 @@
+"""The command line: what goes wrong becomes a message and an exit code."""
+
+import _thread
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from jointplay.cli.parser import build_parser
+from jointplay.cli.verbs import DONE, FAILED
+from jointplay.errors import InputError
+from jointplay.terminal import harmless_output
+
+WRONG_INPUT, INTERRUPTED = 2, 130
+
+
+@harmless_output()
+def main(argv: list[str] | None = None) -> int:
+    """Run one verb.
+
+    Parameters
+    ----------
+    argv : list of str, optional
+        The words after ``jointplay``; the process's own by default.
+
+    Returns
+    -------
+    int
+        0 done, 1 numerical failure or a result that could not be stored, 2 wrong input, 130 interrupted.
+    """
+    _open_streams()
+    arguments = build_parser().parse_args(argv)
+    with _interrupts() as pressed:
+        try:
+            code = arguments.verb(arguments)
+            if sys.stdout is not None:
+                sys.stdout.flush()  # output that cannot be written fails here, and not as Python ends
+            return code
+        except KeyboardInterrupt as error:
+            return _interrupted(*error.args[:1])
+        except BrokenPipeError:  # the reader of a pipe has left, such as `| head`
+            _drop_output()
+            return DONE
+        except OSError as error:
+            print(f"not done: {error}", file=sys.stderr)
+            _drop_output()
+            return FAILED
+        except InputError as error:
+            return _refused(error)
+        except MemoryError as error:
+            print(f"not enough memory: {error}; ask for fewer turns, samples or cells", file=sys.stderr)
+            return FAILED
+        except Exception:
+            if pressed:  # the compiler turns an interrupt into errors of its own
+                return _interrupted()
+            raise
+
+
+def _open_streams() -> None:
+    """Open standard streams that the caller has closed, and write out characters that a stream cannot encode.
+
+    Else the next file that is opened would take the number of a closed stream, and get what is printed.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _drop_output() -> None:
+    """Discard output that cannot be written, which Python would try once more as it ends."""
+    try:
+        sys.stdout.flush()
+    except (OSError, AttributeError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _refused(error: InputError) -> int:
+    print("wrong input:" if error.count == 1 else f"wrong input, {error.count} problems:", file=sys.stderr)
+    print("\n".join(f"  {line}" for line in str(error).splitlines()), file=sys.stderr)
+    return WRONG_INPUT
+
+
+def _interrupted(how: str = "start over") -> int:
+    exec("")  # Python ends as if killed when the interrupt came inside another exec: this clears its mark
+    print(f"interrupted: run the same command again to {how}", file=sys.stderr)
+    return INTERRUPTED
+
+
+@contextmanager
+def _interrupts() -> Iterator[list[bool]]:
+    """Record that Ctrl-C was pressed, beside raising KeyboardInterrupt as always.
+
+    An analysis that keeps its results so far (analysis.looks) is asked to end first, and interrupted by a
+    second Ctrl-C.
+    """
+    pressed: list[bool] = []
+
+    def note(*_: object) -> None:
+        pressed.append(True)
+        looks = sys.modules.get("jointplay.analysis.looks")
+        if looks is None or not looks.stop():
+            raise KeyboardInterrupt
+
+    def again(lost) -> None:  # an interrupt that a callback of the compiler could not pass on
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            _thread.interrupt_main()
+        else:
+            sys.__unraisablehook__(lost)
+
+    try:
+        before, hook = signal.signal(signal.SIGINT, note), sys.unraisablehook
+    except ValueError:  # only a main thread takes signals
+        yield pressed
+        return
+    sys.unraisablehook = again
+    try:
+        yield pressed
+    finally:
+        sys.unraisablehook = hook
+        signal.signal(signal.SIGINT, before)
