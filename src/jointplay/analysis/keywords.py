@@ -47,17 +47,21 @@ _START = "a table of crank_angle, crank_speed, or a list of numbers (the state),
 _PLANE = "a table of two coordinates, each a rising list of numbers or a table of start, stop and num,"
 
 
-def analysis(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Make a function an analysis: its signature checks each call, and its `progress` is told as time passes.
+def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[..., T]], Callable[..., T]]:
+    """Make a function an analysis: its signature checks each call, its `progress` is called as time passes.
 
-    What a generator function's progress is told is up to who drives it: `cells.divided` goes around this.
+    The progress of a generator function is called by whoever drives it: `cells.divided` goes around this.
 
     Parameters
     ----------
-    *rules : callable
-        As in `checked`: say what of the keywords does not fit together, or not the mechanism.
+    *rules, **more
+        As in `checked`: rules of which keywords fit together, and the mechanism.
     """
-    return lambda function: checked(*rules)(function if isgeneratorfunction(function) else reported(function))
+
+    def decorated(function: Callable[..., T]) -> Callable[..., T]:
+        return checked(*rules, **more)(function if isgeneratorfunction(function) else reported(function))
+
+    return decorated
 
 
 class Initial(Record):

@@ -10,8 +10,7 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator
 
-from jointplay.analysis import rates
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rates, rules
 from jointplay.analysis.evaluate import Quantities, attributes, beyond_the_model, dataset, flags, scalars
 from jointplay.analysis.keywords import (
     Before,
@@ -25,11 +24,10 @@ from jointplay.analysis.keywords import (
     analysis,
     listed,
 )
-from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
+from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
 from jointplay.errors import Problem, refuse
-from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Flag, Natural, NonNegative
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
@@ -47,7 +45,7 @@ Times = Annotated[listed(NonNegative, "a list of times in s"), AfterValidator(_a
 
 
 def _length_fits(turns: float | None, duration: float | None, windows: Windows | None) -> Iterator[Problem]:
-    return asked.length_fits(turns, duration) if windows is None else iter(())
+    return rules.length_fits(turns, duration) if windows is None else iter(())
 
 
 def _one_way(at: Any, steps: bool, samples_per_turn: int | None) -> Iterator[Problem]:
@@ -70,7 +68,7 @@ def _samples_fit(
     if windows is not None:
         turns, duration = turns or windows[-1][1], None
     if at is None and not steps:
-        yield from asked.samples_fit(mechanism, turns, duration, samples_per_turn or SAMPLES_PER_TURN)
+        yield from rules.samples_fit(mechanism, turns, duration, samples_per_turn or SAMPLES_PER_TURN)
 
 
 @analysis(
@@ -78,9 +76,9 @@ def _samples_fit(
     *BESIDE_WINDOWS,
     _one_way,
     _samples_fit,
-    asked.section_fits,
-    asked.record_fits,
-    asked.start_fits,
+    rules.section_fits,
+    rules.record_fits,
+    deferred=[rules.start_fits],
 )
 def simulate(
     mechanism: Moving,
@@ -145,9 +143,7 @@ def simulate(
     if windows is not None and turns is None:
         turns = windows[-1][1]
     names = recorded(record, mechanism)
-    model = assemble(
-        mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
-    )
+    model = rules.model_for(mechanism, initial, section, names)
     begin = (windows[0][0] if windows else transient) * model.period
     end = transient * model.period + (duration if turns is None else turns * model.period)
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
@@ -161,9 +157,9 @@ def simulate(
         log_from=begin,
         steps=steps,
         events=True,
-        max_steps=asked.steps(max_steps),
+        max_steps=rules.steps(max_steps),
         rates=rates.needed(names),
-        **asked.section_fields(section, model, 0),
+        **rules.section_fields(section, model, 0),
     )
     records = follow(model, request, progress)
     found = _dataset(model, request, records, names, begin if section else None)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.codegen import cache
 from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
@@ -44,7 +44,7 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
     InputError
         If the start, or the section, does not fit the mechanism.
     """
-    watched = asked.quantity(section, mechanism)
+    watched = rules.quantity(section, mechanism)
     if isinstance(start, End):
         turned = isinstance(mechanism, Mechanism) and crank_place(assemble(mechanism)) is None
         model = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched)

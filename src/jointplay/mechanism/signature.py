@@ -37,7 +37,9 @@ class MoreArguments(Arguments):
 Rule = Callable[..., Iterable[Problem] | None]
 
 
-def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
+def checked(
+    *rules: Rule, deferred: Collection[Rule] = (), **shared: Callable[..., Any]
+) -> Callable[[Callable[..., T]], Callable[..., T]]:
     """Check the arguments of each call by the function's annotations, and bring them into their types.
 
     Parameters
@@ -45,6 +47,11 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
     *rules : callable
         Each is called with those of the arguments that it names, where all of these are right by themselves;
         it yields the problems of their not fitting together, or raises an `InputError`.
+    deferred : collection of callable
+        Rules whose problems the function itself raises first of all: asked here only beside other problems.
+    **shared : callable
+        What rules may name beside arguments, each made once of the arguments that it names itself; where that
+        raises an `InputError`, which another rule has to tell, the rules that name it are not asked.
 
     Returns
     -------
@@ -64,9 +71,10 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
         alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
         open_ended = any(each.kind is Parameter.VAR_KEYWORD for each in own.values())
         form = cache(partial(_form, function.__name__, fields, open_ended))
-        named = [(rule, {*signature(rule).parameters}) for rule in rules]
 
-        def broken(given: Mapping[str, Any], wrong: Collection[str] = ()) -> list[Problem]:
+        def broken(
+            given: Mapping[str, Any], wrong: Collection[str] = (), asked: Iterable[Rule] = (*rules, *deferred)
+        ) -> list[Problem]:
             """What rules say of arguments, those left out that are known to be wrong by themselves."""
             usual = {name: None if default is ... else default for name, (_, default) in fields().items()}
             sound = {name: value for name, value in given.items() if name not in wrong}
@@ -74,9 +82,8 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
                 sound = usual | (dict(form(needed=False)(**sound)) if wrong else sound)
             except InputError:  # so much is wrong that not all of it is known
                 return []
-            said = (
-                _said(rule, {n: sound[n] for n in names}) for rule, names in named if not names & {*wrong}
-            )
+            sound = _Shared(sound, shared)
+            said = (_said(rule, sound) for rule in asked if not sound.needed(rule) & {*wrong})
             return [each for problems in said for each in problems]
 
         @wraps(function)
@@ -86,8 +93,9 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
                 arguments, problems = dict(form()(**given)), []
             except InputError as error:
                 arguments, problems = given, error.problems
-            if problems := problems + broken(arguments, {first(problem.key) for problem in problems}):
-                raise InputError(problems)
+            wrong = {first(problem.key) for problem in problems}
+            if problems := problems + broken(arguments, wrong, rules):
+                raise InputError(problems + broken(arguments, wrong, deferred))
             by_place = [arguments.pop(name) for name in alone]
             return function(*by_place, **arguments)
 
@@ -97,10 +105,39 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
     return decorated
 
 
-def _said(rule: Rule, arguments: dict[str, Any]) -> list[Problem]:
+class _Shared(dict[str, Any]):
+    """Arguments by name, and what rules share, made of them when it is first looked up."""
+
+    def __init__(self, arguments: Mapping[str, Any], shared: Mapping[str, Callable[..., Any]]) -> None:
+        super().__init__(arguments)
+        self.shared = shared
+
+    def __missing__(self, name: str) -> Any:
+        made = self[name] = self.shared[name](**self.of(self.shared[name]))
+        return made
+
+    def of(self, function: Callable[..., Any]) -> dict[str, Any]:
+        """The arguments of a function."""
+        return {name: self[name] for name in _names(function)}
+
+    def needed(self, rule: Rule) -> frozenset[str]:
+        """Names of the arguments that a rule depends on."""
+        return _names(rule).union(*(_names(self.shared[n]) for n in _names(rule) & self.shared.keys()))
+
+
+@cache
+def _names(function: Callable[..., Any]) -> frozenset[str]:
+    return frozenset(signature(function).parameters)
+
+
+def _said(rule: Rule, arguments: _Shared) -> list[Problem]:
     """What a rule says of the arguments that it names."""
     try:
-        return list(rule(**arguments) or ())
+        own = arguments.of(rule)
+    except InputError:
+        return []
+    try:
+        return list(rule(**own) or ())
     except InputError as error:
         return error.problems
 

@@ -19,14 +19,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.errors import Problem
-from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
@@ -69,11 +68,11 @@ class Turn:
         return np.concatenate([absolute[:n_q], absolute[n_q:] / SPEED_FLOOR])
 
     def records(self, state: np.ndarray, turns: int, skip: int = 0, events: bool = False) -> Records:
-        """Follow a state for whole turns; keep the passages after the first `skip`, and events if asked."""
+        """Follow a state for whole turns; keep the passages after the first `skip`, and events if rules."""
         model = replace(self.model, state=state)
         forward = 1 if model.crank_speed >= 0 else -1
         request = Request(
-            duration=asked.SLACK * turns * model.period,
+            duration=rules.SLACK * turns * model.period,
             rtol=self.rtol,
             level=model.crank_angle + forward * math.tau,
             period=math.tau,
@@ -82,7 +81,7 @@ class Turn:
             stop_after=turns,
             events=events,
             log_from=0.0,
-            max_steps=asked.steps(self.max_steps),
+            max_steps=rules.steps(self.max_steps),
         )
         records = follow(model, request)
         if records.status or len(records.sections) == turns - skip:
@@ -113,10 +112,10 @@ def unresolved(distance: float, rtol: float) -> Iterator[Problem]:
 
 
 def _turns_at_all(mechanism: Mechanism | TestSystem) -> None:
-    asked.quantity(CrankAngle(), mechanism)
+    rules.quantity(CrankAngle(), mechanism)
 
 
-@analysis(unresolved, _turns_at_all, asked.start_fits)
+@analysis(unresolved, _turns_at_all, deferred=[rules.start_fits])
 def growth(
     mechanism: Moving,
     *,
@@ -161,7 +160,7 @@ def growth(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    model = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
+    model = rules.model_for(mechanism, initial, CrankAngle())
     turn = Turn(model, rtol, max_steps)
     state, status = model.state, 0
     if transient:

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 from pydantic import BeforeValidator
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.analysis.evaluate import dataset, scalars
 from jointplay.analysis.exponents import exponents as means
 from jointplay.analysis.exponents import second_estimate
@@ -42,8 +42,9 @@ def _number_or_all(given: Any) -> Any:
 
 
 def _exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
-    states = len(assemble(mechanism).state)
-    if exponents != "all" and exponents > states:
+    if exponents in (1, "all"):
+        return
+    if exponents > (states := len(assemble(mechanism).state)):
         yield Problem("exponents", exponents, f'a whole number from 1 to {states}, or "all", is accepted')
 
 
@@ -52,7 +53,7 @@ def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[P
         yield Problem("twin_turns", twin_turns, "0 is accepted for a system that nothing forces")
 
 
-@analysis(asked.length_fits, asked.start_fits, _exponents_fit, _twins_fit)
+@analysis(rules.length_fits, _exponents_fit, _twins_fit, deferred=[rules.start_fits])
 def lyapunov(
     mechanism: Moving,
     *,
@@ -127,17 +128,17 @@ def lyapunov(
     infinity where sticking loses a dimension. ``grazing`` is the smallest approach speed of a guard at an
     event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
-    model = assemble(mechanism, initial)
+    model = rules.model_for(mechanism, initial)
     count = len(model.state) if exponents == "all" else int(exponents)
     begin = transient * model.period
     span = duration if turns is None else turns * model.period
-    request = Request(begin + span, rtol, max_steps=asked.steps(max_steps))
+    request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))
     bundle = framed(model, request, count, saltation)
     share = 0.5 if twin_turns else 1.0
     rows, ended = follow(bundle, begin, error, part(progress, 0.0, share))
     variables = _variables(model, bundle, rows, ended)
     if twin_turns and ended["status"] != INTERRUPTED:
-        cut = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
+        cut = rules.model_for(mechanism, initial, CrankAngle())
         reach = math.ceil(transient)
         found = second_estimate.twin(cut, twin_turns, reach, max_steps, part(progress, share, 1.0))
         values, errors = (

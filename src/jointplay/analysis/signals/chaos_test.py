@@ -32,7 +32,7 @@ def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> N
     _named(mechanism, quantity)
 
 
-@analysis(_quantity_fits, section_fits, start_fits)
+@analysis(_quantity_fits, deferred=[section_fits, start_fits])
 def chaos_test(
     mechanism: Moving,
     *,

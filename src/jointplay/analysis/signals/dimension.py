@@ -40,7 +40,7 @@ def _rising(shares: tuple[float, float]) -> tuple[float, float]:
     return shares
 
 
-@analysis(_quantities_fit, section_fits, start_fits)
+@analysis(_quantities_fit, deferred=[section_fits, start_fits])
 def dimension(
     mechanism: Moving,
     *,

@@ -24,7 +24,7 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator, Field
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -64,7 +64,7 @@ def _known(window: str) -> str:
     return window
 
 
-@analysis(_quantity_fits, asked.length_fits, asked.start_fits, asked.samples_fit)
+@analysis(_quantity_fits, rules.length_fits, deferred=[rules.start_fits, rules.samples_fit])
 def spectrum(
     mechanism: Moving,
     *,

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import contacts, rates
-from jointplay.analysis import rules as asked
+from jointplay.analysis import contacts, rates, rules
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.evaluate import Quantities
@@ -68,7 +67,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     start : optional
         As in `placed`.
     plan : Plan
-        What is asked.
+        What is rules.
 
     Returns
     -------
@@ -154,15 +153,15 @@ def counted(model: Model, section: Section) -> bool:
 
 def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Generator[tuple, Records, Records]:
     """Ask for some turns of the model; watched: with events and section points."""
-    whole, fields = counted(model, plan.section), asked.section_fields(plan.section, model, 0)
+    whole, fields = counted(model, plan.section), rules.section_fields(plan.section, model, 0)
     end = turns * model.period
     if whole:
-        fields |= {"duration": asked.SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
+        fields |= {"duration": rules.SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
     else:
         fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
     looked["rates"] = watched and rates.needed(plan.record)
-    limit = {"rtol": plan.rtol, "max_steps": asked.steps(plan.max_steps)}
+    limit = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
     records = yield model, Request(**limit, **looked, **fields)
     if whole and not records.status and len(records.sections) < (turns if watched else 1):
         return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
@@ -261,7 +260,7 @@ def _exponents(mechanism: Mechanism | TestSystem, found: Mapping[str, Any], plan
         begin=ALIGN * model.period,
         span=plan.lyapunov_turns * model.period,
         rtol=plan.rtol,
-        max_steps=asked.steps(plan.max_steps),
+        max_steps=rules.steps(plan.max_steps),
     )
     done = {"n_steps": found["n_steps"] + measured["counts"]["n_steps"]}
     status = measured["status"]
