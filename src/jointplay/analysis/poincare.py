@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.evaluate import beyond_the_model, dataset, flags, scalars
+from jointplay.analysis.evaluate import beyond_the_model, dataset, described, flags, scalars
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -84,16 +84,13 @@ def poincare(
         rows = rows[rows[:, 2] >= begin]
     points = rates.quantities(model, rtol, records, rows[:, 2:])
     variables = points.variables(names, "turn") | scalars(model, records)
-    variables["time"] = ("turn", points.time, {"units": "s", "long_name": "time of the section point"})
-    variables["section_joint"] = (
-        "turn",
-        rows[:, 0].astype(np.int16),
-        {"units": "1", "long_name": "joint of the point; -1: none"},
+    variables |= described(
+        {
+            "time": ("turn", points.time, "s", "time of the section point"),
+            "section_joint": ("turn", rows[:, 0].astype(np.int16), "1", "joint of the point; -1: none"),
+        }
     )
-    variables["section_event"] = (
-        "turn",
-        rows[:, 1].astype(np.int8),
-        {"long_name": "kind of event"} | flags(EVENTS),
-    )
-    turn = ("turn", np.arange(len(rows)), {"units": "1", "long_name": "section point"})
-    return dataset(model, variables, {"turn": turn}, "section").assign_attrs(beyond_the_model(points))
+    kinds = {"long_name": "kind of event"} | flags(EVENTS)
+    variables["section_event"] = ("turn", rows[:, 1].astype(np.int8), kinds)
+    coords = described({"turn": ("turn", np.arange(len(rows)), "1", "section point")})
+    return dataset(model, variables, coords, "section").assign_attrs(beyond_the_model(points))

@@ -1,4 +1,4 @@
-"""The words of a dataset: every variable with its dimensions, units and long name."""
+"""Catalogue of recorded variables: dimensions, units and long name of each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -65,7 +65,7 @@ def recorded(
 ) -> tuple[str, ...]:
     """Names to record: those asked for, checked, or the usual ones that the mechanism has.
 
-    Without `integrals`, what only a run from its start on can know is refused.
+    Without `integrals`, integrals over time since the start are refused.
 
     Raises
     ------
@@ -92,7 +92,7 @@ def recorded(
 
 
 def _absent(mechanism: Mechanism) -> dict[str, str]:
-    """Parts that no quantity can be of here, with what is missing."""
+    """Kinds of part that the mechanism does not have, with the condition under which it would."""
     joints, links = mechanism.joints, mechanism.links
     return {
         of: missing

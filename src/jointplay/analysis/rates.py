@@ -58,14 +58,14 @@ def resolved(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) ->
     held = held[rows[held, 0] <= doubts[places[held], END]]
     if not len(held):
         return rows
-    places, wanted, found = places[held], rows[held], rows.copy()
+    places, wanted, result = places[held], rows[held], rows.copy()
     anew = _anew(model, rtol, doubts, places, wanted)
     same = (anew[:, 0] == wanted[:, 0]) & np.all(_modes(model, anew) == _modes(model, wanted), axis=1)
     first = np.searchsorted(places, places)  # of the same doubt
-    astray = np.cumsum(~same)  # up to a row; none between the first of its doubt and itself
-    same &= astray == np.where(same[first], astray[first], -1)
-    found[held[same]] = anew[same]
-    return found
+    other = np.cumsum(~same)  # up to a row; none between the first of its doubt and itself
+    same &= other == np.where(same[first], other[first], -1)
+    result[held[same]] = anew[same]
+    return result
 
 
 def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -11,7 +11,15 @@ import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.evaluate import Quantities, attributes, beyond_the_model, dataset, flags, scalars
+from jointplay.analysis.evaluate import (
+    Quantities,
+    attributes,
+    beyond_the_model,
+    dataset,
+    described,
+    flags,
+    scalars,
+)
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -162,8 +170,8 @@ def simulate(
         **rules.section_fields(section, model, 0),
     )
     records = follow(model, request, progress)
-    found = _dataset(model, request, records, names, begin if section else None)
-    return found if windows is None else marked(found, number, windows, model.period)
+    result = _dataset(model, request, records, names, begin if section else None)
+    return result if windows is None else marked(result, number, windows, model.period)
 
 
 def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:
@@ -178,7 +186,7 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
 
 
 def _dataset(
-    model: Model, request: Request, records: Records, names, sections_from: float | None
+    model: Model, request: Request, records: Records, names: tuple[str, ...], sections_from: float | None
 ) -> xr.Dataset:
     rows = records.steps[:, 2:] if request.steps else records.samples
     history = rates.quantities(model, request.rtol, records, rows)
@@ -186,31 +194,28 @@ def _dataset(
     if sections_from is not None:
         points = records.sections[records.sections[:, 2] >= sections_from, 2:]
         cut = rates.quantities(model, request.rtol, records, points)
-        variables["section_time"] = (
-            "turn",
-            cut.time,
-            {"units": "s", "long_name": "time of the section point"},
-        )
+        variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
         variables |= cut.variables(names, "turn", prefix="section_")
-    time = ("time", history.time, {"units": "s", "long_name": "time"})
-    return dataset(model, variables, {"time": time}, "response").assign_attrs(beyond_the_model(history))
+    coords = described({"time": ("time", history.time, "s", "time")})
+    return dataset(model, variables, coords, "response").assign_attrs(beyond_the_model(history))
 
 
 def _events(model: Model, records: Records) -> dict[str, Any]:
-    """The event list."""
-    rows = records.events
+    """Variables of the events: time, joint and kind, and the speeds at the contact of a linkage."""
+    rows, kinds = records.events, {"long_name": "kind of event"} | flags(EVENTS)
     joint, kind = rows[:, 0].astype(np.int16), rows[:, 1].astype(np.int8)
-    found = {
-        "event_time": ("event", rows[:, 2], {"units": "s", "long_name": "time of the event"}),
-        "event_joint": ("event", joint, {"units": "1", "long_name": "joint of the event, counted from 0"}),
-        "event_kind": ("event", kind, {"long_name": "kind of event"} | flags(EVENTS)),
-    }
+    variables = described(
+        {
+            "event_time": ("event", rows[:, 2], "s", "time of the event"),
+            "event_joint": ("event", joint, "1", "joint of the event, counted from 0"),
+        }
+    ) | {"event_kind": ("event", kind, kinds)}
     if model.links and model.joints:
         speeds = Quantities(model, rows[:, 2:], records.start).variables(_SPEEDS, "event")
         for name in _SPEEDS:
             values = speeds[name][1][np.arange(len(joint)), joint] if len(joint) else np.zeros(0)
-            found[f"event_{name}"] = ("event", values, attributes(name))
-    return found
+            variables[f"event_{name}"] = ("event", values, attributes(name))
+    return variables
 
 
 _SPEEDS = ("normal_velocity", "tangential_velocity")

@@ -1,4 +1,4 @@
-"""Where the motions of a sweep start: at a given start, or where the motion of a neighbour stands."""
+"""Starts of the motions of a sweep: given states, or the end of a neighbour's motion."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from jointplay.mechanism.records import Mechanism, Section, TestSystem
 
 
 class End(NamedTuple):
-    """Where a motion stands: names and values of its positions and speeds, and the crank's angle."""
+    """End of a motion: names and values of its positions and speeds, and the crank's angle."""
 
     names: tuple[str, ...]
     state: np.ndarray
@@ -52,9 +52,9 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
     if isinstance(mechanism, TestSystem) or start is None or isinstance(start, Mapping):
         return assemble(mechanism, start, watched)
     model = assemble(mechanism, None, watched)
-    found = moved(model, _vector(model, start))
-    _check_journals(found, start)
-    return found
+    model = moved(model, _vector(model, start))
+    _check_journals(model, start)
+    return model
 
 
 def _check_journals(model: Model, start: Any) -> None:
@@ -91,25 +91,25 @@ def state_names(model: Model) -> tuple[str, ...]:
 
 
 def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
-    """Whether a mechanism can go on from there."""
+    """Whether a motion of the mechanism can start at an end."""
     return state_names(assemble(mechanism)) == tuple(end.names)
 
 
 def crank_place(model: Model) -> int | None:
-    """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
+    """Index of the crank's angle in the state; None where its motion is prescribed, or there is no crank."""
     names, own = state_names(model), f"theta_{model.crank}"
     return names.index(own) if own in names else None
 
 
 def moved(model: Model, state: np.ndarray) -> Model:
-    """The model with its motion at another state, at the time 0."""
+    """The model with another initial state."""
     crank = crank_place(model)
     angle = model.crank_angle if crank is None else float(state[crank])
     return replace(model, state=np.array(state, dtype=float), crank_angle=angle)
 
 
 def _inside(model: Model) -> Model:
-    """The model, its position moved back to where a rigid wall stands, if that has passed it."""
+    """The model, with a position beyond a rigid wall moved back to the wall."""
     module = cache.structure_module(model.structure)
     numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
     return replace(model, state=inside(module, numbers, model.state))

@@ -10,13 +10,14 @@ import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import cache, partial, wraps
 from inspect import Parameter, signature
-from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import ConfigDict, create_model
 
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.base import Record
 
+P = ParamSpec("P")
 T = TypeVar("T")
 _BY_PLACE = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 
@@ -39,7 +40,7 @@ Rule = Callable[..., Iterable[Problem] | None]
 
 def checked(
     *rules: Rule, deferred: Collection[Rule] = (), **shared: Callable[..., Any]
-) -> Callable[[Callable[..., T]], Callable[..., T]]:
+) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Check the arguments of each call by the function's annotations, and bring them into their types.
 
     Parameters
@@ -65,7 +66,7 @@ def checked(
         At a call, listing every argument that is unknown, missing, not accepted, or does not fit the others.
     """
 
-    def decorated(function: Callable[..., T]) -> Callable[..., T]:
+    def decorated(function: Callable[P, T]) -> Callable[P, T]:
         fields = cache(partial(_fields, function))
         own = signature(function).parameters
         alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
@@ -87,7 +88,7 @@ def checked(
             return [each for problems in said for each in problems]
 
         @wraps(function)
-        def call(*values: Any, **others: Any) -> T:
+        def call(*values: P.args, **others: P.kwargs) -> T:
             given = _by_name(function, values, others)
             try:
                 arguments, problems = dict(form()(**given)), []

@@ -15,12 +15,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rules
-from jointplay.analysis.evaluate import flags
+from jointplay.analysis.evaluate import described, status_code
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
@@ -160,13 +161,16 @@ def growth(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    model = rules.model_for(mechanism, initial, CrankAngle())
-    turn = Turn(model, rtol, max_steps)
-    state, status = model.state, 0
+    turn = Turn(rules.model_for(mechanism, initial, CrankAngle()), rtol, max_steps)
+    return _dataset(*measure_after(turn, transient, turns, distance, progress))
+
+
+def measure_after(turn: Turn, transient: int, *measured: Any, **more: Any) -> tuple[np.ndarray, float, int]:
+    """Result of `measure` from where the motion is after some turns from its start."""
+    state, status = turn.model.state, 0
     if transient:
         state, _, status = turn(state, transient)
-    logs, time, status = measure(turn, state, turns, distance, progress) if not status else ([], 0.0, status)
-    return _dataset(np.asarray(logs), time, status)
+    return (np.zeros(0), 0.0, status) if status else measure(turn, state, *measured, **more)
 
 
 def measure(
@@ -221,21 +225,13 @@ def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
 
 def _dataset(logs: np.ndarray, duration: float, status: int) -> xr.Dataset:
     mean = float(logs.mean()) if len(logs) else math.nan
-    told = {
-        "growth": (mean, "1", "mean logarithm of the growth of a difference in a turn"),
-        "growth_standard_error": (standard_error(logs), "1", "standard error of the growth"),
-        "growth_rate": (
-            mean * len(logs) / duration if duration else math.nan,
-            "s-1",
-            "growth of a difference",
-        ),
+    rate = mean * len(logs) / duration if duration else math.nan
+    variables = {
+        "growth": ((), mean, "1", "mean logarithm of the growth of a difference in a turn"),
+        "growth_standard_error": ((), standard_error(logs), "1", "standard error of the growth"),
+        "growth_rate": ((), rate, "s-1", "growth of a difference"),
+        "growth_of_turn": ("turn", logs, "1", "logarithm of the growth in this turn"),
     }
-    variables = {name: ((), v, {"units": u, "long_name": text}) for name, (v, u, text) in told.items()}
-    variables["growth_of_turn"] = (
-        "turn",
-        logs,
-        {"units": "1", "long_name": "logarithm of the growth in this turn"},
-    )
-    variables["status"] = ((), np.int8(status), {"long_name": "how the run ended"} | flags(STATUS))
-    turn = ("turn", np.arange(len(logs)), {"units": "1", "long_name": "turn"})
-    return xr.Dataset(variables, {"turn": turn}, {"Conventions": "CF-1.11", "kind": "growth"})
+    coords = described({"turn": ("turn", np.arange(len(logs)), "1", "turn")})
+    attributes = {"Conventions": "CF-1.11", "kind": "growth"}
+    return xr.Dataset(described(variables) | {"status": status_code(status)}, coords, attributes)

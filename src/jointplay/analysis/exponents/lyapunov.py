@@ -3,7 +3,7 @@
 Tangents are carried along in the same steps, through every event by its saltation matrix, and made
 orthonormal after each step; the mean rates at which they grow are the exponents. Reference: G. Benettin, L.
 Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20. Error bars, and how far to trust them:
-`exponents`; the check without Jacobians: `second_estimate`.
+`batch_means`; the check without Jacobians: `second_estimate`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
-from jointplay.analysis.evaluate import dataset, scalars
-from jointplay.analysis.exponents import exponents as means
-from jointplay.analysis.exponents import second_estimate
+from jointplay.analysis.evaluate import dataset, described, scalars, status_code
+from jointplay.analysis.exponents import batch_means, second_estimate
 from jointplay.analysis.exponents.stretching import USABLE, follow, framed, turn_period
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
@@ -100,14 +99,13 @@ def lyapunov(
     -------
     xarray.Dataset
         ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s), both also ``…_per_turn`` where something
-        turns, over
-        ``exponent``, with ``batch_correlation`` and ``effective_blocks``; ``lyapunov_trace`` (running means)
-        and ``lyapunov_trace_error`` over ``block`` and ``exponent``, at ``block_time``; ``turn_period``;
-        ``sum_residual`` (1/s; of a whole spectrum), ``mean_divergence`` and ``volume_share``: see Notes;
-        ``grazing`` and ``status``. With `twin_turns`: ``growth`` a turn, ``growth_standard_error``,
-        ``map_exponent``, what the first estimate says of the same, and ``growth_difference`` in combined
-        standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of one that was
-        interrupted and kept (`jointplay run`), the estimates up to there.
+        turns, over ``exponent``, with ``batch_correlation`` and ``effective_blocks``; ``lyapunov_trace``
+        (running means) and ``lyapunov_trace_error`` over ``block`` and ``exponent``, at ``block_time``;
+        ``turn_period``; ``sum_residual`` (1/s; of a whole spectrum), ``mean_divergence`` and
+        ``volume_share``: see Notes; ``grazing`` and ``status``. With `twin_turns`: ``growth`` a turn,
+        ``growth_standard_error``, ``map_exponent``, the first estimate of the same, and ``growth_difference``
+        in combined standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of
+        one that was interrupted and kept (`jointplay run`), the estimates up to there.
 
     Raises
     ------
@@ -139,14 +137,12 @@ def lyapunov(
     variables = _variables(model, bundle, rows, ended)
     if twin_turns and ended["status"] != INTERRUPTED:
         cut = rules.model_for(mechanism, initial, CrankAngle())
-        reach = math.ceil(transient)
-        found = second_estimate.twin(cut, twin_turns, reach, max_steps, part(progress, share, 1.0))
-        values, errors = (
-            variables[f"lyapunov_{name}_per_turn"][1] for name in ("exponent", "standard_error")
-        )
-        variables |= second_estimate.variables(values, errors, found)
-        if found["status"] == INTERRUPTED:
-            variables |= {"status": ((), np.int8(INTERRUPTED), variables["status"][2])}
+        rest = part(progress, share, 1.0)
+        growth = second_estimate.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
+        leading = (variables[f"lyapunov_{name}_per_turn"][1] for name in ("exponent", "standard_error"))
+        variables |= second_estimate.variables(*leading, growth)
+        if growth["status"] == INTERRUPTED:
+            variables["status"] = status_code(INTERRUPTED)
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
         variables = {
             key: each for key, each in variables.items() if not key.endswith(("_turn", "turn_period"))
@@ -156,24 +152,25 @@ def lyapunov(
 
 def _variables(model: Model, bundle: Bundle, rows: np.ndarray, ended: dict[str, Any]) -> dict[str, Any]:
     turn = turn_period(model, rows)
-    told = {
-        "turn_period": (turn, "s", "mean period of a turn"),
-        "grazing": (bundle.grazing, "1", "smallest relative approach to a guard"),
-    }
-    found = means.variables(rows, bundle.logs, turn, len(model.state))
+    variables = batch_means.variables(rows, bundle.logs, turn, len(model.state))
     if ended["status"] not in USABLE:
-        found = {name: each if name in TRACE else _lost(each) for name, each in found.items()}
-    found |= {key: ((), v, {"units": u, "long_name": text}) for key, (v, u, text) in told.items()}
-    return found | scalars(model, SimpleNamespace(**ended))
+        variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}
+    variables |= described(
+        {
+            "turn_period": ((), turn, "s", "mean period of a turn"),
+            "grazing": ((), bundle.grazing, "1", "smallest relative approach to a guard"),
+        }
+    )
+    return variables | scalars(model, SimpleNamespace(**ended))
 
 
-def _lost(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-    """A variable without its values."""
+def _missing(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+    """A variable with NaN for all of its values."""
     dims, values, attributes = variable
     return dims, np.full(np.shape(values), np.nan), attributes
 
 
 def _dataset(model: Model, variables: dict[str, Any]) -> xr.Dataset:
     number = np.arange(1, len(variables["lyapunov_exponent"][1]) + 1)
-    over = ("exponent", number, {"units": "1", "long_name": "number of the exponent"})
-    return dataset(model, variables, {"exponent": over}, "lyapunov")
+    coords = described({"exponent": ("exponent", number, "1", "number of the exponent")})
+    return dataset(model, variables, coords, "lyapunov")
