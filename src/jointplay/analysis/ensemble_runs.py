@@ -16,6 +16,7 @@ import numpy as np
 
 from jointplay.analysis import guard_tolerances
 from jointplay.analysis.pieces import in_pieces, pace
+from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.trajectory import Records, Request, follow, functions
 from jointplay.codegen import cache
 from jointplay.codegen.ensemble import known
@@ -145,7 +146,6 @@ def _records(jobs, n: int, log: np.ndarray, seconds: float) -> Records:
     from jointplay.numerics.ensemble.layout import C_STATUS
 
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
-    names = ("n_steps", "n_rejected", "n_failed", "n_evaluations", "n_events")
-    counts = {name: int(jobs.count[n, place]) for place, name in enumerate(names)}
+    counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
     status = int(jobs.count[n, C_STATUS])
     return Records(jobs.final[n : n + 1], *kinds, jobs.start[n], status, seconds, counts)

@@ -12,19 +12,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.quantities import BALANCE, MODES, RATES, STATUS, WORDS
+from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, STATUS, WORDS
 from jointplay.codegen import cache, outputs
 from jointplay.errors import ModelWarning
 from jointplay.mechanism.model import DEEP, Model
 from jointplay.numerics.codes import Mode
-
-COUNTERS = {
-    "n_steps": "accepted steps",
-    "n_rejected": "rejected steps",
-    "n_failed": "steps that did not converge",
-    "n_evaluations": "evaluations of the accelerations",
-    "n_events": "events",
-}
 
 
 class Quantities:
@@ -60,25 +52,22 @@ class Quantities:
         keys = {
             name: [self._key(name, label) for label in self._labels(word.of)] for name, word in plain.items()
         }
-        outputs = self._evaluated({name: ks for name, ks in keys.items() if name not in RATES}, self.rows)
-        outputs |= self._evaluated({name: ks for name, ks in keys.items() if name in RATES}, self.sharp)
-        values = {
-            name: np.stack([self._full(outputs[key]) for key in ks], -1) for name, ks in keys.items() if ks
-        }
+        series = self._evaluated([key for name in keys if name not in RATES for key in keys[name]], self.rows)
+        series |= self._evaluated([key for name in keys if name in RATES for key in keys[name]], self.sharp)
+        values = {name: np.stack([series[key] for key in ks], -1) for name, ks in keys.items() if ks}
+        values = {name: each[:, 0] if WORDS[name].of is None else each for name, each in values.items()}
         values |= {name: self._special(name) for name in wanted if name not in plain}
+        dims = {None: (dim,), "bending": (dim, "link")}
         return {
-            prefix + name: (
-                (dim,) if word.of is None else (dim, "link" if word.of == "bending" else word.of),
-                self._shaped(word, values[name]),
-                attributes(name),
-            )
+            prefix + name: (dims.get(word.of, (dim, word.of)), values[name], attributes(name))
             for name, word in wanted.items()
             if name in values
         }
 
-    def _evaluated(self, keys: dict[str, list[str]], rows: np.ndarray) -> dict[str, np.ndarray]:
-        wanted = [key for each in keys.values() for key in each]
-        return outputs.evaluate(self.module, wanted, self._given(rows)) if wanted else {}
+    def _evaluated(self, keys: list[str], rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Outputs of the structure's program, one value a row."""
+        values = outputs.evaluate(self.module, keys, self._given(rows)) if keys else {}
+        return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
 
     def _labels(self, of: str | None) -> tuple[str, ...]:
         model = self.model
@@ -90,13 +79,6 @@ class Quantities:
         if name == "state_value":
             return f"state:{label}"
         return f"{name}:{label}" if label else name
-
-    def _full(self, value: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(value, self.time.shape)
-
-    @staticmethod
-    def _shaped(word, values: np.ndarray) -> np.ndarray:
-        return values[:, 0] if word.of is None and values.ndim == 2 else values
 
     def _given(self, rows: np.ndarray) -> dict[str, Any]:
         """Symbols of the program: state, parameters, masks."""
@@ -130,13 +112,13 @@ class Quantities:
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""
-        energies = outputs.evaluate(self.module, ("kinetic_energy", "potential_energy"), self._given(rows))
-        return np.broadcast_to(energies["kinetic_energy"] + energies["potential_energy"], len(rows)).copy()
+        energies = self._evaluated(["kinetic_energy", "potential_energy"], rows)
+        return energies["kinetic_energy"] + energies["potential_energy"]
 
     def _stored(self) -> np.ndarray:
         """Elastic energy of the contacts."""
         keys = [f"stored_energy:{name}" for name in self.model.joints]
-        stored = outputs.evaluate(self.module, keys, self._given(self.rows))
+        stored = self._evaluated(keys, self.rows)
         held = (stored[key] * (self.modes[:, j] > Mode.RELEASED) for j, key in enumerate(keys))
         return sum(held, np.zeros(len(self.rows)))
 

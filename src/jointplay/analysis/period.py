@@ -1,8 +1,8 @@
 """Period of a motion, in turns, from its section points.
 
 A motion of period p has its section points on p places: those whose numbers leave the same rest on division
-by p lie together. What is asked is that they lie within a tolerance over all turns recorded, not only from
-one turn to the next: a slow drift is no period.
+by p lie together. They must lie within a tolerance over all turns recorded, not only from one turn to the
+next: a slow drift is no period.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Compiled loops run in pieces, so that Python can report and stop (looks) between them.
 
-While compiled code runs, no signal's handler does, and nobody is told how far it is. So each loop is called
-for as many attempts at a time as took `PIECE` s so far. A loop that stopped at its limit goes on where it was
+While compiled code runs, no handler of a signal does, and no progress is reported. So each loop is called for
+as many attempts at a time as took `PIECE` s so far. A loop that stopped at its limit goes on where it was
 left (numerics.memory), to the last bit as if it had not stopped: no answer depends on the pieces.
 """
 

@@ -50,6 +50,13 @@ WORDS = {
     "structural_work": Word(None, "J", "work taken in by elastic links' damping since the start"),
     "state_value": Word("state", "1", "state"),
 }
+COUNTERS = {  # of a run, in order
+    "n_steps": "accepted steps",
+    "n_rejected": "rejected steps",
+    "n_failed": "steps that did not converge",
+    "n_evaluations": "evaluations of the accelerations",
+    "n_events": "events",
+}
 MODES, EVENTS, STATUS = Mode.words(), Event.words(), Status.words()
 BALANCE = ("energy_residual", "drive_work", "joint_work", "structural_work")  # need integrals of power
 RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction", "drive_torque")

@@ -103,13 +103,13 @@ def too_many(given: Mapping[str, float | None], period: float = 1.0, root: str =
     root : str
         How the keys of errors begin.
     """
-    asked = {key: value for key, value in given.items() if value is not None}
-    count = math.prod(value / period if key == "duration" else value for key, value in asked.items())
+    factors = {key: value for key, value in given.items() if value is not None}
+    count = math.prod(value / period if key == "duration" else value for key, value in factors.items())
     if count > MOST:
-        first, *others = asked
+        first, *others = factors
         together = f"together with {', '.join(others)} " if others else ""
         expected = f"{together}at most {MOST:,} samples are accepted, not {count:,.0f}"
-        yield Problem(join(root, first), asked[first], expected)
+        yield Problem(join(root, first), factors[first], expected)
 
 
 def steps(max_steps: int | None) -> int:

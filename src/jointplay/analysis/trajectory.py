@@ -13,6 +13,7 @@ import numpy as np
 from jointplay.analysis import guard_tolerances
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.pieces import in_pieces, pace
+from jointplay.analysis.quantities import COUNTERS
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import Model
@@ -159,9 +160,8 @@ def counts(x) -> dict[str, int]:
     """Counters of a run: steps, evaluations and events."""
     from jointplay.numerics.memory import EVALUATIONS, EVENTS, FAILED, REJECTED, STEPS
 
-    places = {"n_steps": STEPS, "n_rejected": REJECTED, "n_failed": FAILED}
-    places |= {"n_evaluations": EVALUATIONS, "n_events": EVENTS}
-    return {name: int(x.count[place]) for name, place in places.items()}
+    places = (STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS)
+    return {name: int(x.count[place]) for name, place in zip(COUNTERS, places, strict=True)}
 
 
 @lru_cache(maxsize=256)

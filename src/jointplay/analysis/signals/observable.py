@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from jointplay.analysis.evaluate import COUNTERS
-from jointplay.analysis.quantities import WORDS, recorded
+from jointplay.analysis.quantities import COUNTERS, WORDS, recorded
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, TestSystem

@@ -240,11 +240,11 @@ def planned(
     record: Sequence[str] | None = None,
     starts: tuple[Any, ...] | None = None,
     initial: Any = None,
-    **asked: Any,
+    **settings: Any,
 ) -> Sweep:
-    """Say which motions are to be followed, by checked keywords of `bifurcation`."""
+    """Plan the motions to follow, from checked keywords of `bifurcation`."""
     quantities = names(record, largest(mechanism, over))
-    plan = Plan(record=quantities, turns=turns, keep=min(keep, turns), **asked)
+    plan = Plan(record=quantities, turns=turns, keep=min(keep, turns), **settings)
     begun = (initial,) if starts is None else starts
     return Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
 
@@ -264,11 +264,11 @@ def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tu
 
 def assembled(sweep: Sweep, read: Read) -> xr.Dataset:
     """Make the dataset of `bifurcation` of the answers of its points."""
-    found = gather.dataset("bifurcation", sweep, sweep.keys, read)
+    result = gather.dataset("bifurcation", sweep, sweep.keys, read)
     spread = {"units": "1", "long_name": "spread of section points that count as one"}
-    found["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
+    result["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
     counts = numbered("point", sweep.plan.keep, "section point")
     counts |= numbered("exponent", sweep.plan.exponents, "number of the exponent", 1)
-    found = found.assign_coords({dim: each for dim, each in counts.items() if dim in found.dims})
-    found.attrs.pop("swept")
-    return found if len(sweep.starts) > 1 else found.isel(start=0, drop=True)
+    result = result.assign_coords({dim: each for dim, each in counts.items() if dim in result.dims})
+    result.attrs.pop("swept")
+    return result if len(sweep.starts) > 1 else result.isel(start=0, drop=True)
