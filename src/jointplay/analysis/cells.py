@@ -96,16 +96,9 @@ def handed_out(
     cells: Sequence[dict[str, Any]],
     progress: Callable[[float], None] | None = None,
 ) -> Generator[Work, Read, list[Entry]]:
-    """Hand out a call of a function for each cell.
+    """Hand out a call of a function for each cell, by the call's keywords.
 
-    Parameters
-    ----------
-    function : callable
-        Gives back a dict with the key ``status``; importable by name, since workers are processes.
-    cells : sequence of dict
-        Keywords of the calls.
-    progress : callable, optional
-        To be called with the fraction of cells done.
+    The function gives back a dict with the key ``status``; workers, which are processes, import it by name.
 
     Returns
     -------

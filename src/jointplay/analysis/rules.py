@@ -30,7 +30,9 @@ def length_fits(turns: float | None, duration: float | None) -> Iterator[Problem
 
 def section_fits(mechanism: Mechanism | TestSystem, section: Section | None) -> None:
     """Refuse a section that the mechanism cannot have."""
-    quantity(section, mechanism)
+    watched = quantity(section, mechanism)
+    if isinstance(section, Plane) and isinstance(mechanism, TestSystem):
+        assemble(mechanism, None, watched)  # its equations know its quantities
 
 
 def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
@@ -87,7 +89,7 @@ def assembled_at(
 
 
 def _below(key: str, problem: Problem) -> Problem:
-    own = problem.key.startswith(("mechanism", "parameters"))
+    own = problem.key.startswith(("mechanism", "parameters", "section"))
     return problem if own else replace(problem, key=join(key, problem.key.removeprefix("initial")))
 
 

@@ -27,17 +27,10 @@ class End(NamedTuple):
 
 
 def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None) -> Model:
-    """Assemble a mechanism at a start.
+    """Assemble a mechanism at a start, with the quantity of a section.
 
-    Parameters
-    ----------
-    mechanism : Mechanism or TestSystem
-        What moves.
-    start : optional
-        As `assemble` takes it; a state vector of a linkage too (with a constant speed, at crank angle 0); or
-        an `End` of a mechanism with the same states: a position beyond a wall is moved back to the wall.
-    section : Section, optional
-        Where the motion is to be cut.
+    The start is as in `assemble`; a state vector of a linkage too (with a constant speed, at crank angle 0);
+    or an `End` of a mechanism with the same states: a position beyond a wall is moved back to the wall.
 
     Raises
     ------

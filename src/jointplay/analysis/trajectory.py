@@ -94,21 +94,7 @@ class Records:
 
 
 def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
-    """Follow the motion of a model from its start.
-
-    Parameters
-    ----------
-    model : Model
-        What moves.
-    request : Request
-        For how long, and what to record.
-    progress : callable, optional
-        Called with the fraction done, 0 to 1.
-
-    Returns
-    -------
-    Records
-    """
+    """Follow the motion of a model from its start; `progress` is called with the fraction done, 0 to 1."""
     from jointplay.numerics.memory import LOGGED, SAMPLES, SECTIONS
 
     began = time.perf_counter()

@@ -52,17 +52,7 @@ BESIDE_WINDOWS = (  # rules of which keywords of `simulate` are accepted beside 
 
 
 def sample_times(windows: Windows, period: float, samples_per_turn: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times of evenly spaced samples, s, and the window that each lies in, counted from 0.
-
-    Parameters
-    ----------
-    windows : sequence of pairs
-        First and last turn of each; both are sampled.
-    period : float
-        Length of a nominal turn, s.
-    samples_per_turn : int
-        At least.
-    """
+    """Times of evenly spaced samples, s, from end to end of each window, and the number of its window."""
     counts = [max(1, math.ceil((last - first) * samples_per_turn - 1e-9)) for first, last in windows]
     times = [period * np.linspace(*window, count + 1) for window, count in zip(windows, counts, strict=True)]
     number = np.repeat(np.arange(len(windows), dtype=np.int8), [count + 1 for count in counts])
@@ -72,14 +62,7 @@ def sample_times(windows: Windows, period: float, samples_per_turn: int) -> tupl
 def marked(dataset: xr.Dataset, number: np.ndarray, windows: Windows, period: float) -> xr.Dataset:
     """The dataset with the window of each sample, and without the events outside of all windows.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Over ``time`` and ``event``; a run that stopped early has fewer samples than were asked for.
-    number : ndarray
-        The window of each sample asked for.
-    windows, period
-        As in `sample_times`.
+    A run that stopped early has fewer samples than `number`, which holds the window of each requested one.
     """
     times = dataset["event_time"].values
     inside = np.any([(a * period <= times) & (times <= b * period) for a, b in windows], axis=0)

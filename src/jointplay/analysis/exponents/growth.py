@@ -59,17 +59,17 @@ class Turn:
 
     @property
     def crank(self) -> int | None:
-        """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
+        """Index of the crank's angle in the state, as `crank_place`."""
         return crank_place(self.model)
 
     @property
     def scale(self) -> np.ndarray:
-        """What counts as 1 in each place of the state: a radian or the longest link, the nominal speed."""
+        """Scale of each state: a radian or the longest link, and the nominal speed."""
         n_q, absolute = len(self.model.turning), self.model.absolute
         return np.concatenate([absolute[:n_q], absolute[n_q:] / SPEED_FLOOR])
 
     def records(self, state: np.ndarray, turns: int, skip: int = 0, events: bool = False) -> Records:
-        """Follow a state for whole turns; keep the passages after the first `skip`, and events if rules."""
+        """Follow a state for whole turns; keep the passages after the first `skip`, and events if asked."""
         model = replace(self.model, state=state)
         forward = 1 if model.crank_speed >= 0 else -1
         request = Request(
@@ -105,7 +105,7 @@ class Turn:
 
 
 def unresolved(distance: float, rtol: float) -> Iterator[Problem]:
-    """Yield a problem where a distance is not well above the accuracy of the runs that should tell it."""
+    """Yield a problem where a distance is not well above the accuracy of the runs that measure it."""
     if distance < RESOLVED * rtol:
         least = f"at least {RESOLVED} times rtol, {RESOLVED * rtol:.3g}"
         expected = f"{least}, is accepted: nearer motions differ by their own errors"
@@ -138,16 +138,14 @@ def growth(
         Turns over which the growth is averaged, after those in which the difference finds its direction.
     transient : int
         Turns that are followed first.
-    rtol : float
-        Relative tolerance of a step.
     distance : float
         Distance of the neighbour at the start of each turn, in radians (longest links) and nominal speeds.
     initial : optional
         As in `simulate`; the section is where the motion starts.
     max_steps : int, optional
         Attempted steps after which a turn stops.
-    progress : callable, optional
-        Called with the fraction done.
+    rtol, progress
+        As in `simulate`.
 
     Returns
     -------
@@ -180,12 +178,9 @@ def measure(
     distance: float = DISTANCE,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[np.ndarray, float, int]:
-    """Logarithms of the growth, turn by turn, from a state on the section.
+    """Logarithms of the growth, turn by turn, from a state on the section; fewer if a turn failed.
 
-    Returns
-    -------
-    (ndarray, float, int)
-        Logarithms, shape (turns,) or shorter if a turn failed; duration of those turns, s; status.
+    Beside them, the duration of those turns, s, and the status.
     """
     scale = turn.scale
     away = np.random.default_rng(0).standard_normal(len(state))
@@ -207,14 +202,9 @@ def measure(
 
 
 def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
-    """Standard error of a mean by batch means; NaN where there are fewer than two values a batch.
+    """Standard error of the mean of a stationary series by batch means; NaN below two values a batch.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        A stationary series, which may be correlated over less than a batch.
-    batches : int
-        Number of batches; the first values that do not fill a batch are left out.
+    The first values that do not fill a batch are left out.
     """
     length = len(values) // batches
     if length < 2:

@@ -81,15 +81,13 @@ def lyapunov(
         budget, where `error` is given.
     transient : float
         Turns that motion and tangents are followed first.
-    rtol : float
-        Tolerated error of a step.
     error : float, optional
         Standard error of the largest exponent, 1/s, at which the run stops, if the batches that it comes from
         do not follow one another.
     twin_turns : int
         Turns over which the largest exponent is estimated a second time, from the same start, by renormalised
         twin trajectories; 0: not.
-    initial, max_steps, progress
+    rtol, initial, max_steps, progress
         As in `simulate`.
     saltation : bool
         False leaves the tangents' jumps at events out, as a comparison: the result is then wrong wherever a

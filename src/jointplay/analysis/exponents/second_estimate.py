@@ -1,8 +1,8 @@
 """A second estimate of the largest exponent, by renormalised twin trajectories: no Jacobian, no saltation.
 
-It is the largest exponent of the section's map, a turn (`growth`). The exponents of a flow
-hold one more where nothing outside keeps the time: that along the motion, which is 0. Without it, the
-flow's largest times the length of a turn is the map's.
+It is the largest exponent of the section's map, a turn (`growth`). The exponents of a flow hold one more
+where nothing outside keeps the time: that along the motion, which is 0. Without it, the flow's largest times
+the length of a turn is the map's.
 """
 
 from __future__ import annotations
@@ -36,14 +36,9 @@ def twin(
 
 
 def of_the_map(values: np.ndarray, errors: np.ndarray, timeless: bool) -> tuple[float, float]:
-    """Largest exponent of the section's map, and its error, from the leading ones of the flow.
+    """Largest exponent of the section's map, and its error, from the leading ones of the flow, a turn.
 
-    Parameters
-    ----------
-    values, errors : ndarray
-        Exponents a turn, the largest first, with their standard errors.
-    timeless : bool
-        Whether one of the flow's exponents is that along the motion.
+    Where nothing outside keeps the time (`timeless`), one of the flow's exponents is that along the motion.
     """
     if not timeless:
         return float(values[0]), float(errors[0])

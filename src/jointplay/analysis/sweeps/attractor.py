@@ -67,7 +67,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     start : optional
         As in `placed`.
     plan : Plan
-        What is rules.
+        Settings of the sweep.
 
     Returns
     -------

@@ -112,14 +112,12 @@ class Chain:
     ----------
     keys : tuple of str
         Of the points.
-    mechanism : Mechanism or TestSystem
-        What is changed.
-    changes : tuple of dict
-        As in `vary.changed`, one a point.
+    mechanism, changes
+        As in `vary.changed`, with changes for each point.
     start : optional
         Of the first point; of every point that is not carried, or has other states than the last good end.
     plan : Plan
-        What is asked.
+        Settings of the sweep.
     carried : bool
         Whether points start from ends.
     end : sequence, optional

@@ -53,10 +53,8 @@ def dataset(kind: str, grid: Grid, keys: Sequence[str], read: Read) -> xr.Datase
     ----------
     kind : str
         Of the study.
-    grid : Grid
-        The cells, the last dimension fastest.
-    keys : sequence of str
-        Of each cell, in that order.
+    grid, keys
+        The cells and their keys, the last dimension fastest.
     read : callable
         Goes through the answers, as (key, answer) in any order; called twice, so that they need not be in
         memory all at once. Answers are as `jointplay.analysis.cells.guarded` gives them, with a ``dataset``
