@@ -70,6 +70,13 @@ def test_what_is_wrong_by_itself_and_what_does_not_fit_are_told_together():
     assert set(said) == {"duration", "steps", "section"}
 
 
+def test_a_start_and_a_section_that_a_system_cannot_have_are_refused_together():
+    nowhere = jp.Plane(quantity="w", value=0.0)
+    for function in (jp.simulate, jp.poincare):
+        said = refused(function, catalog.lorenz(), turns=1, section=nowhere, initial=[1.0, 2.0])
+        assert set(said) == {"section.quantity", "initial"}
+
+
 def test_a_wrong_value_has_one_reason_alone():
     """The rules look at what is left as usual in its place, and what they say of that is not said."""
     assert len(refused(jp.sensitivity, catalog.duffing(), rtol=1e-6, distance=-1.0)) == 1

@@ -44,6 +44,6 @@ def _plain(call):
 @pytest.mark.long
 @pytest.mark.parametrize("seed", [0, 3])
 def test_three_thousand_drawn_calls(seed):
-    script = Path(__file__).with_name("fuzz_calls.py")
-    done = subprocess.run([sys.executable, script, "3000", str(seed)], capture_output=True, text=True)
+    command = [sys.executable, "-m", "tests.analysis.fuzz_calls", "3000", str(seed)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert done.returncode == 0, done.stdout

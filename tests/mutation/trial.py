@@ -24,10 +24,14 @@ OWN = {
         "tests/equations",
         "tests/numerics",
         "tests/analysis/sweeps/test_ensemble.py",
+        "tests/analysis/sweeps/test_ensemble_analyses.py",
         "tests/cli/test_cache_verb.py",
         "tests/test_fresh_kernels.py",
     ],
-    "numerics": ["tests/numerics", "tests/codegen", "tests/analysis/sweeps/test_ensemble.py"],
+    "numerics": [
+        *("tests/numerics", "tests/codegen"),
+        *("tests/analysis/sweeps/test_ensemble.py", "tests/analysis/sweeps/test_ensemble_analyses.py"),
+    ],
 }
 EXACT = [
     *("tests/analysis/test_known_ball.py", "tests/analysis/test_known_impacts.py"),

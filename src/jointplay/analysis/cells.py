@@ -1,8 +1,8 @@
-"""Analyses that divide their work: they hand out cells, and make their dataset of what these answer.
+"""Analyses that divide their work: they hand out cells, and make their dataset of the answers.
 
-Such an analysis is a generator. It yields `Work`, and is given back what goes through the answers. Whoever
-drives it (`driven`) decides who runs the cells: this process and its workers (`divided`), or a study that
-keeps what is finished.
+Such an analysis is a generator. It yields `Work`, and is sent an iterator over the answers. Its driver
+(`driven`) decides who runs the cells: this process and its workers (`divided`), or a study that keeps what is
+finished.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Callable, Container, Generator, Iterable, Mapping, S
 from dataclasses import dataclass
 from functools import partial, wraps
 from inspect import signature
-from typing import Any, ClassVar
+from typing import Any, ClassVar, ParamSpec
 
 import xarray as xr
 
@@ -24,6 +24,7 @@ from jointplay.jobs.worker import in_tasks
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Status
 
+P = ParamSpec("P")
 JOBS = 2
 DIGITS = 7  # of a number in the key of a numbered cell
 
@@ -32,20 +33,20 @@ Read = Callable[[], Iterable[tuple[str, Entry]]]  # goes through the answers by 
 
 @dataclass(frozen=True)
 class Work:
-    """What an analysis hands out.
+    """Work that an analysis hands out.
 
     Parameters
     ----------
     jobs : sequence of Job
-        What is to be run, in any order.
+        To be run in any order.
     shape : dict of str to int
         Numbers of cells along each dimension.
     progress : callable, optional
         To be called with the fraction done.
     warm : callable
-        Compiles what cells need, so that other processes find it on the disk.
+        Compiles the functions that cells need, so that other processes find them on the disk.
     numbered : bool
-        Whether keys are numbers of cells, which mean something beside the study alone.
+        Whether keys are numbers of cells, which are unique only within a study.
     """
 
     jobs: Sequence[Job]
@@ -69,7 +70,7 @@ class Cell:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Its key alone."""
+        """The key, as the only one."""
         return (self.key,)
 
     def run(self, notes: Notes) -> None:
@@ -78,15 +79,15 @@ class Cell:
         notes.put(self.key, guarded(self.function, self.keywords))
 
     def only(self, _: str) -> Cell:
-        """Give itself."""
+        """The cell itself: it is the only one."""
         return self
 
     def sample(self) -> Cell:
-        """Give itself."""
+        """The cell itself."""
         return self
 
     def left(self, done: Container[str], _: Mapping[str, Entry]) -> Cell | None:
-        """Give itself, if it is not finished."""
+        """The cell itself, if it is not finished."""
         return None if self.key in done else self
 
 
@@ -95,16 +96,9 @@ def handed_out(
     cells: Sequence[dict[str, Any]],
     progress: Callable[[float], None] | None = None,
 ) -> Generator[Work, Read, list[Entry]]:
-    """Hand out a call of a function for each cell.
+    """Hand out a call of a function for each cell, by the call's keywords.
 
-    Parameters
-    ----------
-    function : callable
-        Gives back a dict with the key ``status``; importable by name, since workers are processes.
-    cells : sequence of dict
-        Keywords of the calls.
-    progress : callable, optional
-        To be called with the fraction of cells done.
+    The function gives back a dict with the key ``status``; workers, which are processes, import it by name.
 
     Returns
     -------
@@ -121,7 +115,7 @@ def handed_out(
 
 @reported
 def driven(steps: Callable[..., Steps], run: Callable[[Work], Read], /, *arguments, **keywords) -> xr.Dataset:
-    """Go through an analysis, whose work `run` does, and give its dataset."""
+    """Run an analysis to its end, doing its work by `run`, and return its dataset."""
     analysis, read = steps(*arguments, **keywords), None
     while True:
         try:
@@ -131,20 +125,21 @@ def driven(steps: Callable[..., Steps], run: Callable[[Work], Read], /, *argumen
         read = run(work)
 
 
-def divided(steps: Callable[..., Steps]) -> Callable[..., xr.Dataset]:
-    """Make an analysis whose work is done by `n_jobs` worker processes; `steps` stays at hand."""
+def divided(steps: Callable[P, Steps]) -> Callable[P, xr.Dataset]:
+    """Make an analysis whose work is done by `n_jobs` worker processes; `steps` is kept as an attribute."""
 
     @wraps(steps)
-    def analysis(*arguments, n_jobs: int | None = None, **keywords):
-        return driven(steps, partial(in_memory, n_jobs), *arguments, n_jobs=n_jobs, **keywords)
+    def analysis(*arguments: P.args, **keywords: P.kwargs) -> xr.Dataset:
+        return driven(steps, partial(in_memory, keywords.get("n_jobs")), *arguments, **keywords)
 
-    analysis.steps = steps
-    analysis.__signature__ = signature(steps).replace(return_annotation=xr.Dataset)
+    analysis.steps = steps  # type: ignore[attr-defined]
+    analysis.__annotations__ = steps.__annotations__ | {"return": xr.Dataset}
+    analysis.__signature__ = signature(steps).replace(return_annotation=xr.Dataset)  # type: ignore[attr-defined]
     return analysis
 
 
 def in_memory(n_jobs: int | None, work: Work) -> Read:
-    """Do some work with so many processes, `JOBS` if none are named, and keep the answers in memory."""
+    """Do work with `n_jobs` processes, `JOBS` if None, and keep the answers in memory."""
     total, tell = sum(len(job.keys) for job in work.jobs), work.progress or (lambda _: None)
     kept = Kept(lambda answers: tell(len(answers) / total))
     workers = min(JOBS if n_jobs is None else n_jobs, len(work.jobs))
@@ -170,7 +165,7 @@ def guarded(function: Callable[..., Entry], cell: dict[str, Any]) -> Entry:
 
 
 def warm(models: Iterable[Model], ensemble: bool = False) -> None:
-    """Compile what these models need, once a structure, so that workers find it on the disk."""
+    """Compile the functions of models, once a structure, so that workers find them on the disk."""
     for model in {model.structure: model for model in models}.values():
         brief = Request(duration=1e-9 * model.period, max_steps=1)
         if ensemble:

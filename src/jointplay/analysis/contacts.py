@@ -1,4 +1,4 @@
-"""What the contacts of a motion did: how often, how long, how hard, in which order, and what they missed.
+"""Statistics of a motion's contacts: how often, long and hard, in which order, and near misses.
 
 A contact begins with an event `contact` and ends with a `separation`; a rigid wall's `impact` is both at
 once, and where impacts end in `rest` on it, that lasts until a `separation`. Events are recorded with the
@@ -37,20 +37,10 @@ STEP = 1e-6  # of the period, for the rate of a gap
 def counts(
     events: np.ndarray, end: float, turns: float, closed_at_end: bool, joint: int | None = None
 ) -> dict[str, float]:
-    """Impacts and separations a turn, and the fraction of time in contact.
+    """Impacts and separations a turn, and the fraction of time in contact, of one joint or of all.
 
-    Parameters
-    ----------
-    events : ndarray
-        Rows of events from time 0 on.
-    end : float
-        When the record ends, s.
-    turns : float
-        How many turns it holds.
-    closed_at_end : bool
-        Whether the joint is in contact then: tells how a motion without events is.
-    joint : int, optional
-        Whose events; all if left out.
+    The record of events ends at `end` s, after `turns` turns; without events, the motion is in contact all
+    the time or never, as `closed_at_end`.
     """
     rows = events[np.isin(events[:, KIND], (CONTACT, SEPARATION, IMPACT, REST)) & (events[:, TIME] <= end)]
     rows = rows if joint is None else rows[rows[:, JOINT] == joint]
@@ -90,19 +80,17 @@ def _size(model: Model) -> int:
 
 
 def _smallest(joints: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
-    """Least absolute value of each contact's own rows."""
-    found = np.full(count, np.nan)
-    for j in range(count):
-        own = values[joints == j, j]
-        found[j] = np.min(np.abs(own)) if len(own) else np.nan
-    return found
+    """Smallest absolute value of each contact's own rows."""
+    own = (np.abs(values[joints == j, j]) for j in range(count))
+    return np.array([np.min(each) if len(each) else np.nan for each in own])
 
 
 def approach(model: Model, records: Records, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gap (m) and closing speed (m/s) of each contact, at rows of states; shapes (rows, contacts)."""
     if model.links and model.joints:
-        found = Quantities(model, rows, records.start).variables(("penetration", "normal_velocity"), "event")
-        return -found["penetration"][1], found["normal_velocity"][1]
+        names = ("penetration", "normal_velocity")
+        own = Quantities(model, rows, records.start).variables(names, "event")
+        return -own["penetration"][1], own["normal_velocity"][1]
     if model.resets:
         h, n_q = STEP * model.period, len(model.turning)
         step = np.zeros_like(rows)
@@ -116,8 +104,8 @@ def _gaps(model: Model, records: Records, rows: np.ndarray) -> np.ndarray:
     quantities = Quantities(model, rows, records.start)
     given = dict(zip(quantities.module.STATE, rows.T, strict=False))
     given |= dict(zip(quantities.module.PARAMETERS, model.numbers, strict=True))
-    found = outputs.evaluate(quantities.module, [f"gap:{name}" for name in model.resets], given)
-    return np.stack([np.broadcast_to(gap, len(rows)) for gap in found.values()], -1)
+    gaps = outputs.evaluate(quantities.module, [f"gap:{name}" for name in model.resets], given)
+    return np.stack([np.broadcast_to(gap, len(rows)) for gap in gaps.values()], -1)
 
 
 def _walls(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -134,7 +122,7 @@ def _walls(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def words(model: Model, records: Records, last: np.ndarray, bounds: np.ndarray, period: int) -> list[str]:
-    """Say in letters what happened in the last turn, or in the turns of the last period.
+    """Sequences of contact modes, as letters, in the last turn or in the turns of the last period.
 
     Of a linkage a word for each joint: its modes one after another, f free, r released (touching without
     force), + and - slip, s stick, c contact. Of a test system one word: the walls in the order in which
@@ -142,16 +130,8 @@ def words(model: Model, records: Records, last: np.ndarray, bounds: np.ndarray, 
     keeps 24 letters (a longer one ends in ~). The words of a period of up to 4 turns follow one another,
     beginning with that turn which makes the whole come first in the alphabet: one motion has one word.
 
-    Parameters
-    ----------
-    model, records
-        The run.
-    last : ndarray
-        The row at its end.
-    bounds : ndarray
-        Times between turns, ascending, the end of the run last.
-    period : int
-        In turns; 0 or less if there is none.
+    `last` is the row at the end of the run, `bounds` the times between turns up to there; a `period` (turns)
+    of 0 or less is none.
     """
     turns = min(period if 0 < period <= TURNS else 1, len(bounds) - 1)
     if turns < 1 or not _size(model):

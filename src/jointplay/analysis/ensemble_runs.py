@@ -16,6 +16,7 @@ import numpy as np
 
 from jointplay.analysis import guard_tolerances
 from jointplay.analysis.pieces import in_pieces, pace
+from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.trajectory import Records, Request, follow, functions
 from jointplay.codegen import cache
 from jointplay.codegen.ensemble import known
@@ -34,7 +35,7 @@ ACCEPTED = (
 
 
 def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list[Problem]:
-    """What forbids to follow motions of a mechanism eight at once, where that is asked for."""
+    """Rule: motions of the mechanism can be followed eight at once, where `ensemble` asks for it."""
     fit = not ensemble or (rtol >= RTOL and isinstance(mechanism, Mechanism) and _fits(mechanism))
     return [] if fit else [Problem("ensemble", ensemble, ACCEPTED)]
 
@@ -48,17 +49,10 @@ def _fits(mechanism: Mechanism) -> bool:
 
 
 def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> list[Records]:
-    """Follow the motions of models, eight at once where that can be.
+    """Follow the motions of models as requested, eight at once where that can be.
 
     Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
-    eight at once cannot do (`suits`) is followed one by one (analysis.trajectory.follow).
-
-    Parameters
-    ----------
-    models : sequence of Model
-        What moves.
-    requests : sequence of Request
-        For how long each, and what to record: sections at an angle of the crank, events, closest approaches.
+    eight at once cannot do (`suits`) is followed one by one.
 
     Returns
     -------
@@ -69,10 +63,10 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
     pairs, groups = list(zip(models, requests, strict=True)), {}
     for n, pair in enumerate(pairs):
         groups.setdefault(pair[0].structure if suits(*pair) else None, []).append(n)
-    found = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
+    records = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
     for group in groups.values():
-        found |= zip(group, _in_lanes([pairs[n] for n in group]), strict=True)
-    return [found[n] for n in range(len(pairs))]
+        records |= zip(group, _in_lanes([pairs[n] for n in group]), strict=True)
+    return [records[n] for n in range(len(pairs))]
 
 
 def suits(model: Model, request: Request) -> bool:
@@ -149,10 +143,9 @@ def _whole(request: Request, flags: int) -> list[int]:
 
 
 def _records(jobs, n: int, log: np.ndarray, seconds: float) -> Records:
-    from jointplay.numerics.ensemble import layout as c
+    from jointplay.numerics.ensemble.layout import C_STATUS
 
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
-    names = ("n_steps", "n_rejected", "n_failed", "n_evaluations", "n_events")
-    counts = {name: int(jobs.count[n, place]) for place, name in enumerate(names)}
-    status = int(jobs.count[n, c.C_STATUS])
+    counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
+    status = int(jobs.count[n, C_STATUS])
     return Records(jobs.final[n : n + 1], *kinds, jobs.start[n], status, seconds, counts)

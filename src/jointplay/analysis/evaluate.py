@@ -1,4 +1,4 @@
-"""From records of states to labelled quantities."""
+"""Labelled quantities, evaluated from records of states, and what every dataset of a run holds."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import itertools
 import sys
 import traceback
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.quantities import BALANCE, MODES, RATES, STATUS, WORDS
+from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, STATUS, WORDS
 from jointplay.codegen import cache, outputs
 from jointplay.errors import ModelWarning
 from jointplay.mechanism.model import DEEP, Model
@@ -52,25 +52,22 @@ class Quantities:
         keys = {
             name: [self._key(name, label) for label in self._labels(word.of)] for name, word in plain.items()
         }
-        found = self._evaluated({name: ks for name, ks in keys.items() if name not in RATES}, self.rows)
-        found |= self._evaluated({name: ks for name, ks in keys.items() if name in RATES}, self.sharp)
-        values = {
-            name: np.stack([self._full(found[key]) for key in ks], -1) for name, ks in keys.items() if ks
-        }
+        series = self._evaluated([key for name in keys if name not in RATES for key in keys[name]], self.rows)
+        series |= self._evaluated([key for name in keys if name in RATES for key in keys[name]], self.sharp)
+        values = {name: np.stack([series[key] for key in ks], -1) for name, ks in keys.items() if ks}
+        values = {name: each[:, 0] if WORDS[name].of is None else each for name, each in values.items()}
         values |= {name: self._special(name) for name in wanted if name not in plain}
+        dims = {None: (dim,), "bending": (dim, "link")}
         return {
-            prefix + name: (
-                (dim,) if word.of is None else (dim, "link" if word.of == "bending" else word.of),
-                self._shaped(word, values[name]),
-                attributes(name),
-            )
+            prefix + name: (dims.get(word.of, (dim, word.of)), values[name], attributes(name))
             for name, word in wanted.items()
             if name in values
         }
 
-    def _evaluated(self, keys: dict[str, list[str]], rows: np.ndarray) -> dict[str, np.ndarray]:
-        wanted = [key for each in keys.values() for key in each]
-        return outputs.evaluate(self.module, wanted, self._given(rows)) if wanted else {}
+    def _evaluated(self, keys: list[str], rows: np.ndarray) -> dict[str, np.ndarray]:
+        """Outputs of the structure's program, one value a row."""
+        values = outputs.evaluate(self.module, keys, self._given(rows)) if keys else {}
+        return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
 
     def _labels(self, of: str | None) -> tuple[str, ...]:
         model = self.model
@@ -82,13 +79,6 @@ class Quantities:
         if name == "state_value":
             return f"state:{label}"
         return f"{name}:{label}" if label else name
-
-    def _full(self, value: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(value, self.time.shape)
-
-    @staticmethod
-    def _shaped(word, values: np.ndarray) -> np.ndarray:
-        return values[:, 0] if word.of is None and values.ndim == 2 else values
 
     def _given(self, rows: np.ndarray) -> dict[str, Any]:
         """Symbols of the program: state, parameters, masks."""
@@ -122,39 +112,49 @@ class Quantities:
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""
-        found = outputs.evaluate(self.module, ("kinetic_energy", "potential_energy"), self._given(rows))
-        return np.broadcast_to(found["kinetic_energy"] + found["potential_energy"], len(rows)).copy()
+        energies = self._evaluated(["kinetic_energy", "potential_energy"], rows)
+        return energies["kinetic_energy"] + energies["potential_energy"]
 
     def _stored(self) -> np.ndarray:
         """Elastic energy of the contacts."""
         keys = [f"stored_energy:{name}" for name in self.model.joints]
-        found = outputs.evaluate(self.module, keys, self._given(self.rows))
-        held = (found[key] * (self.modes[:, j] > Mode.RELEASED) for j, key in enumerate(keys))
+        stored = self._evaluated(keys, self.rows)
+        held = (stored[key] * (self.modes[:, j] > Mode.RELEASED) for j, key in enumerate(keys))
         return sum(held, np.zeros(len(self.rows)))
 
 
 def beyond_the_model(history: Quantities) -> dict[str, str]:
-    """An attribute, and a warning, of a motion whose journals went far into their bearings."""
+    """Warn of a motion whose journals went far into their bearings; the text as an attribute."""
     model = history.model
     if not model.clearances or not len(history.rows):
         return {}
     depth = history.variables(["penetration"], "row")["penetration"][1] / np.array(model.clearances)
-    told = [
+    deep = [
         f"the journal of {name} goes {deepest:.3g} clearances into its bearing"
         for name, deepest in zip(model.joints, np.nanmax(depth, axis=0, initial=0.0), strict=True)
         if deepest > DEEP
     ]
-    if not told:
+    if not deep:
         return {}
-    text = f"{'; '.join(told)}: are start, units, loads and contact data as meant?"
+    text = f"{'; '.join(deep)}: are start, units, loads and contact data as meant?"
     warnings.warn(text, ModelWarning, stacklevel=_levels())
     return {"warning": text}
 
 
 def _levels() -> int:
-    """How many calls above the caller's code of another package is: the line that a warning is of."""
+    """Stack level of the first caller outside this package, to which a warning belongs."""
     frames = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_stack(sys._getframe(1)))
     return 1 + sum(1 for _ in itertools.takewhile(lambda name: name.startswith("jointplay."), frames))
+
+
+def described(table: Mapping[str, tuple[Any, Any, str, str]]) -> dict[str, Any]:
+    """Variables of a dataset from their dimensions, values, units and long names."""
+    return {key: (dims, v, {"units": u, "long_name": text}) for key, (dims, v, u, text) in table.items()}
+
+
+def status_code(status: int, name: str = "how the run ended") -> tuple[tuple, np.int8, dict[str, Any]]:
+    """A variable that holds a status."""
+    return (), np.int8(status), {"long_name": name} | flags(STATUS)
 
 
 def attributes(name: str) -> dict[str, Any]:
@@ -173,44 +173,32 @@ def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
 def coordinates(model: Model) -> dict[str, Any]:
     """Label coordinates of a model."""
     labels = {
-        "link": model.links,
-        "joint": model.joints if model.links else (),
-        "pin": model.pins,
-        "state": model.states,
+        "link": ("link", model.links),
+        "joint": ("joint with clearance", model.joints if model.links else ()),
+        "pin": ("ideal joint", model.pins),
+        "state": ("state", model.states),
     }
-    names = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "state": "state"}
     return {
-        of: (of, np.array(found, dtype=str), {"long_name": names[of]})
-        for of, found in labels.items()
-        if found
+        of: (of, np.array(names, dtype=str), {"long_name": text})
+        for of, (text, names) in labels.items()
+        if names
     }
 
 
 def scalars(model: Model, records) -> dict[str, Any]:
-    """What every result says of its run."""
-    found = {
-        "status": ((), np.int8(records.status), {"long_name": "how the run ended"} | flags(STATUS)),
-        "wall_time": ((), records.wall_time, {"units": "s", "long_name": "wall time of the run"}),
-        "turn_period_nominal": ((), model.period, {"units": "s", "long_name": "nominal period of the drive"}),
+    """Status, times and counters of a run, and the clearances of its model."""
+    table = {
+        "wall_time": ((), records.wall_time, "s", "wall time of the run"),
+        "turn_period_nominal": ((), model.period, "s", "nominal period of the drive"),
     }
-    names = {
-        "n_steps": "accepted steps",
-        "n_rejected": "rejected steps",
-        "n_failed": "steps that did not converge",
-    }
-    names |= {"n_evaluations": "evaluations of the accelerations", "n_events": "events"}
-    found |= {k: ((), np.int64(records.counts[k]), {"units": "1", "long_name": v}) for k, v in names.items()}
+    table |= {name: ((), np.int64(records.counts[name]), "1", text) for name, text in COUNTERS.items()}
     if model.clearances:
-        found["clearance"] = (
-            "joint",
-            np.array(model.clearances),
-            {"units": "m", "long_name": "radial clearance"},
-        )
-    return found
+        table["clearance"] = ("joint", np.array(model.clearances), "m", "radial clearance")
+    return {"status": status_code(records.status)} | described(table)
 
 
 def dataset(model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str) -> xr.Dataset:
-    """Put a result together."""
+    """Dataset of a run, with the label coordinates that its variables use."""
     used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
     labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
     return xr.Dataset(variables, coords | labels, {"Conventions": "CF-1.11", "kind": kind})

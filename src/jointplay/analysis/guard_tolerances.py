@@ -1,4 +1,4 @@
-"""What of each guard is zero to rounding or to the tolerance, so that neither makes an event."""
+"""Values of guards that are zero to rounding or to the tolerance, so that neither makes an event."""
 
 import math
 from functools import lru_cache
@@ -42,9 +42,9 @@ def rebound(rtol: float) -> float:
 
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
     """Squares of the clearances, m^2; infinite of a contact that is no joint's."""
-    found = np.full(n_contacts, np.inf)
-    found[: len(model.clearances)] = np.square(model.clearances)
-    return found
+    squares = np.full(n_contacts, np.inf)
+    squares[: len(model.clearances)] = np.square(model.clearances)
+    return squares
 
 
 @lru_cache(maxsize=256)
@@ -68,17 +68,17 @@ def _slopes(model: Model) -> list[tuple[float, float, float]]:
 
 
 def cones(model: Model) -> np.ndarray:
-    """What rounding of a normal force F_n makes of (f F_n)^2 - F_t^2 near zero, over F_n, N."""
-    found, play, speed = np.zeros(len(model.joints)), _play(model), _rounding(model)
+    """Error of (f F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N."""
+    errors, play, speed = np.zeros(len(model.joints)), _play(model), _rounding(model)
     for j, (K, C, f) in enumerate(_slopes(model)):
-        found[j] = 2 * f * (1 + f) * (K * play + C * speed)
-    return found
+        errors[j] = 2 * f * (1 + f) * (K * play + C * speed)
+    return errors
 
 
 def guards(model: Model, still: float, n_contacts: int, n_resets: int) -> np.ndarray:
-    """What of each guard is within the tolerance of zero: gap, force, sliding speed; of others nothing."""
-    found = np.zeros((n_contacts, 4))
-    found[:, 2], play = still, _play(model)
+    """Tolerance of each contact's guards: gap, force, sliding speed; 0 for all other guards."""
+    tolerances = np.zeros((n_contacts, 4))
+    tolerances[:, 2], play = still, _play(model)
     for j, (K, _, _) in enumerate(_slopes(model)):
-        found[j, :2] = 2 * model.clearances[j] * play, K * play
-    return np.concatenate([found.ravel(), np.zeros(n_resets)])
+        tolerances[j, :2] = 2 * model.clearances[j] * play, K * play
+    return np.concatenate([tolerances.ravel(), np.zeros(n_resets)])

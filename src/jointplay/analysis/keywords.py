@@ -1,14 +1,14 @@
-"""Analyses say by their signatures what they accept: the decorator, and types of keywords that they share.
+"""Keywords of analyses: the decorator that checks them by a function's signature, and their shared types.
 
 `analysis` makes a function an analysis: its annotations check each call (`mechanism.signature`), and its
-`progress` is told how far it is. Study files are checked by the same annotations and rules.
+`progress` is called as it advances. Study files are checked by the same annotations and rules.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from inspect import isgeneratorfunction
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -38,6 +38,7 @@ from jointplay.mechanism.base import (
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import Rule, checked
 
+P = ParamSpec("P")
 T = TypeVar("T")
 RTOL = (1e-14, 1e-4)
 MOST = 100_000  # values along an axis
@@ -47,17 +48,21 @@ _START = "a table of crank_angle, crank_speed, or a list of numbers (the state),
 _PLANE = "a table of two coordinates, each a rising list of numbers or a table of start, stop and num,"
 
 
-def analysis(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Make a function an analysis: its signature checks each call, and its `progress` is told as time passes.
+def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Make a function an analysis: its signature checks each call, its `progress` is called as time passes.
 
-    What a generator function's progress is told is up to who drives it: `cells.divided` goes around this.
+    The progress of a generator function is called by whoever drives it: `cells.divided` goes around this.
 
     Parameters
     ----------
-    *rules : callable
-        As in `checked`: say what of the keywords does not fit together, or not the mechanism.
+    *rules, **more
+        As in `checked`: rules of which keywords fit together, and the mechanism.
     """
-    return lambda function: checked(*rules)(function if isgeneratorfunction(function) else reported(function))
+
+    def decorated(function: Callable[P, T]) -> Callable[P, T]:
+        return checked(*rules, **more)(function if isgeneratorfunction(function) else reported(function))
+
+    return decorated
 
 
 class Initial(Record):
@@ -132,15 +137,14 @@ def _form(given: Any) -> str:
 
 
 def _plain(given: Any) -> Any:
-    """A record as a table of what it says."""
+    """A record as a table of the fields that it sets."""
     return given.model_dump(exclude_none=True) if isinstance(given, Record) else given
 
 
 def _table_or_list(table: type[Record], numbers: Any, words: str) -> Any:
-    """Type of what is written as a table or as a list of numbers, and taken as such."""
-    either = Annotated[table, Tag("table")] | Annotated[numbers, Tag("list")]
+    """Type of a value that is given either as a table or as a list of numbers."""
     return Annotated[
-        either,
+        Annotated[table, Tag("table")] | Annotated[numbers, Tag("list")],
         Discriminator(_form),
         BeforeValidator(as_list),
         AfterValidator(_plain),
@@ -150,7 +154,7 @@ def _table_or_list(table: type[Record], numbers: Any, words: str) -> Any:
 
 
 def several(item: Any, words: str) -> Any:
-    """Type of a list of which one value may stand by itself."""
+    """Type of a list; one value alone counts as a list of one."""
     return Annotated[tuple[item, ...], BeforeValidator(as_several), accepts(words)]
 
 

@@ -1,4 +1,4 @@
-"""What a long computation does between two of its pieces: it tells how far it is, and ends if that is asked.
+"""Progress reports and clean stops of a long computation, between two of its pieces.
 
 Compiled code runs in pieces (pieces), and long loops of Python have passes: each calls `look`. What tells
 knows nothing of who asked; what runs deep inside an analysis needs no callable handed down.
@@ -15,8 +15,9 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import wraps
-from typing import TypeVar
+from typing import ParamSpec, TypeVar
 
+P = ParamSpec("P")
 T = TypeVar("T")
 EVERY = 0.25  # s between two reports, where no more is known to be done
 PATIENCE = 1.0  # s in which what is asked to end comes to a look; else it is interrupted wherever it is
@@ -30,8 +31,8 @@ class Late(KeyboardInterrupt):
     """Ends a run that did not come to a look in time, wherever it is: what is whole by then is kept."""
 
 
-class Told:
-    """A user's `progress`: told of fractions that never fall, and again of the last one as time passes."""
+class Reporter:
+    """A user's `progress`, called with fractions that never fall, and the last one again as time passes."""
 
     def __init__(self, progress: Callable[[float], None]):
         self.progress, self.fraction, self.last = progress, 0.0, -math.inf
@@ -46,31 +47,31 @@ class Told:
             raise
 
     def again(self) -> None:
-        """Tell the same again if the last time is a while ago."""
+        """Report the same fraction again if the last report is a while ago."""
         if time.monotonic() - self.last >= EVERY:
             self(self.fraction)
 
 
-_told: ContextVar[Told | None] = ContextVar("told", default=None)
+_reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
 
 
-def reported(analysis: Callable) -> Callable:
-    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at its end."""
+def reported(analysis: Callable[P, T]) -> Callable[P, T]:
+    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at the end."""
 
     @wraps(analysis)
-    def told(*arguments, progress: Callable[[float], None] | None = None, **keywords):
+    def call(*arguments, progress: Callable[[float], None] | None = None, **keywords):
         if not callable(progress):  # None, or what the analysis refuses
             return analysis(*arguments, progress=progress, **keywords)
-        tell = Told(progress)
-        before = _told.set(tell)
+        tell = Reporter(progress)
+        before = _reporter.set(tell)
         try:
-            found = analysis(*arguments, progress=tell, **keywords)
+            result = analysis(*arguments, progress=tell, **keywords)
             tell(1.0)
-            return found
+            return result
         finally:
-            _told.reset(before)
+            _reporter.reset(before)
 
-    return told
+    return call
 
 
 def part(
@@ -82,27 +83,27 @@ def part(
 
 def from_progress(error: Exception) -> bool:
     """Whether an error is what a user's `progress` raised, and so no failure of what was computed."""
-    told = _told.get()
-    return told is not None and told.error is error
+    reporter = _reporter.get()
+    return reporter is not None and reporter.error is error
 
 
 def look() -> None:
-    """Say that it still runs; end it here if that is asked.
+    """Report that the computation still runs; end it here if that is asked.
 
     Raises
     ------
     Stopped
         Once, after `stop`.
     """
-    if (told := _told.get()) is not None:
-        told.again()
+    if (reporter := _reporter.get()) is not None:
+        reporter.again()
     if _stop.asked:
         _stop.heeded = _stop.asked = False
         raise Stopped
 
 
 def seen(passes: Iterable[T]) -> Iterator[T]:
-    """The same, with a look before each."""
+    """The same items, with a look before each."""
     for each in passes:
         look()
         yield each

@@ -1,8 +1,8 @@
 """Period of a motion, in turns, from its section points.
 
 A motion of period p has its section points on p places: those whose numbers leave the same rest on division
-by p lie together. What is asked is that they lie within a tolerance over all turns recorded, not only from
-one turn to the next: a slow drift is no period.
+by p lie together. They must lie within a tolerance over all turns recorded, not only from one turn to the
+next: a slow drift is no period.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ REPEATS = 4  # a period is believed when the record holds it this often
 
 
 def period(points: np.ndarray, tolerance: float, longest: int | None = None) -> int:
-    """Find the smallest period of section points.
+    """Smallest period of section points, in turns; 0 if there is none, or if a point is not finite.
 
     Parameters
     ----------
@@ -23,11 +23,6 @@ def period(points: np.ndarray, tolerance: float, longest: int | None = None) -> 
         Largest spread of points that count as one, in the points' units.
     longest : int, optional
         Longest period looked for; as many turns as the record holds four times if left out.
-
-    Returns
-    -------
-    int
-        Period in turns; 0 if there is none up to `longest`, or if a point is not finite.
 
     Raises
     ------

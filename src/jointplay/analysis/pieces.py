@@ -1,7 +1,7 @@
-"""Compiled loops in pieces, so that Python comes to a look (looks) between them.
+"""Compiled loops run in pieces, so that Python can report and stop (looks) between them.
 
-While compiled code runs, no signal's handler does, and nobody is told how far it is. So each loop is called
-for as many attempts at a time as took `PIECE` s so far. A loop that stopped at its limit goes on where it was
+While compiled code runs, no handler of a signal does, and no progress is reported. So each loop is called for
+as many attempts at a time as took `PIECE` s so far. A loop that stopped at its limit goes on where it was
 left (numerics.memory), to the last bit as if it had not stopped: no answer depends on the pieces.
 """
 
@@ -19,7 +19,7 @@ FIRST, GROWTH = 64, 8  # attempts of the first piece ever; how much longer a pie
 
 
 class Pace:
-    """How many attempts make a piece."""
+    """Number of attempts in a piece, learned from how long pieces took."""
 
     def __init__(self) -> None:
         self.size = FIRST
@@ -32,7 +32,7 @@ class Pace:
 
 @lru_cache(maxsize=1024)
 def pace(structure: Linkage | Oscillator, loop: str, tangents: int = 0) -> Pace:
-    """The pace of a loop with a structure and so many tangents, as its last runs taught it."""
+    """Pace of a loop with a structure and a number of tangents, shared by all its runs."""
     return Pace()
 
 
@@ -48,10 +48,8 @@ def in_pieces(
 
     Parameters
     ----------
-    call : callable
-        Runs the loop up to so many attempts in all; gives back how it ended.
-    made : callable
-        How many attempts there have been.
+    call, made : callable
+        Runs the loop up to a number of attempts in all and gives back how it ended; attempts made so far.
     pace : Pace
         Of this loop.
     unfinished : int

@@ -7,9 +7,8 @@ import math
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis import rates
-from jointplay.analysis import rules as asked
-from jointplay.analysis.evaluate import beyond_the_model, dataset, flags, scalars
+from jointplay.analysis import rates, rules
+from jointplay.analysis.evaluate import beyond_the_model, dataset, described, flags, scalars
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -21,16 +20,15 @@ from jointplay.analysis.keywords import (
     Start,
     analysis,
 )
-from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
+from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural
 from jointplay.mechanism.records import CrankAngle, Section
 
 ONCE_A_TURN = CrankAngle()
 
 
-@analysis(asked.length_fits, asked.section_fits, asked.record_fits, asked.start_fits)
+@analysis(rules.length_fits, rules.section_fits, rules.record_fits, deferred=[rules.start_fits])
 def poincare(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -71,33 +69,28 @@ def poincare(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     names = recorded(record, mechanism)
-    model = assemble(
-        mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
-    )
+    model = rules.model_for(mechanism, initial, section, names)
     counted = isinstance(section, CrankAngle) and turns is not None
     begin = transient * model.period
     end = begin + (duration if turns is None else turns * model.period)
-    fields = asked.section_fields(section, model, math.ceil(transient) if counted else 0)
+    fields = rules.section_fields(section, model, math.ceil(transient) if counted else 0)
     if counted:
         fields["stop_after"] = math.ceil(transient) + math.ceil(turns)
-        end *= asked.SLACK
-    request = Request(end, rtol, max_steps=asked.steps(max_steps), rates=rates.needed(names), **fields)
+        end *= rules.SLACK
+    request = Request(end, rtol, max_steps=rules.steps(max_steps), rates=rates.needed(names), **fields)
     records = follow(model, request, progress)
     rows = records.sections
     if not counted:
         rows = rows[rows[:, 2] >= begin]
     points = rates.quantities(model, rtol, records, rows[:, 2:])
     variables = points.variables(names, "turn") | scalars(model, records)
-    variables["time"] = ("turn", points.time, {"units": "s", "long_name": "time of the section point"})
-    variables["section_joint"] = (
-        "turn",
-        rows[:, 0].astype(np.int16),
-        {"units": "1", "long_name": "joint of the point; -1: none"},
+    variables |= described(
+        {
+            "time": ("turn", points.time, "s", "time of the section point"),
+            "section_joint": ("turn", rows[:, 0].astype(np.int16), "1", "joint of the point; -1: none"),
+        }
     )
-    variables["section_event"] = (
-        "turn",
-        rows[:, 1].astype(np.int8),
-        {"long_name": "kind of event"} | flags(EVENTS),
-    )
-    turn = ("turn", np.arange(len(rows)), {"units": "1", "long_name": "section point"})
-    return dataset(model, variables, {"turn": turn}, "section").assign_attrs(beyond_the_model(points))
+    kinds = {"long_name": "kind of event"} | flags(EVENTS)
+    variables["section_event"] = ("turn", rows[:, 1].astype(np.int8), kinds)
+    coords = described({"turn": ("turn", np.arange(len(rows)), "1", "section point")})
+    return dataset(model, variables, coords, "section").assign_attrs(beyond_the_model(points))

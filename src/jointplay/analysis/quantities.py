@@ -1,4 +1,4 @@
-"""The words of a dataset: every variable with its dimensions, units and long name."""
+"""Catalogue of recorded variables: dimensions, units and long name of each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -50,6 +50,13 @@ WORDS = {
     "structural_work": Word(None, "J", "work taken in by elastic links' damping since the start"),
     "state_value": Word("state", "1", "state"),
 }
+COUNTERS = {  # of a run, in order
+    "n_steps": "accepted steps",
+    "n_rejected": "rejected steps",
+    "n_failed": "steps that did not converge",
+    "n_evaluations": "evaluations of the accelerations",
+    "n_events": "events",
+}
 MODES, EVENTS, STATUS = Mode.words(), Event.words(), Status.words()
 BALANCE = ("energy_residual", "drive_work", "joint_work", "structural_work")  # need integrals of power
 RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction", "drive_torque")
@@ -65,7 +72,7 @@ def recorded(
 ) -> tuple[str, ...]:
     """Names to record: those asked for, checked, or the usual ones that the mechanism has.
 
-    Without `integrals`, what only a run from its start on can know is refused.
+    Without `integrals`, integrals over time since the start are refused.
 
     Raises
     ------
@@ -92,7 +99,7 @@ def recorded(
 
 
 def _absent(mechanism: Mechanism) -> dict[str, str]:
-    """Parts that no quantity can be of here, with what is missing."""
+    """Kinds of part that the mechanism does not have, with the condition under which it would."""
     joints, links = mechanism.joints, mechanism.links
     return {
         of: missing

@@ -38,34 +38,24 @@ def quantities(model: Model, rtol: float, records: Records, rows: np.ndarray) ->
 
 
 def resolved(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Rows of records (time, positions, speeds, modes, work) with states whose accelerations are right.
+    """Rows of the records of a run with `Request.rates`, with states whose accelerations are right.
 
-    Parameters
-    ----------
-    model, rtol
-        What was followed, with `Request.rates`, and how closely.
-    doubts, rows : ndarray
-        Its steps in doubt, and some of its samples, steps or section points.
-
-    Returns
-    -------
-    ndarray
-        The same rows where no step was in doubt. States in contact modes other than the asked ones, which lie
-        within an event's uncertainty, stay as they are.
+    Rows outside the steps in doubt stay as they are, and so do states that come out in other contact modes,
+    which lie within an event's uncertainty.
     """
     places = np.searchsorted(doubts[:, TIME], rows[:, 0], side="left") - 1  # a beginning is its own state
     held = np.flatnonzero(places >= 0)
     held = held[rows[held, 0] <= doubts[places[held], END]]
     if not len(held):
         return rows
-    places, wanted, found = places[held], rows[held], rows.copy()
+    places, wanted, result = places[held], rows[held], rows.copy()
     anew = _anew(model, rtol, doubts, places, wanted)
     same = (anew[:, 0] == wanted[:, 0]) & np.all(_modes(model, anew) == _modes(model, wanted), axis=1)
     first = np.searchsorted(places, places)  # of the same doubt
-    astray = np.cumsum(~same)  # up to a row; none between the first of its doubt and itself
-    same &= astray == np.where(same[first], astray[first], -1)
-    found[held[same]] = anew[same]
-    return found
+    other = np.cumsum(~same)  # up to a row; none between the first of its doubt and itself
+    same &= other == np.where(same[first], other[first], -1)
+    result[held[same]] = anew[same]
+    return result
 
 
 def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:

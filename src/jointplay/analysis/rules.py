@@ -1,9 +1,9 @@
-"""The keywords that analyses share: length, start, section. Checked here, all problems at once."""
+"""Rules that analyses share: which length, section, record and start fit together and fit a mechanism."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -29,18 +29,20 @@ def length_fits(turns: float | None, duration: float | None) -> Iterator[Problem
 
 
 def section_fits(mechanism: Mechanism | TestSystem, section: Section | None) -> None:
-    """Refuse a section that the mechanism has not."""
-    quantity(section, mechanism)
+    """Refuse a section that the mechanism cannot have."""
+    watched = quantity(section, mechanism)
+    if isinstance(section, Plane) and isinstance(mechanism, TestSystem):
+        assemble(mechanism, None, watched)  # its equations know its quantities
 
 
 def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
-    """Refuse quantities that the mechanism has not."""
+    """Refuse quantities that the mechanism does not have."""
     recorded(record, mechanism)
 
 
 def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
-    """Refuse a start that the mechanism has not."""
-    check_start(mechanism, initial)
+    """Refuse a start that the mechanism cannot have."""
+    assembled_at(mechanism, initial)
 
 
 def samples_fit(
@@ -55,27 +57,39 @@ def samples_fit(
     yield from too_many(lengths, period)
 
 
-def check_start(
+def model_for(
+    mechanism: Mechanism | TestSystem,
+    initial: Any,
+    section: Section | None = None,
+    record: Container[str] = (),
+) -> Model:
+    """Assemble a mechanism for a run: at its start, with its section, and with the integrals to record."""
+    powers = any(name in record for name in BALANCE)
+    return assembled_at(mechanism, initial, section=quantity(section, mechanism), powers=powers)
+
+
+def assembled_at(
     mechanism: Mechanism | TestSystem,
     initial: Any,
     key: str = "initial",
     assembled: Callable[..., Model] = assemble,
-) -> None:
-    """Refuse a start that a mechanism cannot have, with keys below that of the start.
+    **how: Any,
+) -> Model:
+    """Assemble a mechanism at a start.
 
     Raises
     ------
     InputError
-        Listing every problem.
+        If the mechanism cannot start there, with keys below that of the start.
     """
     try:
-        assembled(mechanism, initial)
+        return assembled(mechanism, initial, **how)
     except InputError as error:
         raise InputError(_below(key, problem) for problem in error.problems) from None
 
 
 def _below(key: str, problem: Problem) -> Problem:
-    own = problem.key.startswith(("mechanism", "parameters"))
+    own = problem.key.startswith(("mechanism", "parameters", "section"))
     return problem if own else replace(problem, key=join(key, problem.key.removeprefix("initial")))
 
 
@@ -91,13 +105,13 @@ def too_many(given: Mapping[str, float | None], period: float = 1.0, root: str =
     root : str
         How the keys of errors begin.
     """
-    asked = {key: value for key, value in given.items() if value is not None}
-    count = math.prod(value / period if key == "duration" else value for key, value in asked.items())
+    factors = {key: value for key, value in given.items() if value is not None}
+    count = math.prod(value / period if key == "duration" else value for key, value in factors.items())
     if count > MOST:
-        first, *others = asked
+        first, *others = factors
         together = f"together with {', '.join(others)} " if others else ""
         expected = f"{together}at most {MOST:,} samples are accepted, not {count:,.0f}"
-        yield Problem(join(root, first), asked[first], expected)
+        yield Problem(join(root, first), factors[first], expected)
 
 
 def steps(max_steps: int | None) -> int:
@@ -157,10 +171,8 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
         accepted = f"a quantity of {whose} is accepted: {', '.join(names[of]) or 'none here'}"
         raise InputError([Problem("section.quantity", section.quantity, accepted)], "section")
     if given is None and len(names[of]) > 1:
-        problem = Problem(
-            f"section.{of}", NOTHING, f"one of {', '.join(names[of])} is needed for {section.quantity}"
-        )
-        raise InputError([problem], "section")
+        expected = f"one of {', '.join(names[of])} is needed for {section.quantity}"
+        raise InputError([Problem(f"section.{of}", NOTHING, expected)], "section")
     return f"{section.quantity}:{given or names[of][0]}"
 
 
@@ -170,24 +182,13 @@ def _contacts(section: ContactSection | SeparationSection, model: Model) -> tupl
     if model.resets and kind == "contact":
         names, kind = model.resets, "impact"
     if not names or section.joint not in (None, *names):
-        raise InputError(
-            [unknown("section.joint", section.joint, section.joint, names, "contact")], "section"
-        )
+        problem = unknown("section.joint", section.joint, section.joint, names, "contact")
+        raise InputError([problem], "section")
     return names, kind
 
 
-_NOT_SECTIONS = (
-    *(
-        "mode",
-        "reaction_x",
-        "reaction_y",
-        "reaction",
-        "energy",
-        "state_value",
-        *BALANCE,
-    ),
-    *("contact_angle", "eccentricity_ratio"),
-)
+_NOT_SECTIONS = ("mode", "reaction_x", "reaction_y", "reaction", "energy", "state_value", *BALANCE)
+_NOT_SECTIONS += ("contact_angle", "eccentricity_ratio")
 
 
 def section_fields(section: Section | None, model: Model, skip: int) -> dict[str, Any]:

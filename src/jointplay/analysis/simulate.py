@@ -10,9 +10,16 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator
 
-from jointplay.analysis import rates
-from jointplay.analysis import rules as asked
-from jointplay.analysis.evaluate import Quantities, attributes, beyond_the_model, dataset, flags, scalars
+from jointplay.analysis import rates, rules
+from jointplay.analysis.evaluate import (
+    Quantities,
+    attributes,
+    beyond_the_model,
+    dataset,
+    described,
+    flags,
+    scalars,
+)
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -25,11 +32,10 @@ from jointplay.analysis.keywords import (
     analysis,
     listed,
 )
-from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
+from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
 from jointplay.errors import Problem, refuse
-from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Flag, Natural, NonNegative
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
@@ -47,7 +53,7 @@ Times = Annotated[listed(NonNegative, "a list of times in s"), AfterValidator(_a
 
 
 def _length_fits(turns: float | None, duration: float | None, windows: Windows | None) -> Iterator[Problem]:
-    return asked.length_fits(turns, duration) if windows is None else iter(())
+    return rules.length_fits(turns, duration) if windows is None else iter(())
 
 
 def _one_way(at: Any, steps: bool, samples_per_turn: int | None) -> Iterator[Problem]:
@@ -70,7 +76,7 @@ def _samples_fit(
     if windows is not None:
         turns, duration = turns or windows[-1][1], None
     if at is None and not steps:
-        yield from asked.samples_fit(mechanism, turns, duration, samples_per_turn or SAMPLES_PER_TURN)
+        yield from rules.samples_fit(mechanism, turns, duration, samples_per_turn or SAMPLES_PER_TURN)
 
 
 @analysis(
@@ -78,9 +84,9 @@ def _samples_fit(
     *BESIDE_WINDOWS,
     _one_way,
     _samples_fit,
-    asked.section_fits,
-    asked.record_fits,
-    asked.start_fits,
+    rules.section_fits,
+    rules.record_fits,
+    deferred=[rules.start_fits],
 )
 def simulate(
     mechanism: Moving,
@@ -145,9 +151,7 @@ def simulate(
     if windows is not None and turns is None:
         turns = windows[-1][1]
     names = recorded(record, mechanism)
-    model = assemble(
-        mechanism, initial, asked.quantity(section, mechanism), powers=bool({*names} & {*BALANCE})
-    )
+    model = rules.model_for(mechanism, initial, section, names)
     begin = (windows[0][0] if windows else transient) * model.period
     end = transient * model.period + (duration if turns is None else turns * model.period)
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
@@ -161,13 +165,13 @@ def simulate(
         log_from=begin,
         steps=steps,
         events=True,
-        max_steps=asked.steps(max_steps),
+        max_steps=rules.steps(max_steps),
         rates=rates.needed(names),
-        **asked.section_fields(section, model, 0),
+        **rules.section_fields(section, model, 0),
     )
     records = follow(model, request, progress)
-    found = _dataset(model, request, records, names, begin if section else None)
-    return found if windows is None else marked(found, number, windows, model.period)
+    result = _dataset(model, request, records, names, begin if section else None)
+    return result if windows is None else marked(result, number, windows, model.period)
 
 
 def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:
@@ -182,7 +186,7 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
 
 
 def _dataset(
-    model: Model, request: Request, records: Records, names, sections_from: float | None
+    model: Model, request: Request, records: Records, names: tuple[str, ...], sections_from: float | None
 ) -> xr.Dataset:
     rows = records.steps[:, 2:] if request.steps else records.samples
     history = rates.quantities(model, request.rtol, records, rows)
@@ -190,31 +194,28 @@ def _dataset(
     if sections_from is not None:
         points = records.sections[records.sections[:, 2] >= sections_from, 2:]
         cut = rates.quantities(model, request.rtol, records, points)
-        variables["section_time"] = (
-            "turn",
-            cut.time,
-            {"units": "s", "long_name": "time of the section point"},
-        )
+        variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
         variables |= cut.variables(names, "turn", prefix="section_")
-    time = ("time", history.time, {"units": "s", "long_name": "time"})
-    return dataset(model, variables, {"time": time}, "response").assign_attrs(beyond_the_model(history))
+    coords = described({"time": ("time", history.time, "s", "time")})
+    return dataset(model, variables, coords, "response").assign_attrs(beyond_the_model(history))
 
 
 def _events(model: Model, records: Records) -> dict[str, Any]:
-    """The event list."""
-    rows = records.events
+    """Variables of the events: time, joint and kind, and the speeds at the contact of a linkage."""
+    rows, kinds = records.events, {"long_name": "kind of event"} | flags(EVENTS)
     joint, kind = rows[:, 0].astype(np.int16), rows[:, 1].astype(np.int8)
-    found = {
-        "event_time": ("event", rows[:, 2], {"units": "s", "long_name": "time of the event"}),
-        "event_joint": ("event", joint, {"units": "1", "long_name": "joint of the event, counted from 0"}),
-        "event_kind": ("event", kind, {"long_name": "kind of event"} | flags(EVENTS)),
-    }
+    variables = described(
+        {
+            "event_time": ("event", rows[:, 2], "s", "time of the event"),
+            "event_joint": ("event", joint, "1", "joint of the event, counted from 0"),
+        }
+    ) | {"event_kind": ("event", kind, kinds)}
     if model.links and model.joints:
         speeds = Quantities(model, rows[:, 2:], records.start).variables(_SPEEDS, "event")
         for name in _SPEEDS:
             values = speeds[name][1][np.arange(len(joint)), joint] if len(joint) else np.zeros(0)
-            found[f"event_{name}"] = ("event", values, attributes(name))
-    return found
+            variables[f"event_{name}"] = ("event", values, attributes(name))
+    return variables
 
 
 _SPEEDS = ("normal_velocity", "tangential_velocity")

@@ -1,4 +1,4 @@
-"""Where the motions of a sweep start: at a given start, or where the motion of a neighbour stands."""
+"""Starts of the motions of a sweep: given states, or the end of a neighbour's motion."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.codegen import cache
 from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
@@ -19,7 +19,7 @@ from jointplay.mechanism.records import Mechanism, Section, TestSystem
 
 
 class End(NamedTuple):
-    """Where a motion stands: names and values of its positions and speeds, and the crank's angle."""
+    """End of a motion: names and values of its positions and speeds, and the crank's angle."""
 
     names: tuple[str, ...]
     state: np.ndarray
@@ -27,24 +27,17 @@ class End(NamedTuple):
 
 
 def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None) -> Model:
-    """Assemble a mechanism at a start.
+    """Assemble a mechanism at a start, with the quantity of a section.
 
-    Parameters
-    ----------
-    mechanism : Mechanism or TestSystem
-        What moves.
-    start : optional
-        As `assemble` takes it; a state vector of a linkage too (with a constant speed, at crank angle 0); or
-        an `End` of a mechanism with the same states: a position beyond a wall is moved back to the wall.
-    section : Section, optional
-        Where the motion is to be cut.
+    The start is as in `assemble`; a state vector of a linkage too (with a constant speed, at crank angle 0);
+    or an `End` of a mechanism with the same states: a position beyond a wall is moved back to the wall.
 
     Raises
     ------
     InputError
         If the start, or the section, does not fit the mechanism.
     """
-    watched = asked.quantity(section, mechanism)
+    watched = rules.quantity(section, mechanism)
     if isinstance(start, End):
         turned = isinstance(mechanism, Mechanism) and crank_place(assemble(mechanism)) is None
         model = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched)
@@ -52,9 +45,9 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
     if isinstance(mechanism, TestSystem) or start is None or isinstance(start, Mapping):
         return assemble(mechanism, start, watched)
     model = assemble(mechanism, None, watched)
-    found = moved(model, _vector(model, start))
-    _check_journals(found, start)
-    return found
+    model = moved(model, _vector(model, start))
+    _check_journals(model, start)
+    return model
 
 
 def _check_journals(model: Model, start: Any) -> None:
@@ -91,25 +84,25 @@ def state_names(model: Model) -> tuple[str, ...]:
 
 
 def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
-    """Whether a mechanism can go on from there."""
+    """Whether a motion of the mechanism can start at an end."""
     return state_names(assemble(mechanism)) == tuple(end.names)
 
 
 def crank_place(model: Model) -> int | None:
-    """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
+    """Index of the crank's angle in the state; None where its motion is prescribed, or there is no crank."""
     names, own = state_names(model), f"theta_{model.crank}"
     return names.index(own) if own in names else None
 
 
 def moved(model: Model, state: np.ndarray) -> Model:
-    """The model with its motion at another state, at the time 0."""
+    """The model with another initial state."""
     crank = crank_place(model)
     angle = model.crank_angle if crank is None else float(state[crank])
     return replace(model, state=np.array(state, dtype=float), crank_angle=angle)
 
 
 def _inside(model: Model) -> Model:
-    """The model, its position moved back to where a rigid wall stands, if that has passed it."""
+    """The model, with a position beyond a rigid wall moved back to the wall."""
     module = cache.structure_module(model.structure)
     numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
     return replace(model, state=inside(module, numbers, model.state))

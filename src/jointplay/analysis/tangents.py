@@ -1,4 +1,4 @@
-"""A motion followed with tangents: where analyses meet the flow of variations."""
+"""A motion followed with tangents, by the flow of variations."""
 
 from __future__ import annotations
 
@@ -32,14 +32,12 @@ def scales(model: Model) -> np.ndarray:
 
 @dataclass
 class Bundle:
-    """A run with tangents, to be taken up again and again: arrays, options, functions.
+    """A run with tangents, which goes on at each `advance`: arrays, options, functions.
 
     Parameters
     ----------
-    model : Model
-        What moves.
-    request : Request
-        For how long, and at which tolerance.
+    model, request
+        As in `trajectory.follow`.
     frame : ndarray
         Initial tangents, shape (vectors, states).
     tolerance : float
@@ -64,6 +62,7 @@ class Bundle:
         from jointplay.numerics import tangent
 
         cache.prepare("tangent_flow")
+        self.at = tangent  # the names of its places
         rows = cache.variation_module(self.model.structure).ROWS
         self.k, self.x, self.o = memory(self.model, self.request)
         frame = np.asarray(self.frame, dtype=float)
@@ -85,16 +84,12 @@ class Bundle:
 
     def record(self, block: float) -> None:
         """From here on, record a row after each `block` of time."""
-        from jointplay.numerics import tangent
-
-        self.y.real[tangent.BLOCK] = block
-        self.y.real[tangent.NEXT] = self.time + block
+        self.y.real[self.at.BLOCK] = block
+        self.y.real[self.at.NEXT] = self.time + block
 
     def row(self) -> np.ndarray:
         """A row as recorded ones, of where the run stands; shape (1, columns)."""
-        from jointplay.numerics import tangent
-
-        places = [tangent.TRACE, tangent.VOLUME, tangent.UNRESOLVED]
+        places = [self.at.TRACE, self.at.VOLUME, self.at.UNRESOLVED]
         return np.concatenate([[self.time], self.y.real[places], self.y.logs, self.state])[None, :]
 
     @property
@@ -109,23 +104,17 @@ class Bundle:
     @property
     def logs(self) -> slice:
         """The logarithms' columns in a row, after time, trace, volume, time by volume; the state follows."""
-        from jointplay.numerics import tangent
-
-        return slice(tangent.AHEAD, tangent.AHEAD + len(self.y.alive))
+        return slice(self.at.AHEAD, self.at.AHEAD + len(self.y.alive))
 
     @property
     def grazing(self) -> float:
-        from jointplay.numerics import tangent
-
-        return float(self.y.real[tangent.GRAZING])
+        return float(self.y.real[self.at.GRAZING])
 
     def taken(self) -> np.ndarray:
         """The rows recorded since the last call."""
-        from jointplay.numerics import tangent
-
-        found = self.y.rows[: self.y.count[tangent.ROWS]].copy()
-        self.y.count[tangent.ROWS] = 0
-        return found
+        rows = self.y.rows[: self.y.count[self.at.ROWS]].copy()
+        self.y.count[self.at.ROWS] = 0
+        return rows
 
     @property
     def state(self) -> np.ndarray:
@@ -157,17 +146,6 @@ def warm_tangents(model: Model) -> None:
 
 def tangent_map(model: Model, duration: float, rtol: float = 1e-11, saltation: bool = True) -> np.ndarray:
     """Derivative of the state after `duration` s with respect to the state at the start.
-
-    Parameters
-    ----------
-    model : Model
-        What moves.
-    duration : float
-        In s.
-    rtol : float
-        Relative tolerance of a step.
-    saltation : bool
-        False leaves the jumps at events out.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Follow a model's motion and bring back its records: the one place where analyses meet the flow."""
+"""Follow a model's motion and return its records: the only file of the analyses that calls the flow."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 from jointplay.analysis import guard_tolerances
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.pieces import in_pieces, pace
+from jointplay.analysis.quantities import COUNTERS
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import Model
@@ -27,7 +28,7 @@ NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
 
 @dataclass(frozen=True)
 class Request:
-    """What a run is asked for; times in s.
+    """Length, tolerance and records of a run; times in s.
 
     Parameters
     ----------
@@ -93,22 +94,8 @@ class Records:
 
 
 def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
-    """Follow the motion of a model from its start.
-
-    Parameters
-    ----------
-    model : Model
-        What moves.
-    request : Request
-        For how long, and what to record.
-    progress : callable, optional
-        Called with the fraction done, 0 to 1.
-
-    Returns
-    -------
-    Records
-    """
-    from jointplay.numerics import memory as arrays
+    """Follow the motion of a model from its start; `progress` is called with the fraction done, 0 to 1."""
+    from jointplay.numerics.memory import LOGGED, SAMPLES, SECTIONS
 
     began = time.perf_counter()
     cache.prepare("flow")
@@ -117,7 +104,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
 
     def tell() -> None:
         if progress is not None:
-            progress(_fraction(x.s[0], x.count[arrays.SECTIONS], request))
+            progress(_fraction(x.s[0], x.count[SECTIONS], request))
 
     code = full
     while code == full:
@@ -125,11 +112,11 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
             code = advance(model.structure, k, x, o, tell=tell)
         except Stopped:
             code = INTERRUPTED
-        parts.append(x.log[: x.count[arrays.LOGGED]].copy())
-        x.count[arrays.LOGGED] = 0
+        parts.append(x.log[: x.count[LOGGED]].copy())
+        x.count[LOGGED] = 0
     log = np.concatenate(parts)
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
-    samples = x.samples[: x.count[arrays.SAMPLES]]
+    samples = x.samples[: x.count[SAMPLES]]
     return Records(samples, *kinds, start, code, time.perf_counter() - began, counts(x))
 
 
@@ -156,12 +143,11 @@ def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None 
 
 
 def counts(x) -> dict[str, int]:
-    """What a run has counted."""
-    from jointplay.numerics import memory as arrays
+    """Counters of a run: steps, evaluations and events."""
+    from jointplay.numerics.memory import EVALUATIONS, EVENTS, FAILED, REJECTED, STEPS
 
-    places = {"n_steps": arrays.STEPS, "n_rejected": arrays.REJECTED, "n_failed": arrays.FAILED}
-    places |= {"n_evaluations": arrays.EVALUATIONS, "n_events": arrays.EVENTS}
-    return {name: int(x.count[place]) for name, place in places.items()}
+    places = (STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS)
+    return {name: int(x.count[place]) for name, place in zip(COUNTERS, places, strict=True)}
 
 
 @lru_cache(maxsize=256)
@@ -177,14 +163,14 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
 
 def memory(model: Model, request: Request):
-    """Arrays and options of a run."""
-    from jointplay.numerics import memory as arrays
+    """Work arrays, arrays of the trajectory, and options of a run."""
+    from jointplay.numerics.memory import COLUMNS, LEVEL, H, Options, trajectory, work
 
     module = cache.structure_module(model.structure)
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
     state, rest = np.concatenate([[0.0], model.state]), guard_tolerances.rest(model, request.rtol)
-    x = arrays.trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
+    x = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
     n_touch = n_contacts + sizes["resets"]
     width = 1 + n_q + n + n_touch + sizes["powers"]
     x = x._replace(
@@ -198,11 +184,11 @@ def memory(model: Model, request: Request):
         work=np.zeros(sizes["powers"]),
         at=np.ascontiguousarray(request.at, dtype=float),
         samples=np.zeros((len(request.at), width)),
-        log=np.zeros((LOG_ROWS, arrays.COLUMNS + width)),
+        log=np.zeros((LOG_ROWS, COLUMNS + width)),
     )
-    x.real[arrays.H] = 1e-5 * model.period
-    x.real[arrays.LEVEL] = request.level
-    options = arrays.Options(
+    x.real[H] = 1e-5 * model.period
+    x.real[LEVEL] = request.level
+    options = Options(
         n_q=n_q,
         n=n,
         first=sizes["first"],
@@ -227,12 +213,12 @@ def memory(model: Model, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    work = arrays.work(len(x.s), n_q, n, n_touch, sizes["powers"], sizes["rows"], sizes["jacobian"])
-    return work, x, options
+    k = work(len(x.s), n_q, n, n_touch, sizes["powers"], sizes["rows"], sizes["jacobian"])
+    return k, x, options
 
 
 def _section(request: Request) -> int:
-    """What makes the section points."""
+    """Kind of section: a level, an event, or none."""
     if request.direction:
         return int(Section.LEVEL)
     return int(Section.EVENT if request.event >= 0 else Section.NONE)

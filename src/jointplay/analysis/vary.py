@@ -1,4 +1,4 @@
-"""What a sweep varies: numbers of a mechanism by name or by key path, and the axes that they make."""
+"""Parameters that a sweep varies: numbers of a mechanism by name or by key path, and their axes."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ from jointplay.mechanism.base import is_number
 from jointplay.mechanism.changes import Changes
 from jointplay.mechanism.records import Contact, Mechanism, TestSystem
 
-# changes whose value is a number, and so can be varied by name
-NUMBERS = ("clearance", "gear_ratio", "friction", "elements", "damping_ratio", "gravity", "speed")
+NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 EXAMPLE = "joints.B.contact.stiffness"
 PARTS = {"joints": "joint", "links": "link"}  # tuples of named records, and what each holds
 TAKEN = {*WORDS, "direction", "start", "point", "link", "joint", "pin", "state", "exponent", "period"}
@@ -59,12 +58,12 @@ class Axis:
 
 
 def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Mechanism | TestSystem:
-    """Give a changed, validated copy.
+    """Give a changed, validated copy of a mechanism.
 
     Parameters
     ----------
     mechanism : Mechanism or TestSystem
-        What the changes start from.
+        Stays as it is.
     changes : mapping of str to object
         By name, as in the record's `replace`, or of a linkage by key path, through links and joints by their
         names: ``joints.B.contact.stiffness``, ``links.coupler.mass``, ``drive.rated_torque``. Only the number
@@ -76,17 +75,17 @@ def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Me
         Listing every key that does not exist, or what is wrong with the values.
     """
     paths = {key: value for key, value in changes.items() if _is_path(mechanism, key)}
-    plain = {key: _fitting(Changes, key, value) for key, value in changes.items() if key not in paths}
-    if astray := [problem for key in paths for problem in _astray(mechanism, key, key)]:
-        raise InputError(astray)
-    found = mechanism.replace(**plain) if plain else mechanism
+    plain = {key: _as_counted(Changes, key, value) for key, value in changes.items() if key not in paths}
+    if problems := [problem for key in paths for problem in _path_problems(mechanism, key, key)]:
+        raise InputError(problems)
+    result = mechanism.replace(**plain) if plain else mechanism
     for key, value in paths.items():
-        found = _put(found, key.split("."), value)
-    return found
+        result = _replaced(result, key.split("."), value)
+    return result
 
 
 def largest(mechanism: Mechanism | TestSystem, over: Mapping[str, Sequence[float]]) -> Mechanism | TestSystem:
-    """Give the mechanism with the largest values, by which keywords are checked; itself if there is none."""
+    """The mechanism with the largest values, by which keywords are checked; as given if that cannot be."""
     try:
         return changed(mechanism, {key: max(values) for key, values in over.items()}) if over else mechanism
     except InputError:
@@ -118,20 +117,14 @@ def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tu
     if not isinstance(over, Mapping) or not over:
         raise refuse(over, "a table of parameters, each with its list of values, is accepted", root)
     given = {key: values.tolist() if hasattr(values, "tolist") else values for key, values in over.items()}
-    problems = [p for key, values in given.items() for p in _problems(mechanism, key, values, root)]
+    problems = [p for key, values in given.items() for p in _axis_problems(mechanism, key, values, root)]
     if problems:
         raise InputError(problems)
     return checked_axes(mechanism, given)
 
 
 def checked_axes(mechanism: Mechanism | TestSystem, given: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
-    """Make the axes of values that were checked, and may be there twice.
-
-    Parameters
-    ----------
-    mechanism, given
-        As in `axes`.
-    """
+    """Axes of values that were checked before, and may repeat; parameters as in `axes`."""
     return tuple(
         Axis(key, name, tuple(sorted(values)), *_described(mechanism, key))
         for name, (key, values) in zip(_names(list(given)), given.items(), strict=True)
@@ -142,20 +135,20 @@ def _is_path(mechanism: Any, key: Any) -> bool:
     return isinstance(mechanism, Mechanism) and isinstance(key, str) and "." in key
 
 
-def _problems(mechanism: Any, key: Any, values: Any, root: str) -> Iterator[Problem]:
+def _axis_problems(mechanism: Any, key: Any, values: Any, root: str) -> Iterator[Problem]:
     place = join(root, str(key))
-    if missing := list(_missing(mechanism, key, place)):
-        yield from missing
+    if problems := list(_key_problems(mechanism, key, place)):
+        yield from problems
     elif not isinstance(values, list | tuple | range) or not values:
         yield Problem(place, values, "a list of at least one number is accepted")
     else:
         before: set[Real] = set()
         for i, value in enumerate(values):
-            yield from _wrong_value(mechanism, key, value, f"{place}[{i}]", before)
+            yield from _value_problems(mechanism, key, value, f"{place}[{i}]", before)
 
 
-def _wrong_value(mechanism: Any, key: str, value: Any, place: str, before: set[Real]) -> Iterator[Problem]:
-    """What is wrong with a value; `before` gathers the numbers of the list."""
+def _value_problems(mechanism: Any, key: str, value: Any, place: str, before: set[Real]) -> Iterator[Problem]:
+    """Problems of a value; it is added to `before`, the numbers that precede it in its list."""
     if not is_number(value):
         yield Problem(place, value, "a finite number is accepted")
     elif value in before:
@@ -168,10 +161,9 @@ def _wrong_value(mechanism: Any, key: str, value: Any, place: str, before: set[R
             yield from (Problem(place, value, each.expected) for each in error.problems)
 
 
-def _missing(mechanism: Any, key: Any, place: str) -> Iterator[Problem]:
-    """What is wrong with a key."""
+def _key_problems(mechanism: Any, key: Any, place: str) -> Iterator[Problem]:
     if _is_path(mechanism, key):
-        yield from _astray(mechanism, key, place)
+        yield from _path_problems(mechanism, key, place)
         return
     known, also = NUMBERS, (f"a path such as {EXAMPLE}",)
     if isinstance(mechanism, TestSystem):
@@ -180,8 +172,8 @@ def _missing(mechanism: Any, key: Any, place: str) -> Iterator[Problem]:
         yield unknown(place, key, key, (*known, *also), "parameter")
 
 
-def _astray(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
-    """Where a key path leaves the record."""
+def _path_problems(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
+    """Problem of a key path that leads to no number of the record."""
     record: Any = mechanism
     for step in key.split("."):
         known = _below(record)
@@ -194,7 +186,7 @@ def _astray(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
 
 
 def _below(record: Any) -> dict[str, Any]:
-    """What lies in a record, in a tuple of named ones or in a table, by name."""
+    """Parts of a record, of a tuple of named records, or of a table, by name."""
     if isinstance(record, tuple):
         return {part.name: part for part in record if hasattr(part, "name")}
     if isinstance(record, dict):
@@ -202,19 +194,21 @@ def _below(record: Any) -> dict[str, Any]:
     return {name: getattr(record, name) for name in getattr(type(record), "model_fields", {})}
 
 
-def _put(record: Any, steps: Sequence[str], value: Any) -> Any:
-    """Give a validated copy with one number changed."""
+def _replaced(record: Any, steps: Sequence[str], value: Any) -> Any:
+    """A validated copy with one number changed."""
     first, *rest = steps
     if isinstance(record, tuple):
-        return tuple(_put(part, rest, value) if part.name == first else part for part in record)
+        return tuple(_replaced(part, rest, value) if part.name == first else part for part in record)
     if isinstance(record, dict):
         return record | {first: value}
-    inner = _put(getattr(record, first), rest, value) if rest else _fitting(type(record), first, value)
+    inner = (
+        _replaced(getattr(record, first), rest, value) if rest else _as_counted(type(record), first, value)
+    )
     return type(record)(**dict(record) | {first: inner})
 
 
-def _fitting(record: Any, name: str, value: Any) -> Any:
-    """Give a whole number as an int where the record's field counts: the values of a sweep are floats."""
+def _as_counted(record: Any, name: str, value: Any) -> Any:
+    """A whole number as an int where the record's field is one: the values of a sweep are floats."""
     field = record.model_fields.get(name)
     whole = isinstance(value, float) and value.is_integer()
     return int(value) if whole and field is not None and _counts(field.annotation) else value
@@ -234,7 +228,7 @@ def _names(keys: Sequence[str]) -> list[str]:
 
 
 def _described(mechanism: Any, key: str) -> tuple[str, str]:
-    """Units and name of a parameter, from its record's field."""
+    """Units and long name of a parameter, from its record's field."""
     if isinstance(mechanism, TestSystem):
         return "1", key.replace("_", " ")
     *path, last = key.split(".")

@@ -35,34 +35,24 @@ def _long_enough(windows: Windows | None, turns: float | None) -> Iterator[Probl
         yield Problem("turns", turns, expected)
 
 
-def _alone(windows: Windows | None, **other: Any) -> Iterator[Problem]:
+def _not_beside(windows: Windows | None, **other: Any) -> Iterator[Problem]:
     for key, given in other.items():
         if windows is not None and given is not None and given != 0:
             yield Problem(key, given, f"either windows or {key} is accepted, not both")
 
 
-BESIDE_WINDOWS = (  # rules of what else `simulate` is asked for
+BESIDE_WINDOWS = (  # rules of which keywords of `simulate` are accepted beside windows
     _long_enough,
-    lambda windows, duration: _alone(windows, duration=duration),
-    lambda windows, transient: _alone(windows, transient=transient),
-    lambda windows, at: _alone(windows, at=at),
-    lambda windows, steps: _alone(windows, steps=steps),
-    lambda windows, section: _alone(windows, section=section),
+    lambda windows, duration: _not_beside(windows, duration=duration),
+    lambda windows, transient: _not_beside(windows, transient=transient),
+    lambda windows, at: _not_beside(windows, at=at),
+    lambda windows, steps: _not_beside(windows, steps=steps),
+    lambda windows, section: _not_beside(windows, section=section),
 )
 
 
 def sample_times(windows: Windows, period: float, samples_per_turn: int) -> tuple[np.ndarray, np.ndarray]:
-    """Times of evenly spaced samples, s, and the window that each lies in, counted from 0.
-
-    Parameters
-    ----------
-    windows : sequence of pairs
-        First and last turn of each; both are sampled.
-    period : float
-        Length of a nominal turn, s.
-    samples_per_turn : int
-        At least.
-    """
+    """Times of evenly spaced samples, s, from end to end of each window, and the number of its window."""
     counts = [max(1, math.ceil((last - first) * samples_per_turn - 1e-9)) for first, last in windows]
     times = [period * np.linspace(*window, count + 1) for window, count in zip(windows, counts, strict=True)]
     number = np.repeat(np.arange(len(windows), dtype=np.int8), [count + 1 for count in counts])
@@ -72,14 +62,7 @@ def sample_times(windows: Windows, period: float, samples_per_turn: int) -> tupl
 def marked(dataset: xr.Dataset, number: np.ndarray, windows: Windows, period: float) -> xr.Dataset:
     """The dataset with the window of each sample, and without the events outside of all windows.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        Over ``time`` and ``event``; a run that stopped early has fewer samples than were asked for.
-    number : ndarray
-        The window of each sample asked for.
-    windows, period
-        As in `sample_times`.
+    A run that stopped early has fewer samples than `number`, which holds the window of each requested one.
     """
     times = dataset["event_time"].values
     inside = np.any([(a * period <= times) & (times <= b * period) for a, b in windows], axis=0)

@@ -1,7 +1,7 @@
-"""Checks of a call by the function's own signature: every problem at once, as an `InputError`.
+"""Public functions whose own signature says what they accept: every problem at once, as an `InputError`.
 
 What stands in `Annotated` is checked, by the types and in the words of the records and study files; any other
-annotation only informs the reader, and the function checks the value itself.
+annotation only tells the reader, and the function looks at the value itself.
 """
 
 from __future__ import annotations
@@ -10,26 +10,27 @@ import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import cache, partial, wraps
 from inspect import Parameter, signature
-from typing import Annotated, Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import ConfigDict, create_model
 
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.base import Record
 
+P = ParamSpec("P")
 T = TypeVar("T")
-_POSITIONAL = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+_BY_PLACE = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
 
 
 class Arguments(Record):
-    """Arguments of a call."""
+    """The arguments of a call."""
 
     model_config = ConfigDict(arbitrary_types_allowed=True)
     root: ClassVar[str | None] = ""
 
 
 class MoreArguments(Arguments):
-    """Arguments of a call of a function that also takes others by name (``**keywords``)."""
+    """The arguments of a call of a function that takes others by name, too."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -37,20 +38,27 @@ class MoreArguments(Arguments):
 Rule = Callable[..., Iterable[Problem] | None]
 
 
-def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
+def checked(
+    *rules: Rule, deferred: Collection[Rule] = (), **shared: Callable[..., Any]
+) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Check the arguments of each call by the function's annotations, and bring them into their types.
 
     Parameters
     ----------
     *rules : callable
-        Each is called with those of the arguments that it names, where all of these are valid by themselves;
-        it yields the problems of their combination, or raises an `InputError`.
+        Each is called with those of the arguments that it names, where all of these are right by themselves;
+        it yields the problems of their not fitting together, or raises an `InputError`.
+    deferred : collection of callable
+        Rules whose problems the function itself raises first of all: asked here only beside other problems.
+    **shared : callable
+        What rules may name beside arguments, each made once of the arguments that it names itself; where that
+        raises an `InputError`, which another rule has to tell, the rules that name it are not asked.
 
     Returns
     -------
     callable
-        Decorates a function. The result has ``fields()``, type and default of each argument, and
-        ``rule_problems``, which gives the problems that the rules find in arguments from elsewhere.
+        Decorates a function. What it gives has ``fields()``, type and default of each argument, and
+        ``rule_problems``, which tells what rules say of arguments that come from elsewhere.
 
     Raises
     ------
@@ -58,35 +66,39 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
         At a call, listing every argument that is unknown, missing, not accepted, or does not fit the others.
     """
 
-    def decorated(function: Callable[..., T]) -> Callable[..., T]:
+    def decorated(function: Callable[P, T]) -> Callable[P, T]:
         fields = cache(partial(_fields, function))
-        parameters = signature(function).parameters
-        positional = [name for name, p in parameters.items() if p.kind is Parameter.POSITIONAL_ONLY]
-        open_ended = any(p.kind is Parameter.VAR_KEYWORD for p in parameters.values())
-        record = cache(partial(_record, function.__name__, fields, open_ended))
-        named = [(rule, {*signature(rule).parameters}) for rule in rules]
+        own = signature(function).parameters
+        alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
+        open_ended = any(each.kind is Parameter.VAR_KEYWORD for each in own.values())
+        form = cache(partial(_form, function.__name__, fields, open_ended))
 
-        def rule_problems(given: Mapping[str, Any], invalid: Collection[str] = ()) -> list[Problem]:
-            """Problems that the rules find in arguments, apart from those that are invalid by themselves."""
-            defaults = {name: None if default is ... else default for name, (_, default) in fields().items()}
-            valid = {name: value for name, value in given.items() if name not in invalid}
+        def rule_problems(
+            given: Mapping[str, Any], wrong: Collection[str] = (), asked: Iterable[Rule] = (*rules, *deferred)
+        ) -> list[Problem]:
+            """Problems that rules find in arguments, apart from those that are wrong by themselves."""
+            usual = {name: None if default is ... else default for name, (_, default) in fields().items()}
+            sound = {name: value for name, value in given.items() if name not in wrong}
             try:
-                valid = defaults | (dict(record(needed=False)(**valid)) if invalid else valid)
+                sound = usual | (dict(form(needed=False)(**sound)) if wrong else sound)
             except InputError:  # so much is wrong that not all of it is known
                 return []
-            checks = ((rule, {n: valid[n] for n in names}) for rule, names in named if not names & {*invalid})
-            return [problem for rule, arguments in checks for problem in _problems(rule, arguments)]
+            sound = _Shared(sound, shared)
+            said = (_problems(rule, sound) for rule in asked if not sound.needed(rule) & {*wrong})
+            return [each for problems in said for each in problems]
 
         @wraps(function)
-        def call(*values: Any, **others: Any) -> T:
+        def call(*values: P.args, **others: P.kwargs) -> T:
             given = _by_name(function, values, others)
             try:
-                arguments, problems = dict(record()(**given)), []
+                arguments, problems = dict(form()(**given)), []
             except InputError as error:
                 arguments, problems = given, error.problems
-            if problems := problems + rule_problems(arguments, {first(problem.key) for problem in problems}):
-                raise InputError(problems)
-            return function(*[arguments.pop(name) for name in positional], **arguments)
+            wrong = {first(problem.key) for problem in problems}
+            if problems := problems + rule_problems(arguments, wrong, rules):
+                raise InputError(problems + rule_problems(arguments, wrong, deferred))
+            by_place = [arguments.pop(name) for name in alone]
+            return function(*by_place, **arguments)
 
         call.fields, call.rule_problems = fields, rule_problems  # type: ignore[attr-defined]
         return call
@@ -94,10 +106,39 @@ def checked(*rules: Rule) -> Callable[[Callable[..., T]], Callable[..., T]]:
     return decorated
 
 
-def _problems(rule: Rule, arguments: dict[str, Any]) -> list[Problem]:
+class _Shared(dict[str, Any]):
+    """Arguments by name, and what rules share, made of them when it is first looked up."""
+
+    def __init__(self, arguments: Mapping[str, Any], shared: Mapping[str, Callable[..., Any]]) -> None:
+        super().__init__(arguments)
+        self.shared = shared
+
+    def __missing__(self, name: str) -> Any:
+        made = self[name] = self.shared[name](**self.of(self.shared[name]))
+        return made
+
+    def of(self, function: Callable[..., Any]) -> dict[str, Any]:
+        """The arguments of a function."""
+        return {name: self[name] for name in _names(function)}
+
+    def needed(self, rule: Rule) -> frozenset[str]:
+        """Names of the arguments that a rule depends on."""
+        return _names(rule).union(*(_names(self.shared[n]) for n in _names(rule) & self.shared.keys()))
+
+
+@cache
+def _names(function: Callable[..., Any]) -> frozenset[str]:
+    return frozenset(signature(function).parameters)
+
+
+def _problems(rule: Rule, arguments: _Shared) -> list[Problem]:
     """Problems that a rule finds in the arguments that it names."""
     try:
-        return list(rule(**arguments) or ())
+        own = arguments.of(rule)
+    except InputError:
+        return []
+    try:
+        return list(rule(**own) or ())
     except InputError as error:
         return error.problems
 
@@ -109,35 +150,38 @@ def first(key: str) -> str:
 
 def _fields(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
     """Type and default of each argument of a function; of one that is needed, `...`."""
-    hints, parameters = get_type_hints(function, include_extras=True), signature(function).parameters.items()
-    own = {name: p for name, p in parameters if p.kind is not Parameter.VAR_KEYWORD}
-    return {name: _field(hints.get(name), p) for name, p in own.items()}
+    hints, own = get_type_hints(function, include_extras=True), signature(function).parameters.items()
+    return {
+        name: _field(hints.get(name), each) for name, each in own if each.kind is not Parameter.VAR_KEYWORD
+    }
 
 
-def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:
-    default = ... if parameter.default is Parameter.empty else parameter.default
-    annotated = any(get_origin(part) is Annotated for part in (hint, *get_args(hint)))
-    return (hint if annotated else Any, default)
-
-
-def _record(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
-    """Make the record of a function's arguments; unless they are needed, None stands for those left out."""
+def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
+    """The arguments of a function as a record; None stands for those left out, where none is needed."""
+    base = MoreArguments if open_ended else Arguments
     own: Any = {
         key: (hint, None if default is ... and not needed else default)
         for key, (hint, default) in fields().items()
     }
-    return create_model(name, __base__=MoreArguments if open_ended else Arguments, **own)
+    return create_model(name, __base__=base, **own)
+
+
+def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:
+    default = ... if parameter.default is Parameter.empty else parameter.default
+    said = any(get_origin(each) is Annotated for each in (hint, *get_args(hint)))
+    return (hint if said else Any, default)
 
 
 def _by_name(function: Callable[..., Any], values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
-    """Bring all arguments of a call under their names."""
-    names = [name for name, p in signature(function).parameters.items() if p.kind in _POSITIONAL]
-    if len(values) > len(names):
-        known = ", ".join(name for name in names if name != "self") or "nothing"
+    parameters = signature(function).parameters.items()
+    places = [name for name, each in parameters if each.kind in _BY_PLACE]
+    if len(values) > len(places):
+        known = ", ".join(name for name in places if name != "self") or "nothing"
         expected = f"{known} by position, all else by keyword is accepted"
-        raise InputError([Problem(function.__name__, values[len(names) :], expected)])
-    placed = dict(zip(names, values, strict=False))
+        raise InputError([Problem(function.__name__, values[len(places) :], expected)])
+    placed = dict(zip(places, values, strict=False))
     if twice := placed.keys() & named.keys():
-        text = "once is accepted, not by position too"
-        raise InputError(Problem(name, named[name], text) for name in twice)
+        raise InputError(
+            Problem(name, named[name], "once is accepted, not by position too") for name in twice
+        )
     return placed | named

@@ -7,7 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.exponents import exponents as means
+from jointplay.analysis.exponents import batch_means
 from jointplay.analysis.exponents.stretching import leading
 from jointplay.mechanism.assemble import assemble
 
@@ -32,7 +32,7 @@ def repeated(of, memory, count=60):
 
 def test_means():
     rows = record(0.0)
-    found = means.growth(rows, LOGS)
+    found = batch_means.growth(rows, LOGS)
     assert found == pytest.approx(rows[-1, LOGS] / 800.0)
     assert found == pytest.approx([0.3, -1.2], abs=0.02)
 
@@ -41,37 +41,37 @@ def test_means():
 def test_the_error_is_that_of_repeated_records(memory, tolerance):
     """A mean of 400 correlated blocks: sqrt((1 + a)/(1 - a)/400) times their scatter."""
     expected = 0.1 * math.sqrt((1 + memory) / (1 - memory) / 400)
-    assert repeated(means.standard_error, memory).mean() == pytest.approx(expected, rel=tolerance)
-    assert np.std(repeated(means.growth, memory), axis=0).mean() == pytest.approx(expected, rel=0.2)
+    assert repeated(batch_means.standard_error, memory).mean() == pytest.approx(expected, rel=tolerance)
+    assert np.std(repeated(batch_means.growth, memory), axis=0).mean() == pytest.approx(expected, rel=0.2)
 
 
 def test_a_long_memory_shows():
     """Batches of ten blocks are too short for a memory of fifty: the error is too small."""
-    independent, long = (repeated(means.batch_correlation, memory) for memory in (0.0, 0.98))
+    independent, long = (repeated(batch_means.batch_correlation, memory) for memory in (0.0, 0.98))
     assert abs(independent.mean()) < 0.06
-    assert np.mean(np.abs(independent) < 2 / math.sqrt(means.BATCHES)) > 0.9
-    assert np.mean(long > 2 / math.sqrt(means.BATCHES)) > 0.9
-    true = np.std(repeated(means.growth, 0.98), axis=0).mean()
-    assert repeated(means.standard_error, 0.98).mean() < 0.6 * true
+    assert np.mean(np.abs(independent) < 2 / math.sqrt(batch_means.BATCHES)) > 0.9
+    assert np.mean(long > 2 / math.sqrt(batch_means.BATCHES)) > 0.9
+    true = np.std(repeated(batch_means.growth, 0.98), axis=0).mean()
+    assert repeated(batch_means.standard_error, 0.98).mean() < 0.6 * true
 
 
 @pytest.mark.parametrize(("memory", "blocks"), [(0.0, 400), (0.5, 400 / 3)])
 def test_effective_number_of_blocks(memory, blocks):
-    assert np.median(repeated(means.effective_number, memory)) == pytest.approx(blocks, rel=0.3)
+    assert np.median(repeated(batch_means.effective_number, memory)) == pytest.approx(blocks, rel=0.3)
 
 
 def test_it_settles_only_if_batches_do_not_follow_one_another():
-    assert means.settled(record(0.0), LOGS, 0.006)
-    assert not means.settled(record(0.0), LOGS, 0.004)
-    assert not means.settled(record(0.98), LOGS, 1.0)
-    assert not means.settled(record(0.0, 1), LOGS, 1.0)
+    assert batch_means.settled(record(0.0), LOGS, 0.006)
+    assert not batch_means.settled(record(0.0), LOGS, 0.004)
+    assert not batch_means.settled(record(0.98), LOGS, 1.0)
+    assert not batch_means.settled(record(0.0, 1), LOGS, 1.0)
 
 
 def test_a_dimension_lost():
     """From the block on in which a vector vanishes, it is minus infinity; its error is unknown."""
     rows = record(0.0)
     rows[200:, 5] = -np.inf
-    found = means.variables(rows, LOGS, 1.0, 2)
+    found = batch_means.variables(rows, LOGS, 1.0, 2)
     assert found["lyapunov_exponent"][1][1] == -np.inf
     assert math.isnan(found["lyapunov_standard_error"][1][1])
     assert found["lyapunov_standard_error"][1][0] > 0
@@ -84,13 +84,13 @@ def test_a_dimension_lost():
 def test_trace():
     """Row by row what the record up to there gives; the largest exponent first."""
     rows = record(0.3, rates=(-1.0, 0.5))
-    found = means.variables(rows, LOGS, 3.0, 2)
+    found = batch_means.variables(rows, LOGS, 3.0, 2)
     assert found["lyapunov_exponent"][1][0] > found["lyapunov_exponent"][1][1]
     for block in (0, 57, 399):
         part = rows[: block + 2]
-        assert found["lyapunov_trace"][1][block] == pytest.approx(means.growth(part, LOGS)[::-1])
+        assert found["lyapunov_trace"][1][block] == pytest.approx(batch_means.growth(part, LOGS)[::-1])
         assert found["lyapunov_trace_error"][1][block] == pytest.approx(
-            means.standard_error(part, LOGS)[::-1], nan_ok=True
+            batch_means.standard_error(part, LOGS)[::-1], nan_ok=True
         )
     assert found["lyapunov_trace_error"][1][-1] == pytest.approx(found["lyapunov_standard_error"][1])
     assert found["lyapunov_exponent_per_turn"][1] == pytest.approx(3 * found["lyapunov_exponent"][1])
@@ -99,17 +99,17 @@ def test_trace():
 def test_a_dimension_lost_before_the_record():
     rows = record(0.0)
     rows[:, 5] = -np.inf
-    assert means.growth(rows, LOGS)[1] == -np.inf
-    assert math.isnan(means.standard_error(rows, LOGS)[1])
+    assert batch_means.growth(rows, LOGS)[1] == -np.inf
+    assert math.isnan(batch_means.standard_error(rows, LOGS)[1])
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])
 def test_records_too_short(count):
     rows = record(0.0)[:count]
-    for of in (means.growth, means.standard_error, means.batch_correlation, means.effective_number):
-        found = of(rows, LOGS)
+    for name in ("growth", "standard_error", "batch_correlation", "effective_number"):
+        found = getattr(batch_means, name)(rows, LOGS)
         assert found.shape == (2,)
-        assert (of is means.growth and count == 2) or np.all(np.isnan(found))
+        assert (name == "growth" and count == 2) or np.all(np.isnan(found))
 
 
 def test_a_cell_is_what_the_function_gives():

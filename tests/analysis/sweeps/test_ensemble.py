@@ -3,28 +3,17 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-import jointplay as jp
 from jointplay.analysis import ensemble_runs
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states.basins import basins
-from jointplay.analysis.sweeps import chains
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.cli import main
-from jointplay.equations.write import system
-from jointplay.errors import InputError
-from jointplay.jobs.worker import Task, work
 from jointplay.lab.stress.scenes import draw
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.structure import linkage
-from jointplay.study.file import validate
-from jointplay.study.run import first_work
 
 OTHERS = [pytest.param(number, marks=pytest.mark.long) for number in (258, 356, 972, 1266)]  # two structures
 STATE = slice(3, 9)  # of a row of events or sections: contact, kind, time, angles, speeds, mode
@@ -215,157 +204,3 @@ def test_structures_do_not_mix():
         (alone,) = ensemble_runs.follow_ensemble([each], [request])
         assert found.events.tobytes() == alone.events.tobytes()
         assert found.samples.tobytes() == alone.samples.tobytes()
-
-
-PLANE = {"journal_x": np.linspace(-0.5, 0.5, 3), "journal_y": np.linspace(-0.5, 0.5, 3)}
-
-
-def test_basins_in_lanes_are_those_one_by_one():
-    keywords = {"plane": PLANE, "turns": 8, "transient": 10, "patience": 1, "rtol": 1e-7, "n_jobs": 1}
-    each = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0, friction=0.1)
-    alone = basins(each, uncertainty=False, **keywords)
-    found = basins(each, uncertainty=False, ensemble=True, **keywords)
-    assert found.attractor.values.tolist() == alone.attractor.values.tolist()
-    assert found.period.values.tolist() == alone.period.values.tolist()
-    assert np.allclose(found.section_state, alone.section_state, atol=1e-4, rtol=1e-6)
-
-
-SWEEP = {"turns": 8, "transient": 6, "keep": 4, "direction": "reset", "rtol": 1e-7}
-
-
-def test_a_sweep_in_lanes_is_that_one_by_one():
-    each, over = catalog.chunmei2002(gear_ratio=3.0), {"clearance": np.geomspace(2e-5, 4e-5, 5)}
-    alone = jp.bifurcation(each, over=over, n_jobs=1, **SWEEP)
-    told = []
-    found = jp.bifurcation(each, over=over, n_jobs=1, ensemble=True, progress=told.append, **SWEEP)
-    assert told[-1] == 1.0
-    for name in ("cell_status", "period", "impacts", "separations", "mode_word"):
-        assert found[name].values.tolist() == alone[name].values.tolist()
-    for name in ("contact_fraction", "smallest_impact_speed", "smallest_missed_gap", "journal_x"):
-        assert np.allclose(found[name], alone[name], rtol=1e-3, atol=1e-8, equal_nan=True)
-    assert np.isfinite(found.smallest_impact_speed).any()
-
-
-def test_a_point_of_a_sweep_does_not_depend_on_the_others(monkeypatch):
-    each = catalog.chunmei2002(gear_ratio=3.0)
-    keywords = SWEEP | {"ensemble": True, "exponents": 1, "lyapunov_turns": 5}
-    over = {"friction": [0.0, 0.1], "clearance": np.geomspace(2e-5, 3e-4, 5)}  # of two structures
-    whole = jp.bifurcation(each, over=over, n_jobs=1, **keywords)
-    monkeypatch.setattr(chains, "TOGETHER", 2)
-    assert jp.bifurcation(each, over=over, n_jobs=2, **keywords).identical(whole)
-
-
-def test_a_point_that_fails_leaves_the_others_alone():
-    each = catalog.chunmei2002(gear_ratio=3.0)
-    over = {"links.rocker.mass": [0.2, 0.35], "links.rocker.inertia": [1.1e-3, 1.34e-3]}
-    found = jp.bifurcation(each, over=over, n_jobs=1, ensemble=True, **SWEEP)
-    assert [STATUS[code] for code in found.cell_status.values.ravel()] == ["ok", "ok", "bad_parameters", "ok"]
-    assert "moment of inertia" in found.trouble.values[1, 0, 0]
-    few = jp.bifurcation(each, over={"clearance": [2e-5, 3e-5]}, ensemble=True, max_steps=200, **SWEEP)
-    assert [STATUS[code] for code in few.cell_status.values.ravel()] == ["step_limit"] * 2
-
-
-def test_an_ensemble_is_refused_where_points_follow_each_other():
-    with pytest.raises(InputError, match="ensemble: got True; true is accepted where the only direction is"):
-        jp.bifurcation(catalog.chunmei2002(), over={"clearance": [1e-5, 2e-5]}, ensemble=True)
-
-
-@pytest.mark.parametrize(
-    ("mechanism", "plane", "rtol"),
-    [
-        (catalog.duffing(), {"y": [0.0, 1.0], "v": [0.0, 1.0]}, 1e-6),
-        (catalog.chunmei2002(), {"crank_angle": [0.0, 1.0], "crank_speed": [1.0, 2.0]}, 1e-10),
-    ],
-)
-def test_lanes_are_refused_where_they_cannot_be(mechanism, plane, rtol):
-    with pytest.raises(InputError, match="ensemble"):
-        basins(mechanism, plane=plane, rtol=rtol, ensemble=True)
-
-
-@pytest.mark.parametrize(
-    ("changes", "fit"),
-    [
-        *(({"clearance": {joint: 3e-5}}, True) for joint in "OABC"),
-        ({"drive": None}, True),
-        ({"clearance": {"B": 3e-5, "C": 3e-5}}, False),
-        ({"clearance": 0}, False),
-        ({"speed": 10.0}, False),
-        ({"elastic": ["coupler"]}, False),
-    ],
-)
-def test_the_structure_says_whether_lanes_are_refused(changes, fit):
-    mechanism = catalog.chunmei2002(**changes)
-    assert (ensemble_runs.ensemble_fits(mechanism, True, 1e-6) == []) == fit
-    assert not ensemble_runs.ensemble_fits(mechanism, False, 1e-12)
-    if fit:
-        found = system(linkage(mechanism))
-        angles = tuple(angle.position for angle in found.angles)
-        assert all(angle.rate == 0 and angle.offset == 0 for angle in found.angles)
-        assert angles == found.positions
-        assert len(angles) == len(found.speeds) == 3
-        assert len(found.contacts) == 1
-        assert not found.resets
-        assert not found.powers
-
-
-def test_studies_take_lanes_where_they_are_used():
-    table = {
-        "name": "a",
-        "mechanism": {"catalog": "chunmei2002"},
-        "integrator": {"ensemble": True, "rtol": 1e-6},
-    }
-    plane = {"plane": {"crank_angle": [0.0, 1.0], "crank_speed": [1.0, 2.0]}}
-    assert validate(table | {"kind": "basins", "analysis": plane}).keywords()["ensemble"] is True
-    with pytest.raises(InputError, match=r"integrator\.ensemble"):
-        validate(table | {"kind": "response", "analysis": {"turns": 1}})
-    over = {"kind": "bifurcation", "vary": {"clearance": [2e-5, 3e-5]}, "analysis": {"direction": "reset"}}
-    assert validate(table | over).keywords()["ensemble"] is True
-    wrong = [{"analysis": {"direction": ["up", "reset"]}}]
-    wrong.append({"mechanism": {"catalog": "duffing"}, "vary": {"damping": [0.1, 0.2]}})
-    for change in wrong:
-        with pytest.raises(InputError, match=r"integrator\.ensemble"):
-            validate(table | over | change)
-    sharp = table | {"kind": "basins", "analysis": plane, "integrator": {"ensemble": True, "rtol": 1e-10}}
-    with pytest.raises(InputError, match=r"integrator\.ensemble"):
-        validate(sharp)
-
-
-STUDY = """
-kind = "bifurcation"
-name = "lanes"
-[mechanism]
-catalog = "chunmei2002"
-gear_ratio = 3.0
-[integrator]
-rtol = 1e-7
-ensemble = true
-[vary]
-clearance = [2e-5, 2.9e-5, 4e-5]
-[analysis]
-direction = "reset"
-turns = 8
-transient = 6
-keep = 4
-"""
-
-
-def test_a_study_in_lanes_is_planned_and_run(tmp_path, capsys):
-    (tmp_path / "a.toml").write_text(STUDY)
-    place = [str(tmp_path / "a.toml"), "--out", str(tmp_path)]
-    assert main(["plan", *place]) == 0
-    assert "one cell" in capsys.readouterr().out
-    assert main(["run", *place, "--jobs", "1", "--no-figure"]) == 0
-    over = {"clearance": [2e-5, 2.9e-5, 4e-5]}
-    alone = jp.bifurcation(catalog.chunmei2002(gear_ratio=3.0), over=over, ensemble=True, n_jobs=1, **SWEEP)
-    with jp.open(tmp_path / "lanes.nc") as found:
-        for name in ("journal_x", "end_state", "smallest_missed_gap", "n_steps"):
-            np.testing.assert_array_equal(found[name].values, alone[name].values)
-
-
-def test_what_was_computed_at_once_is_kept_at_once():
-    """A task whose time is up ends between two cells; those of an ensemble are finished together."""
-    record = validate(tomllib.loads(STUDY))
-    jobs = first_work(record).jobs
-    assert len(work(Task(jobs, None, limit=0.0)).answers) == 3
-    apart = first_work(record.model_copy(update={"integrator": type(record.integrator)(rtol=1e-7)})).jobs
-    assert len(work(Task(apart, None, limit=0.0)).answers) == 1

@@ -15,18 +15,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis import rules as asked
-from jointplay.analysis.evaluate import flags
+from jointplay.analysis import rules
+from jointplay.analysis.evaluate import described, status_code
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.errors import Problem
-from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
@@ -59,12 +59,12 @@ class Turn:
 
     @property
     def crank(self) -> int | None:
-        """Place of the crank's angle in the state; None where its motion is prescribed, or nothing cranks."""
+        """Index of the crank's angle in the state, as `crank_place`."""
         return crank_place(self.model)
 
     @property
     def scale(self) -> np.ndarray:
-        """What counts as 1 in each place of the state: a radian or the longest link, the nominal speed."""
+        """Scale of each state: a radian or the longest link, and the nominal speed."""
         n_q, absolute = len(self.model.turning), self.model.absolute
         return np.concatenate([absolute[:n_q], absolute[n_q:] / SPEED_FLOOR])
 
@@ -73,7 +73,7 @@ class Turn:
         model = replace(self.model, state=state)
         forward = 1 if model.crank_speed >= 0 else -1
         request = Request(
-            duration=asked.SLACK * turns * model.period,
+            duration=rules.SLACK * turns * model.period,
             rtol=self.rtol,
             level=model.crank_angle + forward * math.tau,
             period=math.tau,
@@ -82,7 +82,7 @@ class Turn:
             stop_after=turns,
             events=events,
             log_from=0.0,
-            max_steps=asked.steps(self.max_steps),
+            max_steps=rules.steps(self.max_steps),
         )
         records = follow(model, request)
         if records.status or len(records.sections) == turns - skip:
@@ -105,7 +105,7 @@ class Turn:
 
 
 def unresolved(distance: float, rtol: float) -> Iterator[Problem]:
-    """Yield a problem where a distance is not well above the accuracy of the runs that should tell it."""
+    """Yield a problem where a distance is not well above the accuracy of the runs that measure it."""
     if distance < RESOLVED * rtol:
         least = f"at least {RESOLVED} times rtol, {RESOLVED * rtol:.3g}"
         expected = f"{least}, is accepted: nearer motions differ by their own errors"
@@ -113,10 +113,10 @@ def unresolved(distance: float, rtol: float) -> Iterator[Problem]:
 
 
 def _turns_at_all(mechanism: Mechanism | TestSystem) -> None:
-    asked.quantity(CrankAngle(), mechanism)
+    rules.quantity(CrankAngle(), mechanism)
 
 
-@analysis(unresolved, _turns_at_all, asked.start_fits)
+@analysis(unresolved, _turns_at_all, deferred=[rules.start_fits])
 def growth(
     mechanism: Moving,
     *,
@@ -138,16 +138,14 @@ def growth(
         Turns over which the growth is averaged, after those in which the difference finds its direction.
     transient : int
         Turns that are followed first.
-    rtol : float
-        Relative tolerance of a step.
     distance : float
         Distance of the neighbour at the start of each turn, in radians (longest links) and nominal speeds.
     initial : optional
         As in `simulate`; the section is where the motion starts.
     max_steps : int, optional
         Attempted steps after which a turn stops.
-    progress : callable, optional
-        Called with the fraction done.
+    rtol, progress
+        As in `simulate`.
 
     Returns
     -------
@@ -161,13 +159,16 @@ def growth(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    model = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
-    turn = Turn(model, rtol, max_steps)
-    state, status = model.state, 0
+    turn = Turn(rules.model_for(mechanism, initial, CrankAngle()), rtol, max_steps)
+    return _dataset(*measure_after(turn, transient, turns, distance, progress))
+
+
+def measure_after(turn: Turn, transient: int, *measured: Any, **more: Any) -> tuple[np.ndarray, float, int]:
+    """Result of `measure` from where the motion is after some turns from its start."""
+    state, status = turn.model.state, 0
     if transient:
         state, _, status = turn(state, transient)
-    logs, time, status = measure(turn, state, turns, distance, progress) if not status else ([], 0.0, status)
-    return _dataset(np.asarray(logs), time, status)
+    return (np.zeros(0), 0.0, status) if status else measure(turn, state, *measured, **more)
 
 
 def measure(
@@ -177,12 +178,9 @@ def measure(
     distance: float = DISTANCE,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[np.ndarray, float, int]:
-    """Logarithms of the growth, turn by turn, from a state on the section.
+    """Logarithms of the growth, turn by turn, from a state on the section; fewer if a turn failed.
 
-    Returns
-    -------
-    (ndarray, float, int)
-        Logarithms, shape (turns,) or shorter if a turn failed; duration of those turns, s; status.
+    Beside them, the duration of those turns, s, and the status.
     """
     scale = turn.scale
     away = np.random.default_rng(0).standard_normal(len(state))
@@ -204,14 +202,9 @@ def measure(
 
 
 def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
-    """Standard error of a mean by batch means; NaN where there are fewer than two values a batch.
+    """Standard error of the mean of a stationary series by batch means; NaN below two values a batch.
 
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        A stationary series, which may be correlated over less than a batch.
-    batches : int
-        Number of batches; the first values that do not fill a batch are left out.
+    The first values that do not fill a batch are left out.
     """
     length = len(values) // batches
     if length < 2:
@@ -222,21 +215,13 @@ def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
 
 def _dataset(logs: np.ndarray, duration: float, status: int) -> xr.Dataset:
     mean = float(logs.mean()) if len(logs) else math.nan
-    told = {
-        "growth": (mean, "1", "mean logarithm of the growth of a difference in a turn"),
-        "growth_standard_error": (standard_error(logs), "1", "standard error of the growth"),
-        "growth_rate": (
-            mean * len(logs) / duration if duration else math.nan,
-            "s-1",
-            "growth of a difference",
-        ),
+    rate = mean * len(logs) / duration if duration else math.nan
+    variables = {
+        "growth": ((), mean, "1", "mean logarithm of the growth of a difference in a turn"),
+        "growth_standard_error": ((), standard_error(logs), "1", "standard error of the growth"),
+        "growth_rate": ((), rate, "s-1", "growth of a difference"),
+        "growth_of_turn": ("turn", logs, "1", "logarithm of the growth in this turn"),
     }
-    variables = {name: ((), v, {"units": u, "long_name": text}) for name, (v, u, text) in told.items()}
-    variables["growth_of_turn"] = (
-        "turn",
-        logs,
-        {"units": "1", "long_name": "logarithm of the growth in this turn"},
-    )
-    variables["status"] = ((), np.int8(status), {"long_name": "how the run ended"} | flags(STATUS))
-    turn = ("turn", np.arange(len(logs)), {"units": "1", "long_name": "turn"})
-    return xr.Dataset(variables, {"turn": turn}, {"Conventions": "CF-1.11", "kind": "growth"})
+    coords = described({"turn": ("turn", np.arange(len(logs)), "1", "turn")})
+    attributes = {"Conventions": "CF-1.11", "kind": "growth"}
+    return xr.Dataset(described(variables) | {"status": status_code(status)}, coords, attributes)

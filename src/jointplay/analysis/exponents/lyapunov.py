@@ -3,7 +3,7 @@
 Tangents are carried along in the same steps, through every event by its saltation matrix, and made
 orthonormal after each step; the mean rates at which they grow are the exponents. Reference: G. Benettin, L.
 Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20. Error bars, and how far to trust them:
-`exponents`; the check without Jacobians: `second_estimate`.
+`batch_means`; the check without Jacobians: `second_estimate`.
 """
 
 from __future__ import annotations
@@ -17,10 +17,9 @@ import numpy as np
 import xarray as xr
 from pydantic import BeforeValidator
 
-from jointplay.analysis import rules as asked
-from jointplay.analysis.evaluate import dataset, scalars
-from jointplay.analysis.exponents import exponents as means
-from jointplay.analysis.exponents import second_estimate
+from jointplay.analysis import rules
+from jointplay.analysis.evaluate import dataset, described, scalars, status_code
+from jointplay.analysis.exponents import batch_means, second_estimate
 from jointplay.analysis.exponents.stretching import USABLE, follow, framed, turn_period
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
@@ -42,8 +41,9 @@ def _number_or_all(given: Any) -> Any:
 
 
 def _exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
-    states = len(assemble(mechanism).state)
-    if exponents != "all" and exponents > states:
+    if exponents in (1, "all"):
+        return
+    if exponents > (states := len(assemble(mechanism).state)):
         yield Problem("exponents", exponents, f'a whole number from 1 to {states}, or "all", is accepted')
 
 
@@ -52,7 +52,7 @@ def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[P
         yield Problem("twin_turns", twin_turns, "0 is accepted for a system that nothing forces")
 
 
-@analysis(asked.length_fits, asked.start_fits, _exponents_fit, _twins_fit)
+@analysis(rules.length_fits, _exponents_fit, _twins_fit, deferred=[rules.start_fits])
 def lyapunov(
     mechanism: Moving,
     *,
@@ -81,15 +81,13 @@ def lyapunov(
         budget, where `error` is given.
     transient : float
         Turns that motion and tangents are followed first.
-    rtol : float
-        Tolerated error of a step.
     error : float, optional
         Standard error of the largest exponent, 1/s, at which the run stops, if the batches that it comes from
         do not follow one another.
     twin_turns : int
         Turns over which the largest exponent is estimated a second time, from the same start, by renormalised
         twin trajectories; 0: not.
-    initial, max_steps, progress
+    rtol, initial, max_steps, progress
         As in `simulate`.
     saltation : bool
         False leaves the tangents' jumps at events out, as a comparison: the result is then wrong wherever a
@@ -99,14 +97,13 @@ def lyapunov(
     -------
     xarray.Dataset
         ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s), both also ``…_per_turn`` where something
-        turns, over
-        ``exponent``, with ``batch_correlation`` and ``effective_blocks``; ``lyapunov_trace`` (running means)
-        and ``lyapunov_trace_error`` over ``block`` and ``exponent``, at ``block_time``; ``turn_period``;
-        ``sum_residual`` (1/s; of a whole spectrum), ``mean_divergence`` and ``volume_share``: see Notes;
-        ``grazing`` and ``status``. With `twin_turns`: ``growth`` a turn, ``growth_standard_error``,
-        ``map_exponent``, what the first estimate says of the same, and ``growth_difference`` in combined
-        standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of one that was
-        interrupted and kept (`jointplay run`), the estimates up to there.
+        turns, over ``exponent``, with ``batch_correlation`` and ``effective_blocks``; ``lyapunov_trace``
+        (running means) and ``lyapunov_trace_error`` over ``block`` and ``exponent``, at ``block_time``;
+        ``turn_period``; ``sum_residual`` (1/s; of a whole spectrum), ``mean_divergence`` and
+        ``volume_share``: see Notes; ``grazing`` and ``status``. With `twin_turns`: ``growth`` a turn,
+        ``growth_standard_error``, ``map_exponent``, the first estimate of the same, and ``growth_difference``
+        in combined standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of
+        one that was interrupted and kept (`jointplay run`), the estimates up to there.
 
     Raises
     ------
@@ -127,25 +124,23 @@ def lyapunov(
     infinity where sticking loses a dimension. ``grazing`` is the smallest approach speed of a guard at an
     event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
-    model = assemble(mechanism, initial)
+    model = rules.model_for(mechanism, initial)
     count = len(model.state) if exponents == "all" else int(exponents)
     begin = transient * model.period
     span = duration if turns is None else turns * model.period
-    request = Request(begin + span, rtol, max_steps=asked.steps(max_steps))
+    request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))
     bundle = framed(model, request, count, saltation)
     share = 0.5 if twin_turns else 1.0
     rows, ended = follow(bundle, begin, error, part(progress, 0.0, share))
     variables = _variables(model, bundle, rows, ended)
     if twin_turns and ended["status"] != INTERRUPTED:
-        cut = assemble(mechanism, initial, asked.quantity(CrankAngle(), mechanism))
-        reach = math.ceil(transient)
-        found = second_estimate.twin(cut, twin_turns, reach, max_steps, part(progress, share, 1.0))
-        values, errors = (
-            variables[f"lyapunov_{name}_per_turn"][1] for name in ("exponent", "standard_error")
-        )
-        variables |= second_estimate.variables(values, errors, found)
-        if found["status"] == INTERRUPTED:
-            variables |= {"status": ((), np.int8(INTERRUPTED), variables["status"][2])}
+        cut = rules.model_for(mechanism, initial, CrankAngle())
+        rest = part(progress, share, 1.0)
+        growth = second_estimate.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
+        leading = (variables[f"lyapunov_{name}_per_turn"][1] for name in ("exponent", "standard_error"))
+        variables |= second_estimate.variables(*leading, growth)
+        if growth["status"] == INTERRUPTED:
+            variables["status"] = status_code(INTERRUPTED)
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
         variables = {
             key: each for key, each in variables.items() if not key.endswith(("_turn", "turn_period"))
@@ -155,24 +150,25 @@ def lyapunov(
 
 def _variables(model: Model, bundle: Bundle, rows: np.ndarray, ended: dict[str, Any]) -> dict[str, Any]:
     turn = turn_period(model, rows)
-    told = {
-        "turn_period": (turn, "s", "mean period of a turn"),
-        "grazing": (bundle.grazing, "1", "smallest relative approach to a guard"),
-    }
-    found = means.variables(rows, bundle.logs, turn, len(model.state))
+    variables = batch_means.variables(rows, bundle.logs, turn, len(model.state))
     if ended["status"] not in USABLE:
-        found = {name: each if name in TRACE else _lost(each) for name, each in found.items()}
-    found |= {key: ((), v, {"units": u, "long_name": text}) for key, (v, u, text) in told.items()}
-    return found | scalars(model, SimpleNamespace(**ended))
+        variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}
+    variables |= described(
+        {
+            "turn_period": ((), turn, "s", "mean period of a turn"),
+            "grazing": ((), bundle.grazing, "1", "smallest relative approach to a guard"),
+        }
+    )
+    return variables | scalars(model, SimpleNamespace(**ended))
 
 
-def _lost(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
-    """A variable without its values."""
+def _missing(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
+    """A variable with NaN for all of its values."""
     dims, values, attributes = variable
     return dims, np.full(np.shape(values), np.nan), attributes
 
 
 def _dataset(model: Model, variables: dict[str, Any]) -> xr.Dataset:
     number = np.arange(1, len(variables["lyapunov_exponent"][1]) + 1)
-    over = ("exponent", number, {"units": "1", "long_name": "number of the exponent"})
-    return dataset(model, variables, {"exponent": over}, "lyapunov")
+    coords = described({"exponent": ("exponent", number, "1", "number of the exponent")})
+    return dataset(model, variables, coords, "lyapunov")

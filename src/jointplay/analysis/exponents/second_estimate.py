@@ -1,8 +1,8 @@
 """A second estimate of the largest exponent, by renormalised twin trajectories: no Jacobian, no saltation.
 
-It is the largest exponent of the section's map, a turn (`growth`). The exponents of a flow
-hold one more where nothing outside keeps the time: that along the motion, which is 0. Without it, the
-flow's largest times the length of a turn is the map's.
+It is the largest exponent of the section's map, a turn (`growth`). The exponents of a flow hold one more
+where nothing outside keeps the time: that along the motion, which is 0. Without it, the flow's largest times
+the length of a turn is the map's.
 """
 
 from __future__ import annotations
@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.evaluate import flags
-from jointplay.analysis.exponents.growth import Turn, measure, standard_error
-from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.evaluate import described, status_code
+from jointplay.analysis.exponents.growth import Turn, measure_after, standard_error
 from jointplay.mechanism.model import Model
 
 ERRORS = 3  # standard errors by which a lone exponent must differ from 0 to be that of the map
@@ -28,27 +27,18 @@ def twin(
     max_steps: int | None,
     progress: Callable[[float], None] | None = None,
 ) -> dict[str, Any]:
-    """Follow a motion and a neighbour for so many turns after a transient: growth a turn, error, status."""
+    """Follow a motion and a neighbour for some turns after a transient: growth a turn, error, status."""
     turn = Turn(model, max_steps=max_steps)
-    state, status, logs = model.state, 0, np.zeros(0)
-    if transient:
-        state, _, status = turn(state, transient)
-    if not status:
-        logs, _, status = measure(turn, state, turns, progress=progress)
+    logs, _, status = measure_after(turn, transient, turns, progress=progress)
     mean = float(logs.mean()) if len(logs) else math.nan
     timeless = turn.crank is not None
     return {"growth": mean, "error": standard_error(logs), "status": status, "timeless": timeless}
 
 
 def of_the_map(values: np.ndarray, errors: np.ndarray, timeless: bool) -> tuple[float, float]:
-    """Largest exponent of the section's map, and its error, from the leading ones of the flow.
+    """Largest exponent of the section's map, and its error, from the leading ones of the flow, a turn.
 
-    Parameters
-    ----------
-    values, errors : ndarray
-        Exponents a turn, the largest first, with their standard errors.
-    timeless : bool
-        Whether one of the flow's exponents is that along the motion.
+    Where nothing outside keeps the time (`timeless`), one of the flow's exponents is that along the motion.
     """
     if not timeless:
         return float(values[0]), float(errors[0])
@@ -60,19 +50,16 @@ def of_the_map(values: np.ndarray, errors: np.ndarray, timeless: bool) -> tuple[
     return float(values[first]), float(errors[first])
 
 
-def variables(values: np.ndarray, errors: np.ndarray, found: dict[str, Any]) -> dict[str, Any]:
-    """What a dataset says of the second estimate, and how far both differ."""
-    value, error = of_the_map(values, errors, found["timeless"])
-    combined = math.hypot(error, found["error"])
-    told = {
-        "growth": (found["growth"], "mean logarithm of the growth of a small difference in a turn"),
-        "growth_standard_error": (found["error"], "standard error of the growth"),
+def variables(values: np.ndarray, errors: np.ndarray, growth: dict[str, Any]) -> dict[str, Any]:
+    """Variables of a dataset: the second estimate, and how far both differ."""
+    value, error = of_the_map(values, errors, growth["timeless"])
+    combined = math.hypot(error, growth["error"])
+    apart = (growth["growth"] - value) / combined if combined else math.nan
+    table = {
+        "growth": (growth["growth"], "mean logarithm of the growth of a small difference in a turn"),
+        "growth_standard_error": (growth["error"], "standard error of the growth"),
         "map_exponent": (value, "largest Lyapunov exponent of the section's map, a turn"),
-        "growth_difference": (
-            (found["growth"] - value) / combined if combined else math.nan,
-            "growth less the map's exponent, in combined standard errors",
-        ),
+        "growth_difference": (apart, "growth less the map's exponent, in combined standard errors"),
     }
-    status = {"long_name": "how the second estimate ended"} | flags(STATUS)
-    over = {key: ((), v, {"units": "1", "long_name": text}) for key, (v, text) in told.items()}
-    return over | {"growth_status": ((), np.int8(found["status"]), status)}
+    variables = described({key: ((), value, "1", text) for key, (value, text) in table.items()})
+    return variables | {"growth_status": status_code(growth["status"], "how the second estimate ended")}

@@ -1,4 +1,4 @@
-"""A motion followed with a frame of tangents, block by block: what exponents are estimated from."""
+"""Growth of a frame of tangents along a motion, recorded block by block, to estimate exponents from."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.exponents import exponents as means
+from jointplay.analysis.exponents import batch_means
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales
@@ -26,48 +26,35 @@ SOLVED = 3.0  # tolerance of the tangents' iteration, in units of rtol
 def leading(
     model: Model, *, exponents: int, begin: float, span: float, rtol: float, max_steps: int = MAX_STEPS
 ) -> dict[str, Any]:
-    """Give the leading exponents of a motion, as a cell of something greater.
-
-    Parameters
-    ----------
-    model : Model
-        Where it starts.
-    exponents : int
-        How many.
-    begin, span : float
-        Time in which the tangents find their directions, and time after it, s.
-    rtol : float
-        Tolerated error of a step.
-    max_steps : int
-        Attempted steps after which the run stops.
+    """Leading exponents over `span` s of a motion, after `begin` s in which tangents find their directions.
 
     Returns
     -------
     dict
-        ``status``, ``counts``, ``grazing``, ``turn_period``, and what `exponents.estimates` gives.
+        ``status``, ``counts``, ``grazing``, ``turn_period``, and the values of `batch_means.estimates`.
     """
     bundle = framed(model, Request(begin + span, rtol, max_steps=max_steps), exponents)
     rows, ended = follow(bundle, begin)
     turn = turn_period(model, rows)
-    found = {key: value for key, (value, *_) in means.estimates(rows, bundle.logs, turn).items()}
-    return ended | found | {"grazing": bundle.grazing, "turn_period": turn}
+    values = {key: value for key, (value, *_) in batch_means.estimates(rows, bundle.logs, turn).items()}
+    return ended | values | {"grazing": bundle.grazing, "turn_period": turn}
 
 
 def frame(count: int, scale: np.ndarray) -> np.ndarray:
-    """A frame in general position, orthonormal in units of the scales; the same each time."""
+    """Reproducible random frame of `count` tangents, orthonormal in units of the scales."""
     random = np.random.default_rng(SEED).normal(size=(len(scale), len(scale)))
     return np.linalg.qr(random)[0].T[:count] * scale
 
 
 def framed(model: Model, request: Request, count: int, saltation: bool = True) -> Bundle:
-    """A run with so many tangents."""
+    """Prepare a run with `count` tangents."""
     return Bundle(
         model,
         request,
         frame(count, scales(model)),
         tolerance=SOLVED * request.rtol,
         saltation=saltation,
-        rows=means.BLOCKS // LOOKS,
+        rows=batch_means.BLOCKS // LOOKS,
     )
 
 
@@ -77,7 +64,7 @@ def follow(
     error: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[np.ndarray, dict[str, Any]]:
-    """Transient, then blocks until the end, the target error, or trouble: rows, and how it ended."""
+    """Follow the transient, then blocks until the end, the target error or a failure: rows, how it ended."""
     began, status, end = time.perf_counter(), OK, bundle.request.duration
 
     def go_on(until: float = math.inf) -> int:
@@ -93,14 +80,14 @@ def follow(
     if begin:
         status = go_on(begin)
     rows = bundle.row()
-    bundle.record((end - begin) / means.BLOCKS)
+    bundle.record((end - begin) / batch_means.BLOCKS)
     while status == OK:
         status = go_on()
         rows = np.concatenate([rows, bundle.taken()])
         if status != bundle.full:
             break
         status = OK
-        if error is not None and means.settled(rows, bundle.logs, error):
+        if error is not None and batch_means.settled(rows, bundle.logs, error):
             break
     if status in USABLE and bundle.time > rows[-1, 0]:
         rows = np.concatenate([rows, bundle.row()])

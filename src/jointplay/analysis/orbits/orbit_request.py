@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator
 
 from jointplay.analysis.keywords import Small, as_list
 from jointplay.analysis.quantities import recorded
-from jointplay.analysis.rules import check_start
+from jointplay.analysis.rules import assembled_at
 from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.vary import axes
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
@@ -33,7 +33,7 @@ Range = Annotated[
 
 def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
     """Refuse a start, or a whole state, that the mechanism has not."""
-    check_start(mechanism, initial, assembled=placed)
+    assembled_at(mechanism, initial, assembled=placed)
 
 
 def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:

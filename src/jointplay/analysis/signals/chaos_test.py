@@ -1,7 +1,7 @@
 """The 0-1 test for chaos on section samples of a motion: median and spread over many frequencies.
 
-Method, reference and limits: `zero_one`. The samples are section points, one a turn or so,
-because a series that is sampled more closely looks regular whatever the motion.
+Method, reference and limits: `zero_one`. The samples are section points, one a turn or so, because a series
+that is sampled more closely looks regular whatever the motion.
 """
 
 from __future__ import annotations
@@ -11,28 +11,28 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import flags
+from jointplay.analysis.evaluate import described, flags
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol, Share, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import zero_one
-from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series, squared, usual
+from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate
 from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
 
-TURNS, FREQUENCIES, TOLERANCE = 2000, 100, 1e-4
+USUAL, TURNS, FREQUENCIES, TOLERANCE = "journal_x", 2000, 100, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance, also of small quantities
 LEAST = 100  # samples that can be judged
 QUARTILES = (0.25, 0.5, 0.75)
 
 
 def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> None:
-    _named(mechanism, quantity)
+    chosen(mechanism, quantity, USUAL)
 
 
-@analysis(_quantity_fits, section_fits, start_fits)
+@analysis(_quantity_fits, deferred=[section_fits, start_fits])
 def chaos_test(
     mechanism: Moving,
     *,
@@ -88,7 +88,7 @@ def chaos_test(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    word, label = _named(mechanism, quantity)
+    word, label = chosen(mechanism, quantity, USUAL)
     run = {"rtol": rtol, "initial": initial, "max_steps": max_steps, "record": [word]}
     share = part(progress, 0.0, MOVED)
     points = poincare(mechanism, section, turns=turns, transient=transient, progress=share, **run)
@@ -98,10 +98,6 @@ def chaos_test(
         return _dataset(points, samples, _unjudged(c), c)
     scale = _scale(simulate(mechanism, turns=1, transient=transient, **run), word, label)
     return _dataset(points, samples, _judged(samples.values, scale, c, tolerance), c)
-
-
-def _named(mechanism: Mechanism | TestSystem, quantity: Any) -> tuple[str, str]:
-    return observable(mechanism, usual(mechanism, "journal_x") if quantity is None else quantity)
 
 
 def _scale(turn: xr.Dataset, word: str, label: str) -> float:
@@ -124,16 +120,9 @@ def _judged(samples: np.ndarray, scale: float, c: np.ndarray, tolerance: float) 
 
 
 def _unjudged(c: np.ndarray) -> dict[str, Any]:
-    """What is told where a run failed, or there are too few samples."""
-    lost = np.full(len(c), np.nan)
-    undecided = zero_one.VERDICTS.index("undecided")
-    return {
-        "K": lost,
-        "quartiles": np.full(3, np.nan),
-        "half": np.nan,
-        "verdict": undecided,
-        "spread": np.nan,
-    }
+    """The same where a run failed, or there are too few samples."""
+    missing = {"quartiles": np.full(3, np.nan), "half": np.nan, "spread": np.nan}
+    return missing | {"K": np.full(len(c), np.nan), "verdict": zero_one.VERDICTS.index("undecided")}
 
 
 def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], c: np.ndarray) -> xr.Dataset:
@@ -155,11 +144,8 @@ def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], 
             "sample_spread": ((), judged["spread"], "1", "spread of the samples over their size"),
         }
     )
-    variables["verdict"] = (
-        (),
-        np.int8(judged["verdict"]),
-        {"long_name": "verdict"} | flags(zero_one.VERDICTS),
-    )
+    verdict = {"long_name": "verdict"} | flags(zero_one.VERDICTS)
+    variables["verdict"] = ((), np.int8(judged["verdict"]), verdict)
     coords = described(
         {
             "turn": ("turn", samples["turn"].values, "1", "section point"),

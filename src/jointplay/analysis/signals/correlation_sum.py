@@ -73,7 +73,7 @@ def correlation_sum(points: np.ndarray, at: np.ndarray, window: int) -> np.ndarr
     return close / total
 
 
-def dimension(
+def fit(
     points: np.ndarray, at: np.ndarray, sums: np.ndarray, shares: tuple[float, float], window: int
 ) -> Slope:
     """Slope of the correlation sum `sums` at the radii `at` where it lies between two shares of the pairs.

@@ -1,7 +1,7 @@
 """Correlation dimension of a motion's section points.
 
-Method, references and limits: `correlation_sum`. The motion's own dimension in state space
-is that of its section plus one.
+Method, references and limits: `correlation_sum`. The motion's own dimension in state space is that of its
+section plus one.
 """
 
 from __future__ import annotations
@@ -12,12 +12,13 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator
 
+from jointplay.analysis.evaluate import described
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantities, Rtol, Share, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
-from jointplay.analysis.signals import correlation_sum as pairs
-from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series
+from jointplay.analysis.signals import correlation_sum
+from jointplay.analysis.signals.observable import MOVED, ended, observable, series
 from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural, accepts
@@ -40,7 +41,7 @@ def _rising(shares: tuple[float, float]) -> tuple[float, float]:
     return shares
 
 
-@analysis(_quantities_fit, section_fits, start_fits)
+@analysis(_quantities_fit, deferred=[section_fits, start_fits])
 def dimension(
     mechanism: Moving,
     *,
@@ -103,7 +104,7 @@ def dimension(
     return _dataset(cut, _measured(points, shares, window, tolerance, int(cut.status)))
 
 
-def _named(mechanism: Mechanism | TestSystem, quantities: Any) -> list[tuple[str, str]]:
+def _named(mechanism: Mechanism | TestSystem, quantities: tuple[str, ...] | None) -> list[tuple[str, str]]:
     names = _coordinates(mechanism) if quantities is None else quantities
     if not names:
         raise refuse(names, "a list of at least one name is accepted", "quantities")
@@ -113,8 +114,6 @@ def _named(mechanism: Mechanism | TestSystem, quantities: Any) -> list[tuple[str
 def _coordinates(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     if isinstance(mechanism, TestSystem):
         return assemble(mechanism).states
-    if not isinstance(mechanism, Mechanism):
-        return ("angular_velocity",)
     links, joints = ([part.name for part in parts] for parts in (mechanism.links, mechanism.clearance_joints))
     found = [f"{word}:{joint}" for joint in joints for word in ("journal_x", "journal_y")]
     found += [f"angular_velocity:{link}" for link in links]
@@ -129,31 +128,32 @@ def scaled(points: np.ndarray, tolerance: float) -> np.ndarray:
 
 def _measured(points: np.ndarray, shares, window: int, tolerance: float, status: int) -> dict[str, Any]:
     """Correlation sum and its slope; NaN where there are too few points."""
-    told = {"points": len(points), "coordinates": 0, "radius": np.zeros(0), "sums": np.zeros(0)}
-    if status or len(points) < max(LEAST, 2 * pairs.PARTS * window) or not np.all(np.isfinite(points)):
-        return told | {"slope": pairs.NOTHING}
+    empty = {"points": len(points), "coordinates": 0, "radius": np.zeros(0), "sums": np.zeros(0)}
+    least = max(LEAST, 2 * correlation_sum.PARTS * window)
+    if status or len(points) < least or not np.all(np.isfinite(points)):
+        return empty | {"slope": correlation_sum.NOTHING}
     used = scaled(points, tolerance)
     if not used.shape[1]:
-        return told | {"slope": pairs.Slope(0.0, 0.0, 0.0, (np.nan, np.nan))}
-    at = pairs.radii(used)
-    sums = pairs.correlation_sum(used, at, window)
-    slope = pairs.dimension(used, at, sums, tuple(shares), window)
-    return told | {"coordinates": used.shape[1], "radius": at, "sums": sums, "slope": slope}
+        return empty | {"slope": correlation_sum.Slope(0.0, 0.0, 0.0, (np.nan, np.nan))}
+    at = correlation_sum.radii(used)
+    sums = correlation_sum.correlation_sum(used, at, window)
+    slope = correlation_sum.fit(used, at, sums, tuple(shares), window)
+    return empty | {"coordinates": used.shape[1], "radius": at, "sums": sums, "slope": slope}
 
 
-def _dataset(cut: xr.Dataset, found: dict[str, Any]) -> xr.Dataset:
-    slope, at, name = found["slope"], found["radius"], "correlation dimension"
-    told = {
+def _dataset(cut: xr.Dataset, measured: dict[str, Any]) -> xr.Dataset:
+    slope, at, name = measured["slope"], measured["radius"], "correlation dimension"
+    table = {
         "correlation_dimension": ((), slope.dimension, name),
         "correlation_dimension_spread": ((), slope.spread, f"spread of the {name} over its range"),
         "correlation_dimension_standard_error": ((), slope.standard_error, f"standard error of the {name}"),
-        "correlation_sum": ("radius", found["sums"], "share of pairs closer than the radius"),
-        "local_slope": ("radius", _local(at, found["sums"]), "slope of the correlation sum"),
+        "correlation_sum": ("radius", measured["sums"], "share of pairs closer than the radius"),
+        "local_slope": ("radius", _local(at, measured["sums"]), "slope of the correlation sum"),
         "fit_radius": ("bound", np.array(slope.radii), "ends of the range of the slope"),
-        "n_points": ((), np.int64(found["points"]), "section points"),
-        "n_coordinates": ((), np.int64(found["coordinates"]), "coordinates that vary"),
+        "n_points": ((), np.int64(measured["points"]), "section points"),
+        "n_coordinates": ((), np.int64(measured["coordinates"]), "coordinates that vary"),
     }
-    variables = described({key: (dims, value, "1", text) for key, (dims, value, text) in told.items()})
+    variables = described({key: (dims, value, "1", text) for key, (dims, value, text) in table.items()})
     coords = described({"radius": ("radius", at, "1", "distance in standard deviations")})
     coords["bound"] = ("bound", ["lower", "upper"], {"long_name": "end of the range"})
     return xr.Dataset(variables, coords, cut.attrs | {"kind": "dimension"}).merge(ended(cut))
@@ -170,4 +170,4 @@ def _local(at: np.ndarray, sums: np.ndarray) -> np.ndarray:
     return np.pad(middle, _AROUND // 2, constant_values=np.nan)
 
 
-_AROUND = pairs.PER_DECADE // 8
+_AROUND = correlation_sum.PER_DECADE // 8

@@ -24,7 +24,8 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator, Field
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
+from jointplay.analysis.evaluate import described
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -38,20 +39,20 @@ from jointplay.analysis.keywords import (
     analysis,
 )
 from jointplay.analysis.looks import part
-from jointplay.analysis.signals.observable import MOVED, described, ended, observable, series, squared, usual
+from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate
 from jointplay.errors import refuse
 from jointplay.mechanism.base import Natural, accepts
 from jointplay.mechanism.records import Mechanism, TestSystem
 
-SAMPLES_PER_TURN, SEGMENTS, WINDOW = 512, 8, "hann"
+USUAL, SAMPLES_PER_TURN, SEGMENTS, WINDOW = "normal_force", 512, 8, "hann"
 LEVEL = 0.95  # of the interval
 LEAST = 8  # samples in a segment
 _WINDOW = "the name of a window of scipy.signal.get_window that needs no number"
 
 
 def _quantity_fits(mechanism: Mechanism | TestSystem, quantity: str | None) -> None:
-    _named(mechanism, quantity)
+    chosen(mechanism, quantity, USUAL)
 
 
 def _known(window: str) -> str:
@@ -64,7 +65,7 @@ def _known(window: str) -> str:
     return window
 
 
-@analysis(_quantity_fits, asked.length_fits, asked.start_fits, asked.samples_fit)
+@analysis(_quantity_fits, rules.length_fits, deferred=[rules.start_fits, rules.samples_fit])
 def spectrum(
     mechanism: Moving,
     *,
@@ -116,7 +117,7 @@ def spectrum(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    word, label = _named(mechanism, quantity)
+    word, label = chosen(mechanism, quantity, USUAL)
     record = [word, "angle"] if isinstance(mechanism, Mechanism) else [word]
     motion = simulate(
         mechanism,
@@ -133,14 +134,10 @@ def spectrum(
     values, time = series(motion, word, label), motion.time.values
     rate = (len(time) - 1) / float(time[-1] - time[0]) if len(time) > 1 else math.nan
     if int(motion.status) or len(values) <= LEAST * (segments + 1):
-        found = lost(rate)
+        estimate = missing(rate)
     else:
-        found = density(values.values[:-1], rate, segments, window)
-    return _dataset(motion, values, _turn(motion, mechanism), found)
-
-
-def _named(mechanism: Mechanism | TestSystem, quantity: Any) -> tuple[str, str]:
-    return observable(mechanism, usual(mechanism, "normal_force") if quantity is None else quantity)
+        estimate = density(values.values[:-1], rate, segments, window)
+    return _dataset(motion, values, _turn(motion, mechanism), estimate)
 
 
 def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:
@@ -154,80 +151,56 @@ def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:
 
 
 def density(values: np.ndarray, rate: float, segments: int, window: str) -> dict[str, Any]:
-    """Welch's estimate for evenly spaced values.
-
-    Parameters
-    ----------
-    values : ndarray, shape (samples,)
-        The record.
-    rate : float
-        Samples a second.
-    segments : int
-        Segments, overlapping by half.
-    window : str
-        As in `spectrum`.
-
-    Returns
-    -------
-    dict
-        ``frequency``, ``density``, ``degrees``, ``factors``, ``variance``, ``residual``.
-    """
+    """Welch's estimate for evenly spaced values, `rate` of them a second; keywords as in `spectrum`."""
     from scipy.signal import get_window, welch
 
     half = len(values) // (segments + 1)
     weights, used = get_window(window, 2 * half), values[: (segments + 1) * half]
-    f, found = welch(used, rate, weights, 2 * half, half, detrend="constant")
+    f, values = welch(used, rate, weights, 2 * half, half, detrend="constant")
     degrees, variance = degrees_of_freedom(weights, segments), float(np.var(used))
     return {
         "frequency": f,
-        "density": found,
+        "density": values,
         "degrees": degrees,
         "factors": interval(degrees),
         "variance": variance,
-        "residual": abs(float(found.sum() * f[1]) / variance - 1) if variance else 0.0,
+        "residual": abs(float(values.sum() * f[1]) / variance - 1) if variance else 0.0,
     }
 
 
 def degrees_of_freedom(weights: np.ndarray, segments: int) -> float:
-    """Of the mean of half-overlapping periodograms of noise: two for each that were independent."""
+    """Degrees of freedom of a mean of half-overlapping periodograms of noise: 2 for each independent one."""
     half = len(weights) // 2
     shared = float(weights[half:] @ weights[:half]) / float(weights @ weights)
     return 2 * segments / (1 + 2 * (1 - 1 / segments) * shared**2)
 
 
 def interval(degrees: float) -> np.ndarray:
-    """What an estimate is multiplied by to give the ends of its interval."""
+    """Factors by which an estimate is multiplied to give the ends of its interval."""
     from scipy.stats import chi2
 
     tail = (1 - LEVEL) / 2
     return degrees / chi2.ppf([1 - tail, tail], degrees)
 
 
-def lost(rate: float) -> dict[str, Any]:
-    """What is told of a run that failed, or was too short."""
+def missing(rate: float) -> dict[str, Any]:
+    """Estimate of a run that failed, or was too short: NaN at both ends of the axis."""
     nothing = dict.fromkeys(("degrees", "variance", "residual"), math.nan)
     ends = np.array([0.0, rate / 2])
     return nothing | {"frequency": ends, "density": np.full(2, np.nan), "factors": np.full(2, np.nan)}
 
 
-def _dataset(motion: xr.Dataset, values: xr.DataArray, period: float, found: dict[str, Any]) -> xr.Dataset:
-    units, name, f = squared(values.attrs["units"]), values.attrs["long_name"], found["frequency"]
-    interval_of, difference = (
-        "95 % interval over the estimate",
-        "integral of the density over variance, less 1",
-    )
+def _dataset(motion: xr.Dataset, values: xr.DataArray, period: float, estimate: dict[str, Any]) -> xr.Dataset:
+    units, name, f = squared(values.attrs["units"]), values.attrs["long_name"], estimate["frequency"]
+    per_hertz = "Hz-1" if units == "1" else f"{units} Hz-1"
+    density_of, difference = f"power spectral density of {name}", "integral of density over variance, less 1"
     variables = described(
         {
-            "power_spectral_density": (
-                "frequency",
-                found["density"],
-                "Hz-1" if units == "1" else f"{units} Hz-1",
-                f"power spectral density of {name}",
-            ),
-            "confidence_factor": ("bound", found["factors"], "1", interval_of),
-            "degrees_of_freedom": ((), found["degrees"], "1", "degrees of freedom of the estimate"),
-            "variance": ((), found["variance"], units, f"variance of {name}"),
-            "parseval_residual": ((), found["residual"], "1", difference),
+            "power_spectral_density": ("frequency", estimate["density"], per_hertz, density_of),
+            "confidence_factor": ("bound", estimate["factors"], "1", "95 % interval over the estimate"),
+            "degrees_of_freedom": ((), estimate["degrees"], "1", "degrees of freedom of the estimate"),
+            "variance": ((), estimate["variance"], units, f"variance of {name}"),
+            "parseval_residual": ((), estimate["residual"], "1", difference),
             "turn_period": ((), period, "s", "mean period of a turn"),
         }
     )

@@ -66,13 +66,7 @@ def indicators(series: np.ndarray, c: np.ndarray) -> np.ndarray:
 
 
 def verdict(quartiles: np.ndarray) -> int:
-    """Index into `VERDICTS`: chaotic where three quarters of K lie above 0.75, regular where below 0.25.
-
-    Parameters
-    ----------
-    quartiles : ndarray, shape (3,)
-        Lower quartile, median and upper quartile of K.
-    """
+    """Index into `VERDICTS` by quartiles of K: chaotic if all lie above 0.75, regular if all below 0.25."""
     if quartiles[0] > CHAOTIC:
         return VERDICTS.index("chaotic")
     if quartiles[2] < REGULAR:

@@ -1,7 +1,7 @@
 """One point of a sweep: the motion that a mechanism settles to from a start, and where it stands at the end.
 
-A first run drops the transient, a second one from there on is looked at: section points, period, contacts,
-the word of the turn, closest calls; and, where asked for, Lyapunov exponents from its end on. With a section
+A first run drops the transient, a second one from there on is evaluated: section points, period, contacts,
+the word of the turn, near misses; and, where asked for, Lyapunov exponents from its end on. With a section
 at a crank angle both runs end on the section, after whole turns. With another section, or where a forcing's
 phase is no state and the section is at another phase than the start, they last whole nominal periods.
 """
@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import contacts, rates
-from jointplay.analysis import rules as asked
+from jointplay.analysis import contacts, rates, rules
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.evaluate import Quantities
@@ -43,7 +42,7 @@ EXPONENTS = (
 
 @dataclass(frozen=True)
 class Plan:
-    """What is asked of every point of a sweep; the fields are the keywords of `bifurcation`."""
+    """Settings of every point of a sweep; the fields are the keywords of `bifurcation`."""
 
     section: Section
     record: tuple[str, ...]
@@ -68,7 +67,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     start : optional
         As in `placed`.
     plan : Plan
-        What is asked.
+        Settings of the sweep.
 
     Returns
     -------
@@ -95,26 +94,26 @@ def settle_together(points: Sequence[tuple[Mechanism | TestSystem, Any]], plan: 
 
     As `settle`, one by one; a point whose input is refused has only a ``status`` and ``trouble``.
     """
-    found: dict[int, dict[str, Any]] = {}
+    results: dict[int, dict[str, Any]] = {}
     settling = [_settling(mechanism, start, plan) for mechanism, start in points]
     records: dict[int, Records | None] = dict.fromkeys(range(len(points)))
     while records:
-        asked_for = {}
+        runs = {}
         for n, each in records.items():
             answer = guarded(_next, {"settling": settling[n], "records": each})
-            if "asked" in answer:
-                asked_for[n] = answer["asked"]
+            if "run" in answer:
+                runs[n] = answer["run"]
             else:
-                found[n] = answer
-        followed = follow_ensemble(*zip(*asked_for.values(), strict=True)) if asked_for else []
-        records = dict(zip(asked_for, followed, strict=True))
-    return [found[n] for n in range(len(points))]
+                results[n] = answer
+        followed = follow_ensemble(*zip(*runs.values(), strict=True)) if runs else []
+        records = dict(zip(runs, followed, strict=True))
+    return [results[n] for n in range(len(points))]
 
 
 def _next(settling: Settling, records: Records | None) -> dict[str, Any]:
-    """What is asked for next, or the answer."""
+    """The next run, or the result."""
     try:
-        return {"asked": settling.send(records)}
+        return {"run": settling.send(records)}
     except StopIteration as end:
         return end.value
 
@@ -127,16 +126,14 @@ def _settling(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> Sett
         dropped = yield from _run(model, plan, plan.transient, watched=False)
         if dropped.status:
             return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
-        model, steps = (
-            moved(model, _state(model, plan, _last(model, plan, dropped))),
-            dropped.counts["n_steps"],
-        )
+        model = moved(model, _state(model, plan, _last(model, plan, dropped)))
+        steps = dropped.counts["n_steps"]
     records = yield from _run(model, plan, plan.turns, watched=True)
     if records.status:
         return _failed(records, f"in the {plan.turns} turns looked at", steps)
-    found = _described(model, plan, records)
-    found["n_steps"] += steps
-    return found | _exponents(mechanism, found, plan) if plan.exponents else found
+    result = _described(model, plan, records)
+    result["n_steps"] += steps
+    return result | _exponents(mechanism, result, plan) if plan.exponents else result
 
 
 def _failed(records: Records, where: str, steps: int) -> dict[str, Any]:
@@ -154,15 +151,15 @@ def counted(model: Model, section: Section) -> bool:
 
 def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Generator[tuple, Records, Records]:
     """Ask for some turns of the model; watched: with events and section points."""
-    whole, fields = counted(model, plan.section), asked.section_fields(plan.section, model, 0)
+    whole, fields = counted(model, plan.section), rules.section_fields(plan.section, model, 0)
     end = turns * model.period
     if whole:
-        fields |= {"duration": asked.SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
+        fields |= {"duration": rules.SLACK * end, "stop_after": turns, "skip": 0 if watched else turns - 1}
     else:
         fields |= {"duration": end, "at": np.array([end]), "skip": 0 if watched else 10**9}
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
     looked["rates"] = watched and rates.needed(plan.record)
-    limit = {"rtol": plan.rtol, "max_steps": asked.steps(plan.max_steps)}
+    limit = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
     records = yield model, Request(**limit, **looked, **fields)
     if whole and not records.status and len(records.sections) < (turns if watched else 1):
         return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
@@ -191,21 +188,20 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         turns = round(abs(last[1 + crank] - model.state[crank]) / math.tau, 9)
     bounds = np.concatenate([[0.0], rows[:, 0]]) if whole else _evenly(last[0], turns)
     repeats = _period(model, records, plan.tolerance)
-    told = {"period": ((), repeats), "turn_period": ((), last[0] / turns)}
+    values = {"period": ((), repeats), "turn_period": ((), last[0] / turns)}
     if model.joints or model.resets:
         words = contacts.words(model, records, last, bounds, repeats if whole else 0)
-        told |= _contacts(model, records, last, turns)
-        told["mode_word"] = (("joint",), words) if model.links else ((), words[0])
+        values |= _contacts(model, records, last, turns)
+        values["mode_word"] = (("joint",), words) if model.links else ((), words[0])
+    points = rates.quantities(model, plan.rtol, records, rows[-plan.keep :])
     return {
         "status": 0,
         "trouble": "",
         "n_steps": records.counts["n_steps"],
         "end": End(state_names(model), _state(model, plan, last), model.crank_angle),
         "labels": {"link": model.links, "joint": model.joints, "pin": model.pins, "state": model.states},
-        "points": rates.quantities(model, plan.rtol, records, rows[-plan.keep :]).variables(
-            plan.record, "point"
-        ),
-        "values": told,
+        "points": points.variables(plan.record, "point"),
+        "values": values,
     }
 
 
@@ -215,7 +211,7 @@ def _evenly(end: float, turns: float) -> np.ndarray:
 
 
 def _contacts(model: Model, records: Records, last: np.ndarray, turns: float) -> dict[str, Any]:
-    """Counts and closest calls: over joints; of a test system, of all its contacts together."""
+    """Counts and near misses: over joints; of a test system, of all its contacts together."""
     close = {
         "smallest_impact_speed": contacts.smallest_impact_speed(model, records),
         "smallest_missed_gap": contacts.smallest_missed_gap(model, records),
@@ -223,9 +219,8 @@ def _contacts(model: Model, records: Records, last: np.ndarray, turns: float) ->
     closed, end = contacts.closed(model, records, last), last[0]
     if not model.links:
         counts = contacts.counts(records.events, end, turns, bool(closed.any()))
-        return {name: ((), value) for name, value in counts.items()} | {
-            name: ((), _least(values)) for name, values in close.items()
-        }
+        counts |= {name: _least(values) for name, values in close.items()}
+        return {name: ((), value) for name, value in counts.items()}
     each = [contacts.counts(records.events, end, turns, shut, j) for j, shut in enumerate(closed)]
     counts = {name: [one[name] for one in each] for name in each[0]}
     return {name: (("joint",), values) for name, values in (counts | close).items()}
@@ -242,8 +237,8 @@ def _period(model: Model, records: Records, tolerance: float) -> int:
     if len(rows) < REPEATS:
         return UNKNOWN
     if model.clearances:
-        found = Quantities(model, rows, records.start).variables(("journal_x", "journal_y"), "point")
-        return period(np.hstack([found[name][1] / model.clearances for name in found]), tolerance)
+        journals = Quantities(model, rows, records.start).variables(("journal_x", "journal_y"), "point")
+        return period(np.hstack([each[1] / model.clearances for each in journals.values()]), tolerance)
     states = rows[:, 1 : 1 + len(model.state)]
     if not model.links:
         return period(states, tolerance)
@@ -252,20 +247,20 @@ def _period(model: Model, records: Records, tolerance: float) -> int:
     return period(states if crank is None else np.delete(states, crank, axis=1), tolerance)
 
 
-def _exponents(mechanism: Mechanism | TestSystem, found: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
+def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
     """Leading Lyapunov exponents from the end of a motion on, or how their run failed."""
-    model = placed(mechanism, found["end"])
+    model = placed(mechanism, result["end"])
     measured = leading(
         model,
         exponents=min(plan.exponents, len(model.state)),
         begin=ALIGN * model.period,
         span=plan.lyapunov_turns * model.period,
         rtol=plan.rtol,
-        max_steps=asked.steps(plan.max_steps),
+        max_steps=rules.steps(plan.max_steps),
     )
-    done = {"n_steps": found["n_steps"] + measured["counts"]["n_steps"]}
+    done = {"n_steps": result["n_steps"] + measured["counts"]["n_steps"]}
     status = measured["status"]
     if status:
         return done | {"status": status, "trouble": f"{STATUS[status]} while exponents were measured"}
-    told = {name: (("exponent",), measured[name]) for name in EXPONENTS}
-    return done | {"values": found["values"] | told}
+    exponents = {name: (("exponent",), measured[name]) for name in EXPONENTS}
+    return done | {"values": result["values"] | exponents}

@@ -33,13 +33,13 @@ from jointplay.analysis.keywords import (
     as_several,
 )
 from jointplay.analysis.quantities import recorded
-from jointplay.analysis.rules import check_start, quantity
+from jointplay.analysis.rules import assembled_at, quantity
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, TOLERANCE, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
 from jointplay.analysis.vary import axes, checked_axes, largest
-from jointplay.errors import InputError, Problem
+from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, accepts, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
@@ -76,23 +76,22 @@ def _over_fits(mechanism: Mechanism | TestSystem, over: Over) -> Iterator[Proble
         yield Problem("over", [axis.key for axis in varied], "one parameter or two are accepted")
 
 
-def _varied(mechanism: Mechanism | TestSystem, over: Over) -> list[Mechanism | TestSystem]:
-    """The mechanism with the largest values, by which the rest is judged; none where these make no sense."""
+def _varied(mechanism: Mechanism | TestSystem, over: Over) -> Mechanism | TestSystem:
+    """The mechanism with the largest values, by which the rest is judged."""
     try:
-        axes(mechanism, {key: [max(values)] for key, values in over.items()})
-    except (InputError, TypeError, ValueError):
-        return []
-    return [largest(mechanism, over)]
+        most = {key: [max(values)] for key, values in over.items()}
+    except (TypeError, ValueError):
+        raise refuse(over, "lists of numbers are accepted", "over") from None
+    axes(mechanism, most)
+    return largest(mechanism, over)
 
 
-def _section_fits(mechanism: Mechanism | TestSystem, over: Over, section: Section) -> None:
-    for each in _varied(mechanism, over):
-        quantity(section, each)
+def _section_fits(varied: Mechanism | TestSystem, section: Section) -> None:
+    quantity(section, varied)
 
 
-def _record_fits(mechanism: Mechanism | TestSystem, over: Over, record: Sequence[str] | None) -> None:
-    for each in _varied(mechanism, over):
-        names(record, each)
+def _record_fits(varied: Mechanism | TestSystem, record: Sequence[str] | None) -> None:
+    names(record, varied)
 
 
 def _one_kind_of_start(initial: Any, starts: Any) -> Iterator[Problem]:
@@ -102,34 +101,27 @@ def _one_kind_of_start(initial: Any, starts: Any) -> Iterator[Problem]:
         yield Problem("initial", initial, "either starts or initial is accepted, not both")
 
 
-def _starts_fit(
-    mechanism: Mechanism | TestSystem, over: Over, initial: Any, starts: Any
-) -> Iterator[Problem]:
-    begun = (
-        {"initial": initial} if starts is None else {f"starts[{i}]": each for i, each in enumerate(starts)}
-    )
-    for each in _varied(mechanism, over):
-        for key, start in begun.items():
-            try:
-                check_start(each, start, key, placed)
-            except InputError as error:
-                yield from error.problems
+def _starts_fit(varied: Mechanism | TestSystem, initial: Any, starts: Any) -> Iterator[Problem]:
+    given = {"initial": initial} if starts is None else {f"starts[{i}]": x for i, x in enumerate(starts)}
+    for key, start in given.items():
+        try:
+            assembled_at(varied, start, key, placed)
+        except InputError as error:
+            yield from error.problems
 
 
-def _exponents_fit(mechanism: Mechanism | TestSystem, over: Over, exponents: int) -> Iterator[Problem]:
-    for each in _varied(mechanism, over):
-        if exponents > (states := len(assemble(each).state)):
-            yield Problem("exponents", exponents, f"a whole number from 0 to {states} is accepted")
+def _exponents_fit(varied: Mechanism | TestSystem, exponents: int) -> Iterator[Problem]:
+    if exponents and exponents > (states := len(assemble(varied).state)):
+        yield Problem("exponents", exponents, f"a whole number from 0 to {states} is accepted")
 
 
-def _ensemble_fits(
-    mechanism: Mechanism | TestSystem, over: Over, ensemble: bool, rtol: float, direction: tuple[str, ...]
-) -> Iterator[Problem]:
+def _only_resets(ensemble: bool, direction: tuple[str, ...]) -> Iterator[Problem]:
     if ensemble and {*direction} != {"reset"}:
         yield Problem("ensemble", True, "true is accepted where the only direction is reset")
-        return
-    for each in _varied(mechanism, over):
-        yield from ensemble_fits(each, ensemble, rtol)
+
+
+def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list[Problem]:
+    return ensemble_fits(varied, ensemble, rtol)
 
 
 @divided
@@ -140,7 +132,9 @@ def _ensemble_fits(
     _one_kind_of_start,
     _starts_fit,
     _exponents_fit,
+    _only_resets,
     _ensemble_fits,
+    varied=_varied,
 )
 def bifurcation(
     mechanism: Moving,
@@ -246,11 +240,11 @@ def planned(
     record: Sequence[str] | None = None,
     starts: tuple[Any, ...] | None = None,
     initial: Any = None,
-    **asked: Any,
+    **settings: Any,
 ) -> Sweep:
-    """Say which motions are to be followed, by checked keywords of `bifurcation`."""
+    """Plan the motions to follow, from checked keywords of `bifurcation`."""
     quantities = names(record, largest(mechanism, over))
-    plan = Plan(record=quantities, turns=turns, keep=min(keep, turns), **asked)
+    plan = Plan(record=quantities, turns=turns, keep=min(keep, turns), **settings)
     begun = (initial,) if starts is None else starts
     return Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
 
@@ -270,11 +264,11 @@ def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tu
 
 def assembled(sweep: Sweep, read: Read) -> xr.Dataset:
     """Make the dataset of `bifurcation` of the answers of its points."""
-    found = gather.dataset("bifurcation", sweep, sweep.keys, read)
+    result = gather.dataset("bifurcation", sweep, sweep.keys, read)
     spread = {"units": "1", "long_name": "spread of section points that count as one"}
-    found["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
+    result["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
     counts = numbered("point", sweep.plan.keep, "section point")
     counts |= numbered("exponent", sweep.plan.exponents, "number of the exponent", 1)
-    found = found.assign_coords({dim: each for dim, each in counts.items() if dim in found.dims})
-    found.attrs.pop("swept")
-    return found if len(sweep.starts) > 1 else found.isel(start=0, drop=True)
+    result = result.assign_coords({dim: each for dim, each in counts.items() if dim in result.dims})
+    result.attrs.pop("swept")
+    return result if len(sweep.starts) > 1 else result.isel(start=0, drop=True)

@@ -1,7 +1,7 @@
-"""The points of a sweep in their order: chains from neighbour to neighbour, or each point by itself.
+"""The points of a sweep in their order: continuation chains from neighbour to neighbour, or single points.
 
-A chain runs one point after another, and chains run side by side. What is found does not depend on where or
-in which order they run.
+A chain runs one point after another, and chains run side by side. The result does not depend on where or in
+which order they run.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from jointplay.analysis.cells import Work, guarded
 from jointplay.analysis.starts import End, same_states
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
-from jointplay.analysis.sweeps.points import told
+from jointplay.analysis.sweeps.points import labelled
 from jointplay.analysis.vary import Axis, changed
 from jointplay.jobs.job import Entry, Kept, Notes, key_of
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -27,7 +27,7 @@ BLOCK, TOGETHER = 8, 32  # points of a reset sweep in one cell, one by one or as
 
 
 def numbered(dim: str, count: int, name: str, first: int = 0) -> dict[str, Any]:
-    """A coordinate that counts."""
+    """A coordinate of consecutive numbers."""
     return {dim: (dim, np.arange(first, first + count), {"units": "1", "long_name": name})}
 
 
@@ -48,22 +48,20 @@ class Sweep:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Numbers along them."""
+        """Numbers of points along the dimensions."""
         return (*(len(axis.values) for axis in self.axes), len(self.directions), len(self.starts))
 
     @property
     def coordinates(self) -> dict[str, Any]:
         """Coordinates of the grid."""
-        found: dict[str, Any] = {
-            each.name: (each.name, np.array(each.values), each.attributes) for each in self.axes
-        }
-        found["direction"] = ("direction", np.array(self.directions), {"long_name": "direction of the sweep"})
-        return found | numbered("start", len(self.starts), "number of the start")
+        directions = ("direction", np.array(self.directions), {"long_name": "direction of the sweep"})
+        varied = {each.name: (each.name, np.array(each.values), each.attributes) for each in self.axes}
+        return varied | {"direction": directions} | numbered("start", len(self.starts), "number of the start")
 
     @cached_property
     def chains(self) -> list[tuple[Chain, list[tuple[int, ...]]]]:
-        """What runs one after another, each with the indices of its points."""
-        found = []
+        """The chains, each with the grid indices of its points."""
+        chains = []
         *others, last = (range(n) for n in self.shape[: len(self.axes)])
         for *other, (d, way), s in product(*others, enumerate(self.directions), range(len(self.starts))):
             indices = [(*other, n, d, s) for n in (reversed(last) if way == "down" else last)]
@@ -71,11 +69,11 @@ class Sweep:
             size = block if way == "reset" else len(indices)
             for at in range(0, len(indices), size):
                 some = indices[at : at + size]
-                found.append((self._chain(some, self.starts[s], way != "reset"), some))
-        return found
+                chains.append((self._chain(some, self.starts[s], way != "reset"), some))
+        return chains
 
     def _chain(self, indices: Sequence[tuple[int, ...]], start: Any, carried: bool) -> Chain:
-        """A chain, in which a carried point is known by all before it, which have made of it what it is."""
+        """A chain; the key of a carried point holds all points before it, on which it depends."""
         plan = asdict(self.plan) | {"section": self.plan.section}
         origin = before = key_of("bifurcation", plan, self.mechanism, start, carried)
         changes, keys = tuple(map(self._changes, indices)), []
@@ -84,17 +82,17 @@ class Sweep:
         return Chain(tuple(keys), self.mechanism, changes, start, self.plan, carried)
 
     def _changes(self, index: tuple[int, ...]) -> dict[str, float]:
-        """What is changed at a point."""
+        """Changes of the mechanism at a point."""
         return {axis.key: axis.values[i] for axis, i in zip(self.axes, index, strict=False)}
 
     def work(self, progress: Callable[[float], None] | None) -> Work:
-        """The chains as what is handed out."""
+        """The chains as work to hand out."""
         shape = dict(zip(self.dims, self.shape, strict=True))
         return Work([each for each, _ in self.chains], shape, progress, self.warm)
 
     @property
     def keys(self) -> list[str]:
-        """Of each point, the last dimension fastest."""
+        """Keys of the points, the last dimension fastest."""
         keys = {at: key for chain, some in self.chains for at, key in zip(some, chain.keys, strict=True)}
         return [keys[at] for at in np.ndindex(self.shape)]
 
@@ -114,14 +112,12 @@ class Chain:
     ----------
     keys : tuple of str
         Of the points.
-    mechanism : Mechanism or TestSystem
-        What is changed.
-    changes : tuple of dict
-        As in `vary.changed`, one a point.
+    mechanism, changes
+        As in `vary.changed`, with changes for each point.
     start : optional
         Of the first point; of every point that is not carried, or has other states than the last good end.
     plan : Plan
-        What is asked.
+        Settings of the sweep.
     carried : bool
         Whether points start from ends.
     end : sequence, optional
@@ -146,13 +142,13 @@ class Chain:
         if self._at_once:
             notes.begin(self.keys[0])
             for key, answer in zip(self.keys, self._together(), strict=True):
-                notes.put(key, told(answer, self.plan.keep))
+                notes.put(key, labelled(answer, self.plan.keep))
             return
         for key, change in zip(self.keys, self.changes, strict=True):
             notes.begin(key)
             answer = guarded(self._point, {"change": change, "end": end})
             end = answer.get("end", end) if self.carried else None
-            notes.put(key, told(answer, self.plan.keep))
+            notes.put(key, labelled(answer, self.plan.keep))
 
     def _point(self, change: dict[str, float], end: Sequence[Any] | None) -> Entry:
         here, last = changed(self.mechanism, change), end

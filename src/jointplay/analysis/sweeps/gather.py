@@ -1,9 +1,9 @@
 """From the answers of cells to one labelled dataset, cells along the varied dimensions, and back to one cell.
 
 A variable of the cells gets the varied dimensions in front. Along names (links, joints, states) cells are
-aligned by name; along numbers they stand one after another, and what a shorter one lacks is NaN (-1 of whole
-numbers, an empty text). A coordinate that differs from cell to cell, and a variable whose name a varied
-parameter has taken, is called ``cell_`` and its name.
+aligned by name; along numbers they stand one after another, and missing values of a shorter one are NaN (-1
+of whole numbers, an empty text). A coordinate that differs from cell to cell, and a variable whose name a
+varied parameter has taken, is called ``cell_`` and its name.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Read
-from jointplay.analysis.evaluate import flags
+from jointplay.analysis.evaluate import flags, status_code
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.sweeps.survey import Survey
 from jointplay.errors import NOTHING, InputError, Problem
@@ -29,7 +29,7 @@ OWN = "cell_"
 
 
 class Grid(Protocol):
-    """Where cells stand: the varied dimensions, the numbers of cells along them, and their coordinates."""
+    """Grid of cells: the varied dimensions, the numbers of cells along them, and their coordinates."""
 
     dims: tuple[str, ...]
     shape: tuple[int, ...]
@@ -37,7 +37,7 @@ class Grid(Protocol):
 
 
 def plain(dataset: xr.Dataset) -> Plain:
-    """A dataset as a layout, which it shares with others, and the values of its variables in that order."""
+    """Split a dataset into a layout, shared by all alike, and the values of its variables in that order."""
     coords, values, fields = set(dataset.coords), [], []
     for name, variable in dataset.variables.items():
         part = "coords" if name in coords else "variables"
@@ -53,10 +53,8 @@ def dataset(kind: str, grid: Grid, keys: Sequence[str], read: Read) -> xr.Datase
     ----------
     kind : str
         Of the study.
-    grid : Grid
-        The cells, the last dimension fastest.
-    keys : sequence of str
-        Of each cell, in that order.
+    grid, keys
+        The cells and their keys, the last dimension fastest.
     read : callable
         Goes through the answers, as (key, answer) in any order; called twice, so that they need not be in
         memory all at once. Answers are as `jointplay.analysis.cells.guarded` gives them, with a ``dataset``
@@ -172,25 +170,24 @@ class _Stack:
 
     def _counts(self) -> dict[str, Any]:
         """How many entries each cell has along dimensions where cells differ."""
-        found = {}
+        counts = {}
         for dim in self.survey.sizes:
-            each = self.survey.lengths(dim)
+            each, name = self.survey.lengths(dim), self._free(dim)
             if dim not in self.survey.labels and len(set(each)) > 1:
-                told = {"units": "1", "long_name": f"entries of the cell along {self._free(dim)}"}
-                told["sample_dimension"] = self._free(dim)
-                found[f"n_{dim}"] = (self.grid.dims, np.reshape(each, self.grid.shape), told)
-        return found
+                attributes = {"units": "1", "long_name": f"entries of the cell along {name}"}
+                attributes["sample_dimension"] = name
+                counts[f"n_{dim}"] = (self.grid.dims, np.reshape(each, self.grid.shape), attributes)
+        return counts
 
     def _ends(self) -> dict[str, Any]:
         """How each cell ended."""
         status, trouble = self.survey.status, np.array(self.survey.trouble, dtype=str)
-        bad, told = status[status != 0], flags(STATUS)
+        bad, codes = status[status != 0], {"long_name": "how the cell ended"} | flags(STATUS)
         dims, shape = self.grid.dims, self.grid.shape
-        words = {"units": "1", "long_name": "what went wrong"}
         return {
-            "status": ((), np.int8(bad[0] if len(bad) else 0), {"long_name": "how the sweep ended"} | told),
-            "cell_status": (dims, status.reshape(shape), {"long_name": "how the cell ended"} | told),
-            "trouble": (dims, trouble.reshape(shape), words),
+            "status": status_code(bad[0] if len(bad) else 0, "how the sweep ended"),
+            "cell_status": (dims, status.reshape(shape), codes),
+            "trouble": (dims, trouble.reshape(shape), {"units": "1", "long_name": "what went wrong"}),
         }
 
 

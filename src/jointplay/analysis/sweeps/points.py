@@ -1,4 +1,4 @@
-"""What is told of a point of a bifurcation diagram: its variables with their names and units."""
+"""Variables of a point of a bifurcation diagram, with their names and units."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ COMMENTS = {
 LENGTHS = ("smallest_impact_speed", "smallest_missed_gap")  # a test system's have no units
 
 
-def told(found: Entry, keep: int) -> Entry:
-    """What was found at a point (`attractor.settle`) as the answer of a cell, with so many section points.
+def labelled(motion: Entry, keep: int) -> Entry:
+    """Answer of a cell from a result of `attractor.settle`, with `keep` section points.
 
-    What failed has the number of its steps alone.
+    A motion that failed has the number of its steps alone.
     """
-    names = found.get("labels", {}) | ({"state": found["end"].names} if "end" in found else {})
-    values = found.get("values", {}) | {"n_steps": ((), found.get("n_steps", 0))}
-    if "end" in found:
-        values["end_state"] = (("state",), found["end"].state)
-    rows = found.get("points", {}).items()
+    names = motion.get("labels", {}) | ({"state": motion["end"].names} if "end" in motion else {})
+    values = motion.get("values", {}) | {"n_steps": ((), motion.get("n_steps", 0))}
+    if "end" in motion:
+        values["end_state"] = (("state",), motion["end"].state)
+    rows = motion.get("points", {}).items()
     si = bool(names.get("link"))
     parts = {name: (dims, _padded(dims, each, keep), own) for name, (dims, each, own) in rows}
     parts |= {name: (*pair, attributes(name, si or name not in LENGTHS)) for name, pair in values.items()}
@@ -60,15 +60,15 @@ def told(found: Entry, keep: int) -> Entry:
         for name, (dims, _, own) in each.items()
     ]
     arrays = [np.asarray(each) for _, each, _ in (*parts.values(), *labels.values())]
-    kept = {key: found[key] for key in ("status", "trouble", "end") if key in found}
+    kept = {key: motion[key] for key in ("status", "trouble", "end") if key in motion}
     return kept | {"dataset": Plain(shared(fields, {}), arrays)}
 
 
 def _padded(dims: tuple[str, ...], values: Any, keep: int) -> np.ndarray:
-    """Values of section points, with what there is none of filled in."""
+    """Values of section points, filled up to `keep` points."""
     values = np.asarray(values)
-    lacking = [(0, keep - n if dim == "point" else 0) for dim, n in zip(dims, values.shape, strict=True)]
-    return np.pad(values, lacking, constant_values=NOT_KNOWN if values.dtype.kind == "i" else np.nan)
+    missing = [(0, keep - n if dim == "point" else 0) for dim, n in zip(dims, values.shape, strict=True)]
+    return np.pad(values, missing, constant_values=NOT_KNOWN if values.dtype.kind == "i" else np.nan)
 
 
 def attributes(name: str, si: bool = True) -> dict[str, str]:

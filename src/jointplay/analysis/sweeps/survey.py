@@ -1,4 +1,4 @@
-"""What the answers of a sweep's cells look like: which variables, of which sizes, with which labels.
+"""Survey of the answers of a sweep's cells: which variables, of which sizes, with which labels.
 
 The shape of the whole follows from the few forms that cells have, however many there are.
 """
@@ -77,14 +77,14 @@ class Survey:
         return list(dict.fromkeys(field.name for form in self.forms for _, field in form.fields(part)))
 
     def having(self, part: str, name: str) -> list[tuple[Form, int, Field]]:
-        """Forms with a variable: its number among the fields, and the field."""
+        """Forms that hold a variable, each with the field's number and the field."""
         return [
             (form, i, field) for form in self.forms for i, field in form.fields(part) if field.name == name
         ]
 
     @cached_property
     def labels(self) -> dict[str, list[str]]:
-        """Names of all places along the dimensions where they have names in every cell."""
+        """Labels along each dimension that is labelled in every cell."""
         each = {name: [form.labels.get(name) for form, *_ in self.having("coords", name)]
                 for name in self.names("coords")}  # fmt: skip
         return {
@@ -96,12 +96,12 @@ class Survey:
     @cached_property
     def sizes(self) -> dict[str, int]:
         """Length of the longest cell along each dimension; of a labelled one, how many labels there are."""
-        found: dict[str, int] = {}
+        sizes: dict[str, int] = {}
         for part in PARTS:
             for form in self.forms:
                 for _, field in form.fields(part):
-                    found |= {dim: max(found.get(dim, 0), form.sizes[dim]) for dim in field.dims}
-        return found | {dim: len(names) for dim, names in self.labels.items()}
+                    sizes |= {dim: max(sizes.get(dim, 0), form.sizes[dim]) for dim in field.dims}
+        return sizes | {dim: len(names) for dim, names in self.labels.items()}
 
     def lengths(self, dim: str) -> list[int]:
         """How many entries each cell has along a dimension."""
@@ -109,9 +109,9 @@ class Survey:
 
     def attributes(self) -> Iterator[tuple[str, Any]]:
         """Attributes of the whole that all cells have in common."""
-        told = [form.layout.attrs for form in self.forms if form.layout.attrs]
-        for key, value in told[0].items() if told else ():
-            if all(np.array_equal(each.get(key), value) for each in told):
+        tables = [form.layout.attrs for form in self.forms if form.layout.attrs]
+        for key, value in tables[0].items() if tables else ():
+            if all(np.array_equal(each.get(key), value) for each in tables):
                 yield key, value
 
 

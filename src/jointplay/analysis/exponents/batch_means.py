@@ -17,6 +17,8 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.evaluate import described
+
 BATCHES = 40
 BLOCKS = 400  # rows of a whole record; a multiple of BATCHES
 SUMS = slice(1, 4)  # trace, volume, time by volume
@@ -27,8 +29,8 @@ def growth(rows: np.ndarray, logs: slice) -> np.ndarray:
     if len(rows) < 2:
         return np.full(rows[:0, logs].shape[1], np.nan)
     with np.errstate(invalid="ignore"):
-        found = (rows[-1, logs] - rows[0, logs]) / (rows[-1, 0] - rows[0, 0])
-    return np.where(np.isneginf(rows[-1, logs]), -np.inf, found)
+        means = (rows[-1, logs] - rows[0, logs]) / (rows[-1, 0] - rows[0, 0])
+    return np.where(np.isneginf(rows[-1, logs]), -np.inf, means)
 
 
 def rates(rows: np.ndarray, logs: slice, parts: int) -> np.ndarray:
@@ -78,9 +80,9 @@ def estimates(rows: np.ndarray, logs: slice, turn: float) -> dict[str, tuple[np.
 
     `turn` is the length of a turn in s.
     """
-    found = growth(rows, logs)
-    order, name = np.argsort(-found), "Lyapunov exponent"
-    values, errors = found[order], standard_error(rows, logs)[order]
+    means = growth(rows, logs)
+    order, name = np.argsort(-means), "Lyapunov exponent"
+    values, errors = means[order], standard_error(rows, logs)[order]
     correlation, blocks = batch_correlation(rows, logs)[order], effective_number(rows, logs)[order]
     return {
         "lyapunov_exponent": (values, "s-1", name),
@@ -93,44 +95,36 @@ def estimates(rows: np.ndarray, logs: slice, turn: float) -> dict[str, tuple[np.
 
 
 def variables(rows: np.ndarray, logs: slice, turn: float, states: int) -> dict[str, Any]:
-    """Everything a dataset says of exponents, the largest first."""
-    told = estimates(rows, logs, turn)
-    over = {key: ("exponent", v, {"units": u, "long_name": text}) for key, (v, u, text) in told.items()}
-    found = growth(rows, logs)
-    return over | _trace(rows, logs, np.argsort(-found)) | _checks(rows, found, states)
+    """Variables of a dataset: exponents, the largest first, their running means, and the sum rule."""
+    means = growth(rows, logs)
+    over = {key: ("exponent", *each) for key, each in estimates(rows, logs, turn).items()}
+    return described(over | _trace(rows, logs, np.argsort(-means)) | _sum_rule(rows, means, states))
 
 
-def _trace(rows: np.ndarray, logs: slice, order: np.ndarray) -> dict[str, Any]:
+def _trace(rows: np.ndarray, logs: slice, order: np.ndarray) -> dict[str, tuple]:
     """Running means at the ends of blocks, and their standard errors so far."""
     parts = [rows[: i + 1] for i in range(1, len(rows))]
-    told = {
-        "lyapunov_trace": (growth, "Lyapunov exponent up to the end of the block"),
-        "lyapunov_trace_error": (standard_error, "its standard error up to there"),
+    means, errors = (
+        np.array([of(part, logs)[order] for part in parts]).reshape(-1, len(order))
+        for of in (growth, standard_error)
+    )
+    dims, name = ("block", "exponent"), "Lyapunov exponent up to the end of the block"
+    return {
+        "lyapunov_trace": (dims, means, "s-1", name),
+        "lyapunov_trace_error": (dims, errors, "s-1", "its standard error up to there"),
+        "block_time": ("block", rows[1:, 0], "s", "end of the block"),
     }
-    found = {
-        key: (
-            ("block", "exponent"),
-            np.array([of(part, logs)[order] for part in parts]).reshape(-1, len(order)),
-            {"units": "s-1", "long_name": text},
-        )
-        for key, (of, text) in told.items()
-    }
-    return found | {"block_time": ("block", rows[1:, 0], {"units": "s", "long_name": "end of the block"})}
 
 
-def _checks(rows: np.ndarray, found: np.ndarray, states: int) -> dict[str, Any]:
-    """Sum rule of a whole spectrum."""
+def _sum_rule(rows: np.ndarray, means: np.ndarray, states: int) -> dict[str, tuple]:
+    """Sum of a whole spectrum against the mean divergence."""
     trace, volume, unresolved = growth(rows, SUMS)
-    whole = len(found) == states
+    whole = len(means) == states
     with np.errstate(invalid="ignore"):
-        residual = abs(found.sum() - trace - volume) if whole else math.nan
-    told = {
-        "mean_divergence": (trace + volume, "s-1", "mean divergence of the flow, with its jumps"),
-        "sum_residual": (residual, "s-1", "sum of exponents less divergence"),
-        "volume_share": (
-            unresolved if whole else 0.0,
-            "1",
-            "share of time in which the last exponent is by volume",
-        ),
+        residual = abs(means.sum() - trace - volume) if whole else math.nan
+    share, by_volume = unresolved if whole else 0.0, "share of time in which the last exponent is by volume"
+    return {
+        "mean_divergence": ((), trace + volume, "s-1", "mean divergence of the flow, with its jumps"),
+        "sum_residual": ((), residual, "s-1", "sum of exponents less divergence"),
+        "volume_share": ((), share, "1", by_volume),
     }
-    return {key: ((), v, {"units": u, "long_name": text}) for key, (v, u, text) in told.items()}
