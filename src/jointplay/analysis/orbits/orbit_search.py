@@ -125,11 +125,9 @@ def shortest(orbit: Orbit, how: Search) -> Orbit:
 
 
 def at_phase(orbit: Orbit, phase: float) -> tuple[np.ndarray, float]:
-    """State of an orbit on the section that was asked for, and the time to get there, s."""
-    if orbit.map.plane or orbit.status:
-        return orbit.state, 0.0
+    """State of an orbit (or of a failed search) on the section asked for, and the time to get there, s."""
     ahead = (phase - orbit.map.phase) * orbit.map.direction % math.tau
-    if not ahead:
+    if orbit.map.plane or orbit.image.status or not ahead:
         return orbit.state, 0.0
     image = orbit.map.moved(orbit.state, ahead)[1]
     return image.state, image.time
