@@ -22,7 +22,7 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
 
 DIMS = ("branch", "point")
-JUMP = 10.0  # distance of neighbours on the section asked for, over their step, that means a jump at a wall
+JUMP = 10.0  # least distance of neighbours on the section asked for, over their step, after a jump at a wall
 
 
 class Passages:
@@ -33,7 +33,7 @@ class Passages:
 
     def __init__(self, phase: float, rates: bool):
         self.phase, self.rates = phase, rates
-        # with each point itself: its id stays its own
+        # the point is kept with its rows: its id is not given to another
         self._of: dict[int, tuple[Point, np.ndarray, np.ndarray, int]] = {}
 
     def of(self, point: Point) -> tuple[np.ndarray, np.ndarray, int]:

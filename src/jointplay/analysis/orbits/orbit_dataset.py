@@ -41,7 +41,7 @@ def history(
 ) -> np.ndarray:
     """Rows of time, state, modes over an orbit in even steps; the last repeats the first (0: none).
 
-    Sharp: states whose accelerations are resolved (analysis.rates).
+    `sharp`: states whose accelerations are resolved (analysis.rates).
     """
     if not per_turn:
         contacts = cache.structure_module(section.model.structure).SIZES["contacts"]
