@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jointplay.analysis import rules
+from jointplay.analysis.states.journal_position import Journals
 from jointplay.codegen import cache
 from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
@@ -52,8 +53,6 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
 
 def _check_journals(model: Model, start: Any) -> None:
     """Refuse a state whose journals are nowhere near their bearings."""
-    from jointplay.analysis.states.journal_position import Journals  # it needs this file
-
     if not model.joints:
         return
     ratios = Journals(model).eccentricity_ratios(model.state[None, :])[0]

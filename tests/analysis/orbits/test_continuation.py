@@ -9,7 +9,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.orbits.arclength import Point
 from jointplay.analysis.orbits.branch import ENDS
-from jointplay.analysis.orbits.branch_dataset import Passages, told
+from jointplay.analysis.orbits.branch_dataset import Passages, point_row
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import section_map
@@ -137,16 +137,16 @@ def test_the_bouncing_ball_doubles_its_period():
 
 
 def test_turns_of_an_orbit_keep_their_order():
-    """Each point is told from the turn that continues the point before."""
+    """Each row begins with the turn that continues the row before."""
     system, section = catalog.gear_backlash(0.1, 0.2, 0.8, 0.05), jp.CrankAngle()
     orbit = search(section_map(placed(system, None, section), section, 2), Search(200))
     point = Point(orbit, 0.5, 1.0, np.array([0.0, 0.0, 1.0]))
     passages = Passages(0.0, rates=False)
-    first = told(point, passages, ["state_value"], None)
+    first = point_row(point, passages, ["state_value"], None)
     assert first["orbit_state"] == pytest.approx(orbit.state, abs=1e-9)
     other = first["quantities"]["state_value"][1][1]
     assert np.abs(other - orbit.state).max() > 0.1
-    second = told(point, passages, ["state_value"], first | {"rows": first["rows"][::-1]})
+    second = point_row(point, passages, ["state_value"], first | {"rows": first["rows"][::-1]})
     assert second["orbit_state"] == pytest.approx(other, abs=1e-9)
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.orbits.arclength import Family
-from jointplay.analysis.orbits.continuation import explore
-from jointplay.analysis.orbits.image import Image
+from jointplay.analysis.orbits.continuation import Explorer
+from jointplay.analysis.orbits.section_map import Image
 from jointplay.analysis.orbits.shooting import newton
 
 
@@ -69,7 +69,7 @@ def branches(rule, start, p, low, high, most=200, many=3, step=0.03):
     family = Family(lambda value: Plain(rule, value), low, high, 1e-9)
     orbit = newton(Plain(rule, p), np.array(start), 1e-9)
     assert orbit.status == 0
-    found = explore(family, orbit, family.fraction(p), step, most, many)
+    found = Explorer(family, step, most, many).explore(orbit, family.fraction(p))
     told = [[(s.kind, family.parameter(s.q), s.multiplier) for s in branch.specials] for branch in found]
     return found, told, family
 

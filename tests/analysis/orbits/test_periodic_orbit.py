@@ -180,3 +180,14 @@ def test_an_equilibrium_is_no_orbit():
     found = jp.periodic_orbit(catalog.lorenz(), section, initial=rest, transient=0)
     assert int(found.status) != 0
     assert np.isnan(found.orbit_state).all()
+
+
+def test_a_failed_search_gives_times_from_the_section_asked_for():
+    """Newton's method is tried again on a section 0.2 turn on: times and state do not count from there."""
+    system, state = catalog.impact_pair(3.6, 0.8), Symmetric(3.6, 0.8).at_zero
+    keywords = {"initial": [0.999 * value for value in state], "transient": 0}
+    found = jp.periodic_orbit(system, **keywords)
+    failed = jp.periodic_orbit(system, max_iterations=1, tolerance=1e-15, **keywords)
+    assert (int(found.status), int(failed.status)) == (0, 4)
+    assert failed.event_time.values == pytest.approx(found.event_time.values, abs=0.02)
+    assert failed.orbit_state.values == pytest.approx(found.orbit_state.values, abs=0.02)

@@ -9,9 +9,16 @@ from scipy.stats import binomtest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states.basin_uncertainty import PAIRS, Row, exponent, of_grid, of_pairs, wilson
+from jointplay.analysis.states.basin_uncertainty import (
+    PAIRS,
+    Pairs,
+    count_pairs,
+    grid_pairs,
+    uncertainty_exponent,
+    wilson,
+)
 from jointplay.analysis.states.basins import random_pairs
-from jointplay.analysis.states.ends import Watch, reached, reduced
+from jointplay.analysis.states.ends import Observation, end_states, shortest_period
 from jointplay.analysis.states.matching import match, set_distance
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.errors import InputError
@@ -72,18 +79,18 @@ def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
 def test_a_slow_approach_is_no_chaos():
     start = Starts(RATTLE, None, ("y", "v"))
     node = start((-0.3, 0.7))
-    hasty, patient = (reached(start.model, [node], Watch(0, 8, n, 1e-3, 1e-8))[0] for n in (0, 6))
+    hasty, patient = (end_states(start.model, [node], Observation(0, 8, n, 1e-3, 1e-8))[0] for n in (0, 6))
     assert (hasty[:2], patient[:2]) == ((0, 0), (0, 1))
     assert len(hasty[2]) == 8
 
 
 def test_a_period_is_not_longer_than_the_tolerance_tells():
     spiral = np.array([[1.0], [1.0004], [0.9998], [1.0001]])
-    assert reduced(spiral, 4, 1e-3) == 1
-    assert reduced(np.array([[0.0], [1.0], [0.0002], [1.0]]), 4, 1e-3) == 2
-    assert reduced(np.array([[0.0], [1.0], [2.0], [1.0]]), 4, 1e-3) == 4
-    assert reduced(np.array([[0.0], [1.0], [0.0]]), 3, 1e-3) == 3
-    assert reduced(spiral, 0, 1e-3) == 0
+    assert shortest_period(spiral, 4, 1e-3) == 1
+    assert shortest_period(np.array([[0.0], [1.0], [0.0002], [1.0]]), 4, 1e-3) == 2
+    assert shortest_period(np.array([[0.0], [1.0], [2.0], [1.0]]), 4, 1e-3) == 4
+    assert shortest_period(np.array([[0.0], [1.0], [0.0]]), 3, 1e-3) == 3
+    assert shortest_period(spiral, 0, 1e-3) == 0
 
 
 def ends_to_match():
@@ -170,7 +177,7 @@ def test_no_starts_have_no_fraction():
 
 
 def agrees(rows, known, within):
-    found, error = exponent(rows)
+    found, error = uncertainty_exponent(rows)
     assert abs(found - known) < 3 * error
     assert error < within
 
@@ -178,7 +185,7 @@ def agrees(rows, known, within):
 @pytest.mark.parametrize("slope", [0.0, 0.37, 3.0])
 def test_a_straight_boundary_has_exponent_one(slope):
     x, y = np.meshgrid(np.linspace(-1, 1, 160), np.linspace(-1, 1, 120), indexing="ij")
-    agrees(of_grid(1 + (x + slope * y > 0.1 * (1 + slope)).astype(int)), 1.0, 0.1)
+    agrees(grid_pairs(1 + (x + slope * y > 0.1 * (1 + slope)).astype(int)), 1.0, 0.1)
 
 
 def cantor_label(x, depth=20):
@@ -196,10 +203,10 @@ def test_a_boundary_of_cantors_set_has_its_exponent():
     """From the grid along x; along y nothing changes, and those pairs do not spoil it."""
     x = np.linspace(-0.3, 1.3, 3000)
     labels = np.repeat(np.where((x > 0) & (x < 1), cantor_label(x), 1)[:, None], 9, axis=1)
-    found, error = exponent(of_grid(labels))
+    found, error = uncertainty_exponent(grid_pairs(labels))
     assert found == pytest.approx(1 - CANTOR, abs=max(3 * error, 0.02))
     assert error < 0.05
-    assert of_grid(labels)[-1].differing == 0
+    assert grid_pairs(labels)[-1].differing == 0
 
 
 def test_random_pairs_of_cantors_set_have_its_exponent():
@@ -209,8 +216,8 @@ def test_random_pairs_of_cantors_set_have_its_exponent():
     apart = np.linalg.norm(points[:, 1:] - points[:, :1], axis=-1)
     assert apart == pytest.approx(np.broadcast_to(distances, apart.shape))
     labels = cantor_label(np.clip(points[..., 0], 0, 1))
-    rows = [of_pairs(2, e, labels[:, 0], labels[:, 1 + i]) for i, e in enumerate(distances)]
-    found, error = exponent(rows)
+    rows = [count_pairs(2, e, labels[:, 0], labels[:, 1 + i]) for i, e in enumerate(distances)]
+    found, error = uncertainty_exponent(rows)
     assert found == pytest.approx(1 - CANTOR, abs=max(3 * error, 0.02))
     assert error < 0.05
 
@@ -223,7 +230,7 @@ def test_random_pairs_begin_at_half_a_mean_step_of_the_grid():
 
 
 def test_distances_of_pairs_are_in_lengths_of_the_axes():
-    rows = of_grid(np.ones((33, 17), dtype=int))
+    rows = grid_pairs(np.ones((33, 17), dtype=int))
     assert [(row.kind, row.distance) for row in rows] == [
         *((0, k / 32) for k in (1, 2, 4)),
         *((1, k / 16) for k in (1, 2)),
@@ -231,18 +238,18 @@ def test_distances_of_pairs_are_in_lengths_of_the_axes():
 
 
 def test_pairs_without_a_label_do_not_count():
-    row = of_pairs(0, 0.1, np.array([1, 1, 0, 2]), np.array([1, 2, 1, 0]))
-    assert (row.pairs, row.differing, row.fraction) == (2, 1, 0.5)
-    assert math.isnan(exponent([row])[0])
+    row = count_pairs(0, 0.1, np.array([1, 1, 0, 2]), np.array([1, 2, 1, 0]))
+    assert (row.count, row.differing, row.fraction) == (2, 1, 0.5)
+    assert math.isnan(uncertainty_exponent([row])[0])
 
 
 def test_kinds_of_pairs_share_a_slope_and_nothing_else():
     rows = [
-        Row(kind, e, 10**6, round(10**6 * size * e**0.5))
+        Pairs(kind, e, 10**6, round(10**6 * size * e**0.5))
         for kind, size in enumerate((0.1, 0.8))
         for e in (0.01, 0.04, 0.1)
     ]
-    assert exponent(rows)[0] == pytest.approx(0.5, abs=1e-3)
+    assert uncertainty_exponent(rows)[0] == pytest.approx(0.5, abs=1e-3)
     assert len(PAIRS) == 3
 
 

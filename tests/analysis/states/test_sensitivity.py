@@ -10,7 +10,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states.divergence import fitted
+from jointplay.analysis.states.divergence import fit_growth
 from jointplay.analysis.states.field import stretch
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import scales
@@ -35,7 +35,7 @@ DRIVEN = catalog.chunmei2002(2.9e-4, speed=80.0)
 def test_the_crank_is_seen_where_it_is_a_state_and_where_the_drive_holds_it(mechanism, speed):
     starts = Starts(mechanism, {"crank_angle": 0.7}, ("crank_angle", "crank_speed"))
     states = starts.model.state + np.arange(3.0)[:, None]
-    seen = starts.seen(states)
+    seen = starts.projected(states)
     assert seen.shape == (3, 2)
     if speed is None:
         assert seen[:, 0].tolist() == states[:, starts.states.index("theta_crank")].tolist()
@@ -114,7 +114,7 @@ def walks(drift, spread, count, seed, turns, level):
 
 @pytest.mark.parametrize("level", [12.0, 60.0])
 def test_the_growth_of_random_walks_has_an_honest_error_and_no_bias(level):
-    fits = [fitted(walks(1.0, 0.8, 20, seed, 120, level), 1) for seed in range(200)]
+    fits = [fit_growth(walks(1.0, 0.8, 20, seed, 120, level), 1) for seed in range(200)]
     off = np.array([(fit.growth - 1.0) / fit.error for fit in fits])
     assert np.mean(np.abs(off) < 3) > 0.97
     assert np.std(off) == pytest.approx(1.0, abs=0.25)
@@ -123,7 +123,7 @@ def test_the_growth_of_random_walks_has_an_honest_error_and_no_bias(level):
 
 
 def test_a_straight_line_has_its_slope_and_stays_nowhere():
-    fit = fitted(np.array([np.arange(30.0) * 0.5 - 20]), 2)
+    fit = fit_growth(np.array([np.arange(30.0) * 0.5 - 20]), 2)
     assert (fit.growth, fit.error) == (pytest.approx(1.0), pytest.approx(0.0, abs=1e-12))
     assert math.isnan(fit.level)
     assert fit.ranges.tolist() == [[4, 28]]
@@ -131,8 +131,8 @@ def test_a_straight_line_has_its_slope_and_stays_nowhere():
 
 def test_a_swing_that_comes_back_hardly_widens_the_error():
     swing = np.array([-0.3 * np.arange(40) + np.tile([0.0, 2.0, 1.0, 0.0], 10)])
-    assert fitted(swing, 1).error < 0.15
-    assert math.isnan(fitted(swing[:, :4], 1).growth)
+    assert fit_growth(swing, 1).error < 0.15
+    assert math.isnan(fit_growth(swing[:, :4], 1).growth)
 
 
 def differences(model, turns, step=1e-8):
@@ -215,7 +215,7 @@ def test_a_start_puts_the_journal_where_it_is_asked_to_be():
     assert (x / 2.9e-4, y / 2.9e-4) == pytest.approx((0.6, 0.0), abs=1e-8)
     assert (u, w) == pytest.approx((0.0, -0.25), abs=1e-10)
     assert model.state[[0, 3]].tolist() == starts.model.state[[0, 3]].tolist()
-    assert starts.seen(model.state[None, :])[0] == pytest.approx([0.6, -0.25])
+    assert starts.projected(model.state[None, :])[0] == pytest.approx([0.6, -0.25])
 
 
 def test_a_prescribed_crank_moves_the_journal_too():
@@ -225,7 +225,7 @@ def test_a_prescribed_crank_moves_the_journal_too():
     assert found == pytest.approx((0.0, -0.3 * 2.9e-4, 0.1, 0.0), abs=1e-9)
 
 
-def test_a_start_outside_the_bush_or_beyond_a_wall_is_a_status():
+def test_a_start_outside_the_bearing_or_beyond_a_wall_is_a_status():
     plane = {"journal_x": [0.0, 0.8], "journal_y": [0.0, 0.7]}
     found = jp.sensitivity(linkage(), plane=plane, turns=1, rtol=1e-6, n_jobs=1)
     assert [[STATUS[s] for s in row] for row in found.node_status.values] == [

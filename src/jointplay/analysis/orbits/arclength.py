@@ -5,9 +5,9 @@ parameter as a fraction of its range. From a point with unit tangent t the next 
 
     Phi(x, p) - x = 0,   t . (z - z0) = s
 
-by Newton's method from z0 + s t (Keller 1977). c is such that at the start a step shares out evenly between
+by Newton's method from z0 + s t (Keller 1977). c is such that at the start a step is divided evenly between
 orbit and parameter. The derivative with respect to the parameter is a central difference of the map; it only
-makes steps, so that its error moves no point. A section that an event comes near is moved on (orbit_search).
+sets steps, so that its error moves no point. A section with an event near it is moved on (orbit_search).
 References: Allgower and Georg, Introduction to Numerical Continuation Methods (2003), chapters 2, 6 and 7.
 """
 
@@ -15,21 +15,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from operator import itemgetter
 
 import numpy as np
 
 from jointplay.analysis.orbits import floquet
-from jointplay.analysis.orbits.image import Image
-from jointplay.analysis.orbits.orbit_events import word
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.orbit_events import same_events
+from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, residual
 
 DIFFERENCE = 3e-5  # of the range: half the distance of a central difference
-FINEST = 1e-8  # of the range: there a difference is not made smaller
+FINEST = 1e-8  # of the range: the smallest difference
 CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink
-GAIN = 0.3  # what a correction below the tolerance must gain to be followed by another
+GAIN = 0.3  # factor by which a correction below the tolerance must reduce the residual
 ROUNDING = 1e-14
 KEPT = 1e-9  # singular values below it, relative to the largest, are not divided by
 
@@ -41,7 +40,7 @@ class Family:
     Parameters
     ----------
     maps : callable
-        Gives the section map at a value of the parameter; its phase is the one asked for.
+        Section map at a value of the parameter, on the section asked for.
     low, high : float
         Range of the parameter.
     tolerance : float
@@ -55,8 +54,7 @@ class Family:
 
     def at(self, q: float, like: SectionMap) -> SectionMap:
         """The map at a fraction q of the range, of the same section and turns as another."""
-        found = self.maps(self.parameter(q))
-        return replace(found, phase=like.phase, turns=like.turns)
+        return replace(self.maps(self.parameter(q)), phase=like.phase, turns=like.turns)
 
     def parameter(self, q: float) -> float:
         """The parameter at a fraction of its range."""
@@ -82,7 +80,7 @@ class Point:
     tangent : ndarray
         Of the branch, of length 1: coordinates, then the parameter.
     iterations : int
-        Corrections that it took.
+        Corrections by Newton's method.
     """
 
     orbit: Orbit
@@ -103,14 +101,14 @@ class Point:
 
 
 def solve(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) -> Point | None:
-    """The point of the branch on the plane through `guess` with this normal; None if Newton's method fails.
+    """Point of the branch on the plane through `guess` with this normal; None if Newton's method fails.
 
     Parameters
     ----------
     family : Family
         Of maps.
     like : Point
-        Whose section, turns and unit are used.
+        Point whose section, turns and unit are used.
     guess, normal : ndarray
         Scaled, as `Point.z`.
     """
@@ -126,7 +124,7 @@ def solve(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) ->
         done = size < ROUNDING or (
             size <= family.tolerance and (size > GAIN * before or count == CORRECTIONS)
         )
-        if done or count == 0:  # on the way, the first column is good enough
+        if done or count == 0:  # between these, the first column is accurate enough
             slope = _slope(family, section, state, image, z[-1]) / like.unit
         A = np.column_stack([image.derivative - np.eye(len(r)), slope])
         if done:
@@ -146,39 +144,33 @@ def _slope(
 ) -> np.ndarray:
     """Derivative of the map with respect to the fraction of the parameter's range.
 
-    A difference of motions with the same events: to one side of a grazing alone, or smaller beside one.
-    Beyond its range the parameter need not have a meaning. NaN where runs failed.
+    A difference of motions with the same events: beside a grazing one-sided, or smaller. Beyond its range the
+    parameter may have no meaning. NaN where runs failed.
     """
     low, high = (max(q - size, 0.0), min(q + size, 1.0)) if 0 <= q <= 1 else (q - size, q + size)
-    found = [(q, image)]
+    images = [(q, image)]
     for side in (low, high):
         other = family.at(side, section).image(state, False) if side != q else image
-        if not other.status and word(other.events) == word(image.events):
-            found.append((side, other))
-    (first, one), (last, other) = min(found, key=_place), max(found, key=_place)
-    if first == last:
-        return (
-            _slope(family, section, state, image, q, size / 100)
-            if size > FINEST
-            else np.full_like(state[section.free], np.nan)
-        )
-    return section.differ(other.state, one.state) / (last - first)
-
-
-def _place(pair: tuple[float, Image]) -> float:
-    return pair[0]
+        if not other.status and same_events(other.events, image.events):
+            images.append((side, other))
+    (first, one), (last, other) = min(images, key=itemgetter(0)), max(images, key=itemgetter(0))
+    if first < last:
+        return section.differ(other.state, one.state) / (last - first)
+    if size > FINEST:
+        return _slope(family, section, state, image, q, size / 100)
+    return np.full_like(state[section.free], np.nan)
 
 
 def _tangent(A: np.ndarray, along: np.ndarray) -> np.ndarray:
     """Unit null vector of A, with the sense of `along`; `along` itself where A is not finite."""
     if not np.all(np.isfinite(A)):
         return along / np.linalg.norm(along)
-    found = np.linalg.svd(A)[2][-1]
-    return found if found @ along >= 0 else -found
+    null = np.linalg.svd(A)[2][-1]
+    return null if null @ along >= 0 else -null
 
 
 def first(family: Family, orbit: Orbit, q: float, upward: bool = True) -> Point:
-    """The point of a branch at an orbit, with the constant that shares steps out evenly."""
+    """Point of a branch at an orbit, with the constant that divides steps evenly."""
     slope = _slope(family, orbit.map, orbit.state, orbit.image, q)
     P = orbit.image.derivative
     sense = np.append(np.zeros(len(P)), 1.0 if upward else -1.0)
@@ -189,8 +181,3 @@ def first(family: Family, orbit: Orbit, q: float, upward: bool = True) -> Point:
     unit = float(np.clip(size / max(abs(along[-1]), 1e-12), 1e-6, 1e6)) if size > 0 else 1.0
     tangent = np.append(along[:-1] / unit, along[-1])
     return Point(orbit, q, unit, tangent / np.linalg.norm(tangent))
-
-
-def cached(maps: Callable[[float], SectionMap]) -> Callable[[float], SectionMap]:
-    """The same, with the last maps kept: Newton's method comes back to a value's neighbours."""
-    return lru_cache(maxsize=64)(maps)

@@ -1,4 +1,4 @@
-"""Where a branch of periodic orbits changes: folds, branch points, period doublings, tori; and the way on.
+"""Special points of a branch of periodic orbits: folds, branch points, period doublings, tori; switching.
 
 Between two points of a smooth piece of a branch a test function that changes sign is followed to its zero on
 the branch itself (Brent's method on the arc):
@@ -6,7 +6,7 @@ the branch itself (Brent's method on the arc):
 fold                the tangent's component along the parameter
 branch point        det(P - I) over that component: a symmetry is lost, or branches cross
 period doubling     det(P + I)
-Neimark-Sacker      prod_{i<j} (mu_i mu_j - 1), if the pair that is meant is not real
+Neimark-Sacker      prod_{i<j} (mu_i mu_j - 1), if the critical pair is not real
 
 From a period doubling the doubled orbit leaves along the eigenvector of -1; from a branch point the other
 branch along that of +1. Reference: Kuznetsov (2004), chapters 5 and 10; Keller (1977) for switching.
@@ -22,10 +22,10 @@ from scipy.optimize import brentq
 
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.arclength import Family, Point, solve
-from jointplay.analysis.orbits.orbit_events import word
+from jointplay.analysis.orbits.orbit_events import same_events
 
 KINDS = ("fold", "branch_point", "period_doubling", "neimark_sacker", "grazing")
-ZERO = 1e-3  # of a test function's change, below which its value counts as 0
+ZERO = 1e-3  # tolerance of a critical multiplier, or of the tangent at a fold
 REAL = 1e-6  # imaginary part below which a pair counts as real
 PRECISE = 1e-11  # of the arc; the parameter is then found by interpolation
 SHARES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)  # of the longest step, tried as the first step on a new branch
@@ -64,33 +64,33 @@ class Special:
 
     @property
     def multiplier(self) -> complex:
-        """The multiplier that makes the change; NaN at a grazing."""
+        """The critical multiplier; NaN at a grazing."""
         if self.kind == "grazing":
             return complex(np.nan, np.nan)
         return floquet.critical(self.point.multipliers, self.kind)
 
 
 def between(family: Family, one: Point, other: Point) -> list[Special]:
-    """The special points between two neighbours of a smooth piece, in turn."""
-    found = []
+    """The special points between two neighbours of a smooth piece, in order."""
+    specials = []
     for kind, test in TESTS.items():
         if len(one.tangent) < 3 and kind == "neimark_sacker":
             continue
         ends = test(one), test(other)
         if np.all(np.isfinite(ends)) and ends[0] * ends[1] < 0:
             special = _located(family, one, other, kind, ends)
-            found += [special] if special is not None else []
+            specials += [special] if special is not None else []
     along = other.z - one.z
-    return sorted(found, key=lambda special: float((special.point.z - one.z) @ along))
+    return sorted(specials, key=lambda special: float((special.point.z - one.z) @ along))
 
 
 def _located(family: Family, one: Point, other: Point, kind: str, ends) -> Special | None:
     """The zero of a test function; None if it jumps there, or a pair is real."""
     test = TESTS[kind]
     if kind == "branch_point":  # beside one the tangent is ill-conditioned; multipliers are not
-        alone = [floquet.unit_test(point.multipliers) for point in (one, other)]
-        if alone[0] * alone[1] < 0:
-            test, ends = (lambda point: floquet.unit_test(point.multipliers)), alone
+        units = [floquet.unit_test(point.multipliers) for point in (one, other)]
+        if units[0] * units[1] < 0:
+            test, ends = (lambda point: floquet.unit_test(point.multipliers)), units
     near = [(ends[0], one, one.tangent), (ends[1], other, other.tangent)]
 
     def value(place: float) -> float:
@@ -109,7 +109,7 @@ def _located(family: Family, one: Point, other: Point, kind: str, ends) -> Speci
         return None
     near.sort(key=lambda each: abs(each[0]))
     _, point, along = near[0]
-    if not _true(kind, point):
+    if not _genuine(kind, point):
         return None
     if kind == "fold":  # where the parameter has an extremum there is nothing to interpolate
         return Special(kind, replace(point, tangent=along), point.q, abs(near[1][1].q - point.q))
@@ -118,13 +118,13 @@ def _located(family: Family, one: Point, other: Point, kind: str, ends) -> Speci
 
 
 def _root(one: tuple, other: tuple) -> float:
-    """Where a test function is 0, from its values at two points: beside a branch point arcs are uncertain."""
+    """Parameter of a test function's zero, by interpolation: beside a branch point arcs are uncertain."""
     (a, p, _), (b, r, _) = one, other
     return p.q if a == b else p.q - a * (r.q - p.q) / (b - a)
 
 
-def _true(kind: str, point: Point) -> bool:
-    """Whether a zero is one, and not a jump, or the zero of a test with another meaning."""
+def _genuine(kind: str, point: Point) -> bool:
+    """Whether a zero of a test function is of its kind, and neither a jump nor that of another kind."""
     multiplier = floquet.critical(point.multipliers, kind)
     if kind == "neimark_sacker":
         return abs(multiplier.imag) > REAL and abs(abs(multiplier) - 1) < ZERO
@@ -134,7 +134,7 @@ def _true(kind: str, point: Point) -> bool:
 
 
 def _arc(one: Point, other: Point, place: float) -> tuple[np.ndarray, np.ndarray]:
-    """Place and direction on the cubic through two points with their tangents."""
+    """Position and direction on the cubic through two points with their tangents."""
     chord = other.z - one.z
     length, x = np.linalg.norm(chord), place
     a, b = length * one.tangent - chord, chord - length * other.tangent
@@ -144,23 +144,16 @@ def _arc(one: Point, other: Point, place: float) -> tuple[np.ndarray, np.ndarray
 
 
 def doubled(point: Point) -> Point:
-    """The same orbit gone round twice."""
+    """The same orbit over twice its turns."""
     section = replace(point.orbit.map, turns=2 * point.orbit.map.turns)
     image = section.image(point.orbit.state)
     return replace(point, orbit=replace(point.orbit, map=section, image=image))
 
 
 def departures(family: Family, special: Special, step: float) -> Iterator[tuple[Point, Point]]:
-    """Origins on, and first points of, the branches that leave a special point.
+    """Origin on, and first point of, each branch that leaves a special point.
 
-    Parameters
-    ----------
-    family : Family
-        Of maps.
-    special : Special
-        A period doubling, from which one branch leaves, or a branch point, from which two do.
-    step : float
-        The longest step.
+    From a period doubling one branch leaves, from a branch point two; `step` is the longest step.
     """
     origin = special.point
     P = origin.orbit.image.derivative
@@ -173,14 +166,13 @@ def departures(family: Family, special: Special, step: float) -> Iterator[tuple[
         away /= np.linalg.norm(away)
     for side in sides:
         for share in SHARES:
-            found = solve(family, origin, origin.z + side * share * step * away, side * away)
-            if found is not None and _new(origin, found, share * step):
-                yield replace(origin, tangent=side * away), found
+            point = solve(family, origin, origin.z + side * share * step * away, side * away)
+            if point is not None and _near(origin, point, share * step):
+                yield replace(origin, tangent=side * away), point
                 break
 
 
-def _new(origin: Point, found: Point, distance: float) -> bool:
-    """Whether a first point is near its origin, with the same events, and not the orbit that is left."""
-    near = np.linalg.norm(found.z - origin.z) < 3 * distance
-    same = word(found.orbit.image.events) == word(origin.orbit.image.events)
-    return bool(near and same)
+def _near(origin: Point, point: Point, step: float) -> bool:
+    """Whether the first point of a branch is within three steps of its origin, with the same events."""
+    near = np.linalg.norm(point.z - origin.z) < 3 * step
+    return bool(near and same_events(point.orbit.image.events, origin.orbit.image.events))

@@ -3,27 +3,28 @@
 From one orbit (as `periodic_orbit` finds it) its branch is followed both ways by pseudo-arclength
 (arclength, branch); folds, branch points, period doublings, Neimark-Sacker bifurcations and grazings are
 located on it (branch_points); from period doublings and branch points the branches that leave are followed
-too. Validity: within a piece of a branch orbits have the same events; where an impact with a rigid wall
+too. Validity: within a piece of a branch all orbits have the same events; where an impact with a rigid wall
 appears at grazing the map has a square-root singularity, and the branch ends there.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
-from functools import partial
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import count
 from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import dataset, flags
+from jointplay.analysis.evaluate import dataset
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, Text, analysis
+from jointplay.analysis.labels import outcome
 from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.orbits import branch_dataset
-from jointplay.analysis.orbits.arclength import Family, Point, cached, first
+from jointplay.analysis.orbits.arclength import Family, Point, first
 from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special, departures
 from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits, present
@@ -31,7 +32,7 @@ from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
-from jointplay.analysis.quantities import STATUS, recorded
+from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.analysis.trajectory import INTERRUPTED
@@ -77,7 +78,7 @@ def continuation(
     range : pair of float
         Lowest and highest value.
     start : float, optional
-        Value at which the first orbit is looked for; the mechanism's own if left out.
+        Value at which the first orbit is sought; the mechanism's own if left out.
     period, initial, transient, rtol, tolerance, max_steps
         As in `periodic_orbit`, of the first orbit.
     step : float
@@ -110,117 +111,109 @@ def continuation(
     """
     value = present(mechanism, parameter) if start is None else start
     (axis,) = axes(mechanism, {parameter: list(range)}, "range")
-    names = recorded(record, mechanism)
-    began = time.perf_counter()
-    maps = partial(_map, mechanism, parameter, section, period, rtol, max_steps)
+    names, began = recorded(record, mechanism), time.perf_counter()
+
+    @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
+    def maps(value: float) -> SectionMap:
+        model = placed(changed(mechanism, {parameter: float(value)}), None, section)
+        return section_map(model, section, period, rtol, max_steps)
+
     at_start = placed(changed(mechanism, {parameter: value}), initial, section)
-    home = section_map(at_start, section, period, rtol, max_steps)
-    orbit = search(home, Search(transient, tolerance, ITERATIONS))
-    family = Family(cached(maps), float(range[0]), float(range[1]), tolerance)
+    requested = section_map(at_start, section, period, rtol, max_steps)
+    orbit = search(requested, Search(transient, tolerance, ITERATIONS))
+    family = Family(maps, float(range[0]), float(range[1]), tolerance)
+    passages, visited = branch_dataset.Passages(requested.phase, needed(names)), count(1)
     most = max_branches if branch_switching else 1
-    passages = branch_dataset.Passages(home.phase, needed(names))
-    q = family.fraction(value)
-    branches = explore(family, orbit, q, step, max_points, most, progress, passages.of)
+
+    def visit(point: Point) -> None:
+        passages.of(point)
+        if progress is not None:
+            progress(min(1.0, next(visited) / (max_points * most)))
+
+    branches = Explorer(family, step, max_points, most, visit).explore(orbit, family.fraction(value))
     linkage = isinstance(mechanism, Mechanism)
     variables, coords = branch_dataset.variables(branches, family, axis, passages, names, linkage)
     stopped = any("interrupted" in branch.ends for branch in branches)
-    status = INTERRUPTED if stopped else orbit.status
-    variables["status"] = ((), np.int8(status), {"long_name": "how the search ended"} | flags(STATUS))
-    seconds = {"units": "s", "long_name": "wall time of the run"}
-    variables["wall_time"] = ((), time.perf_counter() - began, seconds)
-    return dataset(home.model, variables, coords, "continuation").assign_attrs(parameter=axis.name)
+    variables |= outcome(INTERRUPTED if stopped else orbit.status, began, "how the search ended")
+    return dataset(requested.model, variables, coords, "continuation").assign_attrs(parameter=axis.name)
 
 
-def _map(mechanism, parameter, section, period, rtol, max_steps, value: float) -> SectionMap:
-    model = placed(changed(mechanism, {parameter: float(value)}), None, section)
-    return section_map(model, section, period, rtol, max_steps)
-
-
-def explore(
-    family: Family,
-    orbit: Orbit,
-    q: float,
-    step: float,
-    most: int,
-    many: int,
-    progress: Callable[[float], None] | None = None,
-    taken: Callable[[Point], Any] = lambda point: None,
-) -> list[Branch]:
-    """The branch of an orbit, followed both ways, and those that leave it and one another.
+@dataclass
+class Explorer:
+    """The branch of an orbit, traced both ways, and those that leave it and one another.
 
     Parameters
     ----------
     family : Family
         Of maps.
-    orbit : Orbit
-        From which to start.
-    q : float
-        Fraction of the parameter's range at which it is.
     step : float
         Longest step.
-    most, many : int
+    max_points, max_branches : int
         Points of a branch, and branches, at most.
-    progress : callable, optional
-        Called with the fraction done.
-    taken : callable
+    visit : callable
         Called with each point.
     """
-    done, total = count(1), most * many
 
-    def room(per_side: int) -> Callable[[Point], bool]:
-        number = count(1)
+    family: Family
+    step: float
+    max_points: int
+    max_branches: int
+    visit: Callable[[Point], Any] = lambda point: None
+    branches: list[Branch] = field(default_factory=list, init=False)
 
-        def more(point: Point) -> bool:
-            taken(point)
-            if progress is not None:
-                progress(min(1.0, next(done) / total))
-            return next(number) < per_side
+    def explore(self, orbit: Orbit, q: float) -> list[Branch]:
+        """Branches from an orbit at a fraction q of the parameter's range on."""
+        if orbit.status:
+            return [_lone(orbit, q, "not_converged")]
+        try:
+            for branch in self._traced(orbit, q):
+                self.branches.append(branch)
+                if "interrupted" in branch.ends:
+                    break
+        except (Stopped, Late):  # between two branches
+            self.branches = self.branches or [_lone(orbit, q, "interrupted")]
+            self.branches[-1] = replace(self.branches[-1], ends=(self.branches[-1].ends[0], "interrupted"))
+        return self.branches
 
-        return more
+    def _traced(self, orbit: Orbit, q: float) -> Iterator[Branch]:
+        """The branches, one after another."""
+        down, up = (first(self.family, orbit, q, upward) for upward in (False, True))
+        back = self._follow(down, max(self.max_points // 2, 2))
+        if "interrupted" in back.ends:
+            yield back.reversed()
+            return
+        yield joined(back, self._follow(up, max(self.max_points - len(back.points) + 1, 2)))
+        number = 0
+        while number < len(self.branches) < self.max_branches:
+            for special in self.branches[number].specials:
+                if len(self.branches) < self.max_branches and self._is_open(number, special):
+                    yield from self._switched(number, special)
+            number += 1
 
-    if orbit.status:
-        return [_lone(orbit, q, "not_converged")]
-    branches: list[Branch] = []
-    try:
-        for branch in _found(branches, family, orbit, q, step, most, many, room):
-            branches.append(branch)
-            if "interrupted" in branch.ends:
+    def _follow(self, start: Point, most: int, doubled: bool = False) -> Branch:
+        return Tracer(self.family, self.step, most, self.visit, doubled).follow(start)
+
+    def _is_open(self, number: int, special: Special) -> bool:
+        """Whether another branch leaves a special point, and none that has been traced ended there."""
+        if special.kind not in ("period_doubling", "branch_point"):
+            return False
+        own = [branch for branch in self.branches if branch.parent == number and branch.ends[1] == "joined"]
+        return not any(abs(special.q - branch.points[-1].q) < self.step for branch in own)
+
+    def _switched(self, number: int, special: Special) -> Iterator[Branch]:
+        """The branch that leaves a special point, of both its sides where it has two."""
+        sides, doubled = [], special.kind == "period_doubling"
+        for origin, point in departures(self.family, special, self.step):
+            side = self._follow(point, self.max_points if doubled else max(self.max_points // 2, 2), doubled)
+            sides.append(replace(side, points=[origin, *side.points], parent=number))
+            if "interrupted" in side.ends:
                 break
-    except (Stopped, Late):  # between two branches
-        branches = branches or [_lone(orbit, q, "interrupted")]
-        branches[-1] = replace(branches[-1], ends=(branches[-1].ends[0], "interrupted"))
-    return branches
+        yield from [joined(*sides)] if len(sides) == 2 else sides
 
 
 def _lone(orbit: Orbit, q: float, end: str) -> Branch:
     """A branch of one point, which ends there."""
     return Branch([Point(orbit, q, 1.0, np.zeros(len(orbit.map.free) + 1))], [], (end, end))
-
-
-def _found(
-    branches: Sequence[Branch],
-    family: Family,
-    orbit: Orbit,
-    q: float,
-    step: float,
-    most: int,
-    many: int,
-    room,
-) -> Iterator[Branch]:
-    """The branches, one after another; `branches` are those that have been found."""
-    starts = [first(family, orbit, q, upward) for upward in (False, True)]
-    back = Tracer(family, step, room(max(most // 2, 2))).follow(starts[0])
-    if "interrupted" in back.ends:
-        yield back.reversed()
-        return
-    left = max(most - len(back.points) + 1, 2)
-    yield joined(back, Tracer(family, step, room(left)).follow(starts[1]))
-    number = 0
-    while number < len(branches) < many:
-        for special in branches[number].specials:
-            if len(branches) < many and _open(branches, number, special, step):
-                yield from _leaving(family, special, number, step, room, most)
-        number += 1
 
 
 def joined(back: Branch, forth: Branch) -> Branch:
@@ -232,26 +225,3 @@ def joined(back: Branch, forth: Branch) -> Branch:
         (turned.ends[0], forth.ends[1]),
         forth.parent,
     )
-
-
-def _open(branches: list[Branch], number: int, special: Special, step: float) -> bool:
-    """Whether another branch leaves a special point, and none that has been followed ended there."""
-    if special.kind not in ("period_doubling", "branch_point"):
-        return False
-    back = [each.points[-1].q for each in branches if each.parent == number and each.ends[1] == "joined"]
-    return not any(abs(special.q - q) < step for q in back)
-
-
-def _leaving(family: Family, special: Special, number: int, step: float, room, most: int) -> list[Branch]:
-    """The branch that leaves a special point: both its sides, where it has two."""
-    sides = []
-    for origin, found in departures(family, special, step):
-        halves = special.kind == "period_doubling"
-        share = most if halves else max(most // 2, 2)
-        side = Tracer(family, step, room(share), halves).follow(found)
-        sides.append(replace(side, points=[origin, *side.points], parent=number))
-        if "interrupted" in side.ends:
-            break
-    if len(sides) == 2:
-        return [joined(*sides)]
-    return sides

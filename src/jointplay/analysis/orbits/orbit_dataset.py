@@ -1,4 +1,4 @@
-"""What is told of a periodic orbit: numbers, its events, its history, as labelled variables."""
+"""Variables of periodic orbits: state, numbers, events and history."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.evaluate import flags
-from jointplay.analysis.orbits import floquet
-from jointplay.analysis.orbits import orbit_events as met
+from jointplay.analysis.labels import coded, labelled
+from jointplay.analysis.orbits import floquet, orbit_events
+from jointplay.analysis.orbits.orbit_events import BEGINS, CONTACT, KIND, PLACE, TIME
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import EVENTS
@@ -41,7 +41,7 @@ def history(
 ) -> np.ndarray:
     """Rows of time, state, modes over an orbit in even steps; the last repeats the first (0: none).
 
-    Sharp: states whose accelerations are right (analysis.rates).
+    `sharp`: states whose accelerations are resolved (analysis.rates).
     """
     if not per_turn:
         contacts = cache.structure_module(section.model.structure).SIZES["contacts"]
@@ -51,97 +51,81 @@ def history(
     return rows if not status else np.full_like(rows, np.nan)
 
 
-def described(orbit: Orbit) -> dict[str, Any]:
+def orbit_numbers(orbit: Orbit) -> dict[str, Any]:
     """Numbers of an orbit, by name: those of `NUMBERS`, and multipliers, exponents, stability."""
     section, image = orbit.map, orbit.image
     if orbit.status:
-        return lost(len(section.free)) | {"residual": orbit.residual}
-    found = floquet.multipliers(image.derivative)
-    begins = np.isin(image.events[:, met.KIND], met.BEGINS)
-    rows = history(section, orbit.state, image.time)[:-1]
+        return missing_numbers(len(section.free)) | {"residual": orbit.residual}
+    multipliers = floquet.multipliers(image.derivative)
+    begins = np.isin(image.events[:, KIND], BEGINS)
+    gaps, _ = orbit_events.gaps(section.model, history(section, orbit.state, image.time)[:-1])
     return {
         "period": float(section.turns),
         "period_time": image.time,
         "residual": orbit.residual,
         "impacts": float(np.sum(begins) / section.turns),
-        "smallest_impact_speed": met.smallest_impact_speed(section.model, image.events),
-        "closest_approach": met.closest_approach(met.gaps(section.model, rows)[0], image.events),
+        "smallest_impact_speed": orbit_events.smallest_impact_speed(section.model, image.events),
+        "closest_approach": orbit_events.closest_approach(gaps, image.events),
         "grazing": image.grazing if len(image.events) else math.nan,
-        "floquet_multiplier": np.stack([found.real, found.imag], -1),
-        "lyapunov_exponent": floquet.exponents(found, image.time),
-        "stable": int(floquet.stable(found)),
+        "floquet_multiplier": np.stack([multipliers.real, multipliers.imag], -1),
+        "lyapunov_exponent": floquet.exponents(multipliers, image.time),
+        "stable": int(floquet.stable(multipliers)),
     }
 
 
-def lost(size: int) -> dict[str, Any]:
+def missing_numbers(size: int) -> dict[str, Any]:
     """The numbers of an orbit that was not found."""
     nothing = {"floquet_multiplier": np.full((size, 2), np.nan), "lyapunov_exponent": np.full(size, np.nan)}
     return dict.fromkeys(NUMBERS, math.nan) | nothing | {"stable": STABILITY.index("unknown")}
 
 
-def variables(told: dict[str, Any], dims: tuple[str, ...], linkage: bool) -> dict[str, Any]:
-    """Labelled variables of what `described` gives (stacked along `dims`)."""
-    found = {
-        name: (dims, told[name], {"units": units(unit, linkage), "long_name": text})
-        for name, (unit, text) in NUMBERS.items()
+def variables(
+    state: np.ndarray, numbers: dict[str, Any], linkage: bool, dims: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Variables of an orbit's state and of its `orbit_numbers` (each stacked along `dims`)."""
+    scalars = {name: (numbers[name], units(unit, linkage), text) for name, (unit, text) in NUMBERS.items()}
+    multipliers = {"floquet_multiplier": (numbers["floquet_multiplier"], "1", "Floquet multiplier")}
+    exponents = {"lyapunov_exponent": (numbers["lyapunov_exponent"], "s-1", "Lyapunov exponent of the orbit")}
+    named = "state on the section: rad, m and their rates, or a system's own"
+    return {
+        **labelled(scalars, dims),
+        **labelled(multipliers, (*dims, "multiplier", "part")),
+        **labelled(exponents, (*dims, "multiplier")),
+        **labelled({"orbit_state": (state, "1", named)}, (*dims, "state")),
+        "stable": coded(dims, numbers["stable"], "stability", STABILITY),
     }
-    multiplier = {"units": "1", "long_name": "Floquet multiplier"}
-    exponent = {"units": "s-1", "long_name": "Lyapunov exponent of the orbit"}
-    stable = {"long_name": "stability"} | flags(STABILITY)
-    return found | {
-        "floquet_multiplier": ((*dims, "multiplier", "part"), told["floquet_multiplier"], multiplier),
-        "lyapunov_exponent": ((*dims, "multiplier"), told["lyapunov_exponent"], exponent),
-        "stable": (dims, np.int8(told["stable"]), stable),
-    }
-
-
-def state(values: np.ndarray, dims: tuple[str, ...]) -> dict[str, Any]:
-    """The orbit's state, over its names."""
-    named = {"units": "1", "long_name": "state on the section: rad, m and their rates, or a system's own"}
-    return {"orbit_state": ((*dims, "state"), values, named)}
 
 
 def coordinates(section: SectionMap) -> dict[str, Any]:
     """Coordinates of multipliers and states."""
-    number = {"units": "1", "long_name": "number of the multiplier, the largest first"}
+    number, text = np.arange(1, len(section.free) + 1), "number of the multiplier, the largest first"
     names = np.array(state_names(section.model), dtype=str)
     return {
-        "multiplier": ("multiplier", np.arange(1, len(section.free) + 1), number),
-        "part": ("part", np.array(PARTS), {"units": "1", "long_name": "part of a complex number"}),
-        "state": ("state", names, {"units": "1", "long_name": "state"}),
+        **labelled({"multiplier": (number, "1", text)}, "multiplier"),
+        **labelled({"part": (PARTS, "1", "part of a complex number")}, "part"),
+        **labelled({"state": (names, "1", "state")}, "state"),
     }
 
 
 def settings(model: Model) -> dict[str, Any]:
-    """What pictures of an orbit need of its mechanism."""
-    nominal = {"units": "s", "long_name": "nominal period of the drive"}
-    found = {"turn_period_nominal": ((), model.period, nominal)}
-    if model.clearances:
-        radial = {"units": "m", "long_name": "radial clearance"}
-        found["clearance"] = ("joint", np.array(model.clearances), radial)
-    return found
+    """Data of the mechanism that figures of an orbit need."""
+    period = labelled({"turn_period_nominal": (model.period, "s", "nominal period of the drive")})
+    clearances = {"clearance": (model.clearances, "m", "radial clearance")}
+    return period | (labelled(clearances, "joint") if model.clearances else {})
 
 
 def events(orbit: Orbit, lead: float, linkage: bool) -> dict[str, Any]:
-    """The orbit's events in turn, timed from the section asked for, which is `lead` s after the map's own."""
-    model, rows, duration = orbit.map.model, orbit.image.events, orbit.image.time
+    """The orbit's events in turn, timed from the section asked for, `lead` s after that of its map."""
+    rows, duration = orbit.image.events, orbit.image.time
     if rows is None:
-        rows, duration = np.zeros((0, met.TIME + 1)), 1.0
-    times = np.mod(rows[:, met.PLACE] * duration - lead, duration)
-    told = {
-        "event_time": (times, {"units": "s", "long_name": "time of the event since the section"}),
-        "event_joint": (
-            rows[:, met.CONTACT].astype(np.int16),
-            {"units": "1", "long_name": "joint of the event, counted from 0"},
-        ),
-        "event_kind": (
-            rows[:, met.KIND].astype(np.int8),
-            {"long_name": "kind of event"} | flags(EVENTS),
-        ),
-        "event_approach_speed": (
-            met.approach_speeds(model, rows),
-            {"units": units("m s-1", linkage), "long_name": "rate of the gap at the event"},
-        ),
-    }
+        rows, duration = np.zeros((0, TIME + 1)), 1.0
+    times = np.mod(rows[:, PLACE] * duration - lead, duration)
+    speeds = orbit_events.approach_speeds(orbit.map.model, rows)
     order = np.argsort(times)
-    return {name: ("event", values[order], attributes) for name, (values, attributes) in told.items()}
+    contacts, kinds = rows[order, CONTACT].astype(np.int16), rows[order, KIND]
+    table = {
+        "event_time": (times[order], "s", "time of the event since the section"),
+        "event_joint": (contacts, "1", "joint of the event, counted from 0"),
+        "event_approach_speed": (speeds[order], units("m s-1", linkage), "rate of the gap at the event"),
+    }
+    return labelled(table, "event") | {"event_kind": coded("event", kinds, "kind of event", EVENTS)}

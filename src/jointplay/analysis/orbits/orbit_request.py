@@ -1,4 +1,4 @@
-"""The keywords of periodic orbits and their branches: their types, and rules of what fits together."""
+"""Types of the keywords of periodic orbits and their branches, and rules that keywords must fit."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
 
 
 def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | None) -> None:
-    """Refuse quantities that the mechanism has not, and integrals over time."""
+    """Refuse quantities that the mechanism does not have, and integrals over time."""
     recorded(record, mechanism, integrals=False)
 
 
 def section_fits(mechanism: Mechanism | TestSystem, section: Any) -> Iterator[Problem]:
-    """Yield why an orbit cannot be looked for on a section."""
+    """Yield the problems of a section for the search of an orbit."""
     if isinstance(section, Plane):
         if not isinstance(mechanism, TestSystem) or mechanism.period is not None:
             expected = "a crank angle (or phase of the forcing) is accepted here: kind = 'crank_angle'"
@@ -60,7 +60,7 @@ def section_fits(mechanism: Mechanism | TestSystem, section: Any) -> Iterator[Pr
 def branch_fits(
     mechanism: Mechanism | TestSystem, parameter: str, range: Any, start: float | None
 ) -> Iterator[Problem]:
-    """Yield why a branch cannot be followed over a parameter and its range."""
+    """Yield the problems of a branch over a parameter and its range."""
     try:
         axes(mechanism, {parameter: list(range)}, "range")
     except InputError as error:
@@ -73,7 +73,7 @@ def branch_fits(
 
 
 def present(mechanism: Mechanism | TestSystem, key: str) -> float | None:
-    """The value that a mechanism has of a parameter (analysis.vary); None where it has none."""
+    """Value of a parameter (analysis.vary) in a mechanism; None where it has none."""
     if isinstance(mechanism, TestSystem):
         return mechanism.parameters.get(key)
     if "." in key:

@@ -1,7 +1,7 @@
-"""From a start to a periodic orbit: follow, take the nearest recurrence, choose a quiet section, solve.
+"""Search for a periodic orbit: follow a transient, take the nearest recurrence, move the section, solve.
 
-A section that lies on an event is moved on to the middle of the longest stretch without any: there the map
-is smooth, and a wall's jump does not cut the orbit in two.
+A section on or near an event is moved on to the middle of the longest stretch without events: there the map
+is smooth, and no jump at a wall falls on the section.
 """
 
 from __future__ import annotations
@@ -12,77 +12,76 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointplay.analysis.orbits.image import Image
 from jointplay.analysis.orbits.orbit_events import free_phase
-from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit, newton
 
-RECENT = 60  # turns among whose ends the nearest recurrences are looked for
-TRIES = 8  # of these, from the nearest on
-ASIDE = 0.2  # of a turn
+RECENT = 60  # last turns of the transient, among whose ends the nearest recurrences are taken
+TRIES = 8  # recurrences from which Newton's method starts, the nearest first
+ASIDE = 0.2  # of a turn, by which the section is moved after a failure
 NEAR = 0.02  # of a turn: an event so near the section moves it
-ONE = 100.0  # how many residuals apart two states may be that are one
+SAME = 100.0  # residuals up to which two states are the same
 
 
 @dataclass(frozen=True)
 class Search:
-    """How an orbit is looked for: turns dropped, and Newton's tolerance and iterations."""
+    """Turns of the transient, and tolerance and iterations of Newton's method."""
 
     transient: int = 100
     tolerance: float = TOLERANCE
     iterations: int = ITERATIONS
 
 
-def search(section: SectionMap, how: Search, progress: Callable[[float], None] | None = None) -> Orbit:
-    """Find a periodic orbit from where the section's model starts; `progress` is that of its transient."""
-    states, status = settled(section, how.transient, progress or (lambda done: None))
-    found = _lost(section, status)
+def search(section: SectionMap, settings: Search, progress: Callable[[float], None] | None = None) -> Orbit:
+    """Find a periodic orbit from the start of the section's model; `progress` is that of the transient."""
+    states, status = settled(section, settings.transient, progress or (lambda done: None))
+    orbit = _failed(section, status)
     for state in states if not status else ():
-        found = _from(section, state, how)
-        if not found.status:
-            return shortest(found, how)
-    return found
+        orbit = _solved(section, state, settings)
+        if not orbit.status:
+            return shortest(orbit, settings)
+    return orbit
 
 
-def _from(section: SectionMap, state: np.ndarray, how: Search) -> Orbit:
-    """Newton's method from a state, on a section that no event is near to, then on another one."""
+def _solved(section: SectionMap, state: np.ndarray, settings: Search) -> Orbit:
+    """Newton's method from a state, on a section away from events, then on another one."""
     image = section.image(state, False)
     if image.status:
-        return _lost(section, image.status)
-    first, image = quiet(section, state, image)
-    found = _lost(section, image.status)
+        return _failed(section, image.status)
+    first, image = away_from_events(section, state, image)
+    orbit = _failed(section, image.status)
     if not image.status:
-        found = newton(first, image.state, how.tolerance, how.iterations)
-    if not found.status or section.plane:
-        return found
-    # the orbit that is looked for may have an event at the section where this motion has none
+        orbit = newton(first, image.state, settings.tolerance, settings.iterations)
+    if not orbit.status or section.plane:
+        return orbit
+    # the periodic orbit may have an event at the section where this motion has none
     other, image = section.moved(state, math.tau * ASIDE)
-    return found if image.status else newton(other, image.state, how.tolerance, how.iterations)
+    return orbit if image.status else newton(other, image.state, settings.tolerance, settings.iterations)
 
 
-def _lost(section: SectionMap, status: int) -> Orbit:
+def _failed(section: SectionMap, status: int) -> Orbit:
     state = np.full_like(section.model.state, np.nan)
     return Orbit(status, section, state, Image(status, state), math.nan, 0)
 
 
 def settled(
-    section: SectionMap, transient: int, progress: Callable[[float], None] = lambda done: None
+    section: SectionMap, transient: int, progress: Callable[[float], None]
 ) -> tuple[list[np.ndarray], int]:
-    """States on the section after some turns: of the last ones, those nearest to their own return first."""
-    state, status = on_section(section)
+    """States on the section in the last turns of a transient, those nearest to their own return first."""
+    state, status = _on_section(section)
     recent = min(transient, RECENT)
     if not status and transient > recent:
         state, status = _turns(section, state, transient - recent)
-    found = [state]
-    while not status and len(found) <= recent:
+    states = [state]
+    while not status and len(states) <= recent:
         state, status = _turns(section, state, 1)
-        found.append(state)
-        progress((transient - recent + len(found)) / (transient + 1))
-    if status or len(found) <= section.turns:
+        states.append(state)
+        progress((transient - recent + len(states)) / (transient + 1))
+    if status or len(states) <= section.turns:
         return [state], status
-    pairs = list(zip(found, found[section.turns :], strict=False))
-    away = [np.linalg.norm(section.differ(late, early)) for early, late in pairs]
-    return [pairs[i][1] for i in np.argsort(away, kind="stable")[:TRIES]], 0
+    pairs = list(zip(states, states[section.turns :], strict=False))
+    distances = [np.linalg.norm(section.differ(late, early)) for early, late in pairs]
+    return [pairs[i][1] for i in np.argsort(distances, kind="stable")[:TRIES]], 0
 
 
 def _turns(section: SectionMap, state: np.ndarray, turns: int) -> tuple[np.ndarray, int]:
@@ -90,8 +89,8 @@ def _turns(section: SectionMap, state: np.ndarray, turns: int) -> tuple[np.ndarr
     return image.state, image.status
 
 
-def on_section(section: SectionMap) -> tuple[np.ndarray, int]:
-    """Follow the model from its start to the section, unless it is there."""
+def _on_section(section: SectionMap) -> tuple[np.ndarray, int]:
+    """State at the first passage of the section, which may be the model's start; status."""
     model = section.model
     if section.plane:
         if model.state[section.place] == section.phase:
@@ -105,31 +104,34 @@ def on_section(section: SectionMap) -> tuple[np.ndarray, int]:
     return image.state, image.status
 
 
-def quiet(section: SectionMap, state: np.ndarray, image: Image) -> tuple[SectionMap, Image]:
-    """The section and a state on it, both moved on if the orbit has an event near it."""
-    where, near = free_phase(image.events, section.turns)
-    if section.plane or near >= NEAR:
-        return section, replace(image, state=state)
-    return section.moved(state, math.tau * where)
+def away_from_events(section: SectionMap, state: np.ndarray, image: Image) -> tuple[SectionMap, Image]:
+    """The section and a state on it, both moved on if the motion has an event near the section."""
+    ahead = shift_from_events(section, image.events)
+    return section.moved(state, ahead) if ahead else (section, replace(image, state=state))
 
 
-def shortest(orbit: Orbit, how: Search) -> Orbit:
-    """The same orbit over as few turns as it closes in."""
-    turns, limit = orbit.map.turns, ONE * max(orbit.residual, how.tolerance * 1e-2)
+def shift_from_events(section: SectionMap, events: np.ndarray) -> float:
+    """Angle to the middle of the longest stretch without events, rad; 0 if no event is near the section."""
+    middle, nearest = free_phase(events, section.turns)
+    return 0.0 if section.plane or nearest >= NEAR else math.tau * middle
+
+
+def shortest(orbit: Orbit, settings: Search) -> Orbit:
+    """The same orbit over the least number of turns in which it closes."""
+    turns, limit = orbit.map.turns, SAME * max(orbit.residual, settings.tolerance * 1e-2)
     for fewer in range(1, turns):
         if turns % fewer == 0:
             image = orbit.map.image(orbit.state, False, fewer)
             if not image.status and np.max(np.abs(orbit.map.differ(image.state, orbit.state))) < limit:
-                return newton(replace(orbit.map, turns=fewer), orbit.state, how.tolerance, how.iterations)
+                section = replace(orbit.map, turns=fewer)
+                return newton(section, orbit.state, settings.tolerance, settings.iterations)
     return orbit
 
 
 def at_phase(orbit: Orbit, phase: float) -> tuple[np.ndarray, float]:
-    """State of an orbit on the section that was asked for, and the time to get there, s."""
-    if orbit.map.plane or orbit.status:
-        return orbit.state, 0.0
+    """State of an orbit (or of a failed search) on the section asked for, and the time to get there, s."""
     ahead = (phase - orbit.map.phase) * orbit.map.direction % math.tau
-    if not ahead:
+    if orbit.map.plane or orbit.image.status or not ahead:
         return orbit.state, 0.0
     image = orbit.map.moved(orbit.state, ahead)[1]
     return image.state, image.time

@@ -11,18 +11,18 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import Quantities, dataset, flags
+from jointplay.analysis.evaluate import Quantities, dataset
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
+from jointplay.analysis.labels import labelled, outcome
 from jointplay.analysis.looks import part
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import section_map
-from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
-from jointplay.analysis.quantities import STATUS, recorded
+from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
+from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.mechanism.base import Count, Natural
@@ -31,7 +31,7 @@ from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSyst
 ONCE_A_TURN = CrankAngle()
 RTOL = 1e-11
 TRANSIENT = 100
-SETTLED = 0.5  # of the progress, when Newton's method begins
+SETTLED = 0.5  # progress at the end of the transient
 
 
 @analysis(*ORBIT)
@@ -57,11 +57,11 @@ def periodic_orbit(
     mechanism : Mechanism or TestSystem
         What moves.
     section : CrankAngle or Plane
-        Where the orbit is looked for: a crank angle, or the phase of a forcing; of a test system that
-        nothing forces, a plane of one of its states.
+        Section of the map: a crank angle, or the phase of a forcing; of a test system that nothing forces, a
+        plane of one of its states.
     period : int
-        Turns (periods of the forcing, crossings of the plane) after which the orbit closes; an orbit that
-        closes in fewer is told as such.
+        Turns (periods of the forcing, crossings of the plane) after which the orbit closes; of an orbit that
+        closes in fewer the result has the lower number.
     initial : optional
         As in `simulate`, or the whole state as a list.
     transient : int
@@ -97,37 +97,26 @@ def periodic_orbit(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    quantities = names(record, mechanism)
-    model = placed(mechanism, initial, section)
-    began = time.perf_counter()
-    turns = section_map(model, section, period, rtol, max_steps)
-    orbit = search(turns, Search(transient, tolerance, max_iterations), part(progress, 0.0, SETTLED))
-    told = _dataset(orbit, turns.phase, quantities, samples_per_turn, isinstance(mechanism, Mechanism))
-    seconds = {"units": "s", "long_name": "wall time of the run"}
-    return told.assign(wall_time=((), time.perf_counter() - began, seconds))
+    quantities, linkage = names(record, mechanism), isinstance(mechanism, Mechanism)
+    model, began = placed(mechanism, initial, section), time.perf_counter()
+    requested = section_map(model, section, period, rtol, max_steps)
+    orbit = search(requested, Search(transient, tolerance, max_iterations), part(progress, 0.0, SETTLED))
+    state, lead = at_phase(orbit, requested.phase)
+    variables = orbit_dataset.variables(state, orbit_dataset.orbit_numbers(orbit), linkage)
+    variables |= orbit_dataset.events(orbit, lead, linkage) | orbit_dataset.settings(model)
+    variables |= labelled({"n_iterations": (orbit.iterations, "1", "iterations of Newton")})
+    coords = orbit_dataset.coordinates(orbit.map)
+    if quantities:
+        there = replace(orbit.map, phase=requested.phase)
+        given = there, state, orbit.image.time, 0 if orbit.status else samples_per_turn
+        rows = orbit_dataset.history(*given)
+        sharp = orbit_dataset.history(*given, sharp=True) if needed(quantities) else rows
+        variables |= Quantities(model, rows, rows[:1].ravel(), sharp).variables(quantities, "time")
+        coords |= labelled({"time": (rows[:, 0] - there.begin, "s", "time since the section")}, "time")
+    variables |= outcome(orbit.status, began, "how the search ended")
+    return dataset(model, variables, coords, "periodic_orbit")
 
 
 def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     """Names of the quantities that are sampled over the orbit."""
     return () if record is None else recorded(record, mechanism, integrals=False)
-
-
-def _dataset(orbit: Orbit, phase: float, names, per_turn: int, linkage: bool) -> xr.Dataset:
-    model = orbit.map.model
-    state, lead = at_phase(orbit, phase)
-    variables = orbit_dataset.state(state, ())
-    variables |= orbit_dataset.variables(orbit_dataset.described(orbit), (), linkage)
-    variables |= orbit_dataset.events(orbit, lead, linkage)
-    variables["n_iterations"] = ((), orbit.iterations, {"units": "1", "long_name": "iterations of Newton"})
-    variables["status"] = ((), np.int8(orbit.status), {"long_name": "how the search ended"} | flags(STATUS))
-    variables |= orbit_dataset.settings(model)
-    coords = orbit_dataset.coordinates(orbit.map)
-    if names:
-        on = replace(orbit.map, phase=phase)
-        asked_for = on, state, orbit.image.time, 0 if orbit.status else per_turn
-        rows = orbit_dataset.history(*asked_for)
-        sharp = orbit_dataset.history(*asked_for, sharp=True) if needed(names) else rows
-        variables |= Quantities(model, rows, rows[:1].ravel(), sharp).variables(names, "time")
-        named = {"units": "s", "long_name": "time since the section"}
-        coords["time"] = ("time", rows[:, 0] - on.begin, named)
-    return dataset(model, variables, coords, "periodic_orbit")

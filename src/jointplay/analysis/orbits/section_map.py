@@ -21,8 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
-from jointplay.analysis import rules as asked
-from jointplay.analysis.orbits.image import Image
+from jointplay.analysis import rules
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rates import resolved
 from jointplay.analysis.starts import crank_place, state_names
@@ -30,9 +29,39 @@ from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Plane, Section
+from jointplay.numerics.codes import Row
 
-CALM = 400  # nominal periods of a system that nothing drives
-STILL = 1e-6  # of a state's scale: what moves less in a return, at its rate of passage, is at rest
+LONGEST = 400  # nominal periods in which a system that nothing drives must come back to a plane
+AT_REST = 1e-6  # of a state's scale: an equilibrium moves less in a return, at its rate of passage
+FAILED = STATUS.index("not_converged")
+
+
+@dataclass(frozen=True)
+class Image:
+    """Result of applying a section map to a state.
+
+    Parameters
+    ----------
+    status : int
+        Index into `STATUS`; all else is meaningless unless it is 0.
+    state : ndarray
+        State at the end, angles brought back by whole turns to near the start's.
+    time : float
+        Duration, s.
+    derivative : ndarray
+        Of the free coordinates with respect to themselves, in units of their scales.
+    events : ndarray
+        Rows: contact, kind, time since the start over the duration, time, positions, speeds, modes.
+    grazing : float
+        Smallest approach speed of a guard at an event, relative to the terms that it is a sum of.
+    """
+
+    status: int
+    state: np.ndarray
+    time: float = math.nan
+    derivative: np.ndarray | None = None
+    events: np.ndarray | None = None
+    grazing: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -48,11 +77,11 @@ class SectionMap:
     phase : float
         Crank angle or phase of the forcing, rad; or the plane's level.
     place : int, optional
-        Place of the coordinate that is fixed on the section; None where time is (forcing, prescribed crank).
+        Index of the coordinate that is fixed on the section; None where time is (forcing, prescribed crank).
     direction : int
         Sense of turning, or of crossing.
     plane : bool
-        Whether the level stays where it is, and is not an angle that returns.
+        Whether `phase` is a level of a state, and not an angle that increases by whole turns.
     rtol : float
         Relative tolerance of a step.
     max_steps : int, optional
@@ -75,7 +104,7 @@ class SectionMap:
 
     @cached_property
     def free(self) -> np.ndarray:
-        """Places of the coordinates that differ on the section."""
+        """Indices of the coordinates that are not fixed on the section."""
         return np.array([i for i in range(len(self.model.state)) if i != self.place])
 
     @property
@@ -99,29 +128,17 @@ class SectionMap:
         return state
 
     def image(self, state: np.ndarray, derivative: bool = True, turns: int | None = None) -> Image:
-        """Follow a state on the section for whole turns.
-
-        Parameters
-        ----------
-        state : ndarray
-            On the section.
-        derivative : bool
-            Whether the derivative is wanted.
-        turns : int, optional
-            Instead of the map's own.
-        """
+        """Image of a state on the section, with the derivative or without; over the map's turns or others."""
         turns = self.turns if turns is None else turns
-        found = self._carried(state, 0.0, turns, derivative)
-        if found.status:
-            return found
-        return replace(found, state=self._wrapped(found.state, state))
+        image = self._followed(state, 0.0, turns, derivative)
+        return image if image.status else replace(image, state=self._wrapped(image.state, state))
 
     def moved(self, state: np.ndarray, ahead: float) -> tuple[SectionMap, Image]:
-        """The map of the section `ahead` rad on (0 to 2 pi), and what comes of a state on the way there."""
-        phase = self.phase + self.direction * ahead
-        found = self._carried(state, ahead, 0, False)
-        other, state = replace(self, phase=phase).within_a_turn(found.state)
-        return other, replace(found, state=state)
+        """The map of the section `ahead` rad on (0 to 2 pi), and the image of a state followed to there."""
+        image = self._followed(state, ahead, 0, False)
+        other = replace(self, phase=self.phase + self.direction * ahead)
+        other, state = other.within_a_turn(image.state)
+        return other, replace(image, state=state)
 
     def within_a_turn(self, state: np.ndarray) -> tuple[SectionMap, np.ndarray]:
         """The same section and state with the phase brought back to the first turn."""
@@ -136,15 +153,15 @@ class SectionMap:
         return self.unknowns(self._wrapped(one, other) - other)
 
     def _wrapped(self, state: np.ndarray, near: np.ndarray) -> np.ndarray:
-        found = state.copy()
+        """State with angles brought to within half a turn of another's."""
+        state = state.copy()
         turning = np.flatnonzero(self.model.turning)
-        away = found[turning] - near[turning]
-        found[turning] -= math.tau * np.round(away / math.tau)
+        state[turning] -= math.tau * np.round((state[turning] - near[turning]) / math.tau)
         if self.place is not None:
-            found[self.place] = self.phase
-        return found
+            state[self.place] = self.phase
+        return state
 
-    def _carried(self, state: np.ndarray, ahead: float, turns: int, derivative: bool) -> Image:
+    def _followed(self, state: np.ndarray, ahead: float, turns: int, derivative: bool) -> Image:
         """Follow a state to the section `ahead` rad and whole turns on."""
         lost = np.full_like(state, np.nan)
         end, status = self._end(state, ahead, turns)
@@ -155,24 +172,23 @@ class SectionMap:
         bundle, rows, status = self.run(state, request, frame)
         if status:
             return Image(status, lost)
-        span, found = end - self.begin, bundle.state
-        rate = bundle.rate()
+        span, reached, rate = end - self.begin, bundle.state, bundle.rate()
         if self.place is not None:  # the passage, to rounding
-            if abs(rate[self.place]) * span < STILL * self.scale[self.place]:
-                return Image(STATUS.index("not_converged"), lost)
-            late = (found[self.place] - self._target(ahead, turns)) / rate[self.place]
-            found, span = found - late * rate, span - late
-        events = rows[rows[:, 0] == 1.0, 1:]
+            if abs(rate[self.place]) * span < AT_REST * self.scale[self.place]:
+                return Image(FAILED, lost)
+            late = (reached[self.place] - self._target(ahead, turns)) / rate[self.place]
+            reached, span = reached - late * rate, span - late
+        events = rows[rows[:, 0] == Row.EVENT, 1:]
         places = (events[:, 2] - self.begin) / span
         events = np.column_stack([events[:, :2], places, events[:, 2:]])
         P = self._projected(bundle.vectors.T, rate) if derivative else None
-        return Image(0, found, span, P, events, bundle.grazing)
+        return Image(0, reached, span, P, events, bundle.grazing)
 
     def _target(self, ahead: float, turns: int) -> float:
         return self.phase if self.plane else self.phase + self.direction * (ahead + turns * math.tau)
 
     def _end(self, state: np.ndarray, ahead: float, turns: int) -> tuple[float, int]:
-        """Time of passage, and the status of getting there."""
+        """Time of passage, and the status of the run to there."""
         if self.place is None:
             return self.begin + (turns + ahead / math.tau) * self.model.period, 0
         rows, status = self._crossings(state, ahead, turns)
@@ -186,19 +202,19 @@ class SectionMap:
         if not self.plane:
             first = 0 if ahead else 1
             level, period, count = self._target(ahead, first), math.tau, turns - first + 1
-        longest = (CALM if self.plane else asked.SLACK) * (turns + 1) * self.model.period
+        longest = (LONGEST if self.plane else rules.SLACK) * (turns + 1) * self.model.period
         fields = {"level": level, "period": period, "direction": self.direction, "stop_after": count}
         request = self.request(longest, rates=sharp, **fields)
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        found = resolved(self.model, self.rtol, rows[rows[:, 0] == 4.0, 1:], rows[rows[:, 0] == 2.0, 3:])
-        if not status and len(found) < count:
-            status = STATUS.index("not_converged")  # it never came back
-        return found[:count], status
+        doubts, crossings = rows[rows[:, 0] == Row.DOUBT, 1:], rows[rows[:, 0] == Row.SECTION, 3:]
+        crossings = resolved(self.model, self.rtol, doubts, crossings)[:count]
+        short = FAILED if len(crossings) < count else 0  # it never came back
+        return crossings, status or short
 
     def passages(self, state: np.ndarray, sharp: bool = False) -> tuple[np.ndarray, int]:
         """Rows (time, state, modes) at the ends of the turns that begin on the section, and the status.
 
-        Sharp: states whose accelerations are right (analysis.rates).
+        `sharp`: states whose accelerations are resolved (analysis.rates).
         """
         if self.place is not None:
             return self._crossings(state, 0.0, self.turns, sharp)
@@ -209,23 +225,23 @@ class SectionMap:
         """Rows at some times, and the status; sharp as in `passages`."""
         request = self.request(float(times[-1]), at=times, rates=sharp)
         bundle, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        return resolved(self.model, self.rtol, rows[rows[:, 0] == 4.0, 1:], bundle.x.samples), status
+        return resolved(self.model, self.rtol, rows[rows[:, 0] == Row.DOUBT, 1:], bundle.x.samples), status
 
     def request(self, end: float, **fields) -> Request:
-        """A run's request with the map's tolerance and steps."""
-        return Request(end, self.rtol, max_steps=asked.steps(self.max_steps), **fields)
+        """Request for a run with the map's tolerance and limit of steps."""
+        return Request(end, self.rtol, max_steps=rules.steps(self.max_steps), **fields)
 
     def run(self, state: np.ndarray, request: Request, frame: np.ndarray) -> tuple[Bundle, np.ndarray, int]:
-        """Follow a state from the section on: the run at its end, all it logged, and its status."""
-        from jointplay.numerics import memory as arrays
+        """Follow a state from the section on: the run at its end, the rows of its log, and its status."""
+        from jointplay.numerics.memory import LOGGED
 
         bundle = Bundle(replace(self.model, state=state), request, frame, held=True)
         x, parts, status = bundle.x, [], bundle.full
         x.s[0] = self.begin
         while status == bundle.full:
             status = bundle.advance()
-            parts.append(x.log[: x.count[arrays.LOGGED]].copy())
-            x.count[arrays.LOGGED] = 0
+            parts.append(x.log[: x.count[LOGGED]].copy())
+            x.count[LOGGED] = 0
         return bundle, np.concatenate(parts), status
 
     def _projected(self, M: np.ndarray, rate: np.ndarray) -> np.ndarray:
@@ -238,21 +254,7 @@ class SectionMap:
 def section_map(
     model: Model, section: Section, turns: int, rtol: float = 1e-11, max_steps: int | None = None
 ) -> SectionMap:
-    """The map of a model's section.
-
-    Parameters
-    ----------
-    model : Model
-        Assembled with the section's quantity (`analysis.rules.quantity`).
-    section : CrankAngle or Plane
-        Of a plane, the quantity must be a state of a test system.
-    turns : int
-        Of the map.
-    rtol : float
-        Relative tolerance of a step.
-    max_steps : int, optional
-        Attempted steps after which a run stops.
-    """
+    """The map of a model's section over some turns; of a plane its quantity is a state of a test system."""
     if isinstance(section, Plane):
         sense = 1 if section.direction == "up" else -1
         place = state_names(model).index(section.quantity)

@@ -13,16 +13,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.analysis.orbits.image import Image
-from jointplay.analysis.orbits.section_map import SectionMap
-from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.orbits.section_map import FAILED, Image, SectionMap
 
 TOLERANCE = 1e-8  # of a residual, in units of the scales
 ITERATIONS = 30
 SHORTEST = 2.0**-10
-GAIN = 0.3  # what an iteration below the tolerance must gain to be followed by another
+GAIN = (
+    0.3  # factor by which an iteration below the tolerance must reduce the residual to be followed by another
+)
 ROUNDING = 1e-14
-FAILED = STATUS.index("not_converged")
 
 
 @dataclass(frozen=True)
@@ -38,9 +37,9 @@ class Orbit:
     state : ndarray
         On the section.
     image : Image
-        What the map makes of it.
+        Its image under the map.
     residual : float
-        Largest difference of both, in units of the scales.
+        Largest difference of state and image, in units of the scales.
     iterations : int
         Steps taken.
     """
@@ -54,7 +53,7 @@ class Orbit:
 
 
 def residual(section: SectionMap, state: np.ndarray, image: Image) -> np.ndarray:
-    """What is left of Phi(x) - x, in units of the scales; infinite where the run failed."""
+    """Difference Phi(x) - x in units of the scales; infinite where the run failed."""
     if image.status:
         return np.full(len(section.free), np.inf)
     return section.differ(image.state, state)
@@ -63,44 +62,27 @@ def residual(section: SectionMap, state: np.ndarray, image: Image) -> np.ndarray
 def newton(
     section: SectionMap, state: np.ndarray, tolerance: float = TOLERANCE, iterations: int = ITERATIONS
 ) -> Orbit:
-    """Find the fixed point near a state.
-
-    Parameters
-    ----------
-    section : SectionMap
-        The map.
-    state : ndarray
-        On the section.
-    tolerance : float
-        Of the residual.
-    iterations : int
-        At most.
-
-    Returns
-    -------
-    Orbit
-        With the status ``not_converged`` if there is none to be found, or that of a run that failed.
-    """
+    """Find the fixed point near a state on the section; status ``not_converged`` if there is none."""
     image = section.image(state)
     r = residual(section, state, image)
     size, count = np.max(np.abs(r)), 0
     while count < iterations and np.isfinite(size) and size > ROUNDING:
         P = image.derivative
         step = np.linalg.lstsq(np.eye(len(P)) - P, r, rcond=None)[0]
-        found = _damped(section, state, step, size)
+        trial = _damped(section, state, step, size)
         count += 1
-        if found is None:
+        if trial is None:
             break
-        gain, (state, image, r) = np.max(np.abs(found[2])) / size, found
+        before, (state, image, r) = size, trial
         size = np.max(np.abs(r))
-        if size <= tolerance and gain > GAIN:
+        if size <= tolerance and size / before > GAIN:
             break
     status = image.status or (0 if size <= tolerance else FAILED)
     return Orbit(status, section, state, image, float(size), count)
 
 
 def _damped(section: SectionMap, state: np.ndarray, step: np.ndarray, size: float):
-    """The longest part of a step that shrinks the residual; None if none does."""
+    """State, image and residual after the longest part of a step that reduces it; None if none does."""
     part = 1.0
     while part >= SHORTEST:
         trial = section.state(section.unknowns(state) + part * step)

@@ -1,4 +1,4 @@
-"""How sure fractions of starts are, and how uncertain the end of a start is near a basin's boundary.
+"""Errors of the fractions of starts, and the uncertainty exponent of the boundary of basins.
 
 Fractions: binomial, with Wilson's interval (E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209-212), as if the
 nodes were drawn at random; those of a regular grid scatter less.
@@ -16,29 +16,20 @@ the plane's axes. Pairs of which one start has no label do not count.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 
 PAIRS = ("first_axis", "second_axis", "random")
-EDGE = 8  # the largest distance of a grid's pairs is one so-manieth of an axis
+EDGE = 8  # axis over the largest distance of a grid's pairs
 DIRECTIONS = 2  # of a plane
 NORMAL_95 = 1.959963984540054
 EVEN = 1e-6  # relative difference of steps up to which an axis is even
 
 
 def wilson(count: np.ndarray, total: int, z: float = NORMAL_95) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of Wilson's interval of a binomial fraction.
-
-    Parameters
-    ----------
-    count : ndarray
-        Hits.
-    total : int
-        Trials.
-    z : float
-        Half-width in standard deviations of a normal distribution: 95 % unless told.
-    """
+    """Ends of Wilson's interval of a binomial fraction; z: its half-width in standard deviations."""
     if not total:
         return np.full(np.shape(count), np.nan), np.full(np.shape(count), np.nan)
     p = np.asarray(count) / total
@@ -48,43 +39,43 @@ def wilson(count: np.ndarray, total: int, z: float = NORMAL_95) -> tuple[np.ndar
 
 
 @dataclass(frozen=True)
-class Row:
-    """Pairs of one kind at one distance: how many there are, and how many have two labels."""
+class Pairs:
+    """Count of the pairs of one kind at one distance, and of those whose labels differ."""
 
     kind: int
     distance: float
-    pairs: int
+    count: int
     differing: int
 
     @property
     def fraction(self) -> float:
-        return self.differing / self.pairs if self.pairs else math.nan
+        return self.differing / self.count if self.count else math.nan
 
     @property
     def error(self) -> float:
         """Standard error of the fraction."""
-        return math.sqrt(self.fraction * (1 - self.fraction) / self.pairs) if self.pairs else math.nan
+        return math.sqrt(self.fraction * (1 - self.fraction) / self.count) if self.count else math.nan
 
 
-def of_pairs(kind: int, distance: float, one: np.ndarray, other: np.ndarray) -> Row:
-    """Count pairs of labels."""
+def count_pairs(kind: int, distance: float, one: np.ndarray, other: np.ndarray) -> Pairs:
+    """Count pairs of labels, without those of which one is 0."""
     both = (one > 0) & (other > 0)
-    return Row(kind, float(distance), int(both.sum()), int(np.sum((one != other) & both)))
+    return Pairs(kind, float(distance), int(both.sum()), int(np.sum((one != other) & both)))
 
 
-def of_grid(labels: np.ndarray, even: tuple[bool, bool] = (True, True)) -> list[Row]:
-    """Pairs of the nodes of a grid, along each axis whose steps are even, at 1, 2, 4, ... steps."""
+def grid_pairs(labels: np.ndarray, even: tuple[bool, bool] = (True, True)) -> list[Pairs]:
+    """Count pairs of nodes of a grid, along each axis whose steps are even, at 1, 2, 4, ... steps."""
     rows = []
     for axis in range(DIRECTIONS):
         field = labels if axis == 0 else labels.T
         count, farthest = len(field), len(field) // EDGE
         offsets = [2**i for i in range(farthest.bit_length()) if even[axis]]
-        reach = offsets[-1] if offsets else 0
-        first = field[reach : count - reach]
+        edge = offsets[-1] if offsets else 0
+        first = field[edge : count - edge]
         for k in offsets:
-            ahead, behind = field[reach + k : count - reach + k], field[reach - k : count - reach - k]
+            ahead, behind = field[edge + k : count - edge + k], field[edge - k : count - edge - k]
             pairs = np.concatenate([first, first]), np.concatenate([ahead, behind])
-            rows.append(of_pairs(axis, k / (count - 1), *pairs))
+            rows.append(count_pairs(axis, k / (count - 1), *pairs))
     return rows
 
 
@@ -94,20 +85,19 @@ def is_even(values: np.ndarray) -> bool:
     return bool(np.ptp(steps) <= EVEN * abs(steps.mean()))
 
 
-def exponent(rows: list[Row]) -> tuple[float, float]:
-    """Uncertainty exponent and its standard error; NaN where fewer than two distances tell of it."""
-    used = [row for row in rows if 0 < row.differing < row.pairs]
-    kinds = sorted({row.kind for row in used})
-    counts = {kind: sum(row.kind == kind for row in used) for kind in kinds}
+def uncertainty_exponent(rows: list[Pairs]) -> tuple[float, float]:
+    """Uncertainty exponent and its standard error; NaN where fewer than two distances can be used."""
+    used = [row for row in rows if 0 < row.differing < row.count]
+    counts = Counter(row.kind for row in used)
     used = [row for row in used if counts[row.kind] > 1]
-    kinds = [kind for kind in kinds if counts[kind] > 1]
+    kinds = sorted(kind for kind in counts if counts[kind] > 1)
     if not used:
         return math.nan, math.nan
     columns = [[math.log(row.distance)] + [float(row.kind == kind) for kind in kinds] for row in used]
     design, values = np.array(columns), np.log([row.fraction for row in used])
     weight = np.array([row.fraction / row.error for row in used])
     inverse = np.linalg.inv((design * weight[:, None] ** 2).T @ design)
-    found = inverse @ (design.T @ (weight**2 * values))
-    freedom = len(used) - len(found)
-    scatter = np.sum((weight * (values - design @ found)) ** 2) / freedom if freedom else 1.0
-    return float(found[0]), float(math.sqrt(inverse[0, 0] * max(1.0, scatter)))
+    fit = inverse @ (design.T @ (weight**2 * values))
+    freedom = len(used) - len(fit)
+    scatter = np.sum((weight * (values - design @ fit)) ** 2) / freedom if freedom else 1.0
+    return float(fit[0]), float(math.sqrt(inverse[0, 0] * max(1.0, scatter)))

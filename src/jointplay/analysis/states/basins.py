@@ -1,47 +1,44 @@
 """Basins of attraction: which attractor each start of a plane reaches.
 
 Every node is followed to its end (`analysis.states.ends`), ends are sorted into attractors
-(`analysis.states.matching`), and the attractors' shares and the boundary's dimension estimated
-(`analysis.states.basin_uncertainty`); each says how at its head. Validity: a motion that has not settled
-after transient and patience is described as it is then.
+(`analysis.states.matching`), and their fractions and the boundary's dimension are estimated
+(`analysis.states.basin_uncertainty`). Validity: a motion that has not settled after transient and patience is
+described as it is then.
 """
 
 from __future__ import annotations
 
 import math
-import time as clock
+import time
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
 import xarray as xr
 from pydantic import Field
 
-from jointplay.analysis import ensemble_runs as follows
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
-from jointplay.analysis.evaluate import flags
+from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
+from jointplay.analysis.labels import outcome
 from jointplay.analysis.period import REPEATS
-from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states import basin_dataset as words
-from jointplay.analysis.states import basin_uncertainty as unsure
-from jointplay.analysis.states import start_plane as planes
-from jointplay.analysis.states.ends import BAD, Watch, ends, features
+from jointplay.analysis.states import basin_dataset, start_plane
+from jointplay.analysis.states.basin_uncertainty import PAIRS, Pairs, count_pairs, grid_pairs, is_even
+from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
-from jointplay.analysis.states.sensitivity import overall
+from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 
 TURNS, TRANSIENT, PATIENCE = 64, 100, 4
 TOLERANCE = 1e-3
 BLOCK = 64  # nodes a cell
-HALVINGS = 5  # distances of random pairs: a step of the grid, halved so often
+HALVINGS = 5  # distances of random pairs: a step of the grid, halved once to five times
 SEED = 4
 
 
 @divided
-@analysis(planes.check, asked.start_fits, follows.ensemble_fits)
+@analysis(start_plane.plane_fits, rules.start_fits, ensemble_fits)
 def basins(
     mechanism: Moving,
     *,
@@ -104,36 +101,32 @@ def basins(
     InputError
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
-    watch = Watch(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
-    began, axes = clock.perf_counter(), planes.axes(plane)
-    starts = planes.Starts(mechanism, initial, tuple(axes), joint)
+    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
+    began, axes = time.perf_counter(), axis_values(plane)
+    starts = Starts(mechanism, initial, tuple(axes), joint)
     warm([starts.model], ensemble)
-    grid = planes.nodes(axes)
+    nodes = grid(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
-    values = np.concatenate([grid, extra.reshape(-1, 2)])
-    cells = planes.cells(mechanism, initial, joint, tuple(axes), values, BLOCK, watch=watch)
-    found = yield from handed_out(ends, cells, progress)
-    status, periods, states = _joined(found, cells, starts)
-    points = [features(starts.model, each) if len(each) else each for each in states]
-    found = match(periods, points, tolerance)
-    shape, nodes = tuple(map(len, axes.values())), len(grid)
-    kept = _renumbered(found, nodes)
-    labels = kept.labels[:nodes].reshape(shape)
-    variables = words.plane_variables(tuple(axes), labels, status[:nodes].reshape(shape), len(kept.periods))
-    started = int(np.sum(status[:nodes] != BAD))
-    variables |= words.shares(kept, nodes, started) | words.points(kept, states, starts)
+    values = np.concatenate([nodes, extra.reshape(-1, 2)])
+    cells = starts.cells(values, BLOCK, observation=observation)
+    answers = yield from handed_out(ends, cells, progress)
+    none = np.zeros((0, len(starts.model.state)))
+    answers = start_plane.with_crashed(answers, cells, period=0, states=none)
+    status, periods = (np.concatenate([each[name] for each in answers]) for name in ("node_status", "period"))
+    states = [end for each in answers for end in each["states"]]
+    points = [features(starts.model, end) if len(end) else end for end in states]
+    attractors = _renumbered(match(periods, points, tolerance), len(nodes))
+    labels, status = attractors.labels[: len(nodes)], status[: len(nodes)]
+    table, count = labels.reshape(*map(len, axes.values())), len(attractors.periods)
+    variables = basin_dataset.plane_variables(tuple(axes), table, status.reshape(table.shape), count)
+    variables |= basin_dataset.fractions(attractors, len(nodes), int(np.sum(status != BAD)))
+    variables |= basin_dataset.section_points(attractors, states, starts)
     if uncertainty:
-        rows = unsure.of_grid(labels, tuple(unsure.is_even(each) for each in axes.values()))
-        rows += _random_rows(kept.labels[nodes:], distances)
-        variables |= words.boundary(rows)
-    variables["status"] = (
-        (),
-        np.int8(overall(status[:nodes])),
-        {"long_name": "how the run ended"} | flags(STATUS),
-    )
-    spent = clock.perf_counter() - began
-    variables["wall_time"] = ((), spent, {"units": "s", "long_name": "wall time of the run"})
-    coords = words.coordinates(axes, kept, starts)
+        rows = grid_pairs(table, tuple(is_even(each) for each in axes.values()))
+        rows += _random_rows(attractors.labels[len(nodes) :], distances)
+        variables |= basin_dataset.boundary(rows)
+    variables |= outcome(start_plane.plane_status(status), began)
+    coords = basin_dataset.coordinates(axes, count, starts)
     return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "basins"})
 
 
@@ -153,34 +146,18 @@ def random_pairs(axes: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray
     return low + size * np.concatenate([inside, partners], axis=1), distances
 
 
-def _random_rows(labels: np.ndarray, distances: np.ndarray) -> list[unsure.Row]:
+def _random_rows(labels: np.ndarray, distances: np.ndarray) -> list[Pairs]:
     if not labels.size:
         return []
-    table, kind = labels.reshape(-1, 1 + len(distances)), unsure.PAIRS.index("random")
-    return [unsure.of_pairs(kind, e, table[:, 0], table[:, 1 + i]) for i, e in enumerate(distances)]
+    table, kind = labels.reshape(-1, 1 + len(distances)), PAIRS.index("random")
+    return [count_pairs(kind, e, table[:, 0], table[:, i]) for i, e in enumerate(distances, start=1)]
 
 
-def _joined(found: list, cells: list, starts) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Status, period and states of every node; a cell that crashed has none."""
-    status, periods, states = [], [], []
-    for each, cell in zip(found, cells, strict=True):
-        count = len(cell["values"])
-        whole = "states" in each
-        status.append(each["node_status"] if whole else np.full(count, each["status"]))
-        periods.append(each["period"] if whole else np.zeros(count, dtype=int))
-        states += each["states"] if whole else [np.zeros((0, len(starts.model.state)))] * count
-    return np.concatenate(status).astype(np.int8), np.concatenate(periods), states
-
-
-def _renumbered(found: Attractors, nodes: int) -> Attractors:
-    """Attractors of the grid's nodes alone first, with those that only random points reach after them."""
-    on_grid = np.unique(found.labels[:nodes])
-    order = [i for i in on_grid if i] + [
-        i for i in range(1, len(found.periods) + 1) if i not in set(on_grid.tolist())
-    ]
-    place = np.zeros(len(order) + 1, dtype=np.int32)
-    place[order] = np.arange(1, len(order) + 1)
-    index = np.array(order, dtype=int) - 1
-    return replace(
-        found, labels=place[found.labels], periods=found.periods[index], shown_by=found.shown_by[index]
-    )
+def _renumbered(attractors: Attractors, nodes: int) -> Attractors:
+    """The same attractors, those that only random points and no nodes of the grid reach numbered last."""
+    count = len(attractors.periods)
+    on_grid = np.isin(np.arange(1, count + 1), attractors.labels[:nodes])
+    order = np.argsort(~on_grid, kind="stable")
+    number = np.zeros(count + 1, dtype=np.int32)
+    number[1 + order] = np.arange(1, count + 1)
+    return Attractors(number[attractors.labels], attractors.periods[order], attractors.shown_by[order])

@@ -1,4 +1,4 @@
-"""How neighbours of a motion part from it, and the rate at which they do.
+"""Divergence of neighbours from a motion, and its rate.
 
 A motion is followed past its transient; neighbours start at one small distance from it, in directions drawn
 at random, and are followed beside it. Distances are in the units of `analysis.tangents.scales` (a radian, the
@@ -25,26 +25,27 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import rules as asked
-from jointplay.analysis.evaluate import flags
+from jointplay.analysis import rules
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn
+from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states import start_plane as planes
+from jointplay.analysis.starts import crank_place
+from jointplay.analysis.states.start_plane import beyond_a_wall, section_of
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import INTERRUPTED, Request, follow
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.model import Model
 
 ALIGN = 2  # turns in which differences find the direction that grows most
-MARGIN = math.log(30)  # how far from the level at which it stays a curve counts as exponential
+MARGIN = math.log(30)  # distance from the level of saturation at which a curve counts as exponential
 FEWEST = 3  # increments of a turn that make a mean with an error
-TAIL = 4  # the last so-manieth part of the curve says where it stays
-BAD = STATUS.index("bad_parameters")
+TAIL = 4  # curve over its last part, whose median is the level of saturation
+BAD, FAILED = STATUS.index("bad_parameters"), STATUS.index("not_converged")
 
 
 @dataclass(frozen=True)
 class Divergence:
-    """What a bundle of neighbours is asked for: `sensitivity`'s own keywords."""
+    """A motion with a bundle of neighbours: the keywords of `sensitivity`."""
 
     neighbours: int
     references: int
@@ -59,12 +60,14 @@ class Divergence:
 
     def follow(self, mechanism, initial, progress=None) -> tuple[dict[str, Any], dict[str, Any], int]:
         """Follow motion and neighbours: variables, coordinates, status."""
-        model = assemble(mechanism, initial, planes.section_of(mechanism))
+        model = assemble(mechanism, initial, section_of(mechanism))
         cut = model.structure.section is not None and self.compare != "time"
-        left_out = Turn(model).crank if cut else None
+        left_out = crank_place(model) if cut else None
         random = np.random.default_rng(self.seed)
         state, status = self._settled(model)
-        distances, times, ended = self._nothing(status)
+        many, bundles = self.turns * self.samples_per_turn + 1, (self.references, self.neighbours)
+        distances, times = np.full((*bundles, many), np.nan), np.full((self.references, many), np.nan)
+        ended = np.full(bundles, status or STATUS.index("not_run"), dtype=np.int8)
         for i in range(0 if status else self.references):
             starts = [state, *(state + self._offsets(random, model, left_out))]
             runs = [self._samples(model, start, cut) for start in starts]
@@ -78,31 +81,25 @@ class Divergence:
                 progress((i + 1) / self.references)
             if status:
                 break
-        turn = np.arange(distances.shape[-1]) / self.samples_per_turn
-        coords = {"turn": ("turn", turn, {"units": "1", "long_name": "turns since the neighbours started"})}
-        found = self._variables(distances, ended, times)
-        lost = STATUS.index("not_converged") if math.isnan(found["growth"][1]) else 0
-        return found, coords, int(status or ended.max()) or lost
-
-    def _nothing(self, status: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Distances, times and statuses of neighbours that have not been followed."""
-        many, cells = self.turns * self.samples_per_turn + 1, (self.references, self.neighbours)
-        ended = np.full(cells, status or STATUS.index("not_run"), dtype=np.int8)
-        return np.full((*cells, many), np.nan), np.full((self.references, many), np.nan), ended
+        turn = np.arange(many) / self.samples_per_turn
+        coords = labelled({"turn": (turn, "1", "turns since the neighbours started")}, "turn")
+        variables = self._variables(distances, ended, times)
+        lost = FAILED if math.isnan(variables["growth"][1]) else 0
+        return variables, coords, int(status or ended.max()) or lost
 
     def _settled(self, model: Model) -> tuple[np.ndarray, int]:
-        """The motion's state after the transient, and the status of that."""
+        """The motion's state after the transient, and the status of the run."""
         if not self.transient:
             return model.state, 0
         if model.structure.section is not None:
             state, _, status = Turn(model, self.rtol, self.max_steps)(model.state, self.transient)
             return state, status
         end = self.transient * model.period
-        request = Request(end, self.rtol, at=np.array([end]), max_steps=asked.steps(self.max_steps))
+        request = Request(end, self.rtol, at=np.array([end]), max_steps=rules.steps(self.max_steps))
         records = follow(model, request)
-        return records.samples[-1, 1 : 1 + len(model.state)] if not records.status else model.state, int(
-            records.status
-        )
+        if records.status:
+            return model.state, int(records.status)
+        return records.samples[-1, 1 : 1 + len(model.state)], 0
 
     def _offsets(self, random: np.random.Generator, model: Model, left_out: int | None) -> np.ndarray:
         """Differences of the neighbours from the motion, shape (neighbours, states)."""
@@ -117,23 +114,22 @@ class Divergence:
         many, n = self.turns * self.samples_per_turn, len(state)
         states, times = np.full((many + 1, n), np.nan), np.full(many + 1, np.nan)
         states[0], times[0] = state, 0.0
-        if planes.outside(model):
+        if beyond_a_wall(model):
             return states, times, BAD
         records = follow(model, self._request(model, cut, many))
-        rows, at = (records.sections, (STATE, TIME)) if cut else (records.samples, (1, 0))
-        states[1 : 1 + len(rows)] = rows[:, at[0] : at[0] + n]
-        times[1 : 1 + len(rows)] = rows[:, at[1]]
-        short = STATUS.index("not_converged") if len(rows) < many else 0  # the crank stopped turning
+        rows, first, time = (records.sections, STATE, TIME) if cut else (records.samples, 1, 0)
+        states[1 : 1 + len(rows)], times[1 : 1 + len(rows)] = rows[:, first : first + n], rows[:, time]
+        short = FAILED if len(rows) < many else 0  # the crank stopped turning
         return states, times, records.status or short
 
     def _request(self, model: Model, cut: bool, many: int) -> Request:
-        limit = {"rtol": self.rtol, "max_steps": asked.steps(self.max_steps)}
+        limit = {"rtol": self.rtol, "max_steps": rules.steps(self.max_steps)}
         end = self.turns * model.period
         if not cut:
             return Request(end, at=np.linspace(0, end, many + 1)[1:], **limit)
         forward, part = (1 if model.crank_speed >= 0 else -1), math.tau / self.samples_per_turn
         level = {"level": model.crank_angle + forward * part, "period": part, "direction": forward}
-        return Request(asked.SLACK * end, stop_after=many, **level, **limit)
+        return Request(rules.SLACK * end, stop_after=many, **level, **limit)
 
     def _distances(self, model: Model, runs: list, left_out: int | None) -> np.ndarray:
         """Distances of the neighbours, shape (neighbours, samples)."""
@@ -146,8 +142,8 @@ class Divergence:
         return np.linalg.norm(apart, axis=-1)
 
     def _variables(self, distances: np.ndarray, ended: np.ndarray, times: np.ndarray) -> dict[str, Any]:
-        means = np.log(np.maximum(distances, self.rtol)).mean(axis=1)  # below it, runs tell nothing
-        fit, periods = fitted(means, self.samples_per_turn), np.diff(times) * self.samples_per_turn
+        means = np.log(np.maximum(distances, self.rtol)).mean(axis=1)  # the error of runs
+        fit, periods = fit_growth(means, self.samples_per_turn), np.diff(times) * self.samples_per_turn
         period = float(periods[np.isfinite(periods)].mean()) if np.isfinite(periods).any() else math.nan
         rows = {
             "growth": (fit.growth, "1", "growth of the mean logarithm of the distance in a turn"),
@@ -156,22 +152,25 @@ class Divergence:
             "growth_rate_standard_error": (fit.error / period, "s-1", "standard error of the growth rate"),
             "saturation": (math.exp(fit.level), "1", "distance at which the neighbours stay"),
         }
-        found = {name: ((), float(v), {"units": u, "long_name": text}) for name, (v, u, text) in rows.items()}
-        turns = fit.ranges / self.samples_per_turn
-        over = {
-            "distance": (("reference", "neighbour", "turn"), distances, "scaled distance from the motion"),
-            "mean_log_distance": (("turn",), means.mean(axis=0), "mean natural logarithm of the distance"),
-            "fitted_log_distance": (("turn",), fit.line(means), "logarithm of the distance as fitted"),
-            "fit_turns": (("reference", "end"), turns, "first and last turn of the fit"),
+        curves = {
+            "mean_log_distance": (means.mean(axis=0), "1", "mean natural logarithm of the distance"),
+            "fitted_log_distance": (fit.line(means), "1", "logarithm of the distance as fitted"),
         }
-        found |= {k: (dims, v, {"units": "1", "long_name": text}) for k, (dims, v, text) in over.items()}
-        meanings = {"long_name": "how the neighbour's run ended"} | flags(STATUS)
-        return found | {"neighbour_status": (("reference", "neighbour"), ended, meanings)}
+        distance = {"distance": (distances, "1", "scaled distance from the motion")}
+        ranges = {"fit_turns": (fit.ranges / self.samples_per_turn, "1", "first and last turn of the fit")}
+        statuses = coded(("reference", "neighbour"), ended, "how the neighbour's run ended")
+        return {
+            **labelled(rows),
+            **labelled(curves, "turn"),
+            **labelled(distance, ("reference", "neighbour", "turn")),
+            **labelled(ranges, ("reference", "end")),
+            "neighbour_status": statuses,
+        }
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Growth a turn, its standard error, the level at which distances stay; samples used, first and last."""
+    """Growth a turn, its standard error, level of saturation; first and last sample used; samples a turn."""
 
     growth: float
     error: float
@@ -181,14 +180,14 @@ class Fit:
 
     def line(self, means: np.ndarray) -> np.ndarray:
         """A line of that growth through the mean curve, over the median range; NaN outside it."""
-        found, curve = np.full(means.shape[1], np.nan), means.mean(axis=0)
+        line, curve = np.full(means.shape[1], np.nan), means.mean(axis=0)
         first, last = np.median(self.ranges, axis=0).astype(int)
-        place = np.arange(first, last + 1)
-        found[place] = curve[place].mean() + self.growth * (place - place.mean()) / self.per_turn
-        return found
+        i = np.arange(first, last + 1)
+        line[i] = curve[i].mean() + self.growth * (i - i.mean()) / self.per_turn
+        return line
 
 
-def fitted(means: np.ndarray, per_turn: int) -> Fit:
+def fit_growth(means: np.ndarray, per_turn: int) -> Fit:
     """Growth a turn of mean logarithms of distances, over the ranges in which they are exponential.
 
     Parameters
@@ -201,8 +200,8 @@ def fitted(means: np.ndarray, per_turn: int) -> Fit:
     Returns
     -------
     Fit
-        Growth and error NaN where the ranges hold fewer than three turns; level NaN where distances stay
-        nowhere yet.
+        Growth and error NaN where the ranges hold fewer than three turns; level NaN where distances have not
+        reached saturation.
     """
     ranges, levels = zip(*(_range(curve, per_turn) for curve in means), strict=True)
     pairs = zip(means, ranges, strict=True)
@@ -227,7 +226,7 @@ def _error(steps: list[np.ndarray], mean: float) -> float:
 
 
 def _range(curve: np.ndarray, per_turn: int) -> tuple[tuple[int, int], float]:
-    """First and last sample, whole turns apart, of the exponential range; level at which the curve stays."""
+    """First and last sample, whole turns apart, of the exponential range; level of saturation."""
     first, last, level = min(ALIGN * per_turn, len(curve) - 1), len(curve) - 1, math.nan
     if not np.all(np.isfinite(curve)):
         return (0, 0), level
@@ -239,7 +238,7 @@ def _range(curve: np.ndarray, per_turn: int) -> tuple[tuple[int, int], float]:
 
 
 def _flat(tail: np.ndarray, before: np.ndarray) -> bool:
-    """Whether the end of a curve moves on at less than a quarter of its pace before."""
+    """Whether the end of a curve has less than a quarter of the slope before it."""
     half = max(len(tail) // 2, 1)
     moved = abs(tail[-half:].mean() - tail[:half].mean()) / half
     return len(before) < 2 or moved < abs(before[-1] - before[0]) / (len(before) - 1) / 4

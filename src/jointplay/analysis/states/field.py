@@ -22,66 +22,48 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.analysis.cells import Read, Work, handed_out, warm
-from jointplay.analysis.evaluate import flags
 from jointplay.analysis.exponents.growth import Turn
+from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states import start_plane as planes
+from jointplay.analysis.starts import crank_place
+from jointplay.analysis.states.start_plane import Starts, grid, with_crashed
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.model import Model
 
 BLOCK = 64  # nodes a cell
-BAD, CRASHED = STATUS.index("bad_parameters"), STATUS.index("crashed")
+BAD = STATUS.index("bad_parameters")
 
 
 def field(
-    mechanism,
-    plane: Mapping[str, Any],
+    starts: Starts,
+    axes: Mapping[str, np.ndarray],
     turns: int,
     rtol: float,
-    joint: str | None = None,
-    initial: Any = None,
     max_steps: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Generator[Work, Read, dict[str, Any]]:
-    """Variables of the exponents over a plane that has been checked, as (dims, values, attributes)."""
-    axes = planes.axes(plane)
-    warm([planes.Starts(mechanism, initial, tuple(axes), joint).model])
-    values = planes.nodes(axes)
-    keywords = {"turns": turns, "rtol": rtol, "max_steps": max_steps}
-    cells = planes.cells(mechanism, initial, joint, tuple(axes), values, BLOCK, **keywords)
-    found = yield from handed_out(exponents, cells, progress)
-    shape = tuple(map(len, axes.values()))
-    columns = [_whole(each, len(cell["values"])) for each, cell in zip(found, cells, strict=True)]
-    growth, time, status = (np.concatenate(part).reshape(shape) for part in zip(*columns, strict=True))
-    return _variables(tuple(axes), growth, time, status.astype(np.int8), turns)
-
-
-def _whole(found: dict[str, Any], count: int) -> tuple[np.ndarray, ...]:
-    """Growth, time and status of a block's nodes; of one that crashed, NaN."""
-    if "growth" in found:
-        return found["growth"], found["time"], found["node_status"]
-    return np.full(count, np.nan), np.full(count, np.nan), np.full(count, found["status"])
-
-
-def _variables(dims, growth, time, status, turns: int) -> dict[str, Any]:
+    """Variables of the exponents over the values along the axes of a plane of starts."""
+    warm([starts.model])
+    cells = starts.cells(grid(axes), BLOCK, turns=turns, rtol=rtol, max_steps=max_steps)
+    answers = yield from handed_out(exponents, cells, progress)
+    answers = with_crashed(answers, cells, growth=math.nan, time=math.nan)
+    shape, names = tuple(map(len, axes.values())), ("growth", "time", "node_status")
+    columns = (np.concatenate([each[name] for each in answers]).reshape(shape) for name in names)
+    growth, time, status = columns
     name = "finite-time Lyapunov exponent"
-    meanings = {"long_name": "how the node's run ended"} | flags(STATUS)
-    return {
-        "finite_time_exponent": (dims, growth / time, {"units": "s-1", "long_name": name}),
-        "finite_time_exponent_per_turn": (
-            dims,
-            growth / turns,
-            {"units": "1", "long_name": f"{name} a turn"},
-        ),
-        "field_turns": ((), np.int64(turns), {"units": "1", "long_name": "turns of the exponents"}),
-        "node_status": (dims, status, meanings),
+    rows = {
+        "finite_time_exponent": (growth / time, "s-1", name),
+        "finite_time_exponent_per_turn": (growth / turns, "1", f"{name} a turn"),
     }
+    number = {"field_turns": (np.int64(turns), "1", "turns of the exponents")}
+    ended = {"node_status": coded(tuple(axes), status, "how the node's run ended")}
+    return labelled(rows, tuple(axes)) | labelled(number) | ended
 
 
-def exponents(mechanism, initial, joint, names, values, turns: int, rtol: float, max_steps) -> dict[str, Any]:
+def exponents(starts: Starts, nodes: np.ndarray, turns: int, rtol: float, max_steps) -> dict[str, Any]:
     """Growth of the difference that grows most, from each of some nodes.
 
     Returns
@@ -89,48 +71,28 @@ def exponents(mechanism, initial, joint, names, values, turns: int, rtol: float,
     dict
         ``growth`` (logarithm), ``time`` (s) and ``node_status``, an entry a node; ``status``.
     """
-    starts = planes.Starts(mechanism, initial, names, joint)
-    rows = [_node(starts(value), turns, rtol, max_steps) for value in values]
+    models, none = [starts(node) for node in nodes], (math.nan, math.nan, BAD)
+    rows = [none if model is None else stretch(model, turns, rtol, max_steps) for model in models]
     growth, time, status = map(np.array, zip(*rows, strict=True))
     return {"status": 0, "growth": growth, "time": time, "node_status": status}
 
 
-def _node(model: Model | None, turns: int, rtol: float, max_steps) -> tuple[float, float, int]:
-    if model is None:
-        return math.nan, math.nan, BAD
-    return stretch(model, turns, rtol, max_steps)
-
-
 def stretch(model: Model, turns: int, rtol: float, max_steps: int | None = None) -> tuple[float, float, int]:
-    """Follow a model from its start with all tangents.
-
-    Parameters
-    ----------
-    model : Model
-        Assembled with the section of `plane.section_of`.
-    turns : int
-        Turns of the crank, or nominal periods.
-    rtol : float
-        Relative tolerance of a step.
-    max_steps : int, optional
-        Attempted steps after which the run stops.
+    """Follow a model from its start, with all tangents, for some turns or nominal periods.
 
     Returns
     -------
     (float, float, int)
         Logarithm of the largest singular value; time taken, s; status.
     """
-    duration, status, crank = turns * model.period, 0, None
-    if model.structure.section is not None:
-        turn = Turn(model, rtol, max_steps)
-        crank = turn.crank
-        if crank is not None:
-            _, duration, status = turn(model.state, turns)
-    if status:
-        return math.nan, math.nan, status
+    duration, crank = turns * model.period, crank_place(model)
+    if crank is not None:
+        _, duration, status = Turn(model, rtol, max_steps)(model.state, turns)
+        if status:
+            return math.nan, math.nan, status
     scale = scales(model)
     plain = replace(model, structure=replace(model.structure, section=None))
-    request = Request(duration, rtol, max_steps=asked.steps(max_steps))
+    request = Request(duration, rtol, max_steps=rules.steps(max_steps))
     frame = np.delete(np.diag(scale), [] if crank is None else [crank], axis=0)
     bundle, log = Bundle(plain, request, frame, held=True), 0.0
     for i in range(1, turns + 1):

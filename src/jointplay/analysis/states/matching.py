@@ -1,14 +1,14 @@
-"""Which ends of motions are one attractor.
+"""Sorting ends of motions into attractors.
 
 Ends of the same period are the same if their section points are within a tolerance as sets: no point of one
 farther than that from the nearest of the other (Hausdorff distance), in any coordinate. Ends without a period
-are compared by where they are how often: each coordinate's range over all such ends is cut into eight, and an
-end belongs to an attractor if its share of time in these overlaps by half or more, in every coordinate, with
-that of the ends already found to belong; this goes on until nothing changes. So coarse a look needs few
-points, but does not tell apart attractors that only differ in detail.
+are compared by histograms: each coordinate's range over all such ends is cut into eight, and an end belongs
+to an attractor if its share of time in these overlaps by half or more, in every coordinate, with that of the
+ends already found to belong; this is repeated until nothing changes. So coarse a comparison needs few points,
+but does not separate attractors that only differ in detail.
 
 Attractors are numbered by period, those without one last, then by their points: the numbers depend neither on
-the order of the starts nor on who computed what.
+the order of the starts nor on the division of the work.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SHARED = 0.5
 
 @dataclass(frozen=True)
 class Attractors:
-    """Labels of the ends (0: none), and of each attractor its period and an end that shows it."""
+    """Labels of ends (0: none), and of each attractor its period (0: none) and the index of one end."""
 
     labels: np.ndarray
     periods: np.ndarray
@@ -49,14 +49,14 @@ def match(periods: np.ndarray, points: list[np.ndarray], tolerance: float) -> At
     -------
     Attractors
     """
-    there = np.array([len(each) > 0 for each in points], dtype=bool)
+    ended = np.array([len(each) > 0 for each in points], dtype=bool)
     groups: list[np.ndarray] = []
-    for p in np.unique(periods[there & (periods > 0)]):
-        which = np.flatnonzero(there & (periods == p))
+    for p in np.unique(periods[ended & (periods > 0)]):
+        which = np.flatnonzero(ended & (periods == p))
         groups += [which[group] for group in by_distance(np.array([points[i] for i in which]), tolerance)]
-    which = np.flatnonzero(there & (periods == 0))
-    groups += [which[group] for group in by_shares([points[i] for i in which])]
-    order = sorted(groups, key=lambda group: _key(periods[group[0]], points[group[0]], tolerance))
+    which = np.flatnonzero(ended & (periods == 0))
+    groups += [which[group] for group in by_histograms([points[i] for i in which])]
+    order = sorted(groups, key=lambda group: _sort_key(periods[group[0]], points[group[0]], tolerance))
     labels = np.zeros(len(points), dtype=np.int32)
     for number, group in enumerate(order, start=1):
         labels[group] = number
@@ -64,8 +64,8 @@ def match(periods: np.ndarray, points: list[np.ndarray], tolerance: float) -> At
     return Attractors(labels, periods[first], first)
 
 
-def _key(period: int, points: np.ndarray, tolerance: float) -> tuple:
-    """Place in the order of attractors: by period, then by the lowest point, to the tolerance."""
+def _sort_key(period: int, points: np.ndarray, tolerance: float) -> tuple:
+    """Sort key of an attractor: by period, then by its points, lowest first, to the tolerance."""
     coarse = np.round(points / tolerance) if period else np.round(points.mean(axis=0, keepdims=True), 1)
     return not period, int(period), sorted(map(tuple, coarse.tolist()))
 
@@ -87,8 +87,8 @@ def set_distance(sets: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.maximum(apart.min(axis=2).max(axis=1), apart.min(axis=1).max(axis=1))
 
 
-def by_shares(clouds: list[np.ndarray]) -> list[np.ndarray]:
-    """Groups of clouds of points that are at the same places about as often."""
+def by_histograms(clouds: list[np.ndarray]) -> list[np.ndarray]:
+    """Groups of clouds of points with similar histograms."""
     if not clouds:
         return []
     shares, left, groups = histograms(clouds), np.arange(len(clouds)), []
@@ -97,8 +97,8 @@ def by_shares(clouds: list[np.ndarray]) -> list[np.ndarray]:
         inside[0], before = True, 0
         while inside.sum() > before:
             look()
-            before, whole = inside.sum(), shares[left[inside]].mean(axis=0)
-            overlap = np.minimum(shares[left], whole).sum(axis=-1).min(axis=-1)
+            before, mean = inside.sum(), shares[left[inside]].mean(axis=0)
+            overlap = np.minimum(shares[left], mean).sum(axis=-1).min(axis=-1)
             inside |= overlap >= SHARED
         groups.append(left[inside])
         left = left[~inside]
@@ -106,12 +106,12 @@ def by_shares(clouds: list[np.ndarray]) -> list[np.ndarray]:
 
 
 def histograms(clouds: list[np.ndarray]) -> np.ndarray:
-    """Shares of each cloud's points in parts of each coordinate's range, shape (clouds, axes, parts)."""
+    """Fraction of each cloud's points in each bin of each coordinate, shape (clouds, coordinates, bins)."""
     low = np.min([cloud.min(axis=0) for cloud in clouds], axis=0)
     size = np.max([cloud.max(axis=0) for cloud in clouds], axis=0) - low
     size = np.where(size > 0, size, 1.0) / BINS
-    found = np.zeros((len(clouds), len(low), BINS))
-    for shares, cloud in zip(found, clouds, strict=True):
+    result = np.zeros((len(clouds), len(low), BINS))
+    for shares, cloud in zip(result, clouds, strict=True):
         for axis, cells in enumerate(np.minimum((cloud - low) / size, BINS - 0.5).astype(int).T):
             shares[axis] = np.bincount(cells, minlength=BINS) / len(cells)
-    return found
+    return result

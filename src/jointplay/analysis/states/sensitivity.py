@@ -1,28 +1,25 @@
-"""Sensitivity to the start: neighbours that part from a motion, and exponents over a plane of starts.
+"""Sensitivity to the start: divergence of neighbours, and exponents over a plane of starts.
 
-`analysis.states.divergence` follows the neighbours, `analysis.states.field` the plane; each says how at
-its head.
+The methods are described in `analysis.states.divergence` and `analysis.states.field`.
 """
 
 from __future__ import annotations
 
-import time as clock
+import time
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-import numpy as np
 import xarray as xr
 
-from jointplay.analysis import rules as asked
+from jointplay.analysis import rules
 from jointplay.analysis.cells import Steps, divided
-from jointplay.analysis.evaluate import flags
 from jointplay.analysis.exponents.growth import unresolved
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Small, Start, analysis
+from jointplay.analysis.labels import outcome
 from jointplay.analysis.looks import part
-from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.states import start_plane as planes
 from jointplay.analysis.states.divergence import Divergence
-from jointplay.analysis.states.field import CRASHED, field
+from jointplay.analysis.states.field import field
+from jointplay.analysis.states.start_plane import Starts, axis_values, plane_fits, plane_status
 from jointplay.errors import Problem
 from jointplay.mechanism.base import Count, Natural, accepts
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -32,7 +29,7 @@ DISTANCE = 1e-9
 RTOL = 1e-12  # so that the runs' own errors stay far below the distance
 
 
-def _something_asked(neighbours: int | None, plane: Any) -> Iterator[Problem]:
+def _something_to_do(neighbours: int | None, plane: Any) -> Iterator[Problem]:
     if not _count(neighbours, plane) and plane is None:
         yield Problem("neighbours", neighbours, "1 or more, or a plane, is accepted")
 
@@ -46,7 +43,7 @@ def _samples_fit(
     turns: int, samples_per_turn: int, neighbours: int | None, plane: Any, references: int
 ) -> Iterator[Problem]:
     many = {"neighbours": _count(neighbours, plane), "references": references}
-    yield from asked.too_many({"turns": turns, "samples_per_turn": samples_per_turn} | many)
+    yield from rules.too_many({"turns": turns, "samples_per_turn": samples_per_turn} | many)
 
 
 def _compare_fits(mechanism: Mechanism | TestSystem, compare: str | None) -> Iterator[Problem]:
@@ -61,13 +58,13 @@ def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Itera
 
 @divided
 @analysis(
-    _something_asked,
+    _something_to_do,
     _resolved,
     _samples_fit,
     _compare_fits,
     _transient_fits,
-    planes.check,
-    asked.start_fits,
+    plane_fits,
+    rules.start_fits,
 )
 def sensitivity(
     mechanism: Moving,
@@ -97,8 +94,7 @@ def sensitivity(
     neighbours : int, optional
         How many; 20 if left out, none beside a plane.
     references : int
-        States of the motion that have neighbours, `turns` apart: one curve tells of one stretch of the
-        motion, many of their mean.
+        States of the motion that have neighbours, `turns` apart: their curves are averaged.
     distance : float
         At the start, in scaled units (see `analysis.states.divergence`).
     turns : int
@@ -139,36 +135,21 @@ def sensitivity(
     """
     own = (references, distance, turns, samples_per_turn, transient, compare, rtol, seed, max_steps)
     bundle = Divergence(_count(neighbours, plane), *own)
-    began, variables, coords, states = clock.perf_counter(), {}, {}, []
+    began, variables, coords, statuses = time.perf_counter(), {}, {}, []
     if bundle.neighbours:
         share = 0.5 if plane is not None else 1.0
         variables, coords, status = bundle.follow(mechanism, initial, part(progress, 0.0, share))
-        states.append(status)
+        statuses.append(status)
     if plane is not None:
         rest = part(progress, 0.5 if bundle.neighbours else 0.0, 1.0)
-        found = yield from field(mechanism, plane, turns, rtol, joint, initial, max_steps, rest)
-        variables |= found
-        starts = planes.Starts(mechanism, initial, tuple(plane), joint)
-        coords |= planes.axis_coordinates(starts, planes.axes(plane))
-        states.append(overall(found["node_status"][1]))
-    variables |= {
-        "status": ((), np.int8(max(states)), {"long_name": "how the run ended"} | flags(STATUS)),
-        "wall_time": (
-            (),
-            clock.perf_counter() - began,
-            {"units": "s", "long_name": "wall time of the run"},
-        ),
-    }
+        starts, axes = Starts(mechanism, initial, tuple(plane), joint), axis_values(plane)
+        variables |= yield from field(starts, axes, turns, rtol, max_steps, rest)
+        coords |= starts.axes(axes)
+        statuses.append(plane_status(variables["node_status"][1]))
+    variables |= outcome(max(statuses), began)
     return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "sensitivity"})
 
 
-def overall(status: np.ndarray) -> int:
-    """Status of a whole plane: of a node that crashed, or of all where none ended well; else ok."""
-    if np.any(status == CRASHED):
-        return CRASHED
-    return int(status.min()) if status.size else 0
-
-
 def _count(neighbours: Any, plane: Any) -> Any:
-    """How many neighbours, where it is left out too."""
+    """Number of neighbours, by default 20, or 0 beside a plane."""
     return (NEIGHBOURS if plane is None else 0) if neighbours is None else neighbours

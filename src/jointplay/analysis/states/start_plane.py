@@ -1,10 +1,10 @@
-"""A plane of initial states: two coordinates, each named as a user knows it, and the start at each node.
+"""A plane of initial states: two coordinates by name, and the start at each node.
 
 Of a test system any two states. Of a linkage: ``crank_angle`` (rad) and ``crank_speed`` (rad/s) of the ideal
 mechanism; ``journal_x`` and ``journal_y``, the journal's centre in its bearing over the clearance, and
 ``journal_velocity_x``, ``journal_velocity_y`` (m/s), the other links following so that crank and other
 journals keep theirs; or any state by its name (``theta_coupler``, ``w_coupler``, ...). A start beyond a rigid
-wall, outside a bearing, or where the linkage does not close is none: its node gets a status.
+wall, outside a bearing, or where the linkage does not close is no start: its node gets a status.
 """
 
 from __future__ import annotations
@@ -17,7 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
+from jointplay.analysis.starts import state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.codegen import cache, outputs
 from jointplay.errors import NOTHING, InputError, Problem, unknown
@@ -33,8 +35,9 @@ JOURNAL = {
     "journal_velocity_y": ("m s-1", "journal velocity y"),
 }
 UNITS = {"theta": "rad", "w": "rad s-1", "x": "m", "y": "m", "vx": "m s-1", "vy": "m s-1"}
-NODES = 1_000_000  # nodes of a plane
+MOST_NODES = 1_000_000
 INSIDE = 1 + 1e-9  # of the clearance
+CRASHED = STATUS.index("crashed")
 
 
 def section_of(mechanism: Mechanism | TestSystem) -> str | None:
@@ -44,25 +47,24 @@ def section_of(mechanism: Mechanism | TestSystem) -> str | None:
     return quantity(CrankAngle(), mechanism)
 
 
-def axes(plane: Mapping[str, Any]) -> dict[str, np.ndarray]:
+def axis_values(plane: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """Values along each axis of a plane that has been checked."""
-    return {name: _values(given) for name, given in plane.items()}
+    return {
+        name: np.linspace(given["start"], given["stop"], int(given["num"]))
+        if isinstance(given, Mapping)
+        else np.asarray(given, dtype=float)
+        for name, given in plane.items()
+    }
 
 
-def _values(given: Any) -> np.ndarray:
-    if isinstance(given, Mapping):
-        return np.linspace(given["start"], given["stop"], int(given["num"]))
-    return np.asarray(given, dtype=float)
-
-
-def nodes(plane: Mapping[str, np.ndarray]) -> np.ndarray:
+def grid(axes: Mapping[str, np.ndarray]) -> np.ndarray:
     """Coordinates of every node, shape (nodes, 2); the second axis runs fastest."""
-    first, second = plane.values()
+    first, second = axes.values()
     return np.stack([np.repeat(first, len(second)), np.tile(second, len(first))], -1)
 
 
-def check(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Problem]:
-    """List what is wrong with a plane; none where the start that it is laid through makes no motion."""
+def plane_fits(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Problem]:
+    """List the problems of a plane; none where the start that it is laid through cannot be assembled."""
     if plane is None:
         return []
     if len(plane) != 2:
@@ -72,35 +74,29 @@ def check(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Problem]
     except InputError:
         return []
     known = coordinates(mechanism, model)
-    found = [unknown(f"plane.{name}", name, name, known, "coordinate") for name in plane if name not in known]
-    found += [problem for name, given in plane.items() for problem in _wrong_values(name, given)]
-    found += _strangers(mechanism, model, tuple(plane), initial)
+    unnamed = [name for name in plane if name not in known]
+    problems = [unknown(f"plane.{name}", name, name, known, "coordinate") for name in unnamed]
+    problems += [each for name, given in plane.items() for each in _wrong_values(name, given)]
+    problems += _incompatible(mechanism, model, tuple(plane), initial)
     loose = model.joints if model.links else ()
     if joint is not None and joint not in loose:
-        found.append(unknown("joint", joint, joint, loose, "joint with clearance"))
+        problems.append(unknown("joint", joint, joint, loose, "joint with clearance"))
     elif joint is None and len(loose) > 1 and set(plane) & set(JOURNAL):
         accepted = f"the joint whose journal is meant is needed: one of {', '.join(loose)}"
-        found.append(Problem("joint", NOTHING, accepted))
-    if not found and (nodes := math.prod(map(_count, plane.values()))) > NODES:
-        found.append(Problem("plane", f"{nodes:,} nodes", f"at most {NODES:,} are accepted"))
-    return found
-
-
-def _count(given: Any) -> int:
-    return given["num"] if isinstance(given, Mapping) else len(given)
+        problems.append(Problem("joint", NOTHING, accepted))
+    counts = [given["num"] if isinstance(given, Mapping) else len(given) for given in plane.values()]
+    if not problems and (nodes := math.prod(counts)) > MOST_NODES:
+        problems.append(Problem("plane", f"{nodes:,} nodes", f"at most {MOST_NODES:,} are accepted"))
+    return problems
 
 
 def coordinates(mechanism: Mechanism | TestSystem, model: Model) -> dict[str, dict[str, str]]:
-    """What a plane's axes can be, with the attributes of each."""
-    found = {}
-    if isinstance(mechanism, Mechanism):
-        named = {} if mechanism.crank is None else CRANK
-        named = named | (JOURNAL if model.joints else {})
-        found = {name: {"units": units, "long_name": text} for name, (units, text) in named.items()}
-    for name in cache.structure_module(model.structure).STATE[1:]:
-        units = UNITS.get(name.split("_")[0], "1") if model.links else "1"
-        found[name] = {"units": units, "long_name": f"state {name}"}
-    return found
+    """Coordinates that a plane of starts can have, with the attributes of each."""
+    linkage = isinstance(mechanism, Mechanism)
+    named = (CRANK if linkage and mechanism.crank else {}) | (JOURNAL if linkage and model.joints else {})
+    units = UNITS if model.links else {}
+    named |= {name: (units.get(name.split("_")[0], "1"), f"state {name}") for name in state_names(model)}
+    return {name: {"units": unit, "long_name": text} for name, (unit, text) in named.items()}
 
 
 def _wrong_values(name: str, given: Any) -> Iterator[Problem]:
@@ -112,12 +108,12 @@ def _wrong_values(name: str, given: Any) -> Iterator[Problem]:
         yield Problem(f"plane.{name}", given, accepted)
 
 
-def _strangers(mechanism, model: Model, names: tuple[str, ...], initial: Any) -> Iterator[Problem]:
-    """Coordinates that do not go together, or not with this start."""
+def _incompatible(mechanism, model: Model, names: tuple[str, ...], initial: Any) -> Iterator[Problem]:
+    """Yield the problems of coordinates that do not fit one another, the drive or the start."""
     if not isinstance(mechanism, Mechanism):
         return
     journals = [name for name in names if name in JOURNAL]
-    states = [name for name in names if name in cache.structure_module(model.structure).STATE]
+    states = [name for name in names if name in state_names(model)]
     if journals and states:
         accepted = f"beside {journals[0]}, a coordinate of a journal or of the crank is accepted"
         yield Problem(f"plane.{states[0]}", states[0], accepted)
@@ -137,7 +133,7 @@ class Starts:
         What moves.
     initial : optional
         Start through which the plane is laid, as in `simulate`.
-    names : tuple of str
+    names : sequence of str
         The coordinates.
     joint : str, optional
         Whose journal; the first joint with clearance if left out.
@@ -146,64 +142,87 @@ class Starts:
     def __init__(self, mechanism, initial: Any, names: Sequence[str], joint: str | None = None):
         self.mechanism, self.initial, self.names = mechanism, initial, tuple(names)
         self.model = assemble(mechanism, initial, section_of(mechanism))
-        self.states = cache.structure_module(self.model.structure).STATE[1:]
-        self.loose = bool(self.model.links and self.model.joints)
-        self.at = 2 * self.model.joints.index(joint) if joint is not None else 0
+        self.states = state_names(self.model)
+        self.joint = 2 * self.model.joints.index(joint) if joint is not None else 0
 
     def __call__(self, values: Sequence[float]) -> Model | None:
         """The model that starts at a node; None where there is no such start."""
-        asked = dict(zip(self.names, map(float, values), strict=True))
+        given = dict(zip(self.names, map(float, values), strict=True))
+        crank = {name: given[name] for name in given if name in CRANK}
+        section, model = self.model.structure.section, self.model
         try:
-            model = self._cranked({name: asked[name] for name in asked if name in CRANK})
+            model = assemble(self.mechanism, {**(self.initial or {}), **crank}, section) if crank else model
         except InputError:
             return None
         state = model.state.copy()
-        for name in asked.keys() & set(self.states):
-            state[self.states.index(name)] = asked[name]
+        for name in given.keys() & set(self.states):
+            state[self.states.index(name)] = given[name]
         model = replace(model, state=state)
-        if asked.keys() & set(JOURNAL):
-            model = self._journals(model, asked)
-        if model is None or outside(model):
+        if given.keys() & set(JOURNAL):
+            model = self._with_journal(model, given)
+        if model is None or beyond_a_wall(model):
             return None
-        if self.loose and np.any(Journals(model).eccentricity_ratios(model.state[None, :]) > INSIDE):
+        loose = model.links and model.joints
+        if loose and np.any(Journals(model).eccentricity_ratios(model.state[None, :]) > INSIDE):
             return None
         return model
 
-    def _cranked(self, asked: dict[str, float]) -> Model:
-        if not asked:
-            return self.model
-        return assemble(self.mechanism, {**(self.initial or {}), **asked}, self.model.structure.section)
-
-    def _journals(self, model: Model, asked: Mapping[str, float]) -> Model | None:
+    def _with_journal(self, model: Model, given: Mapping[str, float]) -> Model | None:
+        """The model with its journal at the values given; None where the links cannot reach."""
         journals = Journals(model)
-        places = journals.places(model.state[None, :])[0]
+        positions = journals.positions(model.state[None, :])[0]
         speeds = journals.velocities(model.state)
-        for i, axis in enumerate("xy"):
-            at = self.at + i
-            places[at] = asked.get(f"journal_{axis}", places[at] / journals.clearances[at])
-            places[at] *= journals.clearances[at]
-            speeds[at] = asked.get(f"journal_velocity_{axis}", speeds[at])
-        state = journals.put(model.state, places, speeds)
+        for i, axis in enumerate("xy", self.joint):
+            ratio = given.get(f"journal_{axis}", positions[i] / journals.clearances[i])
+            positions[i] = ratio * journals.clearances[i]
+            speeds[i] = given.get(f"journal_velocity_{axis}", speeds[i])
+        state = journals.put(model.state, positions, speeds)
         return None if state is None else replace(model, state=state)
 
-    def seen(self, states: np.ndarray) -> np.ndarray:
+    def projected(self, states: np.ndarray) -> np.ndarray:
         """The plane's coordinates of states at the section, shape (rows, 2)."""
-        return np.stack([self._seen(name, states) for name in self.names], -1)
+        return np.stack([self._coordinate(name, states) for name in self.names], -1)
 
-    def _seen(self, name: str, states: np.ndarray) -> np.ndarray:
+    def _coordinate(self, name: str, states: np.ndarray) -> np.ndarray:
         if name in self.states:
             return states[:, self.states.index(name)]
         if name in CRANK:
             own = f"{'theta' if name == 'crank_angle' else 'w'}_{self.model.crank}"
             held = self.model.crank_angle if name == "crank_angle" else self.model.crank_speed
             return states[:, self.states.index(own)] if own in self.states else np.full(len(states), held)
-        journals, at = Journals(self.model), self.at + "xy".index(name[-1])
+        journals, i = Journals(self.model), self.joint + "xy".index(name[-1])
         if "velocity" in name:
-            return np.array([journals.velocities(state)[at] for state in states])
-        return journals.places(states)[:, at] / journals.clearances[at]
+            return np.array([journals.velocities(state)[i] for state in states])
+        return journals.positions(states)[:, i] / journals.clearances[i]
+
+    def axes(self, values: Mapping[str, np.ndarray]) -> dict[str, Any]:
+        """Values along the plane's axes as coordinates of a dataset."""
+        known = coordinates(self.mechanism, self.model)
+        return {name: (name, values[name], known[name]) for name in self.names}
+
+    def cells(self, nodes: np.ndarray, size: int, **more: Any) -> list[dict[str, Any]]:
+        """Keywords of a cell function for blocks of nodes."""
+        return [{"starts": self, "nodes": nodes[i : i + size]} | more for i in range(0, len(nodes), size)]
 
 
-def outside(model: Model) -> bool:
+def with_crashed(answers: list[dict[str, Any]], cells: list[dict[str, Any]], **missing: Any) -> list[dict]:
+    """Answers of cells; of one that crashed its status, and the `missing` values, at every node."""
+
+    def at_nodes(answer: dict[str, Any], count: int) -> dict[str, Any]:
+        values = missing | {"node_status": answer["status"]}
+        return {name: [value] * count for name, value in values.items()}
+
+    return [at_nodes(each, len(cell["nodes"])) | each for each, cell in zip(answers, cells, strict=True)]
+
+
+def plane_status(status: np.ndarray) -> int:
+    """Status of a plane: crashed if any node is, the least where no node ended well; else ok."""
+    if np.any(status == CRASHED):
+        return CRASHED
+    return int(status.min()) if status.size else 0
+
+
+def beyond_a_wall(model: Model) -> bool:
     """Whether a start is beyond a rigid wall."""
     if not model.resets:
         return False
@@ -212,15 +231,3 @@ def outside(model: Model) -> bool:
     given |= dict(zip(module.STATE, [0.0, *model.state], strict=True))
     gaps = outputs.evaluate(module, [f"gap:{name}" for name in model.resets], given)
     return any(gap < 0 for gap in gaps.values())
-
-
-def axis_coordinates(starts: Starts, axes: Mapping[str, np.ndarray]) -> dict[str, Any]:
-    """The axes as coordinates of a dataset."""
-    known = coordinates(starts.mechanism, starts.model)
-    return {name: (name, values, known[name]) for name, values in axes.items()}
-
-
-def cells(mechanism, initial: Any, joint: str | None, names, values: np.ndarray, size: int, **more) -> list:
-    """Keywords of a cell function for blocks of nodes."""
-    shared = {"mechanism": mechanism, "initial": initial, "joint": joint, "names": tuple(names)} | more
-    return [shared | {"values": values[i : i + size]} for i in range(0, len(values), size)]
