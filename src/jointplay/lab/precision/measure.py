@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from jointplay.analysis.looks import seen
 from jointplay.lab.precision.contenders import OURS, Ours, Outcome, Peer
 from jointplay.lab.precision.generated_code import Equations
+from jointplay.lab.precision.solvers import Cvode, Scipy
+from jointplay.lab.precision.taylor import Heyoka
 from jointplay.lab.precision.truth import Truth
 from jointplay.mechanism.model import Model
 
@@ -51,18 +54,16 @@ class Row:
         return float(high - low) / 2
 
 
-def contender(name: str, model: Model, tolerance: float, end: float, truth: Truth, max_steps: int):
-    """A method, ready to run."""
-    if name == OURS:
+def contender(
+    method: str | type[Peer], model: Model, tolerance: float, end: float, truth: Truth, max_steps: int
+) -> Ours | Peer:
+    """A method, named or given as the class of a peer, ready to run."""
+    if method == OURS:
         return Ours(model, tolerance, end, max_steps)
     given = Equations(model, tolerance), tolerance, end, truth.unit, len(truth.outcome.events)
-    if name == "heyoka":
-        from jointplay.lab.precision.taylor import Heyoka
-
-        return Heyoka(*given)
-    from jointplay.lab.precision.solvers import Cvode, Scipy
-
-    return Cvode(*given) if name == "CVODE" else Scipy(name, *given)
+    if isinstance(method, str):
+        method = {"heyoka": Heyoka, "CVODE": Cvode}.get(method, partial(Scipy, method))
+    return method(*given)
 
 
 def measure(
