@@ -180,13 +180,13 @@ def test_other_equations_are_told_by_the_state(monkeypatch):
 
 
 def test_other_events_are_told(monkeypatch):
-    right = Equations.meet
+    right = Equations.after_event
 
     def wrong(self, t, y, k):
         y, (joint, kind) = right(self, t, y, k)
         return y, (joint, kind + 1)
 
-    monkeypatch.setattr(Equations, "meet", wrong)
+    monkeypatch.setattr(Equations, "after_event", wrong)
     found = jp.work_precision(PAIR, turns=1, tolerances=1e-6, peers="DOP853", rounds=2)
     assert words(found.agreement[:, 0]) == ["same", "other_events"]
     assert np.isfinite(found.error).all()

@@ -19,12 +19,12 @@ from jointplay.mechanism.model import Model
 
 NEXT = 3.0  # a run at the next tolerance may take so many times as long as the last
 SHORT = 0.01  # s: the first run after another method's tells what it left in the processor's caches
-FEWEST = 1e-4  # s: what a round costs at least, beside the run itself
+FEWEST = 1e-4  # s: least cost of a round, beside the run itself
 
 
 @dataclass
 class Row:
-    """A method at a tolerance: what its first run reached, and what all timed runs took (s)."""
+    """A method at a tolerance: outcome and error of its first run, and the times of all timed runs, s."""
 
     method: str
     tolerance: float
@@ -41,7 +41,7 @@ class Row:
         return float(np.median(self.times)) if self.times else self.outcome.seconds
 
     def timed(self) -> float:
-        """Time of one more run, s; a short one is made twice, and the second is told."""
+        """Time of one more run, s; a short one is made twice, and the second counts."""
         seconds = self.contender.run().seconds
         return self.contender.run().seconds if seconds < SHORT else seconds
 
@@ -73,21 +73,10 @@ def measure(
     budget: float,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Judge every row, then time all of them in turns, each method within its share of the budget (s).
+    """Judge every row by the truth, then time all of them in turns, `rounds` times at most.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        Of each method from loose to tight tolerances.
-    truth : Truth
-        To judge by.
-    rounds : int
-        Timed runs of each row at most.
-    budget : float
-        CPU time of all runs, s; compiling has as much of its own. A run that would not fit is left out, and
-        so are tighter ones.
-    progress : callable, optional
-        Called with the fraction done.
+    The rows of each method go from loose to tight tolerances. The methods share the `budget` of CPU time (s)
+    evenly, and have as much for compiling; a run that would not fit is left out, and so are tighter ones.
     """
     share = budget / max(1, len({row.method for row in rows}))
     spent, compiled = (dict.fromkeys((row.method for row in rows), 0.0) for _ in range(2))
@@ -122,11 +111,9 @@ def time_at(rows: Sequence[Row], error: float) -> float:
 
     Between the runs that no other run of it beats, log over log.
     """
-    good = [
-        row for row in rows if row.agreement == "same" and 0 < row.median < math.inf
-    ]  # 0: too short to time
+    timed = [row for row in rows if 0 < row.median < math.inf]  # 0: too short to time
     front: list[Row] = []
-    for row in sorted(good, key=lambda row: row.median):
+    for row in sorted((row for row in timed if row.agreement == "same"), key=lambda row: row.median):
         if not front or row.error < front[-1].error:
             front.append(row)
     if not front or front[-1].error > error:

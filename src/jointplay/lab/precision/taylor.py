@@ -34,11 +34,11 @@ class Heyoka(Peer):
         import heyoka
 
         super().__init__(*given)
-        heyoka.set_logger_level_error()  # that a run goes astray is told in its status
+        heyoka.set_logger_level_error()  # a run that diverges has a status for it
         self.ends = heyoka.taylor_outcome
         self._made: dict[tuple, tuple] = {}
 
-    def until(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
+    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
         (ta, state, pars), guards = self._integrator(), self.equations.guards
         ta.time, state[:] = t, y
         if len(pars):
@@ -119,7 +119,7 @@ def _masks(equations: Equations, system) -> dict[str, Any]:
 
 
 def _side(equations: Equations, guard: int, side: int):
-    """What a guard is multiplied by to be positive; of a sliding speed, the run-time slip direction."""
+    """Factor that makes a guard positive; of a sliding speed, the run-time slip direction."""
     import heyoka
 
     slides = guard < 4 * len(equations.flags) and guard % 4 == SLIDE
