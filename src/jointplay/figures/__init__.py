@@ -12,13 +12,13 @@ from jointplay.figures.drawing import cell_quantity, select
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.signature import checked
 
-from .check import misfits, problems
+from .check import problems, study_problems
 from .registry import ABOUT, KINDS, suited, suited_to
 
 for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
     import_module(_each.name)
 
-__all__ = ["ABOUT", "KINDS", "draw", "misfits", "of_sweep", "problems", "suited"]
+__all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "study_problems", "suited"]
 
 
 @checked()

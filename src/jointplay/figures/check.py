@@ -47,7 +47,7 @@ def _missing_variables(options: Mapping[str, Any], names: tuple[str, ...]) -> li
     return found
 
 
-def misfits(kind: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> list[Problem]:
+def study_problems(kind: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> list[Problem]:
     """Return the problems of drawing a figure from the result of a study.
 
     Parameters

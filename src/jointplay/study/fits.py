@@ -31,7 +31,7 @@ def figure_problems(study: Study) -> list[Problem]:
     elif kind == "sweep":
         found = [*_misplaced_sweep(study, asked)]
     else:
-        found = figures.misfits(kind, options, asked)
+        found = figures.study_problems(kind, options, asked)
     found += _unknown_parts(mechanism, options)
     events = options.get("events", False)
     named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
@@ -69,7 +69,7 @@ def _suited(study: Study, mechanism: Mechanism | TestSystem) -> list[str]:
 def _misplaced_sweep(study: Study, asked: Mapping[str, Any]) -> Iterator[Problem]:
     """Yield what a picture of all cells asks for and the result cannot have."""
     options, usual = study.figure, figures.suited(study.row)[:1]
-    lost = not study.row.shown or any(figures.misfits(each, {"kind": each}, asked) for each in usual)
+    lost = not study.row.shown or any(figures.study_problems(each, {"kind": each}, asked) for each in usual)
     if not options.get("quantity") and lost:
         expected = f"the name of a variable is needed: a {study.kind} has no usual number here"
         yield Problem("figure.quantity", options.get("quantity", NOTHING), expected)
