@@ -19,6 +19,7 @@ from jointplay.lab.precision import schedule as plans
 from jointplay.lab.precision.contenders import Ours, Outcome
 from jointplay.lab.precision.generated_code import Equations, units
 from jointplay.lab.precision.measure import Row, time_at
+from jointplay.lab.precision.taylor import Heyoka, slips
 from jointplay.lab.precision.truth import AGREEMENT, Truth
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.modes import FREE, SLIP_NEGATIVE, SLIP_POSITIVE, STICK
@@ -79,15 +80,17 @@ def test_differences_by_lanes_are_the_jacobian():
 
 
 @pytest.mark.peer
+@pytest.mark.parametrize("source", ["generated", "tuned"])
 @pytest.mark.parametrize("mode", [FREE, SLIP_NEGATIVE, STICK])
-def test_heyoka_s_expressions_are_the_compiled_equations(mode):
+def test_heyoka_s_expressions_are_the_compiled_equations(mode, source):
     heyoka = pytest.importorskip("heyoka")
-    from jointplay.lab.precision.taylor import expressions, slips
+    from tests.benchmarks.tuned_heyoka import TunedHeyoka
 
     equations, t, y = touching(mode)
     if mode == SLIP_NEGATIVE:  # both slip directions share an integrator
         equations._enter(np.array([SLIP_POSITIVE]))
-    states, rates, guards = expressions(equations)
+    peer = {"generated": Heyoka, "tuned": TunedHeyoka}[source]
+    states, rates, guards = peer(equations, 1e-9, 1.0, units(equations.model), 0).expressions()
     equations._enter(np.array([mode]))
     slipping = {"pars": np.array(slips(equations.key))} if any(slips(equations.key)) else {}
     found = heyoka.cfunc([*rates, *guards], states)(y, **slipping)
@@ -103,13 +106,11 @@ def test_heyoka_s_expressions_are_the_compiled_equations(mode):
 @pytest.mark.parametrize("modes", [(STICK, SLIP_POSITIVE), (SLIP_POSITIVE, STICK)])
 def test_heyoka_s_expressions_tell_which_of_two_joints_sticks(modes):
     heyoka = pytest.importorskip("heyoka")
-    from jointplay.lab.precision.taylor import expressions, slips
-
     model = assemble(LINKAGE.replace(clearance={"B": 2.9e-5, "C": 2.9e-5}))
     t, *y = follow(model, Request(0.3 * model.period, at=[0.3 * model.period])).samples[0, :11]
     equations, y = Equations(model, 1e-9), np.array(y)
     equations._enter(np.array(modes))
-    states, rates, guards = expressions(equations)
+    states, rates, guards = Heyoka(equations, 1e-9, 1.0, units(model), 0).expressions()
     slipping = np.trim_zeros(np.array(slips(equations.key)), "b")
     found = heyoka.cfunc([*rates, *guards], states)(y, pars=slipping)
     rate, guard = np.empty(10), np.empty(equations.guards)
@@ -179,13 +180,13 @@ def test_other_equations_are_told_by_the_state(monkeypatch):
 
 
 def test_other_events_are_told(monkeypatch):
-    right = Equations.meet
+    right = Equations.after_event
 
     def wrong(self, t, y, k):
         y, (joint, kind) = right(self, t, y, k)
         return y, (joint, kind + 1)
 
-    monkeypatch.setattr(Equations, "meet", wrong)
+    monkeypatch.setattr(Equations, "after_event", wrong)
     found = jp.work_precision(PAIR, turns=1, tolerances=1e-6, peers="DOP853", rounds=2)
     assert words(found.agreement[:, 0]) == ["same", "other_events"]
     assert np.isfinite(found.error).all()

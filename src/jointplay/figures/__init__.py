@@ -1,4 +1,4 @@
-"""Pictures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
+"""Figures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
 
 from importlib import import_module
 from pkgutil import walk_packages
@@ -8,18 +8,17 @@ from matplotlib.figure import Figure
 from xarray import Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem
-from jointplay.figures import check
-from jointplay.figures.drawing import cell_quantity, pick
+from jointplay.figures.drawing import cell_quantity, select
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.signature import checked
 
-from .check import misfits
+from .check import problems, study_problems
 from .registry import ABOUT, KINDS, suited, suited_to
 
 for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
     import_module(_each.name)
 
-__all__ = ["ABOUT", "KINDS", "draw", "misfits", "of_sweep", "problems", "suited"]
+__all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "study_problems", "suited"]
 
 
 @checked()
@@ -68,16 +67,8 @@ def of_sweep(dataset: Dataset, options: dict) -> dict | None:
     return whole if asked else None
 
 
-def problems(options: dict) -> list[Problem]:
-    """Return what is wrong with figure options as far as that can be told before there is a result.
-
-    Without a `kind`, an option is accepted if any kind has it.
-    """
-    return check.problems(options)
-
-
 def usual_kind(dataset: Dataset) -> str:
-    """Return the picture that a dataset gets where none is asked for."""
+    """Return the default kind of figure of a dataset."""
     if cell_quantity.usual(dataset):
         return "sweep"
     kind, there = dataset.attrs.get("kind"), {str(name) for name in dataset.data_vars}
@@ -85,4 +76,4 @@ def usual_kind(dataset: Dataset) -> str:
         if there.issuperset(ABOUT[name].needs):
             return name
     expected = f"the kind of figure: one of {', '.join(KINDS)}"
-    raise pick.refuse("kind", NOTHING if kind is None else kind, expected)
+    raise select.refuse("kind", NOTHING if kind is None else kind, expected)

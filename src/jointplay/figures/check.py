@@ -1,11 +1,12 @@
-"""What is wrong with figure options, as far as that can be told before there is a result."""
+"""Validation of figure options, as far as it needs no result."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from inspect import signature
 from typing import Any
 
 from jointplay.errors import NOTHING, InputError, Problem, unknown
-from jointplay.figures.drawing import pick, style, timebase
+from jointplay.figures.drawing import select, style, timebase
 from jointplay.figures.motion.phase_portrait import PAIRS
 
 from .registry import ABOUT, KINDS
@@ -14,34 +15,25 @@ NAMES = ("variables", "x", "y")
 
 
 def problems(options: dict) -> list[Problem]:
-    """Return what is wrong with figure options by themselves.
+    """Return the problems of figure options, as far as they show before there is a result.
 
     Without a `kind`, an option is accepted if any kind has it.
     """
     kind = options.get("kind")
     if kind is not None and not (isinstance(kind, str) and kind in KINDS):
         return [unknown("figure.kind", kind, kind, KINDS, "figure")]
-    known = {
-        name for one in ([kind] if kind else KINDS) for name in list(signature(KINDS[one]).parameters)[1:]
-    }
-    accepted = sorted(known | {"kind"})
-    strange = [
-        unknown(f"figure.{key}", options[key], key, accepted, "option")
-        for key in options
-        if key not in accepted
-    ]
-    return strange + [each for key in options if key in accepted for each in _value(key, options, kind)]
+    accepted = sorted({"kind"}.union(*map(_options, [kind] if kind else KINDS)))
+    strange = [key for key in options if key not in accepted]
+    found = [unknown(f"figure.{key}", options[key], key, accepted, "option") for key in strange]
+    return found + [each for key in options if key in accepted for each in _value(key, options, kind)]
 
 
-def lacking(options: Mapping[str, Any], names: tuple[str, ...]) -> list[Problem]:
-    """Return what figure options ask for and a result with the variables `names` does not have."""
+def _missing_variables(options: Mapping[str, Any], names: tuple[str, ...]) -> list[Problem]:
+    """Problems of figure options that need variables which a result with the variables `names` lacks."""
     kind = options.get("kind")
     asked = [(key, name) for key in NAMES if key in options for name in _listed(options[key])]
-    found = [
-        unknown(f"figure.{key}", name, name, names, "recorded variable")
-        for key, name in asked
-        if name not in names
-    ]
+    absent = [(key, name) for key, name in asked if name not in names]
+    found = [unknown(f"figure.{key}", name, name, names, "recorded variable") for key, name in absent]
     if kind not in ABOUT:
         return found
     missing = [name for name in ABOUT[kind].needs if name not in names]
@@ -55,8 +47,8 @@ def lacking(options: Mapping[str, Any], names: tuple[str, ...]) -> list[Problem]
     return found
 
 
-def misfits(kind: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> list[Problem]:
-    """Return what keeps a figure from being drawn of what a study asks for.
+def study_problems(kind: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> list[Problem]:
+    """Return the problems of drawing a figure from the result of a study.
 
     Parameters
     ----------
@@ -73,7 +65,7 @@ def misfits(kind: str, options: Mapping[str, Any], asked: Mapping[str, Any]) -> 
         expected = f"a list of what the figure {kind} draws is needed"
         return [Problem("analysis.record", NOTHING, expected)]
     linkage = names is not None and "state_value" not in names
-    found = [*(lacking(options, names) if linkage else ()), *about.fits(options, asked)]
+    found = [*(_missing_variables(options, names) if linkage else ()), *about.fits(options, asked)]
     return [each for each in found if "kind" in options or each.key != "figure.kind"]
 
 
@@ -86,12 +78,12 @@ def _listed(given: Any) -> list[Any]:
 
 
 def _value(key: str, options: Mapping[str, Any], kind: str | None) -> list[Problem]:
-    """What is wrong with the value of an option; where no kind is asked for, in every figure that has it."""
+    """Problems of an option's value; where no kind is given, those that every figure with the option has."""
     those, value = [about for name, about in ABOUT.items() if kind in (None, name)], options[key]
     words = {word: None for about in those for word in about.choices.get(key, ())}
     checks = [about.checks[key] for about in those if key in about.checks]
     if words:
-        checks.append(lambda given: pick.choice(key, given, words))
+        checks.append(lambda given: select.choice(key, given, words))
     found: list[list[Problem]] = []
     for check in checks or [_CHECKS.get(key, lambda _: None)]:
         try:
@@ -103,24 +95,19 @@ def _value(key: str, options: Mapping[str, Any], kind: str | None) -> list[Probl
     return found[0]
 
 
-def _switch(option: str) -> Callable[[Any], None]:
-    def check(value: Any) -> None:
-        if not isinstance(value, bool):
-            raise pick.refuse(option, value, "true or false")
-
-    return check
-
-
 def _some(value: Any) -> None:
     if not isinstance(value, bool | str) and not isinstance(value, list | tuple):
-        raise pick.refuse("events", value, "true, false, or a list of kinds of event, is accepted")
+        raise select.refuse("events", value, "true, false, or a list of kinds of event, is accepted")
 
 
 _CHECKS: dict[str, Callable[[Any], Any]] = {  # of options that mean the same in every figure that has them
     "axis": timebase.axis_names,
-    "column": lambda value: pick.choice("column", value, style.COLUMNS),
+    "column": lambda value: select.choice("column", value, style.COLUMNS),
     "events": _some,
     "time": timebase.time_limits,
     "turns": lambda value: timebase.turn_limits(value, 0.0),
-    **{name: _switch(name) for name in ("multipliers", "neighbours", "period", "points", "zoom")},
+    **{
+        name: partial(select.switch, name)
+        for name in ("multipliers", "neighbours", "period", "points", "zoom")
+    },
 }

@@ -25,7 +25,7 @@ def _anything(options: Options, keywords: Keywords) -> Iterator[Problem]:
 
 @dataclass(frozen=True)
 class About:
-    """What a figure needs.
+    """Requirements of a figure.
 
     Parameters
     ----------

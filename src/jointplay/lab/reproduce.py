@@ -1,4 +1,4 @@
-"""Compute and draw all studies of the paper, side by side, and say how its conclusions stand."""
+"""Compute and draw all studies of the paper in parallel, and print the grades of its conclusions."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ DIED = "a worker process died, as when memory runs out; try --jobs 1"
 
 @dataclass(frozen=True)
 class Outcome:
-    """How one study went: the files written, what failed if anything did, the seconds that it took."""
+    """Outcome of one study: files written, failure if any, run time in s."""
 
     name: str
     files: tuple[Path, ...] = ()
@@ -74,7 +74,7 @@ def choose(folder: Path, names: Sequence[str] = ()) -> list[Path]:
 
 
 def _rank(path: Path) -> int:
-    """Place in the order: what takes longest begins first."""
+    """Sort key: studies that take longest come first."""
     try:
         kind = parse(read_text(path)).get("kind")
     except InputError:  # it says so itself when its turn comes

@@ -34,7 +34,7 @@ def figure_problems(
     elif kind == "sweep":
         problems = [*_sweep_problems(row, points(mechanism, vary), options, asked)]
     else:
-        problems = figures.misfits(kind, options, asked)
+        problems = figures.study_problems(kind, options, asked)
     problems += _unknown_parts(grown, options)
     events = options.get("events", False)
     named = [] if isinstance(events, bool) else [events] if isinstance(events, str) else list(events)
@@ -72,7 +72,7 @@ def _sweep_problems(
 ) -> Iterator[Problem]:
     """Problems of the options of a figure of all cells."""
     usual = figures.suited(row)[:1]
-    unnamed = not row.shown or any(figures.misfits(kind, {"kind": kind}, asked) for kind in usual)
+    unnamed = not row.shown or any(figures.study_problems(kind, {"kind": kind}, asked) for kind in usual)
     if not options.get("quantity") and unnamed:
         expected = f"the name of a variable is needed: a {row.name} has no usual number here"
         yield Problem("figure.quantity", options.get("quantity", NOTHING), expected)

@@ -155,7 +155,7 @@ def test_a_pin_is_chosen_and_named():
     assert ax.get_ylabel().replace("\n", " ") == "Force at ideal joint C (N)"
     (ax,) = history(data, variables="reaction").axes
     assert [line.get_label() for line in ax.lines] == ["O", "A", "C"]
-    with pytest.raises(figures.drawing.pick.InputError, match="accepted: O, A, C"):
+    with pytest.raises(figures.drawing.select.InputError, match="accepted: O, A, C"):
         history(data, variables="reaction", pin="B")
 
 

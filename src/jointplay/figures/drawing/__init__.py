@@ -1,1 +1,1 @@
-"""What figures are drawn with."""
+"""Elements, styles and axes that figures share."""

@@ -1,4 +1,4 @@
-"""An angle in degrees told in three ways, and where the pen is lifted: the same directions, other labels."""
+"""Angles in degrees: wrapped, unwrapped, on the principal branch; and lines interrupted at jumps."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def unwrapped(degrees: np.ndarray) -> np.ndarray:
 
 
 def broken(degrees: np.ndarray, span: float, *arrays: np.ndarray) -> list[np.ndarray]:
-    """Lift the pen where an angle jumps by more than half its range `span`.
+    """Interrupt a line where an angle jumps by more than half its range `span`.
 
     Each of `arrays` gets a sample more at every jump: NaN in those that are the angle itself, else what the
     sample after the jump has.

@@ -1,4 +1,4 @@
-"""One number for each cell of a sweep: which quantity, which entry of it, its error."""
+"""Value of each cell of a sweep: the quantity, its entry and its error."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ import numpy as np
 from xarray import DataArray, Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem, unknown
-from jointplay.figures.drawing import pick
+from jointplay.figures.drawing import select
 from jointplay.kinds import KINDS, Shown
 
 LARGEST = "largest"  # of all entries the one with the largest value
@@ -32,29 +32,21 @@ def known(dataset: Dataset) -> list[str]:
 
 
 def usual(dataset: Dataset) -> Shown | None:
-    """Return what a sweep shows if nothing is asked for; None where there is no such."""
+    """Return the quantity that a sweep shows by default; None where it has none."""
     there, row = known(dataset) if varied(dataset) else [], KINDS.get(str(dataset.attrs.get("kind")))
     return next((shown for shown in row.shown if shown.name in there), None) if row else None
 
 
-def told(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> Dataset:
-    """Return a number a cell, at the entries that `at` names along the quantity's own dimensions.
+def cell_values(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> Dataset:
+    """Return the value of each cell, at the entries that `at` names along the quantity's own dimensions.
 
-    Returns
-    -------
-    Dataset
-        ``value`` with the units and the name of what is shown, ``low`` and ``high`` where the result tells
-        how well it is known (in the words of the attribute ``reach``), ``cell_status`` and ``status``.
-
-    Raises
-    ------
-    InputError
-        If there is no such quantity or entry, or one is needed and not named.
+    The dataset holds ``value`` with units and name, ``low`` and ``high`` where the result has errors or
+    quartiles (the attribute ``reach`` says which), ``cell_status`` and ``status``.
     """
     first, names = usual(dataset), known(dataset)
     if quantity is None and first is None:
         raise InputError([Problem("figure.quantity", NOTHING, f"one of {', '.join(names)} is needed")])
-    name = first.name if quantity is None and first else pick.choice("quantity", quantity, names)
+    name = first.name if quantity is None and first else select.choice("quantity", quantity, names)
     row = first if first and first.name == name else Shown(name)
     array = numbers(dataset, name, modulus=COMPLEX not in at)
     own = [str(dim) for dim in array.dims if dim not in varied(dataset)]
@@ -63,22 +55,22 @@ def told(dataset: Dataset, quantity: str | None, at: dict[str, Any]) -> Dataset:
     refuse_wrong(array, own, entries)
     found = {"value": array} | spread(dataset, name, array, entries)
     for dim in own:
-        index = place(found["value"], dim, entries.get(dim, LARGEST))
+        index = entry_index(found["value"], dim, entries.get(dim, LARGEST))
         found = {key: each.isel({dim: index}) if dim in each.dims else each for key, each in found.items()}
     usually = row.title and not {*own} & at.keys()
-    told_by = {"long_name": row.title if usually else title(array, own, entries)}
+    words = {"long_name": row.title if usually else title(array, own, entries)}
     found = {key: each.drop_vars(own, errors="ignore") for key, each in found.items()}
-    found["value"] = found["value"].assign_attrs(array.attrs | told_by)
+    found["value"] = found["value"].assign_attrs(array.attrs | words)
     reach = "quartiles" if "quartile" in own else f"± {ERRORS} standard errors"
     return dataset[["status", "cell_status"]].assign(found).assign_attrs(reach=reach, quantity=name)
 
 
 def numbers(dataset: Dataset, name: str, modulus: bool = True) -> DataArray:
-    """Return a variable as floats; -1 of whole numbers, which fills up what a cell lacks, as NaN."""
+    """Return a variable as floats; -1 of whole numbers, which stands for a missing value, as NaN."""
     array = dataset[name]
     values = array.astype(float)
     if array.dtype.kind in "iu":
-        means = -1 in pick.flags(array)
+        means = -1 in select.flags(array)
         values = values.where((values != -1) | (means & (dataset["cell_status"] == 0)))
     if COMPLEX in array.dims and modulus:
         values = np.sqrt((values**2).sum(COMPLEX, skipna=False))
@@ -86,7 +78,7 @@ def numbers(dataset: Dataset, name: str, modulus: bool = True) -> DataArray:
 
 
 def spread(dataset: Dataset, name: str, array: DataArray, entries: dict[str, Any]) -> dict[str, DataArray]:
-    """Return the lower and the upper end of what is known of a quantity; nothing where that is not stored."""
+    """Return lower and upper bounds of a quantity by its quartiles or errors; nothing without these."""
     if entries.get("quartile") == 0.5:
         return {end: array.sel(quartile=quarter) for end, quarter in (("low", 0.25), ("high", 0.75))}
     named = (f"{name}_standard_error", name.replace("exponent", "standard_error", 1))
@@ -102,7 +94,7 @@ def refuse_wrong(array: DataArray, own: list[str], entries: dict[str, Any]) -> N
     for dim in own:
         given, values = entries.get(dim, NOTHING), array[dim].values.tolist()
         needed = given is NOTHING and len(values) > 1
-        if needed or (given is not NOTHING and place(array, dim, given) is None):
+        if needed or (given is not NOTHING and entry_index(array, dim, given) is None):
             named = ", ".join(map(str, values[:LISTED])) + (f" ... {values[-1]}" if values[LISTED:] else "")
             accepted = f"an entry along {dim} is accepted: {named}, or {LARGEST!r}"
             wrong.append(Problem(f"figure.at.{dim}", given, accepted))
@@ -110,20 +102,20 @@ def refuse_wrong(array: DataArray, own: list[str], entries: dict[str, Any]) -> N
         raise InputError(wrong)
 
 
-def place(array: DataArray, dim: str, entry: Any) -> Any:
-    """Return where an entry stands along a dimension, in each cell; None where there is no such."""
+def entry_index(array: DataArray, dim: str, entry: Any) -> Any:
+    """Return the index of an entry along a dimension, in each cell; None where there is no such entry."""
     values = array[dim].values
     if entry == LARGEST:
         return array.fillna(-np.inf).argmax(dim)
     if values.dtype.kind not in "iuf":
         return values.tolist().index(entry) if entry in values.tolist() else None
-    if not pick.is_number(entry):
+    if not select.is_number(entry):
         return None
     found = np.flatnonzero(np.isclose(values, float(entry), rtol=1e-6, atol=0.0))
     return int(found[0]) if found.size else None
 
 
 def title(array: DataArray, own: list[str], entries: dict[str, Any]) -> str:
-    """Return what a quantity is called at the named entries."""
+    """Return the name of a quantity at the named entries."""
     at = [f"{dim} {entries[dim]}" for dim in own if dim in entries and array.sizes[dim] > 1]
-    return ", ".join([pick.title(array), *at])
+    return ", ".join([select.title(array), *at])

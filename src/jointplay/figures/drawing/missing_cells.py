@@ -1,4 +1,4 @@
-"""Cells of a sweep without a number, or with a doubtful one: which, and how they look."""
+"""Cells of a sweep without a value, or with a doubtful one: their reasons and marks."""
 
 from typing import Any
 
@@ -8,12 +8,12 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from xarray import Dataset
 
-from jointplay.figures.drawing import pick, style
+from jointplay.figures.drawing import select, style
 
 ENTRY, LINE = 42.0, 5.0  # mm, width of an entry of the legend and height of its lines
 MARK = {"markersize": 4.0, "linestyle": "none"}
 # why a cell has no number, its face in a map, its mark below a curve
-LACKS: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
+REASONS: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
     (
         "failed",
         {"facecolor": "white", "edgecolor": style.WARNING, "hatch": "xxxxx"},
@@ -33,10 +33,10 @@ LACKS: tuple[tuple[str, dict[str, Any], dict[str, Any]], ...] = (
 DOUBTFUL: dict[str, Any] = {"marker": "+", "color": style.WARNING, **MARK, "markersize": 6.0}
 
 
-def lacking(part: Dataset) -> np.ndarray:
-    """Return why each cell has no number, as 1 + the place in `LACKS`; 0 of those that have one."""
+def missing_reason(part: Dataset) -> np.ndarray:
+    """Return why each cell has no value, as 1 + the index in `REASONS`; 0 of those that have one."""
     status = part["cell_status"].transpose(*part["value"].dims).values
-    crashed = [code for code, word in pick.flags(part["cell_status"]).items() if word == "crashed"]
+    crashed = [code for code, word in select.flags(part["cell_status"]).items() if word == "crashed"]
     why = np.where(status == 0, 3, np.where(np.isin(status, crashed), 2, 1))
     return np.where(np.isfinite(part["value"].values), 0, why)
 
@@ -48,9 +48,9 @@ def doubtful(part: Dataset) -> np.ndarray:
 
 
 def marks(part: Dataset, faces: bool) -> list[Any]:
-    """Return what faces of a map, or marks of curves, mean; of those that are there."""
-    why, found = lacking(part), []
-    for code, (word, face, mark) in enumerate(LACKS, start=1):
+    """Return legend entries for the faces of a map, or the marks of curves, that occur."""
+    why, found = missing_reason(part), []
+    for code, (word, face, mark) in enumerate(REASONS, start=1):
         if np.any(why == code):
             found.append(Patch(**face, label=word) if faces else Line2D([], [], **mark, label=word))
     if np.any(doubtful(part)):
@@ -59,7 +59,7 @@ def marks(part: Dataset, faces: bool) -> list[Any]:
 
 
 def explain(figure: Figure, handles: list[Any], heading: str = "") -> None:
-    """Put a legend, if there is anything to say, below a figure that grows by its height."""
+    """Put a legend, if it has entries or a heading, below a figure, which grows by its height."""
     if heading and not handles:
         handles, heading = [Line2D([], [], linestyle="none", label=heading)], ""
     if not handles:
@@ -68,6 +68,5 @@ def explain(figure: Figure, handles: list[Any], heading: str = "") -> None:
     columns = max(1, int(width / style.MILLIMETRE // ENTRY))
     rows = -(-len(handles) // columns) + bool(heading)
     figure.set_size_inches(width, height + rows * LINE * style.MILLIMETRE)
-    figure.legend(
-        handles=handles, title=heading, loc="outside lower center", ncols=columns, columnspacing=1.2
-    )
+    place = {"loc": "outside lower center", "ncols": columns, "columnspacing": 1.2}
+    figure.legend(handles=handles, title=heading, **place)

@@ -17,7 +17,7 @@ COLUMNS = {"single": 88.0, "double": 180.0}  # mm
 BLACK, BLUE, AMBER, GREY = "#000000", "#0072b2", "#e69f00", "#7f7f7f"
 DISC, WARNING = "#f2f2f2", "#a40000"
 
-# dark and thick against light and thin: told apart without colour
+# dark and thick against light and thin: distinct without colour
 IN_CONTACT = {"color": "#00334d", "linewidth": 1.0, "linestyle": "-", "label": "contact"}
 IN_FLIGHT = {"color": AMBER, "linewidth": 0.6, "linestyle": "-", "label": "free flight"}
 

@@ -1,4 +1,4 @@
-"""What pictures of sweeps share: the varied parameters, one motion out of several, axes in friendly units."""
+"""Elements of figures of sweeps: varied parameters, directions and starts, parameter axes, colour maps."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 from xarray import DataArray, Dataset
 
 from jointplay.errors import Problem, unknown
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.units import Shown
 
 BESIDE = ("direction", "start")  # dimensions of a grid that are no parameters
@@ -25,16 +25,16 @@ STARTS = (style.BLACK, style.AMBER, style.BLUE, style.GREY)
 def parameters(dataset: Dataset, kind: str) -> list[str]:
     """Return the varied parameters of a sweep; a dataset that is none is an error."""
     if dataset.attrs.get("kind") != "bifurcation" or "cell_status" not in dataset:
-        raise pick.refuse("kind", kind, "a result of a study of kind bifurcation")
+        raise select.refuse("kind", kind, "a result of a study of kind bifurcation")
     return [str(dim) for dim in dataset["cell_status"].dims if dim not in BESIDE]
 
 
 def one_parameter(dataset: Dataset, at: float | None) -> tuple[Dataset, str]:
     """Return the sweep along its last parameter, at the value of the other nearest to `at`, and its name."""
     *others, name = parameters(dataset, "bifurcation")
-    if at is not None and not (others and pick.is_number(at)):
+    if at is not None and not (others and select.is_number(at)):
         expected = f"a value of {others[0]}" if others else "nothing: there is one parameter only"
-        raise pick.refuse("at", at, expected)
+        raise select.refuse("at", at, expected)
     for other in others:
         values = dataset[other].values
         dataset = dataset.isel({other: 0 if at is None else int(np.abs(values - at).argmin())})
@@ -42,21 +42,21 @@ def one_parameter(dataset: Dataset, at: float | None) -> tuple[Dataset, str]:
 
 
 def chosen(dataset: Dataset, direction: str | None, start: int | None) -> Dataset:
-    """Return the sweep with the asked direction and start alone; all of those that are not asked for."""
+    """Return the sweep with the given direction and start alone; None: all of them."""
     if direction is not None:
-        pick.choice("direction", direction, pick.labels(dataset, "direction"))
+        select.choice("direction", direction, select.labels(dataset, "direction"))
         dataset = dataset.sel(direction=[direction])
     if start is not None:
         count = dataset.sizes.get("start", 1)
         if not isinstance(start, int) or isinstance(start, bool) or not 0 <= start < count:
-            raise pick.refuse("start", start, f"the number of a start, 0 to {count - 1}")
+            raise select.refuse("start", start, f"the number of a start, 0 to {count - 1}")
         dataset = dataset.isel(start=[start]) if "start" in dataset.dims else dataset
     return dataset
 
 
 def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
-    """Return each direction and start of a sweep with how it looks, in the order of drawing."""
-    ways, found = pick.labels(dataset, "direction"), []
+    """Return each direction and start of a sweep with its line style, in the order of drawing."""
+    ways, found = select.labels(dataset, "direction"), []
     starts = dataset.sizes.get("start", 1)
     for way in sorted(ways, key=ORDER.index):
         for s in range(starts):
@@ -72,21 +72,10 @@ def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
 
 
 def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield what a figure asks for and a sweep of such directions and quantities does not have."""
+    """Yield the problems of a figure's direction and quantity, by those of the study."""
     for key, known in (("direction", asked["direction"]), ("quantity", asked["recorded"])):
         if key in options and known and options[key] not in known:
             yield unknown(f"figure.{key}", options[key], options[key], known, key)
-
-
-def of_one(array: DataArray, dataset: Dataset, along: Sequence[str], **labelled: str | None) -> DataArray:
-    """Return an array at the given (or first) label of each dimension but those `along`; its name says so."""
-    for dim in [d for d in array.dims if d not in along]:
-        label = pick.label(dataset, str(dim), labelled.get(str(dim)))
-        several = array.sizes[dim] > 1
-        array = array.sel({dim: label})
-        if several:
-            array = array.assign_attrs(long_name=f"{pick.title(array)}, {label}")
-    return array
 
 
 def is_log(values: np.ndarray) -> bool:
@@ -99,9 +88,9 @@ def is_log(values: np.ndarray) -> bool:
 
 def parameter_axis(ax: Axes, axis: DataArray, which: str = "x") -> Shown:
     """Set scale, limits, numbers and label of an axis for a parameter; return its unit."""
-    values, unit = parts.displayed(axis)
+    values, unit = artists.displayed(axis)
     log = is_log(values)
-    ax.set(**{f"{which}label": parts.axis_label(axis, unit), f"{which}scale": "log" if log else "linear"})
+    ax.set(**{f"{which}label": artists.axis_label(axis, unit), f"{which}scale": "log" if log else "linear"})
     if log and values[-1] < 1e3 * values[0]:
         numbers = getattr(ax, f"{which}axis")
         numbers.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
@@ -122,3 +111,13 @@ def edges(values: np.ndarray) -> np.ndarray:
     inner = (place[1:] + place[:-1]) / 2
     found = np.concatenate([[2 * place[0] - inner[0]], inner, [2 * place[-1] - inner[-1]]])
     return np.exp(found) if is_log(values) else found
+
+
+def colour_map(ax: Axes, dataset: Dataset, names: Sequence[str], values: np.ndarray, look: dict[str, Any]):
+    """Draw values over two parameters as colours, the last along x; return mesh and cell centres."""
+    units = [parameter_axis(ax, dataset[name], which) for name, which in zip(names, "yx", strict=True)]
+    middles = [dataset[name].values * unit.factor for name, unit in zip(names, units, strict=True)]
+    y, x = map(edges, middles)
+    mesh = ax.pcolormesh(x, y, np.ma.masked_invalid(values), rasterized=True, **look)
+    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
+    return mesh, middles

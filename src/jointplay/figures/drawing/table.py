@@ -8,7 +8,7 @@ from matplotlib.patches import Rectangle
 from jointplay.figures.drawing import style
 
 DARKEST = 0.62  # of black: how dark a cell of shade 1 is
-TEXT = 6.5  # pt
+TEXT, BESIDE = 6.5, 7.0  # pt
 PAD = 1.0  # mm above and below
 
 
@@ -28,9 +28,19 @@ def cell(ax: Axes, box: tuple[float, float, float, float], words: str = "", shad
     grey = 1.0 - DARKEST * (float(np.clip(shade, 0.0, 1.0)) if np.isfinite(shade) else 0.0)
     look = {"facecolor": str(grey), "edgecolor": style.GREY, "linewidth": 0.4}
     ax.add_patch(Rectangle((left, top), width, height, **look))
-    write(
-        ax, left + width / 2, top + height / 2, words, ha="center", color="white" if grey < 0.55 else "black"
-    )
+    colour = "white" if grey < 0.55 else "black"
+    write(ax, left + width / 2, top + height / 2, words, ha="center", color=colour)
+
+
+def lines(ax: Axes, rows, columns: dict[float, str], heights: tuple[float, float], notes, spacing) -> None:
+    """Write rows of words, then notes, in a panel: columns by place and alignment, heights of top and row."""
+    height, step = heights
+    look = {"fontsize": BESIDE, "transform": ax.transAxes}
+    for row in rows:
+        for (place, align), words in zip(columns.items(), row, strict=True):
+            ax.text(place, height, words, ha=align, va="center", **look)
+        height -= step
+    ax.text(0.0, height, "\n".join(notes), va="top", linespacing=spacing, **look)
 
 
 def write(ax: Axes, x: float, y: float, words: str, **look) -> None:

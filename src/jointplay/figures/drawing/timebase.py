@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from xarray import Dataset
 
-from jointplay.figures.drawing import pick
+from jointplay.figures.drawing import select
 from jointplay.figures.drawing.ticks import Degrees
 from jointplay.figures.drawing.units import shown
 
 AXES = ("time", "turns", "angle")
 CRANK = "crank"
-LATE = 10.0  # s: until then, a short stretch of time is told in ms
+LATE = 10.0  # s: until then, a short stretch of time is given in ms
 SNAP = 2e-3  # turns by which an axis may be longer, to end with a whole turn
 
 
@@ -60,7 +60,7 @@ def seconds(times: np.ndarray, units: str) -> Base:
 def turns(dataset: Dataset, name: str = "turns") -> Base | None:
     """Return the axis of `turns` or `angle`: the recorded crank's where it only grows, else nominal."""
     words, per_turn = ("turns (\N{EN DASH})", 1.0) if name == "turns" else ("angle (deg)", 360.0)
-    if "angle" in dataset and CRANK in pick.labels(dataset, "link"):
+    if "angle" in dataset and CRANK in select.labels(dataset, "link"):
         angle = dataset["angle"].sel(link=CRANK).values
         if angle.size > 1 and np.all(np.diff(angle) >= 0) and angle[-1] > angle[0]:
             return Base(f"Crank {words}", dataset["time"].values, per_turn * angle / (2 * np.pi))
@@ -78,7 +78,7 @@ def bases(dataset: Dataset, times: np.ndarray, axis, usual=("time", "turns")) ->
     units = dataset["time"].attrs.get("units", "s")
     found = [seconds(times, units) if name == "time" else turns(dataset, name) for name in named]
     if None in found and axis is not None:
-        raise pick.refuse("axis", axis, "time (this result has neither a crank angle nor a nominal period)")
+        raise select.refuse("axis", axis, "time (this result has neither a crank angle nor a nominal period)")
     return [one for one in found if one is not None][: 2 if times.size > 1 else 1]
 
 
@@ -86,18 +86,17 @@ def axis_names(axis) -> list[str]:
     """Return one or two names of time axes."""
     asked = [axis] if isinstance(axis, str) else list(axis) if isinstance(axis, list | tuple) else []
     if not 1 <= len(asked) <= 2:
-        raise pick.refuse("axis", axis, "one or two of: " + ", ".join(AXES))
-    return [pick.choice("axis", name, AXES) for name in asked]
+        raise select.refuse("axis", axis, "one or two of: " + ", ".join(AXES))
+    return [select.choice("axis", name, AXES) for name in asked]
 
 
 def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
     """Return the samples inside a window: the last so many turns, or from-to in turns or in seconds."""
     if "time" not in dataset.dims:
-        raise pick.refuse(
-            "kind", dataset.attrs.get("kind"), "poincare_section: this result has no time histories"
-        )
+        expected = "poincare_section: this result has no time histories"
+        raise select.refuse("kind", dataset.attrs.get("kind"), expected)
     if turns_asked is not None and time_asked is not None:
-        raise pick.refuse("time", time_asked, "either turns or time, not both")
+        raise select.refuse("time", time_asked, "either turns or time, not both")
     times = dataset["time"].values
     if time_asked is not None:
         start, stop = time_limits(time_asked)
@@ -106,7 +105,7 @@ def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
         return dataset
     turning = turns(dataset)
     if turning is None:
-        raise pick.refuse("turns", turns_asked, "a window in time: this result has no turns")
+        raise select.refuse("turns", turns_asked, "a window in time: this result has no turns")
     count = turning.forward(times)
     start, stop = turn_limits(turns_asked, count[-1])
     slack = 1e-9 * (1 + abs(stop))  # a sample at the very start of the last turn belongs to it
@@ -115,16 +114,16 @@ def window(dataset: Dataset, turns_asked=None, time_asked=None) -> Dataset:
 
 def time_limits(asked) -> tuple[float, ...]:
     """Return the first and last time of a window, in s."""
-    return pick.numbers("time", asked, 2, "two increasing numbers, in s")
+    return select.numbers("time", asked, 2, "two increasing numbers, in s")
 
 
 def turn_limits(asked, last: float) -> tuple[float, float]:
     """Return the first and last turn of a window."""
     if isinstance(asked, list | tuple):
-        return pick.numbers("turns", asked, 2, "a number of turns, or [first, last]")
-    (count,) = pick.numbers("turns", asked, 1, "a number of turns, or [first, last]")
+        return select.numbers("turns", asked, 2, "a number of turns, or [first, last]")
+    (count,) = select.numbers("turns", asked, 1, "a number of turns, or [first, last]")
     if count <= 0:
-        raise pick.refuse("turns", asked, "a number of turns greater than 0")
+        raise select.refuse("turns", asked, "a number of turns greater than 0")
     return last - count, last
 
 
@@ -132,7 +131,7 @@ def cut(dataset: Dataset, option: str, asked, inside: np.ndarray) -> Dataset:
     """Return the samples `inside`; a window without samples is an error that tells where there are some."""
     if not inside.any():
         times = dataset["time"].values
-        raise pick.refuse(
+        raise select.refuse(
             option, asked, f"a window that meets the recorded {times[0]:.6g} to {times[-1]:.6g} s"
         )
     return dataset.isel(time=np.flatnonzero(inside))

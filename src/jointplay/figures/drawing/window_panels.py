@@ -1,4 +1,4 @@
-"""The windows that a run was recorded in: a column of panels each, with one scale where that serves."""
+"""Columns of panels, one for each recorded window of a run, with one scale where all can be read in it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, timebase
+from jointplay.figures.drawing import artists, timebase
 
 ALIKE = 0.25  # panels share a scale if none of them would fill less of it
 WHOLE = 1e-6  # turns from a whole number that still count as whole
@@ -39,14 +39,12 @@ def panes(part: Dataset) -> list[Pane]:
     if "window" not in part or not part.sizes["time"]:
         return [Pane(part)]
     numbers = part["window"].values
-    each = [np.flatnonzero(numbers == number) for number in np.unique(numbers)]
-    return [pane(part, index, final=index is each[-1]) for index in each]
-
-
-def pane(part: Dataset, index: np.ndarray, final: bool) -> Pane:
-    """Return one window, `final` or not."""
-    samples = part.isel(time=index)
-    return Pane(samples, index, title(samples, final), windowed=True)
+    found = []
+    for number in np.unique(numbers):
+        index = np.flatnonzero(numbers == number)
+        samples = part.isel(time=index)
+        found.append(Pane(samples, index, title(samples, number == numbers.max()), windowed=True))
+    return found
 
 
 def last(part: Dataset) -> Dataset:
@@ -109,7 +107,5 @@ def head(axes: np.ndarray, columns: Sequence[Pane], two_axes: bool) -> None:
     lettered = iter("abcdefghijklmnopqrstuvwxyz" * len(axes))
     for number, row in enumerate(axes):
         for ax, pane in zip(row, columns, strict=True):
-            letter = f"({next(lettered)})" if len(axes) > 1 else ""
-            parts.heading(
-                ax, letter, pane.title if not number else "", beside_top_axis=two_axes and not number
-            )
+            letter, first = f"({next(lettered)})" if len(axes) > 1 else "", number == 0
+            artists.heading(ax, letter, pane.title if first else "", beside_top_axis=two_axes and first)

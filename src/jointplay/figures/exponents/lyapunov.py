@@ -1,4 +1,4 @@
-"""Lyapunov exponents: how their means converge, with error bands, and what they came to."""
+"""Lyapunov exponents: convergence of their means, with error bands, and their final values."""
 
 import math
 
@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style, table
 from jointplay.figures.drawing.number_text import plain, with_error
 from jointplay.figures.registry import picture
 
@@ -19,8 +19,8 @@ LIMIT = 0.32  # of the correlation of batch means: above it, batches are too sho
 ERRORS = 3  # standard errors by which an exponent differs from 0
 WIDE = 10.0  # ratio of the largest to the smallest exponent, from which the axis is logarithmic
 APART = 3.2  # mm between two labels
-ROW, SIZE = 0.075, 7.0  # of a table's height; pt
-COLUMNS = (0.0, 0.68, 0.99)  # right ends are numbers', left ends words'
+ROW = 0.075  # of a table's height
+COLUMNS = {0.0: "left", 0.68: "right", 0.99: "right"}  # right ends are numbers', left ends words'
 
 
 @picture(choices={"per": PER}, checks={"exponents": lambda value: leading(value)})
@@ -35,29 +35,24 @@ def lyapunov(dataset: Dataset, *, per: str | None = None, exponents: int | None 
         What rates are counted in; turns where there are any, if left out.
     exponents : int, optional
         How many, the largest first; all if left out.
-
-    Returns
-    -------
-    Figure
     """
-    if "lyapunov_exponent" not in dataset or "lyapunov_trace" not in dataset:
-        raise pick.refuse("kind", "lyapunov", "a result of a study of kind lyapunov")
-    turning = "turn_period" in dataset
-    per = pick.choice("per", per, PER if turning else ["second"]) if per else "turn" if turning else "second"
+    select.require(dataset, "lyapunov", ("lyapunov_exponent", "lyapunov_trace"))
+    known = list(PER) if "turn_period" in dataset else ["second"]
+    per = select.choice("per", per, known) if per else known[0]
     part = dataset.isel(exponent=slice(leading(exponents)))
     factor = float(dataset["turn_period"]) if per == "turn" else 1.0
     figure = style.sheet(180.0, 80.0)
     traces, words = figure.subplots(1, 2, width_ratios=(1.25, 1))
     trace_panel(traces, part, factor, per)
     table_panel(words, part, factor, per)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def leading(exponents: int | None) -> int | None:
     """Return how many exponents are asked for; None where all are."""
     number = isinstance(exponents, int) and not isinstance(exponents, bool) and exponents >= 1
     if exponents is not None and not number:
-        raise pick.refuse("exponents", exponents, "a whole number, 1 or more")
+        raise select.refuse("exponents", exponents, "a whole number, 1 or more")
     return exponents
 
 
@@ -66,20 +61,18 @@ def trace_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:
     finals, errors = (dataset[f"lyapunov_{name}"].values * factor for name in ("exponent", "standard_error"))
     time = dataset["block_time"].values / (factor if per == "turn" else 1.0)
     ax.axhline(0.0, color=style.GREY, linewidth=0.6, zorder=0)
-    for number in range(len(finals)):
-        mean, error = (
-            dataset[f"lyapunov_{name}"].values[:, number] * factor for name in ("trace", "trace_error")
-        )
+    traces = [dataset[f"lyapunov_{name}"].values * factor for name in ("trace", "trace_error")]
+    for mean, error in zip(*(values.T for values in traces), strict=True):
         (line,) = ax.plot(time, np.where(np.isfinite(mean), mean, np.nan))
         ax.fill_between(time, mean - error, mean + error, color=line.get_color(), alpha=0.25, linewidth=0)
     finite = finals[np.isfinite(finals)]
     if not (time.size and finite.size):
-        parts.say(ax, parts.EMPTY)
+        artists.say(ax, artists.EMPTY)
         return
     vertical(ax, finals, errors)
     ax.set(xlim=(time[0], time[-1]), xlabel=PER[per][1], ylabel=PER[per][0])
     label_ends(ax, finals)
-    parts.heading(ax, "(a)")
+    artists.heading(ax, "(a)")
 
 
 def vertical(ax: Axes, finals: np.ndarray, errors: np.ndarray) -> None:
@@ -116,24 +109,17 @@ def label_ends(ax: Axes, finals: np.ndarray) -> None:
 
 
 def table_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:
-    """Write the final values with their errors, and what tells whether to trust them."""
+    """Write the final values with their errors, and how far these can be trusted."""
     values, errors = (dataset[f"lyapunov_{name}"].values * factor for name in ("exponent", "standard_error"))
     correlations = dataset["batch_correlation"].values
     ax.set_axis_off()
-    parts.heading(ax, "(b)")
+    artists.heading(ax, "(b)")
     head = ("", "a turn" if per == "turn" else "1/s", "batches")
     rows = [
         (f"$\\lambda_{{{n}}}$", with_error(value, error), correlation_words(correlation))
         for n, (value, error, correlation) in enumerate(zip(values, errors, correlations, strict=True), 1)
     ]
-    height = 1.0 - ROW
-    for row in [head, *rows]:
-        for place, words in zip(COLUMNS, row, strict=True):
-            look = {"ha": "right" if place else "left", "va": "center", "fontsize": SIZE}
-            ax.text(place, height, words, transform=ax.transAxes, **look)
-        height -= ROW
-    notes = "\n".join(remarks(dataset, correlations))
-    ax.text(0.0, height, notes, transform=ax.transAxes, va="top", fontsize=SIZE, linespacing=1.35)
+    table.lines(ax, [head, *rows], COLUMNS, (1.0 - ROW, ROW), remarks(dataset, correlations), 1.35)
 
 
 def correlation_words(value: float) -> str:
@@ -145,7 +131,7 @@ def correlation_words(value: float) -> str:
 
 
 def remarks(dataset: Dataset, correlations: np.ndarray) -> list[str]:
-    """Return what stands below the table, line by line."""
+    """Return the lines below the table."""
     lines = ["Batches: correlation of a batch mean with the next one."]
     if np.any(correlations > LIMIT):
         lines.append("*Batches follow one another: the error bar may be too small.")
@@ -156,7 +142,6 @@ def remarks(dataset: Dataset, correlations: np.ndarray) -> list[str]:
         growth = with_error(float(dataset["growth"]), float(dataset["growth_standard_error"]))
         lines.append(f"Twin trajectories: {growth} a turn")
         apart = plain(float(dataset["growth_difference"]), 2)
-        lines.append(
-            f"   less {plain(float(dataset['map_exponent']), 4)} of the section's map: {apart} errors"
-        )
+        exponent = plain(float(dataset["map_exponent"]), 4)
+        lines.append(f"   less {exponent} of the section's map: {apart} errors")
     return lines

@@ -1,4 +1,4 @@
-"""Claims: a paper's conclusions, how each stands, and the numbers behind that."""
+"""Claims: a paper's conclusions, their grades, and the numbers behind these."""
 
 import re
 from textwrap import wrap
@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, table
+from jointplay.figures.drawing import artists, select, table
 from jointplay.figures.registry import picture
 
 COLUMNS = {"Conclusion of the paper": 48.0, "Grade": 20.0, "Numbers": 110.0}  # mm of width
@@ -25,13 +25,8 @@ def claims(dataset: Dataset) -> Figure:
     ----------
     dataset : Dataset
         What `jointplay.claims` returned.
-
-    Returns
-    -------
-    Figure
     """
-    if "claim" not in dataset.dims or not {"grade", "evidence"} <= set(dataset):
-        raise pick.refuse("kind", "claims", "a result of a study of kind claims")
+    select.require(dataset, "claims", ("claim", "grade", "evidence"))
     rows = [row(dataset.isel(claim=number)) for number in range(dataset.sizes["claim"])]
     heights = [AROUND + LINE * max(len(words.splitlines()) for words in one) for one in rows]
     figure, ax = table.page(sum(COLUMNS.values()) + 2.0, HEAD + sum(heights) + 1.0)
@@ -43,12 +38,12 @@ def claims(dataset: Dataset) -> Figure:
     for words, height in zip(rows, heights, strict=True):
         draw_row(ax, words, top, height)
         top += height
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def row(one: Dataset) -> tuple[str, ...]:
     """Return the words of a row, in lines that fit."""
-    grade = pick.flags(one["grade"]).get(int(one["grade"]), "undecidable")
+    grade = select.flags(one["grade"]).get(int(one["grade"]), "undecidable")
     numbers = MINUS.sub("\N{MINUS SIGN}", str(one["evidence"].item()))
     words = (str(one.get("claim_text", one["claim"]).item()), grade, numbers)
     return tuple("\n".join(wrap(text, LETTERS[name])) for text, name in zip(words, COLUMNS, strict=True))

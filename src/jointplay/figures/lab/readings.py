@@ -1,4 +1,4 @@
-"""Readings: what each way to read the paper makes of each panel of its Figure 12, as one table."""
+"""Readings: each panel of the paper's Figure 12 under each reading of the paper, as one table."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style, table
+from jointplay.figures.drawing import artists, select, style, table
 from jointplay.figures.registry import picture
 
 NAMES, ROW, HEAD, FOOT = 38.3, 8.6, 13.0, 1.0  # mm: the readings' names, a row, above and below the rows
@@ -32,32 +32,27 @@ def readings(dataset: Dataset) -> Figure:
     ----------
     dataset : Dataset
         What `jointplay.readings` returned.
-
-    Returns
-    -------
-    Figure
     """
-    if not {"reading", "panel"} <= set(dataset.dims):
-        raise pick.refuse("kind", "readings", "a result over reading and panel")
+    select.require(dataset, "readings", ("reading", "panel"), "a result over reading and panel")
     part = sum(COLUMNS.values())
     width = NAMES + (part + 1.5) * dataset.sizes["panel"] + 1.0
     figure, ax = table.page(width, HEAD + ROW * dataset.sizes["reading"] + FOOT)
-    for row, name in enumerate(pick.labels(dataset, "reading")):
+    for row, name in enumerate(select.labels(dataset, "reading")):
         table.write(ax, 1.0, HEAD + (row + 0.5) * ROW, name.replace("_", " "))
     most = float(dataset["separations"].max())
-    for number, panel in enumerate(pick.labels(dataset, "panel")):
+    for number, panel in enumerate(select.labels(dataset, "panel")):
         panel_columns(ax, dataset.sel(panel=panel), NAMES + number * (part + 1.5), most)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def panel_columns(ax: Axes, part: Dataset, left: float, most: float) -> None:
-    """Draw what is known of one panel, from `left` mm on; cells with `most` separations are darkest."""
+    """Draw the columns of one panel, from `left` mm on; cells with `most` separations are darkest."""
     edges = dict(zip(COLUMNS, left + np.cumsum([0, *COLUMNS.values()]), strict=False))
     middle = left + sum(COLUMNS.values()) / 2
     table.write(ax, middle, 2.0, panel_title(part), ha="center", fontsize=8)
     for name, words in HEADINGS.items():
         table.write(ax, edges[name] + COLUMNS[name] / 2, HEAD - 1.0, words, ha="center", va="bottom")
-    motions = pick.flags(part["motion"])
+    motions = select.flags(part["motion"])
     for row in range(part.sizes["reading"]):
         one = part.isel(reading=row)
         motion = motions.get(int(one["motion"]))
@@ -106,5 +101,5 @@ def sections(ax: Axes, part: Dataset, left: float) -> None:
     look = {"color": style.BLACK, "markeredgewidth": 0, "rasterized": True, "linestyle": "none"}
     for row, xs, ys in zip(rows, x, y, strict=True):
         ax.add_patch(Circle((middle, row), scale, facecolor=style.DISC, edgecolor=style.GREY, linewidth=0.4))
-        size = 1.6 if parts.spots(xs, ys) < FEW else 0.6
+        size = 1.6 if artists.spots(xs, ys) < FEW else 0.6
         ax.plot(middle + scale * xs, row - scale * ys, "o", markersize=size, **look)

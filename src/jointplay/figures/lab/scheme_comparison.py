@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.units import PLAIN
 from jointplay.figures.registry import picture
 
@@ -31,31 +31,27 @@ def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figur
         What `jointplay.scheme_comparison` returned.
     measure : {"deflection", "angle", "force", "change"}
         The error in the upper panels; the lower one shows that of the deflection.
-
-    Returns
-    -------
-    Figure
     """
-    variable = f"pass_{pick.choice('measure', measure, MEASURES)}" + "_error" * (measure != "change")
-    if not {"case", "windows_per_turn", "pass"} <= set(dataset.dims) or variable not in dataset:
-        raise pick.refuse("kind", "scheme_comparison", "a result of a study of kind scheme_comparison")
+    variable = f"pass_{select.choice('measure', measure, MEASURES)}" + "_error" * (measure != "change")
+    select.require(dataset, "scheme_comparison", ("case", "windows_per_turn", "pass", variable))
     looks = [look(dataset, number) for number in range(dataset.sizes["case"])]
     figure = style.sheet(180.0, 130.0)
     upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.15))
     axes = upper.subplots(1, dataset.sizes["windows_per_turn"], sharey=True, squeeze=False)[0]
     for number, (ax, letter) in enumerate(zip(axes, "abcdefghijklmnop", strict=False)):
         passes_panel(ax, dataset[variable].isel(windows_per_turn=number), looks, f"({letter})")
-    bounded(axes[0])
+    low, high = axes[0].get_ylim()
+    axes[0].set_ylim(low, min(high, HIGHEST))  # lines beyond any meaning leave through the top
     unit = str(dataset[variable].attrs.get("units", "1"))
     axes[0].set_ylabel(f"{MEASURES[measure]} ({PLAIN.get(unit, unit)})")
     ax, words = lower.subplots(1, 2, width_ratios=(1.35, 1))
     work_panel(ax, dataset, looks, f"({'abcdefghijklmnopq'[len(axes)]})")
     explain(words, dataset, looks)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def look(dataset: Dataset, number: int) -> dict:
-    """Return how a case is drawn: its clearance says colour and marker, its start the dashes."""
+    """Return the line style of a case: colour and marker by its clearance, dashes by its start."""
     case = dataset.isel(case=number)
     place = dict.fromkeys(("clearance", "start_turn"), number)
     for name in place:
@@ -85,13 +81,7 @@ def passes_panel(ax: Axes, errors: DataArray, looks: list[dict], letter: str) ->
     ax.set_xlabel("Pass (\N{EN DASH})")
     ax.set_xlim(x[0] - 0.5, x[-1] + 0.5)
     ax.xaxis.get_major_locator().set_params(integer=True)
-    parts.heading(ax, letter, f"{count} window{'s' * (count != 1)} a turn")
-
-
-def bounded(ax: Axes) -> None:
-    """Let lines that go beyond any meaning leave through the top."""
-    low, high = ax.get_ylim()
-    ax.set_ylim(low, min(high, HIGHEST))
+    artists.heading(ax, letter, f"{count} window{'s' * (count != 1)} a turn")
 
 
 def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> None:
@@ -103,13 +93,9 @@ def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> No
         for x, y, one in zip(times, errors, looks, strict=True):
             there = np.isfinite(x) & np.isfinite(y)
             ax.plot(1e3 * x[there], y[there], markerfacecolor="white" if hollow else one["color"], **one)
-    ax.set(
-        xscale="log",
-        yscale="log",
-        xlabel="Run time of a turn (ms)",
-        ylabel="Error of the deflection (\N{EN DASH})",
-    )
-    parts.heading(ax, letter)
+    ax.set(xscale="log", yscale="log")
+    ax.set(xlabel="Run time of a turn (ms)", ylabel="Error of the deflection (\N{EN DASH})")
+    artists.heading(ax, letter)
 
 
 def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
@@ -117,6 +103,6 @@ def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
     plain = {"color": style.BLACK, "marker": "o", "markersize": 3.0, "linestyle": "none"}
     handles = [Line2D([], [], **one) for one in looks]
     handles += [Line2D([], [], **plain, markerfacecolor="white"), Line2D([], [], **plain)]
-    names = [*pick.labels(dataset, "case"), "scheme, in windows that settle", "all unknowns at once"]
+    names = [*select.labels(dataset, "case"), "scheme, in windows that settle", "all unknowns at once"]
     ax.set_axis_off()
     ax.legend(handles, names, loc="center left", title="One window a turn: as in the paper", alignment="left")

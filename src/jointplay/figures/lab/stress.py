@@ -1,4 +1,4 @@
-"""Stress: what scenes far outside ordinary use cost, and whether their energy balances close."""
+"""Stress: run times and energy residuals of scenes far outside ordinary use."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
 LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder
@@ -27,18 +27,13 @@ def stress(dataset: Dataset) -> Figure:
     ----------
     dataset : Dataset
         What `jointplay.stress` returned.
-
-    Returns
-    -------
-    Figure
     """
-    if not {"verdict", "stiffness_number", "energy_residual"} <= set(dataset.data_vars):
-        raise pick.refuse("kind", "stress", "a result of a study of kind stress")
+    select.require(dataset, "stress", ("verdict", "stiffness_number", "energy_residual"))
     figure = style.sheet(180.0, 80.0)
     times, residuals = figure.subplots(1, 2)
     time_panel(times, dataset)
     residual_panel(residuals, dataset)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def time_panel(ax: Axes, dataset: Dataset) -> None:
@@ -49,13 +44,9 @@ def time_panel(ax: Axes, dataset: Dataset) -> None:
         look = {"marker": marker, "color": colour, "markersize": size, "markeredgewidth": 0.7}
         label = f"{word} ({np.count_nonzero(chosen)})"
         ax.plot(x[chosen], y[chosen], linestyle="none", label=label, rasterized=True, **look)
-    ax.set(
-        xscale="log",
-        yscale="log",
-        xlabel="Contact vibration in a turn (rad)",
-        ylabel="Processor time of a turn (ms)",
-    )
-    parts.heading(ax, "(a)")
+    ax.set(xscale="log", yscale="log")
+    ax.set(xlabel="Contact vibration in a turn (rad)", ylabel="Processor time of a turn (ms)")
+    artists.heading(ax, "(a)")
     ax.figure.legend(loc="outside upper center", ncols=len(LOOKS), handletextpad=0.2, columnspacing=1.2)
 
 
@@ -69,10 +60,10 @@ def residual_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set(xscale="log", xlabel="Energy unaccounted for, over what flowed (\N{EN DASH})", ylabel="Scenes")
     ax.set_xlim(BINS[0], max(1e-5, 10 * np.max(values, initial=0.0, where=np.isfinite(values))))
     ax.xaxis.set_major_locator(LogLocator(numticks=7))
-    parts.heading(ax, "(b)")
+    artists.heading(ax, "(b)")
 
 
 def verdicts(dataset: Dataset) -> list[tuple[str, np.ndarray]]:
     """Return the verdicts that there are, each with its scenes."""
-    codes, meanings = dataset["verdict"].values, pick.flags(dataset["verdict"])
+    codes, meanings = dataset["verdict"].values, select.flags(dataset["verdict"])
     return [(word, codes == code) for code, word in meanings.items() if np.any(codes == code)]

@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
 LOOKS = {  # of a method: colour, marker, dashes
@@ -37,14 +37,9 @@ def work_precision(dataset: Dataset, *, column: str = "single") -> Figure:
         What `jointplay.work_precision` returned.
     column : {"single", "double"}
         Width of the figure.
-
-    Returns
-    -------
-    Figure
     """
-    if not {"error", "agreement", *PANELS} <= set(dataset.data_vars):
-        raise pick.refuse("kind", "work_precision", "a result of a study of kind work_precision")
-    width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
+    select.require(dataset, "work_precision", ("error", "agreement", *PANELS))
+    width = style.COLUMNS[select.choice("column", column, style.COLUMNS)]
     figure = style.sheet(width, HEIGHTS[column])
     shape = (2, 1) if column == "single" else (1, 2)
     axes = figure.subplots(*shape, sharey=True).ravel()
@@ -53,23 +48,20 @@ def work_precision(dataset: Dataset, *, column: str = "single") -> Figure:
         ax.set(xscale="log", yscale="log", xlabel=text)
         ax.set(xlim=decades(*ax.get_xlim()))
         ax.xaxis.set_minor_formatter(NullFormatter())
-        parts.heading(ax, f"({letter})", "" if letter == "b" else unconfirmed(dataset))
+        doubt = letter == "a" and not int(dataset["truth_confirmed"])
+        artists.heading(ax, f"({letter})", "no second method confirms the truth" if doubt else "")
     for ax in axes if column == "single" else axes[:1]:
         ax.set_ylabel("Error at the end (\N{EN DASH})")
-    figure.legend(
-        handles=handles(dataset, axes[0]),
-        loc="outside upper center",
-        ncols=3 if column == "single" else 6,
-        columnspacing=1.2,
-    )
-    return parts.finish(figure, dataset)
+    place = {"loc": "outside upper center", "ncols": 3 if column == "single" else 6, "columnspacing": 1.2}
+    figure.legend(handles=handles(dataset, axes[0]), **place)
+    return artists.finish(figure, dataset)
 
 
 def panel(ax: Axes, dataset: Dataset, name: str, factor: float) -> None:
     """Draw the errors of all methods over one measure of work."""
-    words = pick.flags(dataset["agreement"])
+    words = select.flags(dataset["agreement"])
     same = [code for code, word in words.items() if word == "same"]
-    for method in pick.labels(dataset, "solver"):
+    for method in select.labels(dataset, "solver"):
         one = dataset.sel(solver=method)
         x, y = factor * one[name].values, np.maximum(one["error"].values, LEAST)
         there, good = np.isfinite(x) & np.isfinite(y), np.isin(one["agreement"].values, same)
@@ -96,7 +88,7 @@ def decades(low: float, high: float) -> tuple[float, float]:
 
 
 def limits(ax: Axes, dataset: Dataset, known: float) -> None:
-    """Show every error, and the upper edge of what is not known."""
+    """Set limits that show every error, and the truth's own."""
     errors = dataset["error"].values
     errors = np.append(np.maximum(errors[np.isfinite(errors)], LEAST), [known] if known > 0 else [])
     if errors.size:
@@ -106,14 +98,9 @@ def limits(ax: Axes, dataset: Dataset, known: float) -> None:
 def handles(dataset: Dataset, ax: Axes) -> list[Line2D]:
     """Return what the legend names: methods with a line, and how others are drawn."""
     found = [line for line in ax.lines if not line.get_label().startswith("_")]
-    words = pick.flags(dataset["agreement"]).items()
+    words = select.flags(dataset["agreement"]).items()
     strange = [code for code, word in words if word in ("other_events", "other_state")]
     if np.isin(dataset["agreement"].values, strange).any():
         look = {"color": style.BLACK, "marker": "o", "markersize": 3.2, "markerfacecolor": "white"}
         found.append(Line2D([], [], linestyle="none", label="other events or end", **look))
     return found
-
-
-def unconfirmed(dataset: Dataset) -> str:
-    """Say so where no second method confirms the truth."""
-    return "" if int(dataset["truth_confirmed"]) else "no second method confirms the truth"

@@ -1,4 +1,4 @@
-"""Contact angle: the direction of the journal over time, told in three ways."""
+"""Contact angle: the direction of the journal over time, on three branches."""
 
 from collections.abc import Sequence
 
@@ -7,12 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import angles, parts, pick, style, timebase, window_panels
+from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
 from jointplay.figures.drawing.ticks import Degrees
 from jointplay.figures.registry import picture
 
 PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
-# what a row shows, what makes it of the stored angle, the range in deg that it is confined to
+# name of a row, its function of the stored angle, the range in deg that it is confined to
 ROWS = (
     ("wrapped", angles.wrapped, 360.0),
     ("unwrapped", angles.unwrapped, None),
@@ -41,21 +41,11 @@ def contact_angle(
         A response with `contact_angle`; with `mode`, contact is told from free flight.
     joint : str, optional
         The joint; by default the first with clearance.
-    turns : float or pair, optional
-        The last so many turns, or [first, last]; by default everything.
-    time : pair, optional
-        A window in s, instead of `turns`.
-    axis : str or pair, optional
+    turns, time, axis, column
         As in `time_history`.
-    column : {"double", "single"}
-        Width of the figure: 180 mm or 88 mm.
-
-    Returns
-    -------
-    Figure
     """
-    width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
-    joint = pick.label(dataset, "joint", joint)
+    width = style.COLUMNS[select.choice("column", column, style.COLUMNS)]
+    joint = select.label(dataset, "joint", joint)
     panes = window_panels.panes(timebase.window(dataset, turns, time))
     figure = style.sheet(width, len(ROWS) * (PANEL + GAP) + MARGINS)
     axes = figure.subplots(len(ROWS), len(panes), sharex="col", squeeze=False)
@@ -68,33 +58,28 @@ def contact_angle(
         window_panels.level(row)
         window_panels.name_once(row)
     window_panels.head(axes, panes, two_axes=len(bases) > 1)
-    handles = {}
-    for ax in axes[0]:
-        handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=2)
-    return parts.finish(figure, dataset)
+    artists.shared_legend(figure, axes[0], 2)
+    return artists.finish(figure, dataset)
 
 
 def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Base) -> None:
     """Draw one stretch of time, a panel a row."""
-    array = pick.curve(part, "contact_angle", "kind", joint=joint)
-    x, degrees = base.forward(array["time"].values), parts.displayed(array)[0]
-    contact = pick.in_contact(part, joint)
-    for ax, (words, told, span) in zip(axes, ROWS, strict=True):
-        angle_panel(ax, x, told(degrees), contact, span)
+    array = select.curve(part, "contact_angle", "kind", joint=joint)
+    x, degrees = base.forward(array["time"].values), artists.displayed(array)[0]
+    contact = select.in_contact(part, joint)
+    for ax, (words, branch, span) in zip(axes, ROWS, strict=True):
+        angle_panel(ax, x, branch(degrees), contact, span)
         ax.set_ylabel(f"Contact angle,\n{words} (deg)")
         ax.yaxis.set_major_locator(Degrees())
         if x.size > 1:
             ax.set_xlim(timebase.limits(base, x))
 
 
-def angle_panel(
-    ax: Axes, x: np.ndarray, degrees: np.ndarray, contact: np.ndarray | None, span: float | None
-) -> None:
+def angle_panel(ax: Axes, x: np.ndarray, degrees: np.ndarray, contact, span: float | None) -> None:
     """Draw an angle that is confined to a range of `span` deg, if to any."""
     if span is not None:
         masks = [] if contact is None else [contact]
         x, degrees, *masks = angles.broken(degrees, span, x, degrees, *masks)
         contact = masks[0] if masks else None
         ax.set_ylim(-0.53 * span, 0.53 * span)
-    parts.path(ax, x, degrees, contact)
+    artists.path(ax, x, degrees, contact)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import parts, pick, style, timebase, window_panels
+from jointplay.figures.drawing import artists, select, style, timebase, window_panels
 from jointplay.figures.registry import picture
 
 
@@ -20,7 +20,9 @@ def journal_orbit(
     time: Sequence[float] | None = None,
     column: str = "single",
 ) -> Figure:
-    """Draw the path of a journal centre relative to its bearing, with contact told from free flight.
+    """Draw the path of a journal centre relative to its bearing, distinguishing contact from free flight.
+
+    Of several recorded windows, the last that holds some of the asked turns or time is drawn.
 
     Parameters
     ----------
@@ -28,48 +30,39 @@ def journal_orbit(
         A response with `journal_x`, `journal_y` and `clearance`.
     joint : str, optional
         The joint; by default the first with clearance.
-    turns : float or pair, optional
-        The last so many turns, or [first, last]; by default everything. Of several recorded windows, the last
-        that holds some of it is drawn.
-    time : pair, optional
-        A window in s, instead of `turns`.
-    column : {"single", "double"}
-        Width of the figure: 88 mm or 180 mm.
-
-    Returns
-    -------
-    Figure
+    turns, time, column
+        As in `time_history`.
     """
-    width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
+    width = style.COLUMNS[select.choice("column", column, style.COLUMNS)]
     part = window_panels.last(timebase.window(dataset, turns, time))
     figure = style.sheet(width, min(width, 120.0) + 8)
     ax = figure.subplots()
     orbit_panel(ax, part, joint)
     figure.legend(loc="outside lower center", ncols=3)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None, *titles: str) -> None:
     """Draw the orbit of one joint, all of `dataset`."""
-    joint = pick.label(dataset, "joint", joint)
+    joint = select.label(dataset, "joint", joint)
     x, y = (in_clearances(dataset, name, joint, "time") for name in ("journal_x", "journal_y"))
-    parts.path(ax, x, y, pick.in_contact(dataset, joint))
+    artists.path(ax, x, y, select.in_contact(dataset, joint))
     orbit_frame(ax, dataset, joint, x, y)
-    parts.heading(ax, *titles, parts.missing_note(x, y, "samples"))
+    artists.heading(ax, *titles, artists.missing_note(x, y, "samples"))
 
 
 def in_clearances(dataset: Dataset, name: str, joint: str, dim: str) -> np.ndarray:
     """Return a journal coordinate in units of the clearance."""
-    array: DataArray = pick.curve(dataset, name, "variables", dim, joint=joint)
+    array: DataArray = select.curve(dataset, name, "variables", dim, joint=joint)
     if "clearance" not in dataset:
-        raise pick.refuse("kind", dataset.attrs.get("kind"), "a result that holds the variable clearance")
+        raise select.refuse("kind", dataset.attrs.get("kind"), "a result that holds the variable clearance")
     return array.values / float(dataset["clearance"].sel(joint=joint))
 
 
 def orbit_frame(ax: Axes, dataset: Dataset, joint: str, x: np.ndarray, y: np.ndarray) -> None:
     """Draw the clearance circle around the points and name the axes."""
     distance = np.hypot(x, y)
-    parts.clearance_circle(ax, np.max(distance, initial=0.0, where=np.isfinite(distance)))
+    artists.clearance_circle(ax, np.max(distance, initial=0.0, where=np.isfinite(distance)))
     which = f" at {joint}" if dataset.sizes["joint"] > 1 else ""
     ax.set_xlabel(f"Journal centre{which}, $r_x/e$ (\N{EN DASH})")
     ax.set_ylabel(f"Journal centre{which}, $r_y/e$ (\N{EN DASH})")

@@ -6,7 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style, timebase, window_panels
+from jointplay.figures.drawing import artists, select, style, timebase, window_panels
 from jointplay.figures.motion.journal_orbit import orbit_panel
 from jointplay.figures.motion.phase_portrait import portrait_panel
 from jointplay.figures.motion.poincare_section import counted, journal_points
@@ -26,16 +26,11 @@ def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Seque
         The joint; by default the first with clearance.
     turns : float or pair
         Window of the first three pictures: the last so many turns, or [first, last]. The section is whole.
-
-    Returns
-    -------
-    Figure
     """
-    if not pick.labels(dataset, "joint") or "time" not in dataset.dims:
-        raise pick.refuse(
-            "kind", "overview", "a response of a mechanism with clearance; else one of the other kinds"
-        )
-    joint = pick.label(dataset, "joint", joint)
+    if not select.labels(dataset, "joint") or "time" not in dataset.dims:
+        expected = "a response of a mechanism with clearance; else one of the other kinds"
+        raise select.refuse("kind", "overview", expected)
+    joint = select.label(dataset, "joint", joint)
     part = window_panels.last(timebase.window(dataset, turns))
     figure = style.sheet(180.0, 122.0)
     axes = figure.subplot_mosaic("aaa;bcd", height_ratios=(1, 1.15))
@@ -46,28 +41,25 @@ def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Seque
     for key in "bd":
         axes[key].locator_params(nbins=4)  # narrow panels
     section(axes["d"], dataset, joint)
-    handles = {}
-    for ax in (axes["b"], axes["c"]):
-        handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4)
-    return parts.finish(figure, dataset)
+    artists.shared_legend(figure, (axes["b"], axes["c"]), 4)
+    return artists.finish(figure, dataset)
 
 
 def force(ax: Axes, dataset: Dataset, part: Dataset, joint: str) -> None:
     """Draw the normal force of the window."""
     bases = timebase.bases(dataset, part["time"].values, None)
-    array = pick.variable(part, "normal_force").sel(joint=[joint])
+    array = select.variable(part, "normal_force").sel(joint=[joint])
     history_panel(ax, array, bases[0], named=False)
     legends([ax])
     timebase.dress(ax, ax, bases)
-    parts.heading(ax, "(a)", beside_top_axis=len(bases) > 1)
+    artists.heading(ax, "(a)", beside_top_axis=len(bases) > 1)
 
 
 def section(ax: Axes, dataset: Dataset, joint: str) -> None:
-    """Draw the section that the run kept, or say that it kept none."""
+    """Draw the section that the run kept, or a note that it kept none."""
     if "turn" in dataset.dims:
         journal_points(ax, dataset, joint, False, "(d)", counted(dataset))
         return
-    parts.say(ax, "This run kept no Poincaré section")
+    artists.say(ax, "This run kept no Poincaré section")
     ax.set_box_aspect(1)
-    parts.heading(ax, "(d)")
+    artists.heading(ax, "(d)")

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.motion.journal_orbit import in_clearances, orbit_frame
-from jointplay.figures.motion.phase_portrait import usual_pair
+from jointplay.figures.motion.phase_portrait import pair
 from jointplay.figures.registry import picture
 
 
@@ -39,43 +39,36 @@ def poincare_section(
         The last so many crossings, or [first, last] counted from 0; by default all.
     zoom : bool
         Cut the first panel down to the points, instead of showing the whole clearance circle.
-
-    Returns
-    -------
-    Figure
     """
-    if not isinstance(zoom, bool):
-        raise pick.refuse("zoom", zoom, "true or false")
+    select.switch("zoom", zoom)
     part = crossings(dataset, turns)
-    there = {"journal_x", "journal_y"} <= set(pick.names(dataset, "turn"))
-    orbit = there and bool(pick.labels(dataset, "joint"))
+    there = {"journal_x", "journal_y"} <= set(select.names(dataset, "turn"))
+    orbit = there and bool(select.labels(dataset, "joint"))
     figure = style.sheet(180.0 if orbit else 88.0, 88.0)
     axes = figure.subplots(1, 2 if orbit else 1, squeeze=False)[0]
     if orbit:
         journal_points(axes[0], part, joint, zoom, "(a)", counted(part))
     letter, count = ("(b)", "") if orbit else ("", counted(part))
     variable_points(axes[-1], part, x, y, link, joint, letter, count)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def crossings(dataset: Dataset, asked) -> Dataset:
     """Return the crossings inside a window; a dataset without a section is an error."""
-    if "turn" not in dataset.dims:
-        raise pick.refuse(
-            "kind", "poincare_section", "a result with a section: a study of kind section has one"
-        )
+    expected = "a result with a section: a study of kind section has one"
+    select.require(dataset, "poincare_section", ["turn"], expected)
     count = dataset.sizes["turn"]
     if asked is None or not count:
         return dataset
     expected = "a number of crossings greater than 0, or [first, last]"
     if isinstance(asked, list | tuple):
-        first, last = pick.numbers("turns", asked, 2, expected)
+        first, last = select.numbers("turns", asked, 2, expected)
     else:
-        (wanted,) = pick.numbers("turns", asked, 1, expected)
+        (wanted,) = select.numbers("turns", asked, 1, expected)
         first, last = count - wanted, count - 1
     part = dataset.isel(turn=slice(max(int(np.ceil(first)), 0), max(int(last) + 1, 0)))
     if not part.sizes["turn"]:
-        raise pick.refuse("turns", asked, f"{expected}, among the {count} that there are, counted from 0")
+        raise select.refuse("turns", asked, f"{expected}, among the {count} that there are, counted from 0")
     return part
 
 
@@ -83,37 +76,35 @@ def journal_points(
     ax: Axes, dataset: Dataset, joint: str | None, zoom: bool, letter: str, count: str
 ) -> None:
     """Draw where the journal centre is at the crossings, in units of the clearance."""
-    joint = pick.label(dataset, "joint", joint)
+    joint = select.label(dataset, "joint", joint)
     x, y = (in_clearances(dataset, name, joint, "turn") for name in ("journal_x", "journal_y"))
-    parts.cloud(ax, x, y)
+    artists.cloud(ax, x, y)
     orbit_frame(ax, dataset, joint, x, y)
     if zoom and x.size:
         ax.set(aspect="auto", box_aspect=1)
-        parts.roomy(ax, x, y)
+        artists.roomy(ax, x, y)
     explain(ax, x, y, letter, count)
 
 
 def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, letter="", count="") -> None:
     """Draw one variable over another at the crossings."""
-    first, second = (x, y) if x and y else usual_pair(dataset, "turn")
-    one = pick.curve(dataset, x or first, "x", "turn", link=link, joint=joint)
-    two = pick.curve(dataset, y or second, "y", "turn", link=link, joint=joint)
-    (xs, x_unit), (ys, y_unit) = parts.displayed(one), parts.displayed(two)
-    parts.cloud(ax, xs, ys)
-    parts.roomy(ax, xs, ys)
-    parts.name_axes(ax, one, x_unit, two, y_unit)
+    one, two = pair(dataset, x, y, "turn", link, joint)
+    (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
+    artists.cloud(ax, xs, ys)
+    artists.roomy(ax, xs, ys)
+    artists.name_axes(ax, one, x_unit, two, y_unit)
     ax.set_box_aspect(1)
     explain(ax, xs, ys, letter, count)
 
 
 def explain(ax: Axes, x: np.ndarray, y: np.ndarray, letter: str, count: str) -> None:
-    """Write the panel's letter and how many points there are, and whether some are missing or all."""
+    """Write the panel's letter with the number of points, or of those missing."""
     if not x.size:
-        parts.say(ax, "The run never crossed the section")
-    parts.heading(ax, letter, parts.missing_note(x, y, "crossings") or count)
+        artists.say(ax, "The run never crossed the section")
+    artists.heading(ax, letter, artists.missing_note(x, y, "crossings") or count)
 
 
 def counted(dataset: Dataset) -> str:
-    """Return how many points there are."""
+    """Return the number of points in words."""
     count = dataset.sizes["turn"]
     return f"{count} crossing" + "s" * (count != 1)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import angles, parts, pick, style, timebase, window_panels
+from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
 from jointplay.figures.drawing.units import Shown
 from jointplay.figures.registry import picture
 
@@ -54,12 +54,8 @@ def time_history(
         Show the events (or only these kinds) in a strip below.
     column : {"double", "single"}
         Width of the figure: 180 mm or 88 mm.
-
-    Returns
-    -------
-    Figure
     """
-    width = style.COLUMNS[pick.choice("column", column, style.COLUMNS)]
+    width = style.COLUMNS[select.choice("column", column, style.COLUMNS)]
     part = timebase.window(dataset, turns, time)
     arrays = chosen(part, variables, link=link, joint=joint, pin=pin)
     rows = event_rows(dataset, part, events, joint)
@@ -79,7 +75,7 @@ def time_history(
         window_panels.name_once(row, ticks=number >= len(arrays))
     legends(axes[:, -1])
     window_panels.head(axes, panes, two_axes=len(bases) > 1)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def history_column(
@@ -92,30 +88,31 @@ def history_column(
     """Draw variables, and events below, in one stretch of time."""
     times = pane.samples["time"].values
     for ax, array in zip(axes, arrays, strict=False):
-        history_panel(ax, array.isel(time=pane.index), base, several(array), parts.displayed(array)[1])
+        several = any(array.sizes[dim] > 1 for dim in array.dims if dim != "time")
+        history_panel(ax, array.isel(time=pane.index), base, several, artists.displayed(array)[1])
     if rows:
         first, last = times[[0, -1]] if times.size else (np.inf, -np.inf)
         strip(axes[-1], {kind: t[(t >= first) & (t <= last)] for kind, t in rows.items()}, base)
 
 
 def chosen(dataset: Dataset, variables, **labelled: str | None) -> list[DataArray]:
-    """Return what is to be drawn, cut down to one link, joint or pin where that was asked."""
+    """Return the variables to draw, cut down to one link, joint or pin where one is named."""
     if variables is None:
         known = [name for name in DEFAULTS if name in dataset and dataset[name].size]
-        variables = known[:1] or pick.names(dataset, "time")[:1]
+        variables = known[:1] or select.names(dataset, "time")[:1]
     asked = [variables] if isinstance(variables, str) else list(variables)
     if not asked:
-        raise pick.refuse("variables", variables, "the name of a variable over time, or several")
-    arrays = [pick.variable(dataset, name) for name in asked]
+        raise select.refuse("variables", variables, "the name of a variable over time, or several")
+    arrays = [select.variable(dataset, name) for name in asked]
     for dim, label in labelled.items():
         if label is not None:
-            pick.choice(dim, label, pick.labels(dataset, dim))
+            select.choice(dim, label, select.labels(dataset, dim))
             arrays = [only(array, dim, label) if dim in array.dims else array for array in arrays]
     return arrays
 
 
 def only(array: DataArray, dim: str, label: str) -> DataArray:
-    """Return the share of one link, joint or pin; its name says whose, where there are several."""
+    """Return the part of one link, joint or pin, named after it where there are several."""
     share = array.sel({dim: [label]})
     named = array.sizes[dim] > 1 or dim in SOMEONE
     return share.assign_attrs(long_name=whose(array, dim, label)) if named else share
@@ -123,16 +120,11 @@ def only(array: DataArray, dim: str, label: str) -> DataArray:
 
 def whose(array: DataArray, dim: str, label: str) -> str:
     """Return a name such as "coupler angular velocity", where the variable is the "link angular velocity"."""
-    words = pick.title(array)
+    words = select.title(array)
     general, particular = SOMEONE.get(dim, ("", ""))
     if general and general in words:
         return words.replace(general, particular.format(label))
     return label + words[len(dim) :] if words.lower().startswith(f"{dim} ") else f"{words}, {label}"
-
-
-def several(array: DataArray) -> bool:
-    """Tell whether a reader has to be told which link, joint or state is drawn."""
-    return any(array.sizes[dim] > 1 for dim in array.dims if dim != "time")
 
 
 def history_panel(
@@ -140,33 +132,32 @@ def history_panel(
 ) -> None:
     """Draw one variable over the time axis `base`: a curve for each of its labels, `named` so or not."""
     x = base.forward(array["time"].values)
-    values, unit = parts.displayed(array.transpose("time", ...), unit)
+    values, unit = artists.displayed(array.transpose("time", ...), unit)
     others = [dim for dim in array.dims if dim != "time"]
     names = [str(label) for label in array[others[0]].values] if others else [None]
     columns = values if values.ndim == 2 else values[:, None]
     if not columns.size:
-        parts.say(ax, parts.EMPTY)
+        artists.say(ax, artists.EMPTY)
     for column, name in zip(columns.T, names, strict=True):
         xs, ys = angles.broken(column, 360.0, x, column) if array.name in WRAPPED else (x, column)
-        parts.curve(ax, xs, ys, label=name if named else "_")
+        artists.curve(ax, xs, ys, label=name if named else "_")
     missing = ~np.isfinite(columns)
-    lacking = ", ".join(
-        str(name) for name, gone in zip(names, missing.T, strict=True) if gone.any() and named
-    )
-    parts.shade_missing(ax, x, missing.any(axis=1), f"no value ({lacking})" if lacking else "no value")
-    parts.name_y(ax, array, unit, LONGEST)
+    gaps = zip(names, missing.T, strict=True) if named else ()
+    of = ", ".join(str(name) for name, gap in gaps if gap.any())
+    artists.shade_missing(ax, x, missing.any(axis=1), f"no value ({of})" if of else "no value")
+    artists.name_y(ax, array, unit, LONGEST)
     if x.size > 1:
         ax.set_xlim(timebase.limits(base, x))
 
 
 def legends(axes: Sequence[Axes]) -> None:
     """Name the curves to the right of each panel, but not again what the panel above has named."""
-    told = []
+    above = []
     for ax in axes:
         names = ax.get_legend_handles_labels()[1]
-        if names and names != told:
+        if names and names != above:
             ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.05))
-        told = names
+        above = names
 
 
 def event_rows(dataset: Dataset, part: Dataset, events, joint: str | None) -> dict[str, np.ndarray]:
@@ -174,16 +165,16 @@ def event_rows(dataset: Dataset, part: Dataset, events, joint: str | None) -> di
     if events is False or events is None:
         return {}
     if "event_kind" not in dataset:
-        raise pick.refuse("events", events, "false: this result has no events")
-    meanings = pick.flags(dataset["event_kind"])
+        raise select.refuse("events", events, "false: this result has no events")
+    meanings = select.flags(dataset["event_kind"])
     named = [] if events is True else [events] if isinstance(events, str) else list(events)
     for kind in named:
-        pick.choice("events", kind, meanings.values(), "kind of event")
+        select.choice("events", kind, meanings.values(), "kind of event")
     times, kinds = dataset["event_time"].values, dataset["event_kind"].values
     span = part["time"].values[[0, -1]] if part.sizes["time"] else (np.inf, -np.inf)
     inside = (times >= span[0]) & (times <= span[1])
     if joint is not None:
-        inside &= dataset["event_joint"].values == pick.labels(dataset, "joint").index(joint)
+        inside &= dataset["event_joint"].values == select.labels(dataset, "joint").index(joint)
     rows = {kind: times[inside & (kinds == code)] for code, kind in meanings.items()}
     return {kind: found for kind, found in rows.items() if kind in named or (not named and found.size)}
 

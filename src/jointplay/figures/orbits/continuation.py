@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import parts, pick, style, sweep_axes
+from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
 
@@ -45,24 +45,16 @@ def continuation(
     quantity : str, optional
         A quantity on the section, a test system's state by its name, or a number of the orbit such as
         ``period_time``.
-    link, joint : str, optional
-        Of which link or joint; by default the first.
+    link, joint, limits
+        As in `bifurcation`.
     multipliers : bool
         Draw the moduli of the two largest multipliers below.
-    limits : sequence, optional
-        Values of the parameter, in its stored units, drawn as vertical lines: numbers, or pairs of a number
-        and a label.
     over : Dataset, optional
         A bifurcation diagram over the same parameter, drawn underneath.
-
-    Returns
-    -------
-    Figure
     """
     if dataset.attrs.get("kind") != "continuation" or "parameter" not in dataset.attrs:
-        raise pick.refuse("kind", "continuation", "a result of a study of kind continuation")
-    if not isinstance(multipliers, bool):
-        raise pick.refuse("multipliers", multipliers, "true or false")
+        raise select.refuse("kind", "continuation", "a result of a study of kind continuation")
+    select.switch("multipliers", multipliers)
     marked = lines(limits)
     figure = style.sheet(180.0, 122.0 if multipliers else 86.0)
     heights = (2, 1) if multipliers else (1,)
@@ -76,20 +68,20 @@ def continuation(
         mark(ax, marked, frame.x, named=number == 0)
     if "special" in dataset.dims or dataset.sizes.get("branch"):
         explain(axes[0], dataset)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def background(ax: Axes, dataset: Dataset, over, quantity, link, joint) -> Frame:
-    """Draw the diagram that lies underneath, if there is one; label the axes; say what they show."""
+    """Draw the diagram that lies underneath, if there is one; label the axes, and return their frame."""
     name = dataset.attrs["parameter"]
     array = of_orbits(dataset, quantity, link, joint)
     if over is None:
-        x_unit, y_unit = parts.displayed(dataset[name])[1], parts.displayed(array)[1]
-        parts.name_axes(ax, dataset[name], x_unit, array, y_unit)
+        x_unit, y_unit = artists.displayed(dataset[name])[1], artists.displayed(array)[1]
+        artists.name_axes(ax, dataset[name], x_unit, array, y_unit)
         return Frame(name, array, x_unit, y_unit)
     part, other = sweep_axes.one_parameter(over, None)
     if other != name:
-        raise pick.refuse("over", other, f"a diagram over {name} is accepted")
+        raise select.refuse("over", other, f"a diagram over {name} is accepted")
     under = diagram(ax, part, quantity=quantity, link=link, joint=joint, **OVER)
     x, (low, high) = dataset[name].values * under.x.factor, ax.get_xlim()
     ax.set_xlim(np.nanmin(x, initial=low), np.nanmax(x, initial=high))
@@ -99,7 +91,7 @@ def background(ax: Axes, dataset: Dataset, over, quantity, link, joint) -> Frame
 def of_orbits(dataset: Dataset, quantity, link, joint) -> DataArray:
     """Return a quantity over branch, point and turn."""
     array = sought(dataset, quantity)
-    array = sweep_axes.of_one(array, dataset, ("branch", "point", "turn"), link=link, joint=joint)
+    array = select.labelled_slice(array, dataset, ("branch", "point", "turn"), link=link, joint=joint)
     if "turn" not in array.dims:
         array = array.expand_dims("turn", -1)
     return array.transpose("branch", "point", "turn")
@@ -114,26 +106,19 @@ def branches(ax: Axes, dataset: Dataset, frame: Frame) -> None:
         jumps = np.flatnonzero(dataset["section_jump"].values[b])
         for turn in range(y.shape[2]):
             curve(ax, x[b], y[b, :, turn], steady(dataset, b), look, jumps)
-    kinds = pick.flags(dataset["special_kind"])
-    for kind, b, p in zip(
-        *(dataset[f"special_{n}"].values for n in ("kind", "branch", "point")), strict=True
-    ):
+    kinds = select.flags(dataset["special_kind"])
+    specials = (dataset[f"special_{name}"].values for name in ("kind", "branch", "point"))
+    for kind, b, p in zip(*specials, strict=True):
         shape = {"marker": MARKS[kinds[int(kind)]][0], **marker(kinds[int(kind)])}
         there = np.isfinite(y[b, p])
         ax.plot(np.full(there.sum(), x[b, p]), y[b, p, there], **shape)
 
 
 def marker(kind: str) -> dict[str, Any]:
-    """Return how a special point looks."""
-    small = kind == "grazing"
-    return {
-        "linestyle": "none",
-        "color": style.GREY if small else style.BLACK,
-        "markerfacecolor": "white",
-        "markersize": 5.0 if small else 4.2,
-        "markeredgewidth": 0.6 if small else 0.9,
-        "zorder": 2.7 if small else 3.2,
-    }
+    """Return the marker style of a special point."""
+    small = {"color": style.GREY, "markersize": 5.0, "markeredgewidth": 0.6, "zorder": 2.7}
+    large = {"color": style.BLACK, "markersize": 4.2, "markeredgewidth": 0.9, "zorder": 3.2}
+    return {"linestyle": "none", "markerfacecolor": "white"} | (small if kind == "grazing" else large)
 
 
 def colour(dataset: Dataset, branch: int) -> str:
@@ -144,7 +129,7 @@ def colour(dataset: Dataset, branch: int) -> str:
 
 def steady(dataset: Dataset, branch: int) -> np.ndarray:
     """Return which points of a branch are stable."""
-    words = pick.flags(dataset["stable"])
+    words = select.flags(dataset["stable"])
     return np.array([words.get(int(code)) == "stable" for code in dataset["stable"].values[branch]])
 
 
@@ -155,7 +140,7 @@ def curve(
     x, y = (np.insert(each, breaks, np.nan) for each in (x, y))
     stable = np.insert(stable, breaks, False)
     there = np.isfinite(x) & np.isfinite(y)
-    loose = there & (~stable | (parts.neighbours(~stable & there) & there))  # both kinds share a point
+    loose = there & (~stable | (artists.neighbours(~stable & there) & there))  # both kinds share a point
     for where, way in ((loose, UNSTABLE), (there & stable, STABLE)):
         ax.plot(np.where(where, x, np.nan), np.where(where, y, np.nan), **(way | look))
 
@@ -170,11 +155,9 @@ def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
         curve(ax, x[b], sizes[b, :, 0], steady(dataset, b), look)
         if sizes.shape[2] > 1:
             ax.plot(x[b], sizes[b, :, 1], **look, linewidth=0.5, linestyle=(0, (1, 1)))
-    ax.set(
-        ylabel="Modulus of\nmultipliers (\N{EN DASH})",
-        ylim=(0, min(3.0, 1.1 * np.nanmax(sizes, initial=1.1))),
-    )
-    ax.set_xlabel(parts.axis_label(dataset[frame.parameter], frame.x))
+    ax.set_ylim(0, min(3.0, 1.1 * np.nanmax(sizes, initial=1.1)))
+    ax.set_ylabel("Modulus of\nmultipliers (\N{EN DASH})")
+    ax.set_xlabel(artists.axis_label(dataset[frame.parameter], frame.x))
 
 
 def explain(ax: Axes, dataset: Dataset) -> None:
@@ -183,11 +166,9 @@ def explain(ax: Axes, dataset: Dataset) -> None:
     handles = [
         Line2D([], [], color=COLOURS[int(np.log2(t)) % len(COLOURS)], label=f"period {t:g}") for t in turns
     ]
-    handles += [
-        Line2D([], [], color=style.GREY, label=word, **way)
-        for word, way in (("stable", STABLE), ("unstable", UNSTABLE))
-    ]
-    kinds = pick.flags(dataset["special_kind"])
+    ways = {"stable": STABLE, "unstable": UNSTABLE}
+    handles += [Line2D([], [], color=style.GREY, label=word, **way) for word, way in ways.items()]
+    kinds = select.flags(dataset["special_kind"])
     for code in np.unique(dataset["special_kind"].values):
         shape, name = MARKS[kinds[int(code)]]
         handles.append(Line2D([], [], marker=shape, label=name, **marker(kinds[int(code)])))

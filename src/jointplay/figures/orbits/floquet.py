@@ -6,14 +6,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.number_text import plain
+from jointplay.figures.drawing.table import lines
 from jointplay.figures.registry import picture
 
 MARGIN = 1.15
 WIDEST = {True: 4.0, False: 2.0}  # of one orbit, of many; farther out: arrows at the edge, or nothing
-TOP, ROW, SIZE = 0.93, 0.085, 7.0
-COLUMNS = (0.0, 0.1, 0.68, 1.0)
+TOP, ROW = 0.93, 0.085  # of a table's height
+COLUMNS = {0.0: "left", 0.1: "left", 0.68: "right", 1.0: "right"}
 LOST, BELOW, DASH = 1e-10, "< 10⁻¹⁰", "\N{EN DASH}"  # below it, multipliers are rounding
 LISTED = 8
 
@@ -26,20 +27,16 @@ def floquet(dataset: Dataset) -> Figure:
     ----------
     dataset : Dataset
         What `jointplay.periodic_orbit` or `jointplay.continuation` returned.
-
-    Returns
-    -------
-    Figure
     """
-    if "floquet_multiplier" not in dataset:
-        raise pick.refuse("kind", "floquet", "a result of a study of kind periodic_orbit or continuation")
+    expected = "a result of a study of kind periodic_orbit or continuation"
+    select.require(dataset, "floquet", ["floquet_multiplier"], expected)
     one = "branch" not in dataset.dims
     figure = style.sheet(180.0 if one else 88.0, 84.0)
     axes = figure.subplots(1, 2 if one else 1, squeeze=False, width_ratios=(1, 1) if one else None)[0]
     plane(axes[0], dataset, one)
     if one:
         table(axes[1], dataset)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def plane(ax: Axes, dataset: Dataset, one: bool) -> None:
@@ -53,21 +50,14 @@ def plane(ax: Axes, dataset: Dataset, one: bool) -> None:
     ax.add_patch(Circle((0, 0), 1, facecolor=style.DISC, edgecolor=style.GREY, linewidth=0.6, zorder=0))
     inside = np.hypot(x, y) <= reach
     stable = np.hypot(x, y) < 1
-    look = {
-        "linestyle": "none",
-        "marker": "o",
-        "markersize": 4.5 if one else 1.6,
-        "markeredgewidth": 0.8 if one else 0.4,
-    }
-    ax.plot(x[inside & stable], y[inside & stable], color=style.BLUE, **look, label="within: stable")
-    ax.plot(
-        x[inside & ~stable],
-        y[inside & ~stable],
-        color=style.WARNING,
-        markerfacecolor="white",
-        label="outside: unstable",
-        **look,
+    look = {"linestyle": "none", "marker": "o"}
+    look |= (
+        {"markersize": 4.5, "markeredgewidth": 0.8} if one else {"markersize": 1.6, "markeredgewidth": 0.4}
     )
+    within, outside = inside & stable, inside & ~stable
+    ax.plot(x[within], y[within], color=style.BLUE, **look, label="within: stable")
+    look |= {"color": style.WARNING, "markerfacecolor": "white", "label": "outside: unstable"}
+    ax.plot(x[outside], y[outside], **look)
     for a, b in zip(x[~inside] if one else (), y[~inside] if one else (), strict=True):
         end = np.array([a, b]) / np.hypot(a, b) * 0.97 * reach
         ax.annotate("", end, 0.8 * end, arrowprops={"arrowstyle": "->", "color": style.WARNING})
@@ -76,11 +66,11 @@ def plane(ax: Axes, dataset: Dataset, one: bool) -> None:
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
     ax.set(xlabel="Real part (\N{EN DASH})", ylabel="Imaginary part (\N{EN DASH})")
     if not there.any():
-        parts.say(ax, "No orbit was found")
+        artists.say(ax, "No orbit was found")
 
 
 def table(ax: Axes, dataset: Dataset) -> None:
-    """Write the multipliers and their exponents, and what the orbit is."""
+    """Write the multipliers and their exponents, stability and period."""
     ax.set_axis_off()
     multipliers, exponents = dataset["floquet_multiplier"].values, dataset["lyapunov_exponent"].values
     rows = [("", "multiplier", "modulus", "ln|µ|/T (1/s)")]
@@ -90,22 +80,14 @@ def table(ax: Axes, dataset: Dataset) -> None:
         shown = f"{plain(a, 5)} {sign} {plain(abs(b), 5)}i" if b else plain(a, 5)
         told = (BELOW, BELOW, DASH) if lost else (shown, plain(float(np.hypot(a, b)), 5), plain(exponent, 5))
         rows.append((f"$\\mu_{{{number}}}$", *told))
-    height = TOP
-    for row in rows[: LISTED + 1]:
-        for place, words in zip(COLUMNS, row, strict=True):
-            align = "left" if place < 0.3 else "right"
-            look = {"ha": align, "va": "center", "fontsize": SIZE, "transform": ax.transAxes}
-            ax.text(place, height, words, **look)
-        height -= ROW
-    notes = "\n".join(remarks(dataset))
-    ax.text(0.0, height, notes, transform=ax.transAxes, va="top", fontsize=SIZE, linespacing=1.5)
+    lines(ax, rows[: LISTED + 1], COLUMNS, (TOP, ROW), remarks(dataset), 1.5)
 
 
 def remarks(dataset: Dataset) -> list[str]:
-    """Say what the orbit is and how well it closes."""
+    """Return lines on the orbit's stability and period, and on how well it closes."""
     if not np.isfinite(dataset["period"]):
         return ["no orbit was found"]
-    word = pick.flags(dataset["stable"])[int(dataset["stable"])]
+    word = select.flags(dataset["stable"])[int(dataset["stable"])]
     turns, impacts = float(dataset["period"]), float(dataset["impacts"])
     return [
         f"{word}; period {turns:g} turn{'s' * (turns != 1)}, {plain(float(dataset['period_time']), 7)} s",

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.units import PLAIN
 from jointplay.figures.registry import picture
 
@@ -21,20 +21,15 @@ def chaos_test(dataset: Dataset) -> Figure:
     ----------
     dataset : Dataset
         What `jointplay.chaos_test` returned.
-
-    Returns
-    -------
-    Figure
     """
-    if not set(NEEDED) <= set(dataset.data_vars):
-        raise pick.refuse("kind", "chaos_test", "a result of a study of kind chaos_test")
+    select.require(dataset, "chaos_test", NEEDED)
     figure = style.sheet(180.0, 66.0)
     indicators, walk, displacement = figure.subplots(1, 3)
     indicator_panel(indicators, dataset)
     walk_panel(walk, dataset)
     displacement_panel(displacement, dataset)
     figure.suptitle(f"Samples: {dataset['sample'].attrs['long_name']}", fontsize=8)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def indicator_panel(ax: Axes, dataset: Dataset) -> None:
@@ -44,44 +39,41 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
     ax.axhspan(low, high, color=style.AMBER, alpha=0.35, linewidth=0, zorder=0)
     ax.axhline(median, color=style.BLUE, linewidth=0.8)
     lowest = np.nanmin(dataset["chaos_indicator"].values, initial=0.0)
-    ax.set(
-        ylim=(min(lowest, 0.0) - MARGIN, 1 + MARGIN),
-        xlabel="Frequency c (rad a sample)",
-        ylabel="K (\N{EN DASH})",
-    )
-    verdict = pick.flags(dataset["verdict"]).get(int(dataset["verdict"]), "undecided")
+    ax.set(ylim=(min(lowest, 0.0) - MARGIN, 1 + MARGIN))
+    ax.set(xlabel="Frequency c (rad a sample)", ylabel="K (\N{EN DASH})")
+    verdict = select.flags(dataset["verdict"]).get(int(dataset["verdict"]), "undecided")
     told = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
-    parts.heading(ax, "(a)", told.replace("-", "\N{MINUS SIGN}"))
+    artists.heading(ax, "(a)", told.replace("-", "\N{MINUS SIGN}"))
 
 
 def walk_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw the path of the point that the samples drive."""
     if excuse := nothing_to_see(dataset):
-        parts.say(ax, excuse)
+        artists.say(ax, excuse)
         return
-    x, unit = parts.displayed(dataset["walk_x"])
-    y, _ = parts.displayed(dataset["walk_y"], unit)
-    ax.plot(x, y, color=style.GREY, linewidth=0.4, rasterized=x.size > parts.DENSE)
+    x, unit = artists.displayed(dataset["walk_x"])
+    y, _ = artists.displayed(dataset["walk_y"], unit)
+    ax.plot(x, y, color=style.GREY, linewidth=0.4, rasterized=x.size > artists.DENSE)
     ax.plot(x, y, ".", color=style.BLACK, markersize=1.0, rasterized=True)
     ax.set(xlabel=f"p ({unit.symbol})", ylabel=f"q ({unit.symbol})")
     ax.set_aspect("equal", adjustable="datalim")
-    parts.heading(ax, "(b)", f"c = {float(dataset['walk_frequency']):.3f}")
+    artists.heading(ax, "(b)", f"c = {float(dataset['walk_frequency']):.3f}")
 
 
 def displacement_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw the mean square displacement of that point over the number of samples."""
     if excuse := nothing_to_see(dataset):
-        parts.say(ax, excuse)
+        artists.say(ax, excuse)
         return
-    _, unit = parts.displayed(dataset["walk_x"])
+    _, unit = artists.displayed(dataset["walk_x"])
     symbol = unit.symbol if unit.symbol in PLAIN.values() else f"{unit.symbol}²"
     ax.plot(dataset["lag"], dataset["square_displacement"] * unit.factor**2, color=style.BLACK)
     ax.set(xlim=(0, None), ylim=(0, None), xlabel="Samples n", ylabel=f"Mean square displacement ({symbol})")
-    parts.heading(ax, "(c)", f"c = {float(dataset['walk_frequency']):.3f}")
+    artists.heading(ax, "(c)", f"c = {float(dataset['walk_frequency']):.3f}")
 
 
 def nothing_to_see(dataset: Dataset) -> str:
-    """Say why there is no path worth drawing; empty where there is one."""
+    """Return the reason why there is no path to draw; empty where there is one."""
     if not np.any(np.isfinite(dataset["chaos_indicator"])):
         return "Too few samples"
     return "" if np.any(dataset["chaos_indicator"]) else "All samples are one point"

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.number_text import with_error
 from jointplay.figures.registry import picture
 
@@ -20,24 +20,18 @@ def dimension(dataset: Dataset) -> Figure:
     ----------
     dataset : Dataset
         What `jointplay.dimension` returned.
-
-    Returns
-    -------
-    Figure
     """
-    if not {"correlation_sum", "correlation_dimension"} <= set(dataset.data_vars):
-        raise pick.refuse("kind", "dimension", "a result of a study of kind dimension")
+    select.require(dataset, "dimension", ("correlation_sum", "correlation_dimension"))
     figure = style.sheet(180.0, 76.0)
     sums, slopes = figure.subplots(1, 2)
     if dataset.sizes["radius"]:
         sum_panel(sums, dataset)
         slope_panel(slopes, dataset)
     else:
+        point = dataset["correlation_dimension"] == 0
         for ax in (sums, slopes):
-            parts.say(
-                ax, "The points lie in one place" if dataset["correlation_dimension"] == 0 else parts.EMPTY
-            )
-    return parts.finish(figure, dataset)
+            artists.say(ax, "The points lie in one place" if point else artists.EMPTY)
+    return artists.finish(figure, dataset)
 
 
 def sum_panel(ax: Axes, dataset: Dataset) -> None:
@@ -50,7 +44,7 @@ def sum_panel(ax: Axes, dataset: Dataset) -> None:
         middle = np.exp(np.mean(np.log(y[inside])) - slope * np.mean(np.log(x[inside])))
         ax.plot(x[inside], middle * x[inside] ** slope, color=style.AMBER, linewidth=1.2, zorder=3)
     ax.set(xscale="log", yscale="log", xlabel=DISTANCE, ylabel="Share of closer pairs (\N{EN DASH})")
-    parts.heading(ax, "(a)", f"{int(dataset['n_points'])} points")
+    artists.heading(ax, "(a)", f"{int(dataset['n_points'])} points")
 
 
 def slope_panel(ax: Axes, dataset: Dataset) -> None:
@@ -63,4 +57,4 @@ def slope_panel(ax: Axes, dataset: Dataset) -> None:
     if np.isfinite(value):
         ax.fill_between(ends, value - spread, value + spread, color=style.AMBER, alpha=0.35, linewidth=0)
         ax.plot(ends, [value, value], color=style.BLUE)
-    parts.heading(ax, "(b)", f"D = {with_error(value, float(np.hypot(spread, error)))}")
+    artists.heading(ax, "(b)", f"D = {with_error(value, float(np.hypot(spread, error)))}")

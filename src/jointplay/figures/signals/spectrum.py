@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.number_text import raised
 from jointplay.figures.registry import picture
 
@@ -36,15 +36,10 @@ def spectrum(
         The range shown, in the abscissa's units.
     column : {"single", "double"}
         Width of the figure.
-
-    Returns
-    -------
-    Figure
     """
-    pick.choice("abscissa", abscissa, ABSCISSAE)
-    pick.choice("column", column, style.COLUMNS)
-    if "power_spectral_density" not in dataset:
-        raise pick.refuse("kind", "spectrum", "a result of a study of kind spectrum")
+    select.choice("abscissa", abscissa, ABSCISSAE)
+    select.choice("column", column, style.COLUMNS)
+    select.require(dataset, "spectrum", ["power_spectral_density"])
     density = dataset["power_spectral_density"]
     x, y = dataset[abscissa].values[1:], density.values[1:]  # the mean has been taken out
     low, high = x[[0, -1]]
@@ -55,21 +50,21 @@ def spectrum(
     shown = (x >= low) & (x <= high) & np.isfinite(y) & (y > 0)
     if shown.any():
         y = np.maximum(y, FLOOR * y[shown].max())
-        parts.curve(ax, x[shown], y[shown], linewidth=0.6)
+        artists.curve(ax, x[shown], y[shown], linewidth=0.6)
         ax.set(yscale="log", xlim=(low, high))
         interval_bar(ax, dataset)
     else:
-        parts.say(ax, parts.EMPTY)
+        artists.say(ax, artists.EMPTY)
     unit = raised(str(density.attrs["units"]))
     ax.set(xlabel=ABSCISSAE[abscissa])
     ax.set_ylabel(f"Power spectral density ({unit})")
-    parts.heading(ax, density.attrs["long_name"].removeprefix("power spectral density of "))
-    return parts.finish(figure, dataset)
+    artists.heading(ax, density.attrs["long_name"].removeprefix("power spectral density of "))
+    return artists.finish(figure, dataset)
 
 
 def limits(between) -> tuple[float, ...]:
     """Return the two numbers between which a spectrum is shown."""
-    return pick.numbers("between", between, 2, "[first, last], rising")
+    return select.numbers("between", between, 2, "[first, last], rising")
 
 
 def interval_bar(ax: Axes, dataset: Dataset) -> None:
@@ -80,13 +75,6 @@ def interval_bar(ax: Axes, dataset: Dataset) -> None:
     bottom, top = ax.get_ylim()
     ax.set_ylim(bottom, top * (top / bottom) ** (DECADES - 1))
     place = ax.get_ylim()[1] / upper**1.5
-    ax.errorbar(
-        0.93,
-        place,
-        yerr=[[place * (1 - lower)], [place * (upper - 1)]],
-        transform=ax.get_yaxis_transform(),
-        color=style.BLACK,
-        linewidth=0.8,
-        capsize=2,
-    )
-    ax.text(0.91, place, "95 %", transform=ax.get_yaxis_transform(), ha="right", va="center", fontsize=7)
+    reach, at = [[place * (1 - lower)], [place * (upper - 1)]], {"transform": ax.get_yaxis_transform()}
+    ax.errorbar(0.93, place, yerr=reach, color=style.BLACK, linewidth=0.8, capsize=2, **at)
+    ax.text(0.91, place, "95 %", ha="right", va="center", fontsize=7, **at)

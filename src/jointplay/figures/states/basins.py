@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from xarray import Dataset
 
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.number_text import with_error
 from jointplay.figures.registry import picture
 from jointplay.figures.states.field import draw_cells, without_start
@@ -28,15 +28,9 @@ def basins(dataset: Dataset, *, points: bool = True) -> Figure:
         What `jointplay.basins` returned.
     points : bool
         Whether to mark the attractors' section points.
-
-    Returns
-    -------
-    Figure
     """
-    if not isinstance(points, bool):
-        raise pick.refuse("points", points, "true or false")
-    if "attractor" not in dataset or "section_plane" not in dataset:
-        raise pick.refuse("kind", "basins", "a result of a study of kind basins")
+    select.switch("points", points)
+    select.require(dataset, "basins", ("attractor", "section_plane"))
     shown = largest(dataset)
     entries = legend(dataset, shown)
     figure = style.sheet(88.0, 76.0 + 4.2 * len(entries))
@@ -51,7 +45,7 @@ def basins(dataset: Dataset, *, points: bool = True) -> Figure:
         mark(ax, dataset, shown)
     ax.set_title(boundary(dataset), loc="left")
     figure.legend(handles=entries, loc="outside lower left")
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def largest(dataset: Dataset) -> list[int]:
@@ -83,7 +77,7 @@ def legend(dataset: Dataset, shown: list[int]) -> list[Patch]:
 
 def mark(ax: Axes, dataset: Dataset, shown: list[int]) -> None:
     """Mark section points of the attractors, each in its colour within a dark and a white ring."""
-    factors = [parts.displayed(dataset[dim])[1].factor for dim in dataset["attractor"].dims]
+    factors = [artists.displayed(dataset[dim])[1].factor for dim in dataset["attractor"].dims]
     limits = ax.get_xlim(), ax.get_ylim()
     for colour, number in zip(COLOURS, shown, strict=False):
         points = dataset["section_plane"].sel(number=number).transpose("point", "axis").values

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from xarray import Dataset
 
 from jointplay.errors import Problem
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.number_text import plain, with_error
 from jointplay.figures.registry import picture
 
@@ -19,7 +19,7 @@ LEVEL = {"color": style.BLUE, "linewidth": 0.8, "linestyle": (0, (1.5, 1.5))}
 
 
 def fits(_: Any, asked: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield why a study has no neighbours to draw."""
+    """Yield the problem of a study without neighbours."""
     if not asked.get("neighbours", "plane" not in asked):
         yield Problem("figure.kind", "divergence", "it is accepted where analysis.neighbours is given")
 
@@ -34,15 +34,10 @@ def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
         What `jointplay.sensitivity` returned, with neighbours.
     neighbours : bool
         Whether to draw every neighbour beside the mean.
-
-    Returns
-    -------
-    Figure
     """
-    if not isinstance(neighbours, bool):
-        raise pick.refuse("neighbours", neighbours, "true or false")
-    if "mean_log_distance" not in dataset:
-        raise pick.refuse("kind", "divergence", "a result of a study of kind sensitivity, with neighbours")
+    select.switch("neighbours", neighbours)
+    expected = "a result of a study of kind sensitivity, with neighbours"
+    select.require(dataset, "divergence", ["mean_log_distance"], expected)
     figure = style.sheet(88.0, 72.0)
     ax = figure.subplots()
     turn = dataset["turn"].values
@@ -62,4 +57,4 @@ def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
     ax.set(yscale="log", xlabel="Turns (\N{EN DASH})", ylabel="Scaled distance (\N{EN DASH})")
     ax.set_xlim(turn[0], turn[-1])
     figure.legend(loc="outside upper center", ncols=2, columnspacing=1.2)
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)

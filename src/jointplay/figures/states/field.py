@@ -10,7 +10,7 @@ from matplotlib.patches import Circle
 from xarray import DataArray, Dataset
 
 from jointplay.errors import Problem
-from jointplay.figures.drawing import parts, pick, style
+from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.units import shown
 from jointplay.figures.registry import picture
 
@@ -21,7 +21,7 @@ OUTER = 0.01, 0.99  # quantiles of the exponents between which colours differ
 
 
 def fits(_: Any, asked: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield why a study has no plane to draw."""
+    """Yield the problem of a study without a plane."""
     if "plane" not in asked:
         yield Problem("figure.kind", "field", "it is accepted where analysis.plane is given")
 
@@ -36,14 +36,9 @@ def field(dataset: Dataset, *, per: str = "turn") -> Figure:
         What `jointplay.sensitivity` returned, with a plane.
     per : {"turn", "second"}
         Exponents a turn, or in 1/s.
-
-    Returns
-    -------
-    Figure
     """
-    name = PER[pick.choice("per", per, PER)]
-    if name not in dataset:
-        raise pick.refuse("kind", "field", "a result of a study of kind sensitivity, with a plane")
+    name = PER[select.choice("per", per, PER)]
+    select.require(dataset, "field", [name], "a result of a study of kind sensitivity, with a plane")
     figure = style.sheet(88.0, 78.0)
     ax = figure.subplots()
     exponents = dataset[name]
@@ -57,8 +52,8 @@ def field(dataset: Dataset, *, per: str = "turn") -> Figure:
     bar.set_label(f"Exponent{per_turn}, {over} ({unit})")
     if low < 0 < high:
         bar.ax.axhline(0.0, color=style.AMBER, linewidth=1.0)
-    parts.heading(ax, without_start(dataset))
-    return parts.finish(figure, dataset)
+    artists.heading(ax, without_start(dataset))
+    return artists.finish(figure, dataset)
 
 
 def limits(values: np.ndarray) -> tuple[float, float]:
@@ -73,10 +68,10 @@ def limits(values: np.ndarray) -> tuple[float, float]:
 def draw_cells(ax: Axes, array: DataArray, **look):
     """Draw a cell a node over a plane's two coordinates, its first along x; name the axes."""
     first, second = array.dims
-    (xs, x_unit), (ys, y_unit) = (parts.displayed(array[dim]) for dim in (first, second))
+    (xs, x_unit), (ys, y_unit) = (artists.displayed(array[dim]) for dim in (first, second))
     values = np.ma.masked_invalid(array.transpose(second, first).values.astype(float))
     mesh = ax.pcolormesh(xs, ys, values, shading="nearest", rasterized=True, **look)
-    parts.name_axes(ax, array[first], x_unit, array[second], y_unit)
+    artists.name_axes(ax, array[first], x_unit, array[second], y_unit)
     if {first, second} == CIRCLE:
         ax.add_patch(Circle((0, 0), 1, facecolor="none", edgecolor=style.GREY, linewidth=0.8))
         ax.set_aspect("equal")
@@ -84,8 +79,8 @@ def draw_cells(ax: Axes, array: DataArray, **look):
 
 
 def without_start(dataset: Dataset) -> str:
-    """Say how many nodes have no value though a motion starts there; empty where all have one."""
-    meanings = pick.flags(dataset["node_status"])
+    """Return a note of how many nodes have no value though a motion starts there; empty if none."""
+    meanings = select.flags(dataset["node_status"])
     status = dataset["node_status"].values
     words = [(meanings.get(int(code), "?"), int(np.sum(status == code))) for code in np.unique(status)]
     return ", ".join(f"{word}: {count}" for word, count in words if word not in ("ok", "bad_parameters"))

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import parts, pick, style, sweep_axes
+from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.drawing.units import Shown
 from jointplay.figures.registry import picture
 
@@ -23,7 +23,7 @@ ROWS = {"points": 2.0, "exponent": 1.0, "period": 0.8}
 
 
 class Frame(NamedTuple):
-    """What a diagram's axes show: the parameter and the quantity, and the units that both are drawn in."""
+    """Parameter and quantity on a diagram's axes, and the units that both are drawn in."""
 
     parameter: str
     quantity: DataArray
@@ -67,14 +67,9 @@ def bifurcation(
         and a label.
     period : bool
         Draw the period below.
-
-    Returns
-    -------
-    Figure
     """
     marked = lines(limits)
-    if not isinstance(period, bool):
-        raise pick.refuse("period", period, "true or false")
+    select.switch("period", period)
     part, name = sweep_axes.one_parameter(sweep_axes.chosen(dataset, direction, start), at)
     rows = ["points", *["exponent"] * ("lyapunov_exponent_per_turn" in part), *["period"] * period]
     figure = style.sheet(180.0, 52.0 + 34.0 * len(rows))
@@ -88,7 +83,7 @@ def bifurcation(
     for number, ax in enumerate(axes):
         mark(ax, marked, frame.x, named=number == 0)
     sweep_axes.parameter_axis(axes[-1], part[name])
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def diagram(
@@ -105,21 +100,13 @@ def diagram(
     What else is drawn over the diagram (branches of orbits, say) goes at stored values times the factors of
     the `Frame`: ``ax.plot(x * frame.x.factor, y * frame.y.factor)``.
 
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    dataset : Dataset
-        A sweep of one parameter (`sweeps.one_parameter`).
-    quantity, link, joint : str, optional
-        As in `bifurcation`.
-    size : float, optional
-        Of a point, in pt; by their number if left out.
+    The dataset is a sweep of one parameter (`sweep_axes.one_parameter`); `size` is that of a point in pt, by
+    default from the number of points.
     """
     (name,) = sweep_axes.parameters(dataset, "bifurcation")
     array = sought(dataset, quantity)
-    array = sweep_axes.of_one(array, dataset, (name, "point", *sweep_axes.BESIDE), link=link, joint=joint)
-    _, y_unit = parts.displayed(array)
+    array = select.labelled_slice(array, dataset, (name, "point", *sweep_axes.BESIDE), link=link, joint=joint)
+    _, y_unit = artists.displayed(array)
     x_unit = sweep_axes.parameter_axis(ax, dataset[name])
     size = size or float(np.interp(array.size, SIZES[0], SIZES[1]))
     handles = []
@@ -131,7 +118,7 @@ def diagram(
         ax.plot(x[there], y[there], markersize=wide, markeredgewidth=0, rasterized=True, **dots)
         if look["label"] not in ("", "_"):
             handles.append(Line2D([], [], markersize=3, label=look["label"], **dots))
-    parts.name_y(ax, array, y_unit, longest=30)
+    artists.name_y(ax, array, y_unit, longest=30)
     if handles:
         ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2)
     return Frame(name, array, x_unit, y_unit)
@@ -139,10 +126,10 @@ def diagram(
 
 def sought(dataset: Dataset, quantity: str | None) -> DataArray:
     """Return the quantity at section points; by default a usual one."""
-    known = pick.names(dataset, "point")
+    known = select.names(dataset, "point")
     if quantity is None:
         quantity = next((name for name in USUAL if name in known), known[0] if known else "")
-    return pick.variable(dataset, quantity, "quantity", "point")
+    return select.variable(dataset, quantity, "quantity", "point")
 
 
 def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
@@ -154,7 +141,7 @@ def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
             values = one["lyapunov_exponent_per_turn"].isel(exponent=k).values
             errors = ERRORS * one["lyapunov_standard_error_per_turn"].isel(exponent=k).values
             faded = {"color": look["color"], "linestyle": "-" if k == 0 else (0, (1.5, 1))}
-            parts.curve(ax, x, np.where(np.isfinite(values), values, np.nan), linewidth=0.7, **faded)
+            artists.curve(ax, x, np.where(np.isfinite(values), values, np.nan), linewidth=0.7, **faded)
             ax.fill_between(x, values - errors, values + errors, color=look["color"], alpha=0.25, linewidth=0)
     largest = "Largest exponent" if dataset.sizes["exponent"] == 1 else "Largest exponents"
     ax.set_ylabel(f"{largest}\na turn (\N{EN DASH})")
@@ -176,9 +163,9 @@ def periods(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
 
 
 def first_value(at: Any) -> None:
-    """Refuse what is no value of a parameter."""
-    if not pick.is_number(at):
-        raise pick.refuse("at", at, "a value of the first of two parameters")
+    """Refuse a value that is no number."""
+    if not select.is_number(at):
+        raise select.refuse("at", at, "a value of the first of two parameters")
 
 
 def lines(limits: Any) -> list[tuple[float, str]]:
@@ -187,11 +174,11 @@ def lines(limits: Any) -> list[tuple[float, str]]:
     if limits is None:
         return []
     if not isinstance(limits, list | tuple):
-        raise pick.refuse("limits", limits, expected)
+        raise select.refuse("limits", limits, expected)
     found = [tuple(one) if isinstance(one, list | tuple) else (one, "") for one in limits]
     for given, one in zip(limits, found, strict=True):
-        if len(one) != 2 or not pick.is_number(one[0]) or not isinstance(one[1], str):
-            raise pick.refuse("limits", given, expected)
+        if len(one) != 2 or not select.is_number(one[0]) or not isinstance(one[1], str):
+            raise select.refuse("limits", given, expected)
     return found
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
 from jointplay.errors import InputError, Problem, unknown
-from jointplay.figures.drawing import parts, pick, style, sweep_axes
+from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 
 USUAL = ("lyapunov_exponent_per_turn", "period", "impacts")
@@ -21,7 +21,7 @@ REST = 98  # percentile of absolute values that the colours reach
 
 
 def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Problem]:
-    """Yield why a study has no such map."""
+    """Yield the problems of a study without two parameters."""
     if len(asked["over"]) != 2:
         yield Problem("figure.kind", "parameter_map", "accepted only where two parameters vary")
     yield from sweep_axes.fits(options, asked)
@@ -37,7 +37,7 @@ def parameter_map(
     direction: str | None = None,
     start: int = 0,
 ) -> Figure:
-    """Draw what was found over two parameters, a panel a variable; cells without a value are hatched.
+    """Draw quantities over two parameters, a panel each; cells without a value are hatched.
 
     Parameters
     ----------
@@ -53,17 +53,13 @@ def parameter_map(
         Of which sweep; by default the first.
     start : int
         Of which start.
-
-    Returns
-    -------
-    Figure
     """
     names = sweep_axes.parameters(dataset, "parameter_map")
     if len(names) != 2:
-        raise pick.refuse("kind", "parameter_map", "a result over two parameters")
+        raise select.refuse("kind", "parameter_map", "a result over two parameters")
     known = mapped(dataset, names)
     wanted = [v for v in USUAL if v in known] if maps is None else listed(maps, known)
-    part = sweep_axes.chosen(dataset, pick.label(dataset, "direction", direction), start).isel(direction=0)
+    part = sweep_axes.chosen(dataset, select.label(dataset, "direction", direction), start).isel(direction=0)
     part = part.isel(start=0) if "start" in part.dims else part
     columns = min(len(wanted), 3)
     rows = -(-len(wanted) // columns)
@@ -73,13 +69,13 @@ def parameter_map(
         array = part[name]
         if "exponent" in array.dims:
             array = array.sel(exponent=numbered(dataset, exponent))
-        array = sweep_axes.of_one(array, dataset, names, joint=joint)
+        array = select.labelled_slice(array, dataset, names, joint=joint)
         panel(ax, part, array, names, f"({'abcdefgh'[number % 8]})")
         if number % columns:
             ax.set_ylabel("")
     for ax in axes[len(wanted) :]:
         ax.set_axis_off()
-    return parts.finish(figure, dataset)
+    return artists.finish(figure, dataset)
 
 
 def mapped(dataset: Dataset, names: Sequence[str]) -> list[str]:
@@ -96,7 +92,7 @@ def listed(maps: Any, known: Sequence[str]) -> list[str]:
     """Return the asked variables, all of them known."""
     wanted = [maps] if isinstance(maps, str) else list(maps)
     if not wanted:
-        raise pick.refuse("maps", maps, "a list of at least one name")
+        raise select.refuse("maps", maps, "a list of at least one name")
     named = enumerate(wanted)
     wrong = [unknown(f"figure.maps[{i}]", v, v, known, "variable") for i, v in named if v not in known]
     if wrong:
@@ -108,33 +104,26 @@ def numbered(dataset: Dataset, exponent: Any) -> int:
     """Return the number of an exponent that the result has."""
     known = dataset["exponent"].values.tolist()
     if isinstance(exponent, bool) or exponent not in known:
-        raise pick.refuse("exponent", exponent, f"the number of an exponent, 1 to {known[-1]}")
+        raise select.refuse("exponent", exponent, f"the number of an exponent, 1 to {known[-1]}")
     return exponent
 
 
 def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], letter: str) -> None:
     """Draw one variable as colours over the two parameters, the last along x."""
-    down, across = names
-    y_unit, x_unit = (
-        sweep_axes.parameter_axis(ax, dataset[down], "y"),
-        sweep_axes.parameter_axis(ax, dataset[across]),
-    )
-    x, y = (sweep_axes.edges(dataset[n].values * u.factor) for n, u in ((across, x_unit), (down, y_unit)))
     ax.patch.set(facecolor=style.DISC, edgecolor=style.GREY, hatch="////")  # seen where nothing is drawn
     colours = classes if array.name == "period" else shades
-    values, label, extend, look = colours(array.transpose(down, across))
-    mesh = ax.pcolormesh(x, y, np.ma.masked_invalid(values), rasterized=True, **look)
+    values, label, extend, look = colours(array.transpose(*names))
+    mesh, _ = sweep_axes.colour_map(ax, dataset, names, values, look)
     bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=f"{letter} {label}", pad=0.02)
     if colours is classes:
         bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "none"])
         bar.ax.tick_params(length=0, labelsize=7)
-    ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
 
 
 def shades(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
     """Return numbers with label and colours: signed ones in two hues that meet at 0, others dark to light."""
-    values, unit = parts.displayed(array)
-    label, finite = parts.axis_label(array, unit), np.abs(values[np.isfinite(values)])
+    values, unit = artists.displayed(array)
+    label, finite = artists.axis_label(array, unit), np.abs(values[np.isfinite(values)])
     if array.name not in SIGNED:
         return values, label, "neither", {"cmap": "viridis"}
     reach = (np.percentile(finite, REST) if finite.size else 0.0) or 1.0

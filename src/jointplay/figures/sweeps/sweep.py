@@ -1,4 +1,4 @@
-"""A number for each cell of a sweep: a curve over one parameter, a map over two, a row of maps over three."""
+"""Value of each cell of a sweep: a curve over one parameter, a map over two, a row of maps over three."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import cell_quantity, missing_cells, parts, pick, style, sweep_axes
+from jointplay.figures.drawing import artists, cell_quantity, missing_cells, select, style, sweep_axes
 from jointplay.figures.drawing.units import Shown
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.sweep_map import maps
@@ -27,7 +27,7 @@ def sweep(
     along: str | None = None,
     column: str | None = None,
 ) -> Figure:
-    """Draw a number for each cell of a swept study; cells that failed, crashed or have no value are marked.
+    """Draw the value of each cell of a sweep; cells that failed, crashed or have no value are marked.
 
     Parameters
     ----------
@@ -42,45 +42,32 @@ def sweep(
         The parameter along x of curves, one for each value of the other; of cases in place of their number.
     column : {"single", "double"}, optional
         Width: one column of a page, or the page.
-
-    Returns
-    -------
-    Figure
-
-    Raises
-    ------
-    InputError
-        If there is no such quantity, entry or parameter, or more parameters vary than can be shown.
     """
     if not cell_quantity.varied(dataset):
-        raise pick.refuse("kind", "sweep", "a result of a study with [vary], but not of kind bifurcation")
+        raise select.refuse("kind", "sweep", "a result of a study with [vary], but not of kind bifurcation")
     at = entries(at)
     if column is not None:
-        pick.choice("column", column, style.COLUMNS)
-    part = cell_quantity.told(cut(dataset, at), quantity, at)
-    free = [dim for dim in cell_quantity.varied(part) if part.sizes[dim] > 1] or cell_quantity.varied(part)[
-        -1:
-    ]
-    part = part.isel({dim: 0 for dim in cell_quantity.varied(part) if dim not in free})
-    if along is None and len(free) > 1:
-        figure = maps(part, free, column)
-    else:
-        figure = curves(part, free, along, column)
-    return parts.finish(figure, part)
+        select.choice("column", column, style.COLUMNS)
+    part = cell_quantity.cell_values(cut(dataset, at), quantity, at)
+    varied = cell_quantity.varied(part)
+    free = [dim for dim in varied if part.sizes[dim] > 1] or varied[-1:]
+    part = part.isel({dim: 0 for dim in varied if dim not in free})
+    mapped = along is None and len(free) > 1
+    return artists.finish(maps(part, free, column) if mapped else curves(part, free, along, column), part)
 
 
 def entries(at: Any) -> dict[str, Any]:
     """Return the asked entries, a table."""
     if at is not None and not isinstance(at, dict):
-        raise pick.refuse("at", at, "a table, as at.exponent = 2 or at.clearance = 1e-4, is accepted")
+        raise select.refuse("at", at, "a table, as at.exponent = 2 or at.clearance = 1e-4, is accepted")
     return dict(at or {})
 
 
 def cut(dataset: Dataset, at: dict[str, Any]) -> Dataset:
     """Return a sweep at the asked values of parameters, those nearest to them."""
     for name in [name for name in cell_quantity.varied(dataset) if name in at]:
-        if not pick.is_number(at[name]):
-            raise pick.refuse(f"at.{name}", at[name], f"a value of {name}")
+        if not select.is_number(at[name]):
+            raise select.refuse(f"at.{name}", at[name], f"a value of {name}")
         dataset = dataset.sel({name: [at[name]]}, method="nearest")
     return dataset
 
@@ -88,35 +75,34 @@ def cut(dataset: Dataset, at: dict[str, Any]) -> Dataset:
 def curves(part: Dataset, free: list[str], along: str | None, column: str | None) -> Figure:
     """Draw values over one parameter, a curve for each value of the other."""
     known = [str(name) for name, axis in part.coords.items() if axis.dims and set(axis.dims) <= set(free)]
-    over = free[-1] if along is None else pick.choice("along", along, known, "varied parameter")
+    over = free[-1] if along is None else select.choice("along", along, known, "varied parameter")
     others = [dim for dim in free if dim not in part[over].dims]
     if np.prod([part.sizes[dim] for dim in others]) > CURVES:
         expected = f"values are needed, until {CURVES} curves are left, as at.{others[0]} = ..."
-        raise pick.refuse("at", ", ".join(others), expected)
+        raise select.refuse("at", ", ".join(others), expected)
     figure = style.sheet(style.COLUMNS[column or "single"], HEIGHT)
     ax = figure.subplots()
-    _, unit = parts.displayed(part["value"])
+    _, unit = artists.displayed(part["value"])
     if np.any(part["value"].values < 0) and np.any(part["value"].values > 0):
         ax.axhline(0.0, color=style.GREY, linewidth=0.6)
     stacked = part.stack(curve=others) if others else part.expand_dims("curve")
     for number in range(stacked.sizes["curve"]):
         one = stacked.isel(curve=number)
-        curve(ax, one, over, unit, number, ", ".join(parts.valued(one[dim]) for dim in others))
-    if np.any(missing_cells.lacking(part)):  # room below, for their marks
+        curve(ax, one, over, unit, number, ", ".join(artists.valued(one[dim]) for dim in others))
+    if np.any(missing_cells.missing_reason(part)):  # room below, for their marks
         low, high = ax.get_ylim()
         ax.set_ylim(low - 0.06 * (len(others) + 1) * (high - low), high)
     name_x(ax, part, over)
     name_y(ax, part["value"], unit)
     bars = f"bars: {part.attrs['reach']}" if "low" in part else ""
-    missing_cells.explain(
-        figure, [*ax.get_legend_handles_labels()[0], *missing_cells.marks(part, faces=False)], bars
-    )
+    handles = [*ax.get_legend_handles_labels()[0], *missing_cells.marks(part, faces=False)]
+    missing_cells.explain(figure, handles, bars)
     return figure
 
 
 def curve(ax: Axes, one: Dataset, over: str, unit: Shown, number: int, label: str) -> None:
     """Draw one curve with how well it is known, and below it marks of cells without a number."""
-    x = parts.displayed(one[over])[0]
+    x = artists.displayed(one[over])[0]
     rise = np.argsort(x, kind="stable")
     y = one["value"].values * unit.factor
     colour, marker = LOOKS[number]
@@ -131,8 +117,8 @@ def curve(ax: Axes, one: Dataset, over: str, unit: Shown, number: int, label: st
     doubtful = missing_cells.doubtful(one)
     ax.plot(x[doubtful], y[doubtful], **missing_cells.DOUBTFUL)
     height, place = 0.03 + 0.05 * number, {"transform": ax.get_xaxis_transform(), "clip_on": False}
-    for code, (_, _, look) in enumerate(missing_cells.LACKS, start=1):
-        at = x[missing_cells.lacking(one) == code]
+    for code, (_, _, look) in enumerate(missing_cells.REASONS, start=1):
+        at = x[missing_cells.missing_reason(one) == code]
         if at.size:
             ax.plot(at, np.full(at.size, height), **look, label="_", **place)
 
@@ -143,20 +129,20 @@ def name_x(ax: Axes, part: Dataset, over: str) -> None:
         sweep_axes.parameter_axis(ax, part[over].sortby(part[over]) if part[over].dims else part[over])
         return
     names = [str(name) for name, axis in part.coords.items() if axis.dims == (CASE,) and name != CASE]
-    shown = {name: parts.displayed(part[name]) for name in names}
+    shown = {name: artists.displayed(part[name]) for name in names}
     step = -(-part.sizes[CASE] // NUMBERED)
     ticks = part[CASE].values[::step]
     columns = (shown[name][0][::step] for name in names)
     ax.set_xticks(ticks, ["\n".join(f"{value:.3g}" for value in each) for each in zip(*columns, strict=True)])
-    ax.set_xlabel("\n".join(parts.axis_label(part[name], shown[name][1]) for name in names))
+    ax.set_xlabel("\n".join(artists.axis_label(part[name], shown[name][1]) for name in names))
 
 
 def name_y(ax: Axes, value: DataArray, unit: Shown) -> None:
     """Label the y axis; values that stand for words get these."""
-    words = pick.flags(value)
+    words = select.flags(value)
     if words:
         ax.set_yticks(list(words), [word.replace("_", " ") for word in words.values()])
         ax.set_ylim(min(words) - 0.5, max(words) + 0.5)
-        ax.set_ylabel(pick.title(value))
+        ax.set_ylabel(select.title(value))
     else:
-        parts.name_y(ax, value, unit, longest=30)
+        artists.name_y(ax, value, unit, longest=30)

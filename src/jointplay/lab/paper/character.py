@@ -1,4 +1,4 @@
-"""What kind of motion a mechanism settles to: contact and impacts a turn, period, growth of a difference.
+"""Character of a steady motion: contact and impacts a turn, period, growth of a small difference.
 
 The one rule by which this project calls a motion periodic or chaotic:
 
@@ -10,7 +10,7 @@ undecided  all else.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from jointplay.analysis.exponents.growth import Turn, measure, standard_error
 from jointplay.analysis.period import period
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.trajectory import Records
+from jointplay.lab.variables import code, column, number
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism
@@ -42,7 +43,7 @@ def character(
     max_steps: int | None = None,
     initial: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Follow one motion of a linkage with one clearance joint, and say what it is.
+    """Follow one motion of a linkage with one clearance joint, and classify it.
 
     Parameters
     ----------
@@ -80,17 +81,28 @@ def character(
     if growth_turns:
         logs, _, status = measure(Turn(model, max_steps=max_steps), turn.state_at(records), growth_turns)
     last = records.sections[-1]
-    done = counts(records.events, last[TIME], len(points), bool(closed(model, records, last[ROW:])[0]))
-    found = done | {
-        "points": points,
-        "period": period(points, tolerance),
-        "growth": float(logs.mean()) if len(logs) else math.nan,
-        "growth_standard_error": standard_error(logs),
+    contacts = counts(records.events, last[TIME], len(points), bool(closed(model, records, last[ROW:])[0]))
+    turns_a_period, error = period(points, tolerance), standard_error(logs)
+    growth = float(logs.mean()) if len(logs) else math.nan
+    result = {"points": points, "period": turns_a_period, "growth": growth, "growth_standard_error": error}
+    return contacts | result | {"motion": motion(turns_a_period, growth, error), "status": status}
+
+
+def variables(
+    answers: Sequence[Mapping[str, Any]],
+    dims: tuple[str, ...],
+    shape: tuple[int, ...],
+    numbers: Mapping[str, tuple[str, str]],
+) -> dict[str, Any]:
+    """Variables of what `character` returned for each cell: `numbers` by units and text, period, motion."""
+    found = {
+        name: number(dims, column(answers, name, math.nan).reshape(shape), units, text)
+        for name, (units, text) in numbers.items()
     }
-    return found | {
-        "motion": motion(found["period"], found["growth"], found["growth_standard_error"]),
-        "status": status,
-    }
+    text = "period in turns; 0: none found, -1: not computed"
+    found["period"] = number(dims, column(answers, "period", -1, np.int32).reshape(shape), "1", text)
+    motions = column(answers, "motion", 0).reshape(shape)
+    return found | {"motion": code(dims, motions, MOTIONS, "what the motion is")}
 
 
 def motion(period: int, growth: float, error: float) -> int:

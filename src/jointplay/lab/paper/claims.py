@@ -13,16 +13,15 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
-from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
-from jointplay.lab.paper.answers import motions
-from jointplay.lab.paper.character import character
+from jointplay.lab.paper.character import character, variables
 from jointplay.lab.paper.grades import CLAIMS, GRADES, graded
 from jointplay.lab.paper.peaks import WINDOWS, peaks
 from jointplay.lab.paper.reading_list import PANELS
-from jointplay.lab.paper.readings import printed_fits
+from jointplay.lab.paper.readings import panel_coordinates, printed_fits
+from jointplay.lab.variables import code, number
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural
@@ -79,12 +78,8 @@ def claims(
         As in `readings`, for the fourth conclusion.
     rtol : float
         Relative tolerance of a step of the time histories; the fourth conclusion's motions have their own.
-    max_steps : int, optional
-        Attempted steps after which a run stops.
-    n_jobs : int, optional
-        Worker processes.
-    progress : callable, optional
-        Called with the fraction done.
+    max_steps, n_jobs, progress
+        As in `readings`.
 
     Returns
     -------
@@ -108,25 +103,18 @@ def claims(
     """
     printed = catalog.chunmei2002() if mechanism is None else mechanism
     ratios = sorted({0.0, 0.01, *damping_ratios})
-    bodies: list[dict[str, Any]] = [
-        {"elastic": ()},
-        *({"elastic": ("coupler",), "elements": 2, "damping_ratio": r} for r in ratios),
-    ]
+    elastic = {"elastic": ("coupler",), "elements": 2}
+    bodies: list[dict[str, Any]] = [{"elastic": ()}, *(elastic | {"damping_ratio": r} for r in ratios)]
+    limits = {"rtol": rtol, "max_steps": max_steps}
     histories = [
-        {
-            "mechanism": _panel(printed, p, joints).replace(**body),
-            "rtol": rtol,
-            "turns": STEADY[p],
-            "max_steps": max_steps,
-        }
+        {"mechanism": _panel(printed, p, joints).replace(**body), "turns": STEADY[p]} | limits
         for p in PANELS
         for joints in JOINTS
         for body in bodies
     ]
     lengths = {"turns": turns, "transient": transient, "growth_turns": growth_turns}
-    lengths["max_steps"] = max_steps
     motions = [
-        {"mechanism": one, "initial": start} | lengths
+        {"mechanism": one, "initial": start, "max_steps": max_steps} | lengths
         for one in (_panel(printed, p, "clearance") for p in PANELS)
         for start in starts(one).values()
     ]
@@ -139,7 +127,7 @@ def claims(
 
 
 def cell(kind: str, keywords: dict[str, Any]) -> dict[str, Any]:
-    """One run: `peaks` of a time history, or the `character` of a motion."""
+    """Evaluate one run: the `peaks` of a time history, or the `character` of a motion."""
     return {"peaks": peaks, "character": character}[kind](**keywords)
 
 
@@ -154,9 +142,9 @@ def starts(mechanism: Mechanism) -> dict[str, dict[str, Any] | None]:
     The last lets the coupler's end lie nine tenths of the clearance beside the bearing's centre.
     """
     model, drive = assemble(mechanism), mechanism.drive
-    names = mechanism.links
-    angles = dict(zip((link.name for link in names), model.state[: len(names)].tolist(), strict=True))
-    speeds = dict(zip((link.name for link in names), model.state[len(names) :].tolist(), strict=True))
+    names = [link.name for link in mechanism.links]
+    angles = dict(zip(names, model.state[: len(names)].tolist(), strict=True))
+    speeds = dict(zip(names, model.state[len(names) :].tolist(), strict=True))
     angles["coupler"] -= 0.9 * model.clearances[0] / mechanism.link("coupler").length
     slow, fast = ({"crank_speed": factor * drive.nominal_speed} for factor in (0.8, 1.2))
     return {
@@ -176,79 +164,55 @@ def _peaks(answers: list[dict[str, Any]], ratios: list[float]) -> dict[str, Any]
     for name, (units, text) in PEAKS.items():
         rows = np.array([answer.get(name, missing) for answer in answers], dtype=float)
         values = rows.reshape(*shape, len(WINDOWS), 2)
-        found[name] = ((*dims, "window"), values[..., 0], {"units": units, "long_name": text})
-        told = {"units": units, "long_name": f"standard error: {text}"}
-        found[f"{name}_error"] = ((*dims, "window"), values[..., 1], told)
-    found["peak_status"] = (dims, _status(answers, shape), {"long_name": "how the run ended"} | flags(STATUS))
-    return found
+        found[name] = number((*dims, "window"), values[..., 0], units, text)
+        found[f"{name}_error"] = number((*dims, "window"), values[..., 1], units, f"standard error: {text}")
+    return found | {"peak_status": _status(answers, dims, shape)}
 
 
 def _motions(answers: list[dict[str, Any]]) -> dict[str, Any]:
     dims, shape = ("panel", "start"), (len(PANELS), len(START_NAMES))
-    found = motions(answers, dims, shape, MOTION)
+    found = variables(answers, dims, shape, MOTION)
     rows = [answers[i : i + shape[1]] for i in range(0, len(answers), shape[1])]
-    told = {
-        "units": "1",
-        "long_name": "farthest of the last section points from the first start's, over clearance",
-    }
-    found["distance"] = (dims, np.array([[_distance(row[0], one) for one in row] for row in rows]), told)
-    found["motion_status"] = (
-        dims,
-        _status(answers, shape),
-        {"long_name": "how the run ended"} | flags(STATUS),
-    )
-    return found
+    distances = np.array([[_distance(row[0], one) for one in row] for row in rows])
+    text = "farthest of the last section points from the first start's, over clearance"
+    found["distance"] = number(dims, distances, "1", text)
+    return found | {"motion_status": _status(answers, dims, shape)}
 
 
 def _distance(first: dict[str, Any], other: dict[str, Any]) -> float:
-    """How far the farthest of the last points of one motion lies from the nearest of another's."""
+    """Largest distance of the last points of one motion from the nearest of another's."""
     if "points" not in first or "points" not in other:
         return math.nan
     a, b = other["points"][-LAST:], first["points"][-LAST:]
     return float(np.linalg.norm(a[:, None] - b[None], axis=-1).min(axis=1).max())
 
 
-def _status(answers: list[dict[str, Any]], shape: tuple[int, ...]) -> np.ndarray:
-    return np.array([answer["status"] for answer in answers], dtype=np.int8).reshape(shape)
+def _status(answers: list[dict[str, Any]], dims: tuple[str, ...], shape: tuple[int, ...]) -> Any:
+    return code(
+        dims, np.reshape([answer["status"] for answer in answers], shape), STATUS, "how the run ended"
+    )
 
 
 def _coordinates(ratios: list[float]) -> dict[str, Any]:
     links = ["rigid", *(f"elastic {ratio:g}" for ratio in ratios)]
     plain = {"panel": list(PANELS), "joints": list(JOINTS), "links": links, "window": list(WINDOWS)}
     plain |= {"start": list(START_NAMES), "claim": list(CLAIMS)}
-    names = {
-        "panel": "panel of Figure 12",
-        "joints": "joint B",
-        "links": "coupler",
-        "window": "turns looked at",
-    }
-    names |= {"start": "initial state", "claim": "conclusion of the paper"}
+    names = {"panel": "panel of Figure 12", "joints": "joint B", "links": "coupler"}
+    names |= {"window": "turns looked at", "start": "initial state", "claim": "conclusion of the paper"}
     found: dict[str, Any] = {dim: (dim, values, {"long_name": names[dim]}) for dim, values in plain.items()}
-    told = {"units": "1", "long_name": "structural damping ratio of the coupler"}
-    found["damping_ratio"] = ("links", [math.nan, *ratios], told)
-    for place, (name, units, text) in enumerate(
-        (("clearance", "m", "radial clearance"), ("gear_ratio", "1", "gear ratio"))
-    ):
-        values = [panel[place] for panel in PANELS.values()]
-        found[name] = ("panel", values, {"units": units, "long_name": text})
+    text = "structural damping ratio of the coupler"
+    found["damping_ratio"] = number("links", [math.nan, *ratios], "1", text)
     found["claim_text"] = ("claim", list(CLAIMS.values()), {"long_name": "what the paper concludes"})
-    return found
+    return found | panel_coordinates(PANELS)
 
 
 def _finished(numbers: xr.Dataset) -> xr.Dataset:
-    """With grades, evidence and an overall status."""
-    grades = {claim: graded(claim, numbers) for claim in CLAIMS}
-    codes = np.array([GRADES.index(grade) for grade, _ in grades.values()], dtype=np.int8)
-    failed = [
-        code for name in ("peak_status", "motion_status") for code in numbers[name].values.ravel() if code
-    ]
-    status = {"long_name": "ok, or how the first run that failed ended"} | flags(STATUS)
+    """Add grades, evidence and an overall status."""
+    grades, texts = zip(*(graded(claim, numbers) for claim in CLAIMS), strict=True)
+    statuses = np.concatenate([numbers[f"{name}_status"].values.ravel() for name in ("peak", "motion")])
+    failed = [*statuses[statuses != 0], 0][0]
     return numbers.assign(
-        grade=("claim", codes, {"long_name": "how the conclusion stands"} | flags(GRADES)),
-        evidence=(
-            "claim",
-            [text for _, text in grades.values()],
-            {"long_name": "the numbers behind the grade"},
-        ),
-        status=((), np.int8(failed[0] if failed else 0), status),
+        grade=code("claim", [GRADES.index(grade) for grade in grades], GRADES, "how the conclusion stands"),
+        evidence=("claim", list(texts), {"long_name": "the numbers behind the grade"}),
+        status=code((), failed, STATUS, "ok, or how the first run that failed ended"),
     ).assign_attrs(Conventions="CF-1.11", kind="claims")

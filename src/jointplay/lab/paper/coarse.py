@@ -79,7 +79,7 @@ def coarse_section(
     kept = slice(transient, wanted)
     rows = np.array(points).reshape(len(points), 1 + n_x + len(model.joints))[kept]
     separations = np.diff(np.array(losses), axis=0)[kept]
-    return _described(model, rows) | {"separations": separations}
+    return _columns(model, rows) | {"separations": separations}
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Crank:
 
     @classmethod
     def of(cls, model: Model) -> Crank:
-        """Find it in a model."""
+        """Read it from a model."""
         place, forward = crank_place(model), -1 if model.crank_speed < 0 else 1
         column = None if place is None else 1 + place  # after the time
         return cls(column, forward * math.tau / model.period, model.crank_angle, forward)
@@ -128,12 +128,12 @@ def _point(march: March, crank: Crank, row: np.ndarray, h: float) -> np.ndarray:
     return found
 
 
-def _described(model: Model, rows: np.ndarray) -> dict[str, np.ndarray]:
+def _columns(model: Model, rows: np.ndarray) -> dict[str, np.ndarray]:
     """Columns of the points by name."""
     n_x = len(model.state)
-    found = {"time": rows[:, 0], "state": rows[:, 1 : 1 + n_x], "mode": rows[:, 1 + n_x :].astype(np.int8)}
+    columns = {"time": rows[:, 0], "state": rows[:, 1 : 1 + n_x], "mode": rows[:, 1 + n_x :].astype(np.int8)}
     if model.links:
         names = QUANTITIES if model.joints else QUANTITIES[:2]
         values = Quantities(model, rows, rows[0]).variables(names, "turn")
-        found |= {name: each[1] for name, each in values.items()}
-    return found
+        columns |= {name: each[1] for name, each in values.items()}
+    return columns

@@ -1,4 +1,4 @@
-"""Motion by fixed steps of Runge and Kutta's method, without events; and the longest step that it bears."""
+"""Motion by fixed steps of the classical Runge-Kutta method, without events; and its longest stable step."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def _jacobian(model: Model, state: np.ndarray, modes: np.ndarray) -> np.ndarray:
 
 
 def _cause(model: Model, speeds: np.ndarray, modes: np.ndarray) -> str:
-    """What a fast motion comes from, by the link that moves most."""
+    """Cause of a fast motion, by the link that moves most."""
     names = cache.structure_module(model.structure).STATE[1 + len(model.turning) :]
     driven = getattr(model.structure, "drive", None) == "motor"
     if driven and names[int(np.argmax(np.abs(speeds)))] == f"w_{model.crank}":
@@ -108,7 +108,7 @@ def _cause(model: Model, speeds: np.ndarray, modes: np.ndarray) -> str:
 
 
 def accepted_step(model: Model, step: float | None) -> float:
-    """Give the step to take, s: what is asked for if RK4 is stable with it, else a share of the longest.
+    """Return the step to take, s: the given one if RK4 is stable with it, a share of the longest if none is.
 
     Raises
     ------
@@ -127,13 +127,13 @@ def accepted_step(model: Model, step: float | None) -> float:
 
 
 def too_long(key: str, step: float, bound: Bound) -> Problem:
-    """What is said of a step beyond the bound."""
+    """Problem of a step beyond the stability bound."""
     return Problem(key, step, f"at most {bound} is accepted")
 
 
 @dataclass(frozen=True)
 class March:
-    """A run by fixed steps that is taken up again and again: arrays of the method, and the loads' places."""
+    """Integration by fixed steps that can be resumed: arrays of the method, and indices of the loads."""
 
     model: Model
     places: np.ndarray
@@ -147,23 +147,10 @@ class March:
         return cls(model, places, memory(model, Request(math.inf)))
 
     def __call__(self, start: np.ndarray, h: float, count: int, loads: np.ndarray | None = None):
-        """Take `count` steps of length h from a state.
+        """Take `count` steps of length h, s, from a start (time, positions, speeds).
 
-        Parameters
-        ----------
-        start : ndarray
-            Time, positions, speeds.
-        h : float
-            Length of a step, s.
-        count : int
-            How many.
-        loads : ndarray, shape (count + 1, loads), optional
-            Values of the loaded parameters at the steps' ends; 0 if left out.
-
-        Returns
-        -------
-        ndarray, shape (count + 1, 1 + states + contacts)
-            Time, state and contact modes at the start and after every step; NaN after divergence.
+        The `loads`, shape (count + 1, loads), are the loaded parameters at the steps' ends, 0 if left out.
+        Returned are time, state and contact modes at the start and after every step; NaN after divergence.
         """
         (f, run, pace), (k, x, o) = self._loop, self.arrays
         loads = np.zeros((count + 1, len(self.places))) if loads is None else np.ascontiguousarray(loads)

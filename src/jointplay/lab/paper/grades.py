@@ -2,8 +2,8 @@
 
 Every conclusion is taken apart into checks. A ratio of two means is above 1 if it exceeds 1 by more than
 `MARGIN` and its error of `ERRORS` standard errors, is not above 1 if it stays below that margin by as much,
-and else cannot be told. All checks that can be told hold: ``reproduced``; some: ``partly``; none: ``not``.
-Where a run failed, or nothing can be told: ``undecidable``.
+and else is undecided. All decided checks hold: ``reproduced``; some: ``partly``; none: ``not``. Where a run
+failed, or no check is decided: ``undecidable``.
 
 peaks        with rigid links: in every panel and window, joint force and the accelerations of coupler and
              crank have larger peaks with clearance than with ideal joints
@@ -50,12 +50,12 @@ class Ratio:
     error: np.ndarray
 
     def above(self) -> np.ndarray:
-        """1 where above 1, 0 where not, NaN where it cannot be told."""
+        """1 where above 1, 0 where not, NaN where undecided."""
         low, high = self.value - ERRORS * self.error, self.value + ERRORS * self.error
         return np.where(low > 1 + MARGIN, 1.0, np.where(high <= 1 + MARGIN, 0.0, np.nan))
 
     def below(self) -> np.ndarray:
-        """1 where below 1, 0 where not, NaN where it cannot be told."""
+        """1 where below 1, 0 where not, NaN where undecided."""
         low, high = self.value - ERRORS * self.error, self.value + ERRORS * self.error
         return np.where(high < 1 - MARGIN, 1.0, np.where(low >= 1 - MARGIN, 0.0, np.nan))
 
@@ -75,17 +75,17 @@ def graded(claim: str, numbers: xr.Dataset) -> tuple[str, str]:
 
 
 def grade(checks: Iterable[float]) -> str:
-    """Grade from checks: 1 holds, 0 does not, NaN cannot be told."""
-    told = np.array([check for check in checks if not np.isnan(check)])
-    if not len(told):
+    """Grade from checks: 1 holds, 0 does not, NaN is undecided."""
+    decided = np.array([check for check in checks if not np.isnan(check)])
+    if not len(decided):
         return "undecidable"
-    return "reproduced" if told.all() else "partly" if told.any() else "not"
+    return "reproduced" if decided.all() else "partly" if decided.any() else "not"
 
 
 def _count(checks: np.ndarray, word: str) -> str:
-    told = int(np.sum(~np.isnan(checks)))
-    rest = np.size(checks) - told
-    return f"{int(np.nansum(checks))} of {told} {word}" + (f", {rest} not told" if rest else "")
+    decided = int(np.sum(~np.isnan(checks)))
+    rest = np.size(checks) - decided
+    return f"{int(np.nansum(checks))} of {decided} {word}" + (f", {rest} not told" if rest else "")
 
 
 def _ratio(numbers: xr.Dataset, name: str, over: dict[str, str], under: dict[str, str]) -> Ratio:
@@ -101,11 +101,11 @@ def _ratio(numbers: xr.Dataset, name: str, over: dict[str, str], under: dict[str
 
 
 def _peaks(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
-    told = {"peak_force": "force at B", "peak_coupler_acceleration": "coupler acceleration"}
-    told |= {"peak_crank_acceleration": "crank acceleration"}
+    texts = {"peak_force": "force at B", "peak_coupler_acceleration": "coupler acceleration"}
+    texts |= {"peak_crank_acceleration": "crank acceleration"}
     rigid = numbers.sel(links="rigid").transpose("window", "panel", ...)
     parts, checks = [], []
-    for name, text in told.items():
+    for name, text in texts.items():
         ratio = _ratio(rigid, name, {"joints": "clearance"}, {"joints": "ideal"})
         rows = (
             f"{_plain(window)} {', '.join(f'{value:.3g}' for value in row)}"
@@ -138,10 +138,10 @@ def _impacts(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
 
 def _deflection(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
     free, damped = ({"links": f"elastic {ratio:g}"} for ratio in (0.0, 0.01))
-    told = {"peak_deflection": "largest", "rms_deflection": "root mean square", "vibration": "fast part"}
-    told |= {"irregularity": "turn-to-turn change"}
+    texts = {"peak_deflection": "largest", "rms_deflection": "root mean square", "vibration": "fast part"}
+    texts |= {"irregularity": "turn-to-turn change"}
     checks, parts = [], []
-    for name, text in told.items():
+    for name, text in texts.items():
         for window in numbers.window.values if name != "irregularity" else ["steady"]:
             ratio = _ratio(numbers.sel(window=window), name, damped, free)
             checks.append(ratio.below().ravel())

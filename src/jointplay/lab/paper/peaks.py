@@ -61,13 +61,12 @@ def peaks(
     clear, elastic = mechanism.joint(joint).clearance > 0, mechanism.link(link).elastic
     force = ["normal_force", "tangential_force"] if clear else ["reaction"]
     record = ["angle", "angular_acceleration", *force] + ["deflection"] * elastic
-    windows, asked = (START_UP, (DROPPED, DROPPED + turns)), {"rtol": rtol, "max_steps": max_steps}
+    windows, limits = (START_UP, (DROPPED, DROPPED + turns)), {"rtol": rtol, "max_steps": max_steps}
     period = math.tau / abs(mechanism.drive.nominal_speed)
-    sampled = simulate(
-        mechanism, windows=windows, samples_per_turn=round(period / INTERVAL), record=record, **asked
-    )
+    rate = round(period / INTERVAL)
+    sampled = simulate(mechanism, windows=windows, samples_per_turn=rate, record=record, **limits)
     # A jump of the contact force shakes the crank for microseconds only: take both sides of every event too
-    own = simulate(mechanism, turns=DROPPED + turns, steps=True, record=record, **asked)
+    own = simulate(mechanism, turns=DROPPED + turns, steps=True, record=record, **limits)
     if sampled.status or own.status:
         return {"status": int(sampled.status or own.status)}
     answer: dict[str, Any] = {"status": 0, "impacts": [_impacts(own, window) for window in windows]}
@@ -78,7 +77,7 @@ def peaks(
 
 
 def _quantities(joint: str, link: str, elastic: bool) -> dict[str, Callable[[xr.Dataset], np.ndarray]]:
-    """What has peaks, by name."""
+    """Functions from a result to the quantities that have peaks, by name."""
     found: dict[str, Callable[[xr.Dataset], np.ndarray]] = {"force": lambda found: _force(found, joint)}
     for one in ("coupler", "crank"):
         found[f"{one}_acceleration"] = lambda found, k=one: found.angular_acceleration.sel(link=k).values
@@ -100,10 +99,8 @@ def _turns(found: xr.Dataset) -> np.ndarray:
 def _each(turns: np.ndarray, window: Pair) -> list[np.ndarray]:
     """Rows of each turn of a window."""
     first, last = window
-    return [
-        np.flatnonzero((turns >= max(n, first)) & (turns < n + 1))
-        for n in range(math.floor(first), round(last))
-    ]
+    whole = range(math.floor(first), round(last))
+    return [np.flatnonzero((turns >= max(n, first)) & (turns < n + 1)) for n in whole]
 
 
 def _peak(sources: list[tuple[np.ndarray, np.ndarray]], window: Pair) -> Pair:

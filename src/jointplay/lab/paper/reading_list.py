@@ -40,7 +40,7 @@ class Reading:
     settings : dict
         Keywords of `measure` that differ from what is asked for.
     measure : callable
-        What says of a motion what it is: `character`, or its kin.
+        Classifies a motion: `character`, or a function like it.
     """
 
     text: str
@@ -54,21 +54,16 @@ def _replaced(**changes: Any) -> Callable[[Mechanism], Mechanism]:
 
 
 def _parts(mechanism: Mechanism, **fields: Any) -> Mechanism:
-    """A validated copy with other links, joints or drive."""
-    return type(mechanism)(
-        **{name: getattr(mechanism, name) for name in type(mechanism).model_fields} | fields
-    )
+    """Return a validated copy with other links, joints or drive."""
+    return type(mechanism)(**dict(mechanism) | fields)
 
 
 def _coupler(change: Callable[[Link], dict[str, float]]) -> Callable[[Mechanism], Mechanism]:
     """Another mass model of the coupler: the fields of its record that change."""
 
     def changed(mechanism: Mechanism) -> Mechanism:
-        links = (
-            link.model_copy(update=change(link)) if link.name == "coupler" else link
-            for link in mechanism.links
-        )
-        return _parts(mechanism, links=tuple(links))
+        changes = ((link, change(link) if link.name == "coupler" else {}) for link in mechanism.links)
+        return _parts(mechanism, links=tuple(link.model_copy(update=update) for link, update in changes))
 
     return changed
 
@@ -88,13 +83,10 @@ def _diametral(mechanism: Mechanism) -> Mechanism:
 
 
 def _regularised(mechanism: Mechanism) -> Mechanism:
-    joints = [
-        joint.model_copy(
-            update={"friction": Friction(law="tanh", coefficient=joint.friction.coefficient, velocity=CREEP)}
-        )
-        for joint in mechanism.joints
-    ]
-    return _parts(mechanism, joints=tuple(joints))
+    coefficients = [joint.friction.coefficient for joint in mechanism.joints]
+    laws = (Friction(law="tanh", coefficient=f, velocity=CREEP) for f in coefficients)
+    pairs = zip(mechanism.joints, laws, strict=True)
+    return _parts(mechanism, joints=tuple(joint.model_copy(update={"friction": law}) for joint, law in pairs))
 
 
 def _newton_metres(mechanism: Mechanism) -> Mechanism:

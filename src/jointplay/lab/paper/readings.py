@@ -1,4 +1,4 @@
-"""Readings of what a paper leaves open: what the motion is under each, for each panel of its Figure 12.
+"""Readings of an ambiguous paper: the character of the motion under each, for each panel of its Figure 12.
 
 The paper is Chunmei, Yang, Ling and Ling, J. Sound Vib. (2002). Its Figure 12 shows three Poincaré maps, told
 apart by clearance and gear ratio only; several equations and parameters can be read in more than one way. A
@@ -7,21 +7,20 @@ reading changes one of them and leaves the others as printed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
-from jointplay.analysis.evaluate import flags
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.errors import InputError, Problem, unknown
-from jointplay.lab.paper.answers import motions, table
-from jointplay.lab.paper.character import RTOL, TOLERANCE
+from jointplay.lab.paper.character import RTOL, TOLERANCE, variables
 from jointplay.lab.paper.reading_list import PANELS, READINGS
+from jointplay.lab.variables import code, column, number
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural, Positive, unit
@@ -31,7 +30,7 @@ POINTS = 200  # section points kept for a small picture
 
 
 def printed_fits(mechanism: Any) -> list[Problem]:
-    """What keeps a mechanism from being the paper's: a motor-driven crank, a coupler, and play at B."""
+    """Problems of a mechanism unlike the paper's: motor-driven crank, coupler, clearance at B."""
     if mechanism is None:
         return []
     expected = (
@@ -45,8 +44,8 @@ def printed_fits(mechanism: Any) -> list[Problem]:
     return [Problem("mechanism", mechanism, expected)]
 
 
-def strangers(panels: Sequence[str], readings: Sequence[str]) -> list[Problem]:
-    """Panels and readings that there are not."""
+def unknown_names(panels: Sequence[str], readings: Sequence[str]) -> list[Problem]:
+    """Problems of names of panels and readings: unknown, or none given."""
     lists = (("panels", panels, PANELS, "panel"), ("readings", readings, READINGS, "reading"))
     wrong = [
         unknown(f"{key}[{i}]", name, name, known, what)
@@ -62,7 +61,7 @@ def strangers(panels: Sequence[str], readings: Sequence[str]) -> list[Problem]:
 
 
 @divided
-@analysis(printed_fits, strangers)
+@analysis(printed_fits, unknown_names)
 def readings(
     mechanism: Moving | None = None,
     *,
@@ -95,10 +94,8 @@ def readings(
         Relative tolerance of a step; the growth is always followed at its own.
     max_steps : int, optional
         Attempted steps after which a run stops.
-    n_jobs : int, optional
-        Worker processes.
-    progress : callable, optional
-        Called with the fraction done.
+    n_jobs, progress
+        Worker processes; called with the fraction done.
 
     Returns
     -------
@@ -130,16 +127,16 @@ def readings(
 
 
 def cell(mechanism: Mechanism, reading: str, settings: dict[str, Any]) -> dict[str, Any]:
-    """One panel, as a mechanism, under one reading: what its measure says of it."""
+    """Measure one panel, as a mechanism, under one reading."""
     one = READINGS[reading]
-    found = one.measure(one.change(mechanism), **settings)
-    if found["status"]:
-        return found
-    return found | {"extent": float(np.ptp(found["points"], axis=0).max())}
+    result = one.measure(one.change(mechanism), **settings)
+    if result["status"]:
+        return result
+    return result | {"extent": float(np.ptp(result["points"], axis=0).max())}
 
 
 def _scenes(cells: list[dict[str, Any]]):
-    """Scenes whose kernels the cells need; a reading that is refused says so in its own cell."""
+    """Models whose kernels the cells need; a reading that is refused raises its error in its own cell."""
     for one in cells:
         try:
             mechanism = READINGS[one["reading"]].change(one["mechanism"])
@@ -160,18 +157,17 @@ _NUMBERS = {
 
 def _dataset(panels: list[str], names: list[str], answers: list[dict[str, Any]]) -> xr.Dataset:
     shape, dims = (len(panels), len(names)), ("panel", "reading")
-    found = motions(answers, dims, shape, _NUMBERS)
-    codes = table(answers, shape, "status", STATUS.index("not_run"), np.int8)
-    found["cell_status"] = (dims, codes, {"long_name": "how the run ended"} | flags(STATUS))
-    failed = codes[codes != 0]
-    told = {"long_name": "ok, or how the first cell that failed ended"} | flags(STATUS)
-    found["status"] = ((), np.int8(failed[0] if len(failed) else 0), told)
-    told = {"long_name": "what went wrong, where something did"}
-    found["trouble"] = (dims, table(answers, shape, "trouble", "", object).astype(str), told)
+    found = variables(answers, dims, shape, _NUMBERS)
+    codes = column(answers, "status", STATUS.index("not_run")).reshape(shape)
+    found["cell_status"] = code(dims, codes, STATUS, "how the run ended")
+    failed = [*codes[codes != 0], 0][0]
+    found["status"] = code((), failed, STATUS, "ok, or how the first cell that failed ended")
+    trouble = column(answers, "trouble", "", object).astype(str).reshape(shape)
+    found["trouble"] = (dims, trouble, {"long_name": "what went wrong, where something did"})
     for axis, name in enumerate(("section_x", "section_y")):
         cut = np.stack([_last_points(answer)[:, axis] for answer in answers]).reshape(*shape, POINTS)
         text = f"journal centre over clearance at the section, {'xy'[axis]}"
-        found[name] = ((*dims, "point"), cut, {"units": "1", "long_name": text})
+        found[name] = number((*dims, "point"), cut, "1", text)
     return xr.Dataset(found, _coordinates(panels, names), {"Conventions": "CF-1.11", "kind": "readings"})
 
 
@@ -185,13 +181,16 @@ def _coordinates(panels: list[str], names: list[str]) -> dict[str, Any]:
     texts = [READINGS[name].text for name in names]
     return {
         "panel": ("panel", panels, {"long_name": "panel of Figure 12"}),
-        "clearance": (
-            "panel",
-            [PANELS[p][0] for p in panels],
-            {"units": "m", "long_name": "radial clearance"},
-        ),
-        "gear_ratio": ("panel", [PANELS[p][1] for p in panels], {"units": "1", "long_name": "gear ratio"}),
         "reading": ("reading", names, {"long_name": "reading of the paper"}),
         "reading_text": ("reading", texts, {"long_name": "what the reading means"}),
-        "point": ("point", np.arange(POINTS), {"units": "1", "long_name": "section point"}),
+        "point": number("point", np.arange(POINTS), "1", "section point"),
+    } | panel_coordinates(panels)
+
+
+def panel_coordinates(panels: Iterable[str]) -> dict[str, Any]:
+    """Clearance and gear ratio of panels, as coordinates."""
+    clearances, ratios = zip(*(PANELS[panel] for panel in panels), strict=True)
+    return {
+        "clearance": number("panel", list(clearances), "m", "radial clearance"),
+        "gear_ratio": number("panel", list(ratios), "1", "gear ratio"),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from textwrap import wrap
 
+import numpy as np
 import xarray as xr
 
 COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
@@ -12,17 +13,12 @@ WIDTHS = (44, 12, 110)  # characters of conclusion, grade, evidence
 
 
 def claims_table(dataset: xr.Dataset) -> str:
-    """The paper's conclusions, how each stands, and the numbers behind that.
+    """Return the paper's conclusions, their grades and the numbers behind these, as text in three columns.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `jointplay.claims`.
-
-    Returns
-    -------
-    str
-        Lines in three columns.
     """
     grades = _words(dataset["grade"])
     rows = [("conclusion of the paper", "grade", "numbers"), tuple("-" * (width - 2) for width in WIDTHS)]
@@ -42,22 +38,16 @@ def _lines(row: tuple[str, ...]) -> str:
 
 
 def readings_table(dataset: xr.Dataset) -> str:
-    """Every panel of Figure 12 under every reading, one a line.
+    """Return every panel of Figure 12 under every reading as text, one a line.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `jointplay.readings`.
-
-    Returns
-    -------
-    str
     """
     head = ("panel", "reading", *COLUMNS, "period", "growth a turn", "motion")
-    rows, motions = [], _words(dataset["motion"])
-    for panel in range(dataset.sizes["panel"]):
-        for reading in range(dataset.sizes["reading"]):
-            rows.append(_reading(dataset.isel(panel=panel, reading=reading), motions[panel][reading]))
+    motions = _words(dataset["motion"])
+    rows = [_reading(dataset.isel(panel=p, reading=r), motions[p, r]) for p, r in np.ndindex(motions.shape)]
     both = (dataset.reading, dataset.reading_text)
     texts = [f"{name.item():<32}{text.item()}" for name, text in zip(*both, strict=True)]
     return "\n".join([_row(head), *map(_row, rows), "", *texts]) + "\n"
@@ -79,11 +69,6 @@ def _number(value: xr.DataArray, form: str) -> str:
     return format(float(value), form) if math.isfinite(value) else "-"
 
 
-def _words(codes: xr.DataArray) -> list:
-    """Flags as words, nested as the array is."""
-    words = codes.attrs["flag_meanings"].split()
-    return _named(codes.values.tolist(), words)
-
-
-def _named(codes, words: list[str]):
-    return [_named(code, words) for code in codes] if isinstance(codes, list) else words[codes]
+def _words(codes: xr.DataArray) -> np.ndarray:
+    """Flags as words."""
+    return np.array(codes.attrs["flag_meanings"].split())[codes.values]

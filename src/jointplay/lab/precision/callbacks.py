@@ -21,7 +21,7 @@ whole, matrix = int64[::1], float64[:, ::1]
 
 
 class Callbacks(NamedTuple):
-    """Functions of (place, b, t, y, …, out); what they write is said where they are made."""
+    """Functions of (place, b, t, y, …, out); those that compile them document what they write."""
 
     rates: Callable
     watched: Callable

@@ -1,4 +1,4 @@
-"""What competes: this package's method, and the loop over events that its peers share."""
+"""The methods compared: this package's, and the loop over events that its peers share."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ ENDLESS = 10, 100  # times as many events as the truth has, and so many more, ar
 
 
 class Trouble(ArithmeticError):
-    """A run that ends early, with a word of `STATUS`."""
+    """Early end of a run, named by a word of `STATUS`."""
 
 
 @dataclass
 class Outcome:
-    """What a run reached: its state, s of CPU time, and counts."""
+    """End of a run: its status and state, CPU time in s, counts and events."""
 
     status: str = "ok"
     state: np.ndarray = field(default_factory=lambda: np.zeros(0))
@@ -37,7 +37,7 @@ class Outcome:
 
 
 class Ours:
-    """This package's method. What is timed is the integration; assembling and allocating come before."""
+    """This package's method; the integration is timed, assembling and allocating are not."""
 
     name = OURS
 
@@ -46,7 +46,7 @@ class Ours:
         self.model, self.tolerance, self.request = model, tolerance, request
 
     def run(self, limit: float = math.inf) -> Outcome:
-        """Follow the motion; `limit` is for peers, this has its own of steps."""
+        """Integrate up to the end; `limit`, of CPU time, is for peers: this method has a limit of steps."""
         from jointplay.numerics import memory as at
 
         full, (k, x, o) = cache.method("flow").FULL, memory(self.model, self.request)
@@ -64,20 +64,10 @@ class Ours:
 
 
 class Peer:
-    """A solver that follows a motion up to a root; here it goes on from event to event.
+    """Base class of other solvers: a subclass integrates up to a root, this goes on from event to event.
 
-    Parameters
-    ----------
-    equations : Equations
-        What it solves.
-    tolerance : float
-        Its relative tolerance.
-    end : float
-        Time to stop at, s.
-    unit : ndarray
-        Unit of each state; a hundredth of the tolerance, in these, is its absolute tolerance.
-    events : int
-        How many events the motion has.
+    It solves the equations up to time `end`, s, with a relative tolerance and, in the states' units, a
+    hundredth of it as absolute tolerance; `events` is the number of events that the motion has.
     """
 
     name = ""
@@ -92,32 +82,32 @@ class Peer:
         """Follow the motion for at most `limit` s of CPU time; what it compiles is not counted in."""
         began = time.process_time()
         self.evaluations, self.steps, self.compiling, self.deadline = 0, 0, 0.0, began + limit
-        found = Outcome()
+        outcome = Outcome()
         try:
-            found.state = self._follow(found.events)
+            outcome.state = self._follow(outcome.events)
         except Trouble as trouble:
-            found.status = str(trouble)
+            outcome.status = str(trouble)
         except Exception as error:  # a peer may fail in any way of its own
             if from_progress(error):
                 raise
-            found.status = "crashed"
-        found.seconds = time.process_time() - began - self.compiling
-        found.evaluations, found.steps = self.counted(), self.steps
-        return found
+            outcome.status = "crashed"
+        outcome.seconds = time.process_time() - began - self.compiling
+        outcome.evaluations, outcome.steps = self.counted(), self.steps
+        return outcome
 
     def _follow(self, events: list[Event]) -> np.ndarray:
         self.equations.begin()
         t, y = 0.0, self.equations.start.copy()
         while True:
-            t, y, fired = self.until(t, y)
+            t, y, fired = self.integrate(t, y)
             if fired is None:
                 return y
-            y, event = self.equations.meet(t, y, fired)
+            y, event = self.equations.after_event(t, y, fired)
             events.append(event)
             if len(events) > self.most:
                 raise Trouble("chatter")
 
-    def until(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
+    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
         """Follow the motion in its present modes; give back time, state, and the watched guard that fired."""
         raise NotImplementedError
 

@@ -46,9 +46,9 @@ def aligned(blocks: list[np.ndarray]) -> np.ndarray:
     from jointplay.numerics.memory import lane_rows
 
     total = sum(map(len, blocks))
-    found = lane_rows(-(-total // 8))[:total]
-    found[:] = np.concatenate(blocks)
-    return found
+    joined = lane_rows(-(-total // 8))[:total]
+    joined[:] = np.concatenate(blocks)
+    return joined
 
 
 class Equations:
@@ -65,20 +65,15 @@ class Equations:
     def __init__(self, model: Model, rtol: float):
         self.model, self.module = model, cache.structure_module(model.structure)
         k, x, o = memory(model, Request(0.0, rtol))
-        self.modes, self.flags, self.fired, self.rest, self._out = (
-            x.modes,
-            x.flags,
-            x.fired,
-            o.rest,
-            k.contact,
-        )
+        self.modes, self.flags, self.fired = x.modes, x.flags, x.fired
+        self.rest, self._out = o.rest, k.contact
         blocks = [k.w, x.s, x.p, x.m]
         ends = np.cumsum([len(block) for block in blocks])
         self.place, self.b = np.array([0, o.n_q, o.n, o.first, o.guards, *ends]), aligned(blocks)
         self._s, self._p, self._m = np.split(self.b, ends[:-1])[1:]
         self._scratch = AWAY * model.absolute if self.module.SIZES["planned"] else k.J
         self._call = compiled(model.structure)
-        self._met: dict[tuple[int, ...], tuple] = {}
+        self._entered: dict[tuple[int, ...], tuple] = {}
         self.start, self._first = model.state.copy(), starting_modes(model)
         self.begin()
 
@@ -89,14 +84,14 @@ class Equations:
     def _enter(self, modes: np.ndarray) -> None:
         """Take contact modes."""
         key = tuple(modes.tolist())
-        if key not in self._met:
-            self._met[key] = self._watching(modes)
+        if key not in self._entered:
+            self._entered[key] = self._watching(modes)
         self.modes[:] = modes
         self.key = key
-        self._m[:], self.place[0], self.watch, self.guards = self._met[key]
+        self._m[:], self.place[0], self.watch, self.guards = self._entered[key]
 
     def _watching(self, modes: np.ndarray) -> tuple[np.ndarray, int, np.ndarray, int]:
-        """Masks of modes, their variant, what is watched (guard, side, guard, …) and how many these are."""
+        """Masks of modes, their variant, the watched guards (guard, side, guard, …) and their number."""
         from jointplay.numerics.events import side_of
         from jointplay.numerics.modes import mask, variant_of
 
@@ -118,7 +113,7 @@ class Equations:
         """Write the derivatives of the rates, shape (states, states)."""
         self._call.derivatives(self.place, self.b, t, y, self._scratch, out)
 
-    def meet(self, t: float, y: np.ndarray, k: int) -> tuple[np.ndarray, Event]:
+    def after_event(self, t: float, y: np.ndarray, k: int) -> tuple[np.ndarray, Event]:
         """Change modes, or jump, where the k-th watched guard fell to zero; give back state and event."""
         guard = int(self.watch[2 * k])
         if guard >= 4 * len(self.flags):

@@ -5,23 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from jointplay.analysis.looks import seen
 from jointplay.lab.precision.contenders import OURS, Ours, Outcome, Peer
 from jointplay.lab.precision.generated_code import Equations
+from jointplay.lab.precision.solvers import Cvode, Scipy
+from jointplay.lab.precision.taylor import Heyoka
 from jointplay.lab.precision.truth import Truth
 from jointplay.mechanism.model import Model
 
 NEXT = 3.0  # a run at the next tolerance may take so many times as long as the last
 SHORT = 0.01  # s: the first run after another method's tells what it left in the processor's caches
-FEWEST = 1e-4  # s: what a round costs at least, beside the run itself
+FEWEST = 1e-4  # s: least cost of a round, beside the run itself
 
 
 @dataclass
 class Row:
-    """A method at a tolerance: what its first run reached, and what all timed runs took (s)."""
+    """A method at a tolerance: outcome and error of its first run, and the times of all timed runs, s."""
 
     method: str
     tolerance: float
@@ -38,7 +41,7 @@ class Row:
         return float(np.median(self.times)) if self.times else self.outcome.seconds
 
     def timed(self) -> float:
-        """Time of one more run, s; a short one is made twice, and the second is told."""
+        """Time of one more run, s; a short one is made twice, and the second counts."""
         seconds = self.contender.run().seconds
         return self.contender.run().seconds if seconds < SHORT else seconds
 
@@ -51,18 +54,16 @@ class Row:
         return float(high - low) / 2
 
 
-def contender(name: str, model: Model, tolerance: float, end: float, truth: Truth, max_steps: int):
-    """A method, ready to run."""
-    if name == OURS:
+def contender(
+    method: str | type[Peer], model: Model, tolerance: float, end: float, truth: Truth, max_steps: int
+) -> Ours | Peer:
+    """A method, named or given as the class of a peer, ready to run."""
+    if method == OURS:
         return Ours(model, tolerance, end, max_steps)
     given = Equations(model, tolerance), tolerance, end, truth.unit, len(truth.outcome.events)
-    if name == "heyoka":
-        from jointplay.lab.precision.taylor import Heyoka
-
-        return Heyoka(*given)
-    from jointplay.lab.precision.solvers import Cvode, Scipy
-
-    return Cvode(*given) if name == "CVODE" else Scipy(name, *given)
+    if isinstance(method, str):
+        method = {"heyoka": Heyoka, "CVODE": Cvode}.get(method, partial(Scipy, method))
+    return method(*given)
 
 
 def measure(
@@ -72,21 +73,10 @@ def measure(
     budget: float,
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Judge every row, then time all of them in turns, each method within its share of the budget (s).
+    """Judge every row by the truth, then time all of them in turns, `rounds` times at most.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        Of each method from loose to tight tolerances.
-    truth : Truth
-        To judge by.
-    rounds : int
-        Timed runs of each row at most.
-    budget : float
-        CPU time of all runs, s; compiling has as much of its own. A run that would not fit is left out, and
-        so are tighter ones.
-    progress : callable, optional
-        Called with the fraction done.
+    The rows of each method go from loose to tight tolerances. The methods share the `budget` of CPU time (s)
+    evenly, and have as much for compiling; a run that would not fit is left out, and so are tighter ones.
     """
     share = budget / max(1, len({row.method for row in rows}))
     spent, compiled = (dict.fromkeys((row.method for row in rows), 0.0) for _ in range(2))
@@ -121,11 +111,9 @@ def time_at(rows: Sequence[Row], error: float) -> float:
 
     Between the runs that no other run of it beats, log over log.
     """
-    good = [
-        row for row in rows if row.agreement == "same" and 0 < row.median < math.inf
-    ]  # 0: too short to time
+    timed = [row for row in rows if 0 < row.median < math.inf]  # 0: too short to time
     front: list[Row] = []
-    for row in sorted(good, key=lambda row: row.median):
+    for row in sorted((row for row in timed if row.agreement == "same"), key=lambda row: row.median):
         if not front or row.error < front[-1].error:
             front.append(row)
     if not front or front[-1].error > error:

@@ -1,4 +1,4 @@
-"""What a comparison of methods is asked for, and whether that makes sense."""
+"""The methods and tolerances of a comparison, and their validation."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ PEERS = {
 
 @dataclass(frozen=True)
 class Plan:
-    """The keywords of `work_precision` that say what is compared."""
+    """The tolerances and solvers that `work_precision` compares."""
 
     tolerances: tuple[float, ...]
     peers: tuple[str, ...]
 
     @property
     def installed(self) -> tuple[str, ...]:
-        """The peers that are there."""
+        """The peers that are installed."""
         return tuple(name for name in self.peers if find_spec(PEERS[name]))
 
     @property
     def absent(self) -> tuple[str, ...]:
-        """The peers that are not."""
+        """The peers that are not installed."""
         return tuple(name for name in self.peers if name not in self.installed)
 
 
@@ -53,8 +53,8 @@ Tolerances = Annotated[
 Peers = several(str, f"a list of peers: {', '.join(PEERS)}")
 
 
-def strangers(peers: tuple[str, ...]) -> Iterator[Problem]:
-    """Yield peers that there are not, or that are named twice."""
+def unknown_peers(peers: tuple[str, ...]) -> Iterator[Problem]:
+    """Yield the problems of peers: unknown, or named twice."""
     for i, name in enumerate(peers):
         if name not in PEERS:
             yield unknown(f"peers[{i}]", name, name, PEERS, "peer")

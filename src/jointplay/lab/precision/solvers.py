@@ -25,7 +25,7 @@ class Cvode(Peer):
         super().__init__(*given)
         self.solver = CVODE
 
-    def until(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
+    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
         equations, n = self.equations, self.equations.guards
 
         def rate(time, state, out):
@@ -62,7 +62,7 @@ class Scipy(Peer):
         self.name = name
         self._out, self._square = np.empty(len(self.absolute)), np.empty(2 * [len(self.absolute)])
 
-    def until(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
+    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
         equations = self.equations
 
         def rate(time, state):

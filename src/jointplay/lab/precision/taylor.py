@@ -34,11 +34,11 @@ class Heyoka(Peer):
         import heyoka
 
         super().__init__(*given)
-        heyoka.set_logger_level_error()  # that a run goes astray is told in its status
+        heyoka.set_logger_level_error()  # a run that diverges has a status for it
         self.ends = heyoka.taylor_outcome
         self._made: dict[tuple, tuple] = {}
 
-    def until(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
+    def integrate(self, t: float, y: np.ndarray) -> tuple[float, np.ndarray, int | None]:
         (ta, state, pars), guards = self._integrator(), self.equations.guards
         ta.time, state[:] = t, y
         if len(pars):
@@ -65,47 +65,45 @@ class Heyoka(Peer):
         key = tuple(SLIP_POSITIVE if mode == SLIP_NEGATIVE else mode for mode in self.equations.key)
         if key not in self._made:
             began = time.process_time()
-            ta = integrator(self.equations, self.tolerance)
+            ta = self._compiled()
             self._made[key] = ta, ta.state, ta.pars
             self.compiling += time.process_time() - began
         return self._made[key]
+
+    def _compiled(self):
+        """Compile a Taylor integrator of the equations in their present modes."""
+        import heyoka
+
+        states, rates, guards = self.expressions()
+        events = [heyoka.t_event(guard, direction=heyoka.event_direction.negative) for guard in guards]
+        options = {"t_events": events, "fast_math": True, "compact_mode": len(rates) > 2 * COMPACT}
+        system = list(zip(states, rates, strict=True))
+        return heyoka.taylor_adaptive(system, np.zeros(len(states)), tol=self.tolerance, **options)
+
+    def expressions(self) -> tuple[list[Any], list[Any], list[Any]]:
+        """States, their rates and the watched guards as heyoka's expressions, in the present modes."""
+        import heyoka
+
+        equations = self.equations
+        model = equations.model
+        system, program = assignments(model.structure, int(variant_of(equations.modes)))
+        symbols = system.positions + system.speeds
+        states = [heyoka.expression(f"x{i}") for i in range(len(symbols))]
+        given = {"t": heyoka.time} | dict(zip(map(str, symbols), states, strict=True))
+        given |= {str(p): float(v) for p, v in zip(system.parameters, model.numbers, strict=True)}
+        given |= _masks(equations, system)
+        for name, value in program:
+            given[name] = translated(value, given)
+        n_q, n = len(system.positions), len(system.speeds)
+        rates = [*states[n_q : 2 * n_q], *(given[f"out_rate_{k}"] for k in range(n))]
+        watch = equations.watch.reshape(-1, 2).tolist()
+        guards = [_side(equations, g, side) * given[f"out_guard_{g}"] for g, side in watch]
+        return states, [rate + 0.0 * states[0] for rate in rates], guards
 
 
 def slips(modes: Iterable[int]) -> list[float]:
     """Slip direction of each contact, 0 where it does not slip."""
     return [SIGNS.get(mode, 0.0) for mode in modes]
-
-
-def integrator(equations: Equations, tolerance: float):
-    """Compile a Taylor integrator of the equations in their present modes."""
-    import heyoka
-
-    states, rates, guards = expressions(equations)
-    falling = heyoka.event_direction.negative
-    events = [heyoka.t_event(guard, direction=falling) for guard in guards]
-    options = {"t_events": events, "fast_math": True, "compact_mode": len(rates) > 2 * COMPACT}
-    system = list(zip(states, rates, strict=True))
-    return heyoka.taylor_adaptive(system, np.zeros(len(states)), tol=tolerance, **options)
-
-
-def expressions(equations: Equations) -> tuple[list[Any], list[Any], list[Any]]:
-    """States, their rates and the watched guards as heyoka's expressions."""
-    import heyoka
-
-    structure = equations.model.structure
-    system, program = assignments(structure, int(variant_of(equations.modes)))
-    symbols = system.positions + system.speeds
-    states = [heyoka.expression(f"x{i}") for i in range(len(symbols))]
-    given = {"t": heyoka.time} | dict(zip(map(str, symbols), states, strict=True))
-    given |= {str(p): float(v) for p, v in zip(system.parameters, equations.model.numbers, strict=True)}
-    given |= _masks(equations, system)
-    for name, value in program:
-        given[name] = translated(value, given)
-    n_q, n = len(system.positions), len(system.speeds)
-    rates = [*states[n_q : 2 * n_q], *(given[f"out_rate_{k}"] for k in range(n))]
-    watch = equations.watch.reshape(-1, 2).tolist()
-    guards = [_side(equations, g, side) * given[f"out_guard_{g}"] for g, side in watch]
-    return states, [rate + 0.0 * states[0] for rate in rates], guards
 
 
 def _masks(equations: Equations, system) -> dict[str, Any]:
@@ -121,7 +119,7 @@ def _masks(equations: Equations, system) -> dict[str, Any]:
 
 
 def _side(equations: Equations, guard: int, side: int):
-    """What a guard is multiplied by to be positive; of a sliding speed, the run-time slip direction."""
+    """Factor that makes a guard positive; of a sliding speed, the run-time slip direction."""
     import heyoka
 
     slides = guard < 4 * len(equations.flags) and guard % 4 == SLIDE

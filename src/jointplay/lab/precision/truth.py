@@ -1,4 +1,4 @@
-"""The end of a motion that all runs are measured by, and what a run's end says of the method.
+"""The end of a motion that all runs are compared with, and how a run agrees with it.
 
 The truth is the method's own run at the tightest tolerance, and counts as confirmed where another method's
 tightest run meets the same events and comes within `CONFIRMED` of it; how close it comes is how well the
@@ -27,17 +27,7 @@ LOOSER = 10.0  # tolerance of the run that says how far the truth's own error ma
 
 @dataclass(frozen=True)
 class Truth:
-    """Where a motion ends.
-
-    Parameters
-    ----------
-    outcome : Outcome
-        Of the tightest run.
-    own_difference : float
-        To the end at ten times its tolerance, in units of the states.
-    unit : ndarray
-        These units.
-    """
+    """End of a motion: the tightest run, its difference from one at ten times its tolerance, units."""
 
     outcome: Outcome
     own_difference: float

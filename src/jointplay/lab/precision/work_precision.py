@@ -11,9 +11,9 @@ from typing import Annotated
 
 import xarray as xr
 
-from jointplay.analysis import rules as asked
 from jointplay.analysis.keywords import Length, Moving, Progress, Rtol, Start, analysis
-from jointplay.lab.precision.schedule import PEERS, Peers, Plan, Tolerances, strangers
+from jointplay.analysis.rules import start_fits, steps
+from jointplay.lab.precision.schedule import PEERS, Peers, Plan, Tolerances, unknown_peers
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural, Positive, unit
 
@@ -21,7 +21,7 @@ TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12)
 ROUNDS, BUDGET, RTOL = 7, 60.0, 1e-13
 
 
-@analysis(strangers, asked.start_fits)
+@analysis(unknown_peers, start_fits)
 def work_precision(
     mechanism: Moving,
     *,
@@ -35,7 +35,7 @@ def work_precision(
     max_steps: Natural | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
-    """Compare this package's method with its peers on one motion.
+    """Compare this package's method with other solvers on one motion.
 
     Parameters
     ----------
@@ -72,13 +72,12 @@ def work_precision(
     InputError
         Listing what makes no sense.
     """
-    from jointplay.lab.precision.contenders import OURS
-    from jointplay.lab.precision.measure import Row, contender, measure
+    from jointplay.lab.precision.measure import OURS, Row, contender, measure
     from jointplay.lab.precision.precision_dataset import dataset
     from jointplay.lab.precision.truth import Truth
 
     plan = Plan(tolerances, peers)
-    model, limit = assemble(mechanism, initial), asked.steps(max_steps)
+    model, limit = assemble(mechanism, initial), steps(max_steps)
     end = turns * model.period
     truth = Truth.of(model, rtol, end, limit)
     rows = [

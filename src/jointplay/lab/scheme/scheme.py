@@ -55,7 +55,7 @@ class Modes:
 
 @dataclass(frozen=True)
 class State:
-    """Where a window starts: time, positions and speeds of the rigid mechanism; modal coordinates, rates."""
+    """State at the start of a window: of the rigid mechanism, with the time; modal coordinates and rates."""
 
     rigid: np.ndarray
     eta: np.ndarray
@@ -71,9 +71,9 @@ class Pass:
     rows : ndarray, shape (points, 1 + states + contacts)
         Of the rigid pass: time, state, contact modes.
     loads : ndarray, shape (points, 2 modes)
-        What it was given: rates and accelerations of the modes.
+        Rates and accelerations of the modes that the pass was given.
     eta, rate, acceleration : ndarray, shape (points, modes)
-        What the modes answer.
+        Response of the modes.
     deflection : ndarray, shape (points, links)
         m, at the links' gauges.
     """
@@ -91,14 +91,14 @@ class Pass:
         return bool(np.all(np.isfinite(self.rows[-1])) and np.all(np.isfinite(self.eta[-1])))
 
     def thinned(self, every: int, first: bool) -> Pass:
-        """Every so manieth grid point; the start of a window but the first belongs to the one before."""
+        """Keep every so manieth grid point; the start of a window belongs to the one before, if any."""
         kept = slice(0 if first else every, None, every)
         return Pass(**{name: getattr(self, name)[kept].copy() for name in Pass.__annotations__})
 
 
 @dataclass(frozen=True)
 class Visit:
-    """A pass, numbers of its window and of itself, its change from the one before, whether it is the last."""
+    """A pass with its window and number, its change from the one before, and whether it is the last."""
 
     window: int
     number: int
@@ -160,7 +160,9 @@ class Scheme:
                 loads, before = np.concatenate([done.rate, done.acceleration], axis=1), done
             if not done.finite:
                 return
-            state, largest = self._end(done), max(largest, np.abs(done.deflection).max())
+            end = done.rows[-1, : 1 + len(self.model.state)]
+            state = State(end, done.eta[-1], done.rate[-1])
+            largest = max(largest, np.abs(done.deflection).max())
 
     def once(self, start: State, loads: np.ndarray) -> Pass:
         """One pass under given loads."""
@@ -180,10 +182,6 @@ class Scheme:
     def quantities(self, rows: np.ndarray, loads: np.ndarray) -> Loaded:
         """Quantities of rows of a pass and the loads beside them."""
         return Loaded(self.model, rows, dict(zip(self.loaded, loads.T, strict=True)))
-
-    def _end(self, done: Pass) -> State:
-        """Where the next window starts."""
-        return State(done.rows[-1, : 1 + len(self.model.state)], done.eta[-1], done.rate[-1])
 
     def _change(self, before: Pass | None, done: Pass, scale: float) -> float:
         """Largest change of a deflection, relative to `scale`, or of a speed, to the crank's nominal one."""

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import Quantities, flags
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits
@@ -23,7 +23,7 @@ from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.lab.scheme.scheme import Scheme
 from jointplay.lab.scheme.scheme_plan import (
-    WORDS,
+    VARIABLES,
     Clearances,
     Plan,
     StartTurns,
@@ -33,7 +33,8 @@ from jointplay.lab.scheme.scheme_plan import (
     check_steps,
 )
 from jointplay.lab.scheme.scheme_truth import MEASURES, Case, Truth, of_pass, sample_times
-from jointplay.lab.scheme.waveform import Grid, bends
+from jointplay.lab.scheme.waveform import Grid, elastic_mechanism
+from jointplay.lab.variables import code, number
 from jointplay.mechanism.base import Natural, Positive, unit
 
 LOST = 0.1  # a window whose last pass changes by more is no answer to go on from
@@ -44,7 +45,7 @@ TOLERANCES = (1e-4, 1e-6, 1e-8)
 START_TURNS, PASSES, TOLERANCE, REPEATS, RTOL = (0, 20), 30, 1e-4, 3, 1e-10
 
 
-@analysis(bends, start_fits)
+@analysis(elastic_mechanism, start_fits)
 def scheme_comparison(
     mechanism: Moving,
     *,
@@ -119,27 +120,23 @@ def scheme_comparison(
     check_steps(mechanism, plan, initial)
     cases = [(e, turn) for e in plan.clearance for turn in plan.start_turn]
     found = []
-    for number, (e, turn) in enumerate(cases):
+    for e, turn in cases:
         found.append(_compared(Case.of(mechanism, e, turn, rtol, initial), plan))
         if progress is not None:
-            progress((number + 1) / len(cases))
+            progress(len(found) / len(cases))
     return _dataset(found, plan)
 
 
 def _compared(case: Case, plan: Plan) -> dict[str, Any]:
-    """All that is told of a case."""
+    """Compare both methods on one case."""
     tables = [_passes(case, windows, plan) for windows in plan.windows_per_turn]
     settled = [number for number, table in enumerate(tables) if table["reached"] == 1.0]
     cheapest = min(settled, key=lambda number: number and tables[number]["mean_passes"], default=-1)
     used = plan.windows_per_turn[cheapest]
     found = {name: np.array([table[name] for table in tables]) for name in tables[0]}
     found |= _work(case, used, plan) | _orders(case, plan)
-    return found | {
-        "windows_used": used,
-        "label": case.label,
-        "clearance": case.clearance,
-        "start_turn": case.turn,
-    }
+    about = {"label": case.label, "clearance": case.clearance, "start_turn": case.turn}
+    return found | about | {"windows_used": used}
 
 
 def _passes(case: Case, windows: int, plan: Plan) -> dict[str, Any]:
@@ -218,7 +215,7 @@ def _at_once(case: Case, truth: Truth, times: np.ndarray, rtol: float, plan: Pla
 
 
 def _orders(case: Case, plan: Plan) -> dict[str, Any]:
-    """How far all inertia terms take the deflection from what it is with the paper's."""
+    """Difference of the deflection with all inertia terms from that with the paper's."""
     times = np.linspace(0.0, case.relaxed.period, SAMPLES_PER_TURN + 1)
     truth = Truth.of(case.monolithic, case.follow(times, plan.rtol).samples)
     rows = follow(case.consistent, Request(times[-1], rtol=plan.rtol, at=times)).samples
@@ -232,44 +229,24 @@ def _orders(case: Case, plan: Plan) -> dict[str, Any]:
 def _dataset(found: list[dict[str, Any]], plan: Plan) -> xr.Dataset:
     """Put the cases together."""
     stacked = {name: np.array([each[name] for each in found]) for name in found[0]}
+    stacked["converged"] = stacked["converged"].astype(np.int8)
     variables = {
-        name: (
-            ("case", *dims),
-            stacked[name].astype(np.int8 if name == "converged" else stacked[name].dtype),
-            {"units": units, "long_name": text},
-        )
-        for name, (dims, units, text) in WORDS.items()
+        name: number(("case", *dims), stacked[name], *about)
+        for dims, rows in VARIABLES.items()
+        for name, about in rows.items()
     }
     settled = np.any(stacked["reached"] == 1.0, axis=1)
-    code = STATUS.index("ok" if settled.all() else "not_converged")
-    variables["status"] = ((), np.int8(code), {"long_name": "how the study ended"} | flags(STATUS))
+    status = STATUS.index("ok" if settled.all() else "not_converged")
+    variables["status"] = code((), status, STATUS, "how the study ended")
+    windows, steps, tolerances = map(list, (plan.windows_per_turn, plan.steps, plan.tolerances))
     coords = {
         "case": ("case", stacked["label"], {"long_name": "case"}),
-        "clearance": (
-            "case",
-            stacked["clearance"],
-            {"units": "m", "long_name": "radial clearance of joint B"},
-        ),
-        "start_turn": (
-            "case",
-            stacked["start_turn"],
-            {"units": "1", "long_name": "nominal turns before the compared one"},
-        ),
-        "windows_per_turn": (
-            "windows_per_turn",
-            list(plan.windows_per_turn),
-            {"units": "1", "long_name": "windows that a turn is cut into"},
-        ),
-        "pass": ("pass", np.arange(1, plan.passes + 1), {"units": "1", "long_name": "pass over a window"}),
-        "step": ("step", list(plan.steps), {"units": "s", "long_name": "longest step of the scheme"}),
-        "tolerance": (
-            "tolerance",
-            list(plan.tolerances),
-            {"units": "1", "long_name": "relative tolerance of the monolithic method"},
-        ),
+        "clearance": number("case", stacked["clearance"], "m", "radial clearance of joint B"),
+        "start_turn": number("case", stacked["start_turn"], "1", "nominal turns before the compared one"),
+        "windows_per_turn": number("windows_per_turn", windows, "1", "windows that a turn is cut into"),
+        "pass": number("pass", np.arange(1, plan.passes + 1), "1", "pass over a window"),
+        "step": number("step", steps, "s", "longest step of the scheme"),
+        "tolerance": number("tolerance", tolerances, "1", "relative tolerance of the monolithic method"),
     }
-    return xr.Dataset(
-        variables,
-        coords,
-        {"Conventions": "CF-1.11", "kind": "scheme_comparison", "pass_tolerance": plan.tolerance},
-    )
+    attributes = {"Conventions": "CF-1.11", "kind": "scheme_comparison", "pass_tolerance": plan.tolerance}
+    return xr.Dataset(variables, coords, attributes)

@@ -1,9 +1,11 @@
-"""What a comparison with the paper's scheme is asked for, and the words of its answer."""
+"""The keywords of a comparison with the paper's scheme, and the variables of its result."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
+from operator import gt, lt
 from typing import Annotated, Any
 
 from pydantic import AfterValidator
@@ -15,49 +17,44 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural, NonNegative, Positive
 from jointplay.mechanism.records import Mechanism
 
-_PASSED = ("windows_per_turn", "pass")
-WORDS = {
-    "pass_change": (_PASSED, "1", "relative change from the pass before"),
-    "pass_deflection_error": (
-        _PASSED,
-        "1",
-        "largest error of a deflection after a pass, relative to the largest",
-    ),
-    "pass_angle_error": (_PASSED, "rad", "largest error of a link angle after a pass"),
-    "pass_force_error": (
-        _PASSED,
-        "1",
-        "error of the forces at ideal joints after a pass, root mean square, relative",
-    ),
-    "converged": (_PASSED[:1], "1", "whether the passes agree in every window"),
-    "reached": (
-        _PASSED[:1],
-        "1",
-        "part of the turn up to the first window whose passes do not settle at all",
-    ),
-    "mean_passes": (_PASSED[:1], "1", "passes done, mean of the windows"),
-    "contraction": (_PASSED[:1], "1", "median ratio of successive changes"),
-    "scheme_error": (("step",), "1", "largest error of a deflection by the scheme, relative to the largest"),
-    "scheme_run_time": (("step",), "s", "run time of a turn by the scheme"),
-    "monolithic_error": (
-        ("tolerance",),
-        "1",
-        "largest error of a deflection, all unknowns at once, relative",
-    ),
-    "monolithic_run_time": (("tolerance",), "s", "run time of a turn, all unknowns at once"),
-    "windows_used": (
-        (),
-        "1",
-        "windows per turn of the timed runs: the fewest tried, or if they fail those with fewest passes",
-    ),
-    "order_difference": ((), "1", "largest difference of a deflection with all inertia terms, relative"),
-    "largest_deflection": ((), "m", "largest deflection of the turn"),
+VARIABLES = {  # by their dimensions beside the case: units and long names
+    ("windows_per_turn", "pass"): {
+        "pass_change": ("1", "relative change from the pass before"),
+        "pass_deflection_error": ("1", "largest error of a deflection after a pass, relative to the largest"),
+        "pass_angle_error": ("rad", "largest error of a link angle after a pass"),
+        "pass_force_error": (
+            "1",
+            "error of the forces at ideal joints after a pass, root mean square, relative",
+        ),
+    },
+    ("windows_per_turn",): {
+        "converged": ("1", "whether the passes agree in every window"),
+        "reached": ("1", "part of the turn up to the first window whose passes do not settle at all"),
+        "mean_passes": ("1", "passes done, mean of the windows"),
+        "contraction": ("1", "median ratio of successive changes"),
+    },
+    ("step",): {
+        "scheme_error": ("1", "largest error of a deflection by the scheme, relative to the largest"),
+        "scheme_run_time": ("s", "run time of a turn by the scheme"),
+    },
+    ("tolerance",): {
+        "monolithic_error": ("1", "largest error of a deflection, all unknowns at once, relative"),
+        "monolithic_run_time": ("s", "run time of a turn, all unknowns at once"),
+    },
+    (): {
+        "windows_used": (
+            "1",
+            "windows per turn of the timed runs: the fewest tried, or if they fail those with fewest passes",
+        ),
+        "order_difference": ("1", "largest difference of a deflection with all inertia terms, relative"),
+        "largest_deflection": ("m", "largest deflection of the turn"),
+    },
 }
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What is compared: the keywords of `scheme_comparison`."""
+    """The keywords of `scheme_comparison`."""
 
     clearance: tuple[float, ...]
     start_turn: tuple[int, ...]
@@ -71,16 +68,13 @@ class Plan:
     max_steps: int | None
 
 
-def _rising(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    if any(a >= b for a, b in pairwise(values)):
-        raise refuse(values, "rising numbers are accepted")
-    return values
+def _monotonic(word: str, ordered: Callable[[Any, Any], bool]) -> AfterValidator:
+    def validated(values: tuple[Any, ...]) -> tuple[Any, ...]:
+        if not all(ordered(a, b) for a, b in pairwise(values)):
+            raise refuse(values, f"{word} numbers are accepted")
+        return values
 
-
-def _falling(values: tuple[Any, ...]) -> tuple[Any, ...]:
-    if any(a <= b for a, b in pairwise(values)):
-        raise refuse(values, "falling numbers are accepted")
-    return values
+    return AfterValidator(validated)
 
 
 def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
@@ -89,11 +83,13 @@ def _not_empty(values: tuple[Any, ...]) -> tuple[Any, ...]:
     return values
 
 
-_Some = AfterValidator(_not_empty)
+_Some, _Rising, _Falling = AfterValidator(_not_empty), _monotonic("rising", lt), _monotonic("falling", gt)
 Clearances = Annotated[several(NonNegative, "a list of clearances in m"), _Some]
 StartTurns = Annotated[several(Count, "a list of whole numbers of turns"), _Some]
-WindowsPerTurn = Annotated[several(Natural, "a list of rising whole numbers"), _Some, AfterValidator(_rising)]
-Steps = Annotated[several(Positive, "a list of falling steps in s"), _Some, AfterValidator(_falling)]
+WindowsPerTurn = Annotated[
+    several(Natural, "a list of rising whole numbers"), _Some, _monotonic("rising", lt)
+]
+Steps = Annotated[several(Positive, "a list of falling steps in s"), _Some, _Falling]
 Tolerances = Annotated[several(Rtol, "a list of relative tolerances"), _Some]
 
 

@@ -1,4 +1,4 @@
-"""What the paper's scheme is measured against: the monolithic answer over a turn, and distances from it."""
+"""The monolithic solution over a turn, and errors of the paper's scheme against it."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import attributes, dataset, flags
+from jointplay.analysis.evaluate import attributes, dataset
 from jointplay.analysis.keywords import Moving, Progress, Start, analysis
 from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rules import start_fits
@@ -30,6 +30,7 @@ from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.errors import Problem
 from jointplay.lab.paper.fixed_steps import accepted_step
 from jointplay.lab.scheme.scheme import Pass, Scheme
+from jointplay.lab.variables import code, number
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural, Positive
 from jointplay.mechanism.model import Model
@@ -57,8 +58,8 @@ class Grid:
         return cls(window / (every * kept), every * kept, every)
 
 
-def bends(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
-    """Say what is wrong with a mechanism whose links should bend."""
+def elastic_mechanism(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
+    """Yield the problem of a mechanism without elastic links."""
     if not isinstance(mechanism, Mechanism):
         yield Problem("mechanism", mechanism, "a Mechanism is accepted, such as catalog.chunmei2002()")
     elif not mechanism.elastic_links:
@@ -66,7 +67,7 @@ def bends(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
         yield Problem("mechanism.elastic", [], f"at least one elastic link is accepted, of {names}")
 
 
-@analysis(bends, start_fits)
+@analysis(elastic_mechanism, start_fits)
 def waveform(
     mechanism: Moving,
     *,
@@ -126,42 +127,28 @@ def waveform(
             progress((visit.window + 1) / windows)
     wall_time, table = time.perf_counter() - began, _turns(changes, passes, windows_per_turn, tolerance)
     variables = _history(mechanism, scheme, parts) | table
-    variables |= _scalars(model, grid, wall_time, _status(len(parts) == windows, table["converged"][1]))
+    status = "ok" if np.all(table["converged"][1]) else "not_converged"
+    variables |= _scalars(model, grid, wall_time, status if len(parts) == windows else "diverged")
     found = dataset(model, variables, {"time": variables.pop("time")}, "waveform")
     return found.assign_attrs(windows_per_turn=windows_per_turn, tolerance=tolerance)
 
 
 def _turns(changes: list[list[float]], passes: int, windows: int, tolerance: float) -> dict[str, Any]:
-    """What was done in each turn, from the changes of every window's passes; those not reached have none."""
+    """Passes and changes of each turn, from the changes of every window's passes (none where not reached)."""
     done = np.array([len(each) for each in changes]).reshape(-1, windows)
     last = [each[-1] if each else math.inf for each in changes]
-    held = [
-        [math.nan, *each[1:]] + [end] * (passes - max(len(each), 1))
-        for each, end in zip(changes, last, strict=True)
-    ]
+    missing = [passes - max(len(each), 1) for each in changes]
+    held = [[math.nan, *c[1:]] + [end] * n for c, end, n in zip(changes, last, missing, strict=True)]
     settled = np.array(last).reshape(-1, windows).max(axis=1)
     one = "in the turn, the largest of its windows"
-    told = {
-        "passes": (done.max(axis=1), f"passes done {one}"),
-        "mean_passes": (done.mean(axis=1), "passes done in the turn, mean of its windows"),
-        "last_change": (settled, f"relative change of the last pass {one}"),
-        "converged": ((settled <= tolerance).astype(np.int8), "whether the passes of the turn agree"),
+    change, converged = np.array(held).reshape(-1, windows, passes).max(axis=1), settled <= tolerance
+    return {
+        "passes": number("turn", done.max(axis=1), "1", f"passes done {one}"),
+        "mean_passes": number("turn", done.mean(axis=1), "1", "passes done in the turn, mean of its windows"),
+        "last_change": number("turn", settled, "1", f"relative change of the last pass {one}"),
+        "converged": number("turn", converged.astype(np.int8), "1", "whether the passes of the turn agree"),
+        "change": number(("turn", "pass"), change, "1", f"relative change from the pass before {one}"),
     }
-    found = {
-        name: ("turn", values, {"units": "1", "long_name": text}) for name, (values, text) in told.items()
-    }
-    change, text = (
-        np.array(held).reshape(-1, windows, passes).max(axis=1),
-        f"relative change from the pass before {one}",
-    )
-    return found | {"change": (("turn", "pass"), change, {"units": "1", "long_name": text})}
-
-
-def _status(whole: bool, converged: np.ndarray) -> str:
-    """How the run ended."""
-    if not whole:
-        return "diverged"
-    return "ok" if np.all(converged) else "not_converged"
 
 
 def _history(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> dict[str, Any]:
@@ -178,16 +165,14 @@ def _history(mechanism: Mechanism, scheme: Scheme, parts: list[Pass]) -> dict[st
     names = [name for name in recorded(None, mechanism) if name != "deflection"]
     found = scheme.quantities(rows, loads).variables(names, "time")
     found["deflection"] = (("time", "link"), bent, attributes("deflection"))
-    return found | {"time": ("time", rows[:, 0], {"units": "s", "long_name": "time"})}
+    return found | {"time": number("time", rows[:, 0], "s", "time")}
 
 
 def _scalars(model: Model, grid: Grid, wall_time: float, status: str) -> dict[str, Any]:
-    """What every result says of its run."""
-    code = np.int8(STATUS.index(status))
-    found = {
-        "step": (grid.h, "s", "step of the rigid passes and of the mode superposition"),
-        "wall_time": (wall_time, "s", "wall time of the run"),
-        "turn_period_nominal": (model.period, "s", "nominal period of the drive"),
+    """Step, wall time, period and status of a run."""
+    return {
+        "step": number((), grid.h, "s", "step of the rigid passes and of the mode superposition"),
+        "wall_time": number((), wall_time, "s", "wall time of the run"),
+        "turn_period_nominal": number((), model.period, "s", "nominal period of the drive"),
+        "status": code((), STATUS.index(status), STATUS, "how the run ended"),
     }
-    result = {name: ((), v, {"units": units, "long_name": text}) for name, (v, units, text) in found.items()}
-    return result | {"status": ((), code, {"long_name": "how the run ended"} | flags(STATUS))}

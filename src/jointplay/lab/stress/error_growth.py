@@ -1,4 +1,4 @@
-"""How much a small difference can grow while a model runs: what a disagreement of two runs is held against.
+"""Largest growth of a small difference while a model runs: the measure of a disagreement of two runs.
 
 Each step adds an error of its own, and the flow carries it on. So the growth that counts is the largest
 between any two times: with Phi_k the flow's derivative over block k, jumps at events included, the largest
@@ -23,27 +23,10 @@ SOLVED = 1e-6  # tolerance of the tangents' iteration: their size is wanted, not
 def largest_growth(
     model: Model, unit: np.ndarray, turns: float, rtol: float, max_steps: int, closer: int = 1
 ) -> float:
-    """Give the largest growth of a small difference between any two times of a run.
+    """Return the largest growth, at least 1, of a small difference between any two times of a run.
 
-    Parameters
-    ----------
-    model : Model
-        Where it starts.
-    unit : ndarray
-        Size of each state, in which differences are measured.
-    turns : float
-        Nominal turns.
-    rtol : float
-        Relative tolerance of a step.
-    max_steps : int
-        Attempted steps after which it stops.
-    closer : int
-        How many times shorter the blocks are: growth that an event soon ends is seen in short ones only.
-
-    Returns
-    -------
-    float
-        At least 1; of the part that was followed, if it stopped.
+    Differences are in units of the states' sizes `unit`. Blocks are `closer` times shorter than usual: growth
+    that an event soon ends shows in short ones only. If the run stops, the part before counts.
     """
     end, n_x, whole = turns * model.period, len(unit), np.eye(len(unit))
     request = Request(end, rtol, max_steps=max_steps)

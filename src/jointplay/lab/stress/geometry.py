@@ -1,4 +1,4 @@
-"""How the links of a drawn scene lie and move at the start.
+"""Angles and speeds of the links of a drawn scene at the start.
 
 The links are laid first and the ground's pin at the rocker's end is put where it then has to be, so that a
 start at a dead centre, at a change point, or one that no closed loop has, is as good as any other. With the

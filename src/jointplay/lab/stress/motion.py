@@ -1,4 +1,4 @@
-"""One run of a model: where it went, whether its energy balance closed, which events it met, what it cost."""
+"""One run of a model: its states, energy balance, events and cost."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ STARTS = ("centre", "inside", "edge", "deep")
 
 @dataclass(frozen=True)
 class Case:
-    """A scene: what moves, where it starts, and the words for how it was drawn."""
+    """A scene: its mechanism and initial state, and how it was drawn."""
 
     number: int
     mechanism: Mechanism
@@ -42,8 +42,8 @@ class Case:
     start: str
 
 
-def misfits(mechanism: Any) -> list[Problem]:
-    """What keeps a mechanism from being one whose numbers can be drawn: a motor-driven four-bar."""
+def not_drawable(mechanism: Any) -> list[Problem]:
+    """Problems of a mechanism that is no motor-driven four-bar, whose numbers can be drawn."""
     if mechanism is None:
         return []
     if isinstance(mechanism, Mechanism) and isinstance(mechanism.drive, MotorLine):
@@ -57,8 +57,8 @@ def misfits(mechanism: Any) -> list[Problem]:
     return [Problem("mechanism", mechanism, expected)]
 
 
-def strangers(variants: tuple[str, ...]) -> list[Problem]:
-    """Variants that there are not."""
+def unknown_variants(variants: tuple[str, ...]) -> list[Problem]:
+    """Problems of names of variants: unknown, or none given."""
     if not variants:
         return [Problem("variants", variants, f"at least one of {', '.join(VARIANTS)} is accepted")]
     return [
@@ -69,21 +69,7 @@ def strangers(variants: tuple[str, ...]) -> list[Problem]:
 
 
 def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ...] = tuple(VARIANTS)) -> Case:
-    """Draw a scene.
-
-    Parameters
-    ----------
-    printed : Mechanism
-        A motor-driven four-bar, whose numbers are changed.
-    number, seed : int
-        Which scene of which series.
-    variants : tuple of str
-        Of `VARIANTS`; a scene is one of them.
-
-    Returns
-    -------
-    Case
-    """
+    """Draw a scene of a series: a motor-driven four-bar with other numbers, of one of the variants."""
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
     ends = [number >> bit & 1 if number < CORNERS else None for bit in range(6)]
     variant = variants[int(random.random() * len(variants))]
@@ -103,8 +89,8 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
     radius = ranges.logarithmic(random, ranges.RADIUS)
     joints = _joints(printed, lengths, _pivot(printed, loop, spans, angles, r), contact, radius)
     fitted = Mechanism(**dict(printed) | {"links": links, "joints": joints})
-    given = [dict(zip(loop.links, each, strict=True)) for each in (angles, speeds)]
-    initial = {"angle": given[0], "angular_velocity": given[1]}
+    states = {"angle": angles, "angular_velocity": speeds}
+    initial = {name: dict(zip(loop.links, values, strict=True)) for name, values in states.items()}
     changed = fitted.replace(**changes | VARIANTS[variant])
     return Case(number, changed, initial, variant, geometry, start)
 
@@ -113,10 +99,8 @@ def _links(random: np.random.Generator, printed: Mechanism, end: int | None) -> 
     """Links longer or shorter, thinner or thicker (mass as length × thickness²), and by how much longer."""
     links, lengths = [], {}
     for link in printed.links:
-        length, thickness = (
-            ranges.logarithmic(random, ranges.LENGTH),
-            ranges.logarithmic(random, ranges.THICKNESS, end),
-        )
+        length = ranges.logarithmic(random, ranges.LENGTH)
+        thickness = ranges.logarithmic(random, ranges.THICKNESS, end)
         mass, table = length * thickness**2, link.model_dump()
         table["beam"] |= {"modulus": ranges.logarithmic(random, ranges.MODULUS)}
         table["beam"] |= {"damping_ratio": ranges.even(random, ranges.DAMPING_RATIO)}
@@ -129,7 +113,7 @@ def _links(random: np.random.Generator, printed: Mechanism, end: int | None) -> 
 
 
 def _journal(random: np.random.Generator, start: str, clearance: float, stiffness: float) -> complex:
-    """Where the journal lies in its bearing, m."""
+    """Draw the journal's position in its bearing, m."""
     angle, share = random.uniform(-math.pi, math.pi), random.random()
     depth = ranges.logarithmic(random, ranges.DEPTH) * clearance
     depth = min(depth, ranges.logarithmic(random, ranges.FORCE) / stiffness)
@@ -138,7 +122,7 @@ def _journal(random: np.random.Generator, start: str, clearance: float, stiffnes
 
 
 def _pivot(printed: Mechanism, loop: FourBar, spans, angles: list[float], r: complex) -> list[float]:
-    """Where the rocker is pinned to the ground, so that the journal lies as drawn, m."""
+    """Position of the rocker's ground pin that puts the journal where it was drawn, m."""
     p, q, s = (d * complex(math.cos(a), math.sin(a)) for d, a in zip(spans, angles, strict=True))
     if printed.joint(MAIN_JOINT).journal.link != loop.coupler:
         r = -r

@@ -16,7 +16,7 @@ from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.lab.stress.error_growth import largest_growth
 from jointplay.lab.stress.motion import move, sizes
-from jointplay.lab.stress.scenes import VARIANTS, Case, draw, misfits, strangers
+from jointplay.lab.stress.scenes import VARIANTS, Case, draw, not_drawable, unknown_variants
 from jointplay.lab.stress.stress_dataset import dataset
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS, judge
 from jointplay.mechanism import catalog
@@ -32,7 +32,7 @@ LOOKED = 200  # scenes that are looked through for structures to compile
 
 
 @divided
-@analysis(misfits, strangers)
+@analysis(not_drawable, unknown_variants)
 def stress(
     mechanism: Moving | None = None,
     *,
@@ -67,10 +67,8 @@ def stress(
         Attempted steps after which it stops; the second may take four times as many.
     listed : int
         How many of the slowest, and of the worst, are listed with the study lines that run them again.
-    n_jobs : int, optional
-        Worker processes.
-    progress : callable, optional
-        Called with the fraction done.
+    n_jobs, progress
+        As in `readings`.
 
     Returns
     -------
@@ -110,31 +108,28 @@ def cell(
     warm([scene])  # what that costs is no part of its time
     loose = move(scene, turns, rtol, max_steps)
     tight = move(scene, turns, TIGHTER * rtol, PATIENCE * max_steps)
-    unit, reached = sizes(scene, tight), min(loose.turns, tight.turns)
+    unit, common = sizes(scene, tight), min(loose.turns, tight.turns)
 
     def growth(closer: int) -> float:
-        return largest_growth(assemble(case.mechanism, case.initial), unit, reached, rtol, max_steps, closer)
+        return largest_growth(assemble(case.mechanism, case.initial), unit, common, rtol, max_steps, closer)
 
-    found = asdict(judge(loose, tight, unit, (rtol, TIGHTER * rtol), growth))
-    found |= {"verdict": VERDICTS.index(found["verdict"]), "cause": CAUSES.index(found["cause"])}
-    found |= {
-        "energy_residual": loose.residual if loose.turns else math.nan,
-        "tight_energy_residual": tight.residual,
-        "turns": loose.turns,
-    }
-    found |= {"tight_status": tight.status, "tight_n_steps": tight.counts["n_steps"]} | loose.counts
-    turns = loose.turns or math.nan
-    times = {"wall_time": loose.wall_time / turns, "cpu_time": loose.cpu_time / turns}
-    return found | {"status": loose.status} | times
+    answer = asdict(judge(loose, tight, unit, (rtol, TIGHTER * rtol), growth))
+    answer |= {"verdict": VERDICTS.index(answer["verdict"]), "cause": CAUSES.index(answer["cause"])}
+    reached = loose.turns or math.nan
+    answer |= {"status": loose.status, "turns": loose.turns} | loose.counts
+    answer |= {"energy_residual": loose.residual if loose.turns else math.nan}
+    answer |= {"wall_time": loose.wall_time / reached, "cpu_time": loose.cpu_time / reached}
+    answer |= {"tight_energy_residual": tight.residual, "tight_status": tight.status}
+    return answer | {"tight_n_steps": tight.counts["n_steps"]}
 
 
 def model_of(case: Case) -> Model:
-    """The scene, with the work of its parts."""
+    """Assemble a scene, with the work of its parts."""
     return assemble(case.mechanism, case.initial, powers=True)
 
 
 def _warm(cells: list[dict[str, Any]]) -> None:
-    """Compile what the scenes need, once a structure, so that workers find it on the disk."""
+    """Compile the scenes' structures, once each, so that workers find them on the disk."""
     drawn = (draw(*(one[key] for key in ("printed", "number", "seed", "variants"))) for one in cells[:LOOKED])
     cases = {model_of(case).structure: case for case in drawn}.values()
     warm(map(model_of, cases))

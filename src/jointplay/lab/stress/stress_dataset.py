@@ -1,20 +1,20 @@
-"""The answers of a stress study as one labelled dataset."""
+"""The answers of a stress study as one labelled dataset, with scenes as study files that run them again."""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import flags
 from jointplay.analysis.quantities import STATUS
 from jointplay.lab.stress.geometry import GEOMETRIES
-from jointplay.lab.stress.lines import lines
 from jointplay.lab.stress.scenes import STARTS, VARIANTS, Case, draw
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS
+from jointplay.lab.variables import code, column, number
 from jointplay.mechanism.records import MAIN_JOINT, Mechanism
 
 NUMBERS = {
@@ -54,6 +54,8 @@ WORDS = {
     "geometry": (GEOMETRIES, "where its links lie at the start"),
     "start": (STARTS, "where its journal lies at the start"),
 }
+# Recorded by the study that runs a scene again
+RECORD = ("mode", "penetration", "normal_velocity", "tangential_velocity", "normal_force", "energy_residual")
 
 
 def dataset(
@@ -68,19 +70,12 @@ def dataset(
     found = _of_answers(answers) | _of_cases(cases)
     found |= _listing("slowest", "cpu_time", cases, found, settings, listed)
     found |= _listing("worst", "excess", cases, found, settings, listed)
-    crashed = [
-        a["status"] for a in answers if a["status"] in map(STATUS.index, ("bad_parameters", "crashed"))
-    ]
-    told = {"long_name": "ok unless a scene crashed"} | flags(STATUS)
-    found["status"] = ((), np.int8(crashed[0] if crashed else 0), told)
-    scene = ("scene", np.array(numbers), {"units": "1", "long_name": "number of the scene"})
-    return xr.Dataset(
-        found, {"scene": scene}, {"Conventions": "CF-1.11", "kind": "stress", "seed": settings["seed"]}
-    )
-
-
-def _column(answers: list[dict[str, Any]], key: str, missing: Any, dtype: Any) -> np.ndarray:
-    return np.array([answer.get(key, missing) for answer in answers], dtype=dtype)
+    lost = [STATUS.index(word) for word in ("bad_parameters", "crashed")]
+    crashed = [answer["status"] for answer in answers if answer["status"] in lost]
+    found["status"] = code((), crashed[0] if crashed else 0, STATUS, "ok unless a scene crashed")
+    scene = number("scene", np.array(numbers), "1", "number of the scene")
+    attributes = {"Conventions": "CF-1.11", "kind": "stress", "seed": settings["seed"]}
+    return xr.Dataset(found, {"scene": scene}, attributes)
 
 
 def _of_answers(answers: list[dict[str, Any]]) -> dict[str, Any]:
@@ -89,34 +84,28 @@ def _of_answers(answers: list[dict[str, Any]]) -> dict[str, Any]:
     for key, (meanings, text) in CODES.items():
         missing = {"verdict": suspect, "tight_status": not_run}.get(key, 0)  # a scene that crashed is suspect
         name = "scene_status" if key == "status" else key
-        found[name] = (
-            "scene",
-            _column(answers, key, missing, np.int8),
-            {"long_name": text} | flags(meanings),
-        )
+        found[name] = code("scene", column(answers, key, missing), meanings, text)
     for key, (units, text) in NUMBERS.items():
-        values = _column(answers, key, math.nan, float)
-        found[key] = ("scene", values, {"units": units, "long_name": text})
+        found[key] = number("scene", column(answers, key, math.nan), units, text)
     for key, text in COUNTS.items():
-        found[key] = ("scene", _column(answers, key, -1, np.int64), {"units": "1", "long_name": text})
-    trouble = _column(answers, "trouble", "", object).astype(str)
+        found[key] = number("scene", column(answers, key, -1, np.int64), "1", text)
+    trouble = column(answers, "trouble", "", object).astype(str)
     return found | {"trouble": ("scene", trouble, {"long_name": "what went wrong, where something did"})}
 
 
 def _of_cases(cases: list[Case]) -> dict[str, Any]:
     rows = [_drawn(case.mechanism) for case in cases]
     found: dict[str, Any] = {
-        key: ("scene", np.array([row[key] for row in rows]), {"units": units, "long_name": text})
-        for key, (units, text) in DRAWN.items()
+        key: number("scene", column(rows, key, math.nan), units, text) for key, (units, text) in DRAWN.items()
     }
     for key, (meanings, text) in WORDS.items():
-        codes = np.array([meanings.index(getattr(case, key)) for case in cases], dtype=np.int8)
-        found[key] = ("scene", codes, {"long_name": text} | flags(meanings))
+        codes = [meanings.index(getattr(case, key)) for case in cases]
+        found[key] = code("scene", codes, meanings, text)
     return found
 
 
 def _drawn(mechanism: Mechanism) -> dict[str, float]:
-    """The numbers of a scene by which a picture tells scenes apart."""
+    """The numbers of a scene that distinguish it in a figure."""
     joint, speed = mechanism.joint(MAIN_JOINT), mechanism.drive.nominal_speed
     mass = min(mechanism.link(name).mass for name in (joint.journal.link, joint.bearing.link))
     return {
@@ -132,13 +121,42 @@ def _drawn(mechanism: Mechanism) -> dict[str, float]:
 def _listing(
     word: str, key: str, cases: list[Case], found: dict, settings: dict, listed: int
 ) -> dict[str, Any]:
-    """The scenes of the largest values, and their study lines; one without a value is the worst, not slow."""
+    """Scenes of the largest values, and their study files; one without a value is the worst, not slow."""
     values = np.nan_to_num(found[key][1], nan=np.inf if word == "worst" else 0.0)
     order = np.argsort(-values, kind="stable")[:listed]
     shared = {name: settings[name] for name in ("seed", "turns", "rtol", "max_steps")}
-    texts = np.array([lines(cases[i], **shared) for i in order], dtype=object).astype(str)
+    texts = np.array([study_text(cases[i], **shared) for i in order], dtype=object).astype(str)
     numbers = np.array([cases[i].number for i in order])
     return {
-        word: ("rank", numbers, {"units": "1", "long_name": f"number of the {word} scenes"}),
+        word: number("rank", numbers, "1", f"number of the {word} scenes"),
         f"{word}_lines": ("rank", texts, {"long_name": f"study files of the {word} scenes"}),
     }
+
+
+def study_text(case: Case, seed: int, turns: int, rtol: float, max_steps: int) -> str:
+    """Write a scene as a study file (TOML) of kind ``response``, with the settings of the stress study."""
+    record = case.mechanism.model_dump(exclude_none=True)
+    title = f"Scene {case.number} of seed {seed}: {case.variant}, {case.geometry}, {case.start}"
+    parts = [_table("", {"kind": "response", "title": title})]
+    parts.append(_table("[mechanism]", {k: v for k, v in record.items() if not isinstance(v, tuple | dict)}))
+    parts += [_table(f"[[mechanism.{key}]]", one) for key in ("links", "joints") for one in record[key]]
+    parts.append(_table("[mechanism.drive]", record["drive"]))
+    parts.append(_table("[integrator]", {"rtol": rtol, "max_steps": max_steps}))
+    parts.append(_table("[analysis]", {"turns": turns, "record": RECORD, "initial": case.initial}))
+    return "\n".join(parts)
+
+
+def _table(head: str, values: Mapping[str, Any]) -> str:
+    return "".join(f"{line}\n" for line in ([head] if head else []) + list(_pairs(values)))
+
+
+def _pairs(values: Mapping[str, Any]) -> Iterator[str]:
+    return (f"{key} = {_value(value)}" for key, value in values.items())
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(_pairs(value))} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return repr(value) if isinstance(value, float) else json.dumps(value)  # both as TOML writes them

@@ -6,60 +6,41 @@ import numpy as np
 import xarray as xr
 
 ROW = "{:>8}  {:<12} {:<14} {:<19} {:<18} {:<7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}"
-HEAD = (
-    "scene",
-    "verdict",
-    "status",
-    "variant",
-    "geometry",
-    "start",
-    "K (N/m)",
-    "C (N s/m)",
-    "differ",
-    "growth",
-)
-HEAD += ("energy", "ms a turn", "excess")
+HEAD = ("scene", "verdict", "status", "variant", "geometry", "start")
+HEAD += ("K (N/m)", "C (N s/m)", "differ", "growth", "energy", "ms a turn", "excess")
 CODES = ("verdict", "scene_status", "variant", "geometry", "start")
 FIGURES = ("stiffness", "damping", "disagreement", "growth", "energy_residual", "cpu_time", "excess")
 
 
 def stress_summary(dataset: xr.Dataset) -> str:
-    """How many scenes there are of each verdict and status, the slowest, and the worst.
+    """Return a stress study as text: counts of verdicts and statuses, slowest and worst scenes.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `jointplay.stress`.
-
-    Returns
-    -------
-    str
     """
     ok, times = dataset["scene_status"].values == 0, dataset["cpu_time"].values
     median = float(np.nanmedian(times)) if np.isfinite(times).any() else np.nan
     slow = int(np.count_nonzero(ok & (times > 100 * median)))
-    told = [f"{dataset.sizes['scene']} scenes: {_counts(dataset['verdict'])}"]
-    told.append(f"ended with {_counts(dataset['scene_status'])}")
-    told.append(
+    lines = [f"{dataset.sizes['scene']} scenes: {_counts(dataset['verdict'])}"]
+    lines.append(f"ended with {_counts(dataset['scene_status'])}")
+    lines.append(
         f"processor time of a turn: median {1e3 * median:.3g} ms; {slow} that ended ok took over 100 times it"
     )
     for word in ("slowest", "worst"):
         rows = (_row(dataset.sel(scene=number)) for number in dataset[word].values)
-        told += ["", word, ROW.format(*HEAD), *rows]
-    return "\n".join(line.rstrip() for line in told) + "\n"
+        lines += ["", word, ROW.format(*HEAD), *rows]
+    return "\n".join(line.rstrip() for line in lines) + "\n"
 
 
 def stress_table(dataset: xr.Dataset) -> str:
-    """The same, and a study file of each scene listed.
+    """Return `stress_summary`, and a study file of each scene listed.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `jointplay.stress`.
-
-    Returns
-    -------
-    str
     """
     listed = {
         int(number): str(text)

@@ -1,4 +1,4 @@
-"""What two runs of a scene, the second with a tighter tolerance, say about the first.
+"""Verdict on a run of a scene, from a second run with a tighter tolerance.
 
 ``ok``: both reached the end, their energy balances closed, their states and contacts agree. ``sensitive``:
 likewise, but the states differ by more, as errors of the size of the tolerance grow to in this motion
@@ -28,7 +28,7 @@ GROWN = 1.0  # error that grows, in units of the tolerance: some 0.01 of it is w
 CLOSED = 1e2  # energy residual, relative to what flowed, in units of the tolerance
 SLIGHT = 100.0  # speed of a contact that only one run has met, in units of the states' disagreement; or the
 # square root of that: where a force or gap just touches zero, contacts appear with such a speed
-CLOSER = (1, 4, 16)  # how closely growth is looked at: what an event ends soon is seen only so
+CLOSER = (1, 4, 16)  # times that blocks of the growth are shorter: needed for growth that an event soon ends
 SATURATED = 0.1  # grown errors beyond which the runs are two motions, with contacts of their own
 LEVELS = np.concatenate([[0.0], np.logspace(-12, 0, 49)])  # of speeds
 COMPARED = tuple(EVENTS.index(name) for name in ("contact", "separation", "reopening"))
@@ -66,23 +66,10 @@ def judge(
     tolerances: tuple[float, float],
     growth: Callable[[int], float],
 ) -> Verdict:
-    """Compare two runs of a scene.
+    """Judge a run by one at a tighter tolerance; `unit` holds the size of each state.
 
-    Parameters
-    ----------
-    loose, tight : Motion
-        The run in question, and the one at a tighter tolerance.
-    unit : ndarray
-        Size of each state.
-    tolerances : tuple of float
-        Relative tolerances of both.
-    growth : callable
-        Gives the largest growth of a small difference, looked at so many times more closely; called where the
-        states differ, and again where that does not explain it.
-
-    Returns
-    -------
-    Verdict
+    Where the states differ, `growth` is called for the largest growth of a small difference, in blocks so
+    many times shorter; and again where that does not explain the difference.
     """
     rtol = tolerances[0]
     apart, grown, allowed = disagreement(loose, tight, unit), np.nan, AGREE * rtol
@@ -105,7 +92,7 @@ def judge(
 
 
 def _calm(loose: Motion, tight: Motion, agreeing: bool) -> str:
-    """The verdict where everything is explained."""
+    """The verdict where no difference is suspect."""
     if loose.status != OK and tight.status != OK:
         return "stopped"
     if loose.status != OK or tight.status != OK:

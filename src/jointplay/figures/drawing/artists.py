@@ -1,5 +1,6 @@
-"""What several pictures draw alike: curves with gaps, paths with contact, point clouds, notes."""
+"""Elements of several figures: curves with gaps, paths with contact, point clouds, labels, notes."""
 
+from collections.abc import Iterable
 from textwrap import fill
 
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import pick, style
+from jointplay.figures.drawing import select, style
 from jointplay.figures.drawing.ticks import Degrees
 from jointplay.figures.drawing.units import PLAIN, Shown, shown
 
@@ -68,10 +69,8 @@ def cloud(ax: Axes, x: np.ndarray, y: np.ndarray) -> Line2D:
     """Draw points, the smaller the more of them stand apart, embedded as an image in vector files."""
     apart = spots(x, y)
     size = 2.4 if apart < 300 else 0.9 if apart < 5000 else 0.5
-    (points,) = ax.plot(
-        x, y, "o", linestyle="none", color=style.BLACK, markersize=size, markeredgewidth=0, rasterized=True
-    )
-    return points
+    look = {"color": style.BLACK, "markersize": size, "markeredgewidth": 0, "rasterized": True}
+    return ax.plot(x, y, "o", linestyle="none", **look)[0]
 
 
 def spots(x: np.ndarray, y: np.ndarray) -> int:
@@ -83,26 +82,25 @@ def spots(x: np.ndarray, y: np.ndarray) -> int:
 
 def clearance_circle(ax: Axes, reach: float) -> None:
     """Draw the clearance circle, of radius 1, and set limits around it and the farthest point, at `reach`."""
-    ax.add_patch(
-        Circle(
-            (0, 0),
-            1,
-            facecolor=style.DISC,
-            edgecolor=style.GREY,
-            linewidth=0.6,
-            zorder=0,
-            label="clearance circle",
-        )
-    )
+    look = {"facecolor": style.DISC, "edgecolor": style.GREY, "linewidth": 0.6, "zorder": 0}
+    ax.add_patch(Circle((0, 0), 1, label="clearance circle", **look))
     half = 1.08 * max(1.0, reach)
     ax.set(xlim=(-half, half), ylim=(-half, half), aspect="equal")
     for axis in (ax.xaxis, ax.yaxis):
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
 
 
+def shared_legend(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
+    """Put one legend below the figure for all that is named in some panels, each name once."""
+    handles = {}
+    for ax in axes:
+        handles |= dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=columns)
+
+
 def axis_label(array: DataArray, unit: Shown) -> str:
     """Return `array`'s name with its display unit."""
-    return f"{pick.title(array)} ({unit.symbol})"
+    return f"{select.title(array)} ({unit.symbol})"
 
 
 def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown) -> None:
@@ -130,7 +128,7 @@ def valued(axis: DataArray) -> str:
     """Return the name and the one value of a parameter."""
     value, unit = displayed(axis)
     symbol = "" if unit.symbol == PLAIN["1"] else f" {unit.symbol}"
-    return f"{pick.title(axis)} {float(value):.4g}{symbol}"
+    return f"{select.title(axis)} {float(value):.4g}{symbol}"
 
 
 def roomy(ax: Axes, x: np.ndarray, y: np.ndarray) -> None:
@@ -146,21 +144,14 @@ def roomy(ax: Axes, x: np.ndarray, y: np.ndarray) -> None:
 def shade_missing(ax: Axes, x: np.ndarray, missing: np.ndarray, label: str) -> None:
     """Hatch the stretches of a history that have no value."""
     edges = np.flatnonzero(np.diff(np.r_[False, missing, False])).reshape(-1, 2)
+    look = {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0, "zorder": 0}
     for number, (first, end) in enumerate(edges):
-        ax.axvspan(
-            x[max(first - 1, 0)],
-            x[min(end, x.size - 1)],
-            facecolor=style.DISC,
-            edgecolor=style.GREY,
-            hatch="////",
-            linewidth=0.0,
-            zorder=0,
-            label=label if number == 0 else "_",
-        )
+        span = x[max(first - 1, 0)], x[min(end, x.size - 1)]
+        ax.axvspan(*span, **look, label=label if number == 0 else "_")
 
 
 def missing_note(x: np.ndarray, y: np.ndarray, what: str) -> str:
-    """Say how many points of a cloud or path cannot be drawn; empty where all can."""
+    """Return a note of how many points of a cloud or path are missing; empty where none is."""
     lost = int(np.count_nonzero(~(np.isfinite(x) & np.isfinite(y))))
     return f"no value at {lost} of {x.size} {what}" if lost else ""
 
@@ -172,18 +163,17 @@ def heading(ax: Axes, *words: str, beside_top_axis: bool = False) -> None:
 
 
 def say(ax: Axes, sentence: str) -> None:
-    """Write a sentence where a panel has nothing to draw."""
-    ax.text(
-        0.5, 0.5, fill(sentence, 30), transform=ax.transAxes, ha="center", va="center", color=style.WARNING
-    )
+    """Write a sentence in a panel that has nothing to draw."""
+    look = {"ha": "center", "va": "center", "color": style.WARNING}
+    ax.text(0.5, 0.5, fill(sentence, 30), transform=ax.transAxes, **look)
     ax.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
 
 
 def status_note(dataset: Dataset) -> str:
-    """Say in one line what went wrong in a run; empty where all is well."""
+    """Return one line on the failure of a run; empty where it did not fail."""
     if "status" not in dataset:
         return ""
-    meanings = pick.flags(dataset["status"])
+    meanings = select.flags(dataset["status"])
     codes = dataset["cell_status" if "cell_status" in dataset else "status"].values
     found = [meanings.get(int(code), f"code {int(code)}" if code else "ok") for code in np.unique(codes)]
     bad = [f"{EXPLAINED.get(word, 'see the status')} (status {word})" for word in found if word != "ok"]

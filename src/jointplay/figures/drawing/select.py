@@ -1,6 +1,6 @@
-"""Choosing from a dataset what a figure shows, with errors that name what exists."""
+"""Selection of what a figure shows from a dataset, with errors that name what exists."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from numbers import Real
 
 import numpy as np
@@ -25,6 +25,19 @@ def choice(option: str, given, known: Iterable[str], what: str = "") -> str:
 def labels(dataset: Dataset, dim: str) -> list[str]:
     """Return the labels along `dim`; none where the dataset has no such dimension."""
     return [str(label) for label in dataset[dim].values] if dim in dataset.coords else []
+
+
+def switch(option: str, given) -> bool:
+    """Return `given` where it is true or false."""
+    if not isinstance(given, bool):
+        raise refuse(option, given, "true or false")
+    return given
+
+
+def require(dataset: Dataset, figure: str, names: Iterable[str], expected: str = "") -> None:
+    """Refuse a dataset without the variables or dimensions `names`: it is of another kind of study."""
+    if not {*dataset.variables, *dataset.dims}.issuperset(names):
+        raise refuse("kind", figure, expected or f"a result of a study of kind {figure}")
 
 
 def label(dataset: Dataset, dim: str, given: str | None) -> str:
@@ -59,22 +72,27 @@ def variable(dataset: Dataset, name: str, option: str = "variables", dim: str = 
 
 
 def curve(dataset: Dataset, name: str, option: str, dim: str = "time", **labelled: str | None) -> DataArray:
-    """Return `name` along `dim` alone, at the given (or first) label of each other dimension.
+    """Return `name` along `dim` alone, as by `labelled_slice`."""
+    return labelled_slice(variable(dataset, name, option, dim), dataset, (dim,), **labelled)
+
+
+def labelled_slice(
+    array: DataArray, dataset: Dataset, along: Collection, **labelled: str | None
+) -> DataArray:
+    """Return an array along some dimensions alone, at the given (or first) label of each other one.
 
     Its `long_name` says which label that is wherever there was a choice.
     """
-    array = variable(dataset, name, option, dim)
-    for other in [d for d in array.dims if d != dim]:
-        chosen = label(dataset, other, labelled.get(other))
-        several = array.sizes[other] > 1
-        array = array.sel({other: chosen})
+    for dim in [d for d in array.dims if d not in along]:
+        chosen, several = label(dataset, str(dim), labelled.get(str(dim))), array.sizes[dim] > 1
+        array = array.sel({dim: chosen})
         if several:
             array = array.assign_attrs(long_name=f"{title(array)}, {chosen}")
     return array
 
 
 def title(array: DataArray) -> str:
-    """Return what an axis calls `array`."""
+    """Return the name of `array` on an axis."""
     words = array.attrs.get("long_name") or str(array.name).replace("_", " ")
     return words[:1].upper() + words[1:]
 
