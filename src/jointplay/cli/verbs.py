@@ -37,8 +37,7 @@ def run_study(arguments: Namespace) -> int:
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:
     """Print the files and the summary of a stored result, draw its figure, and give the exit code."""
-    from jointplay.results.outcome import explain
-    from jointplay.results.text import summary, write_table
+    from jointplay.results.outcome import explain, summary, write_table
 
     dataset, path = outcome.dataset, outcome.path
     say(f"result  {path}")
