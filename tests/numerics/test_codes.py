@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import jointplay
-from jointplay.numerics import codes, memory, modes, status
+from jointplay.numerics import codes, control, memory, modes
 
 RENAMED = {"RESTING": codes.Mode.REST, "ENTRY": codes.Event.CONTACT}
 
@@ -23,7 +23,7 @@ def test_codes_count_from_zero_and_words_are_found_by_number(code):
     [
         (modes, codes.Mode, "FREE RELEASED SLIP_POSITIVE SLIP_NEGATIVE STICK CONTACT RESTING"),
         (modes, codes.Event, "ENTRY SEPARATION REOPENING SLIP_REVERSAL STICK_ONSET SLIP_ONSET IMPACT REST"),
-        (status, codes.Status, "OK DIVERGED STEP_LIMIT CHATTER NOT_CONVERGED"),
+        (control, codes.Status, "OK DIVERGED STEP_LIMIT CHATTER NOT_CONVERGED"),
     ],
 )
 def test_kernels_take_the_codes_as_plain_integers(module, code, names):
