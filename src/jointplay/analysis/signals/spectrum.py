@@ -193,10 +193,15 @@ def missing(rate: float) -> dict[str, Any]:
 def _dataset(motion: xr.Dataset, values: xr.DataArray, period: float, estimate: dict[str, Any]) -> xr.Dataset:
     units, name, f = squared(values.attrs["units"]), values.attrs["long_name"], estimate["frequency"]
     per_hertz = "Hz-1" if units == "1" else f"{units} Hz-1"
-    density_of, difference = f"power spectral density of {name}", "integral of density over variance, less 1"
+    difference = "integral of the density over variance, less 1"
     variables = described(
         {
-            "power_spectral_density": ("frequency", estimate["density"], per_hertz, density_of),
+            "power_spectral_density": (
+                "frequency",
+                estimate["density"],
+                per_hertz,
+                f"power spectral density of {name}",
+            ),
             "confidence_factor": ("bound", estimate["factors"], "1", "95 % interval over the estimate"),
             "degrees_of_freedom": ((), estimate["degrees"], "1", "degrees of freedom of the estimate"),
             "variance": ((), estimate["variance"], units, f"variance of {name}"),
