@@ -118,6 +118,17 @@ def test_heyoka_s_expressions_tell_which_of_two_joints_sticks(modes):
     assert found == pytest.approx([*rate, *guard], rel=1e-9)
 
 
+@pytest.mark.peer
+@pytest.mark.parametrize(("system", "turns"), [(PAIR, 2), (LINKAGE, 0.1)], ids=["walls", "contact"])
+def test_heyoka_follows_the_same_motion(system, turns):
+    pytest.importorskip("heyoka")
+    found = jp.work_precision(system, turns=turns, peers=["heyoka"], tolerances=[1e-6, 1e-9], rounds=0)
+    series = found.sel(solver="heyoka")
+    assert words(series.agreement) == ["same", "same"]
+    assert np.all(series.error < [1e-7, 1e-10])
+    assert np.all(series.steps > 0)
+
+
 def test_errors_fall_with_the_tolerance(compared):
     assert compared.status == 0
     assert list(compared.solver.values) == ["jointplay", *PEERS]
