@@ -192,6 +192,16 @@ def test_a_cell_that_fails_is_told_and_the_rest_goes_on(tmp_path, capsys):
     assert "step_limit" in capsys.readouterr().err
 
 
+def test_values_that_fit_by_themselves_but_not_together_are_told_by_each_cell(tmp_path):
+    text = CELLS[: CELLS.index("[mechanism]")] + (
+        '[mechanism]\ncatalog = "chunmei2002"\n[vary]\ngear_ratio = [2.0, 3.0]\nspeed = [10.0]\n'
+        "[analysis]\nturns = 5\n"
+    )
+    found = ran(loaded(text), tmp_path)
+    assert found["cell_status"].all()
+    assert all("only for a motor drive" in str(each) for each in found["trouble"].values.flat)
+
+
 def test_a_cell_beyond_the_model_says_so_and_keeps_its_numbers(tmp_path, monkeypatch):
     text = (
         'kind = "response"\nname = "deep"\n[mechanism]\ncatalog = "chunmei2002"\ngear_ratio = 3.0\n'
