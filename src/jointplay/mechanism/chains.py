@@ -103,17 +103,12 @@ def support(places: dict[str, Place], link: str) -> set[str]:
 
 
 def beyond(places: dict[str, Place], link: str) -> list[str]:
-    """The link and all that hang on it."""
+    """The link and all that hang on it: a holder has its place before what it holds."""
     found = [link]
     for name, place in places.items():
-        if place.holder in found and name not in found:
+        if place.holder in found:
             found.append(name)
-    return found if len(found) == 1 else _closed(places, found)
-
-
-def _closed(places: dict[str, Place], found: list[str]) -> list[str]:
-    more = [name for name, place in places.items() if place.holder in found and name not in found]
-    return _closed(places, found + more) if more else found
+    return found
 
 
 def couplings(mechanism: Mechanism, places: dict[str, Place]) -> Iterator[tuple[str, str]]:
