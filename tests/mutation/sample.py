@@ -83,7 +83,7 @@ def run(options) -> None:
         mutant = mutants.Mutant(*(int(row[k]) if row[k].isdigit() else row[k] for k in COLUMNS[:6]))
         place = places.get()
         try:
-            verdict, by = trial.judged(mutant, place, options.work, known)
+            verdict, by = trial.judged(mutant, place, options.work, known, options.plain)
         finally:
             places.put(place)
         with lock:
@@ -146,6 +146,7 @@ def main(arguments=None) -> int:
     three.add_argument("--verdicts", nargs="*", default=[""], help="as survived; else what has none yet")
     three.add_argument("--rooms", nargs="*", default=[])
     three.add_argument("--budget", type=float, default=300.0, help="seconds of tests in a round")
+    three.add_argument("--plain", action="store_true", help="leave out the rounds that compile anew")
     three.add_argument("--jobs", type=int, default=1, help="mutants at a time")
     three.set_defaults(do=run)
     verbs.add_parser("check", help=check.__doc__).set_defaults(do=check)
