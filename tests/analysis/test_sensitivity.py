@@ -332,3 +332,8 @@ def test_the_next_reference_is_where_the_motion_has_got_to():
     both = jp.sensitivity(catalog.duffing(), turns=6, neighbours=1, references=2)
     later = jp.sensitivity(catalog.duffing(), turns=6, neighbours=2, transient=6)
     assert both.distance.values[1, 0] == pytest.approx(later.distance.values[0, 1], rel=1e-2)
+
+
+def test_of_every_reference_the_first_turn_is_a_whole_one():
+    found = jp.sensitivity(linkage(clearance=2.9e-5), turns=1, neighbours=1, references=2).distance
+    assert np.all(np.abs(found[..., 1] / found[..., 0] - 1) > 0.1)
