@@ -9,12 +9,14 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.growth import Turn
+from jointplay.analysis.states import plane as planes
 from jointplay.analysis.states.divergence import fitted
 from jointplay.analysis.states.field import stretch
 from jointplay.analysis.states.plane import Starts
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.words import STATUS
 from jointplay.errors import InputError
+from jointplay.mechanism.assemble import assemble
 from tests.analysis.exact_maps import TAU, Symmetric, strobed
 
 CHAOTIC = {
@@ -319,6 +321,14 @@ def test_wrong_keywords(system, options, key):
     with pytest.raises(InputError) as caught:
         jp.sensitivity(system, **options)
     assert [problem.key for problem in caught.value.problems] == [key]
+
+
+def test_of_two_joints_with_clearance_one_is_to_be_named(monkeypatch):
+    scene = assemble(linkage(), None, planes.section_of(linkage()))
+    monkeypatch.setattr(planes, "assemble", lambda *_: replace(scene, joints=("B", "C")))
+    (problem,) = planes.check(linkage(), {"journal_x": [0, 1], "journal_y": [0, 1]}, None, None)
+    assert problem.key == "joint"
+    assert problem.expected.endswith("one of B, C")
 
 
 def test_every_variable_says_what_it_is():

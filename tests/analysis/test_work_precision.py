@@ -205,6 +205,12 @@ def test_other_events_are_told(monkeypatch):
     assert np.isnan(found.cpu_time_at_error.sel(solver="DOP853")).all()
 
 
+def test_a_peer_that_fails_in_its_own_way_is_told(monkeypatch):
+    monkeypatch.setattr(contenders.Peer, "_follow", lambda *_: 1 / 0)
+    found = jp.work_precision(PAIR, turns=1, tolerances=1e-6, peers="DOP853", rounds=0)
+    assert words(found.run_status[:, 0]) == ["ok", "crashed"]
+
+
 def test_endless_events_end(monkeypatch):
     monkeypatch.setattr(contenders, "ENDLESS", (0, 1))
     found = jp.work_precision(PAIR, turns=2, tolerances=1e-5, peers="DOP853", rounds=1)
