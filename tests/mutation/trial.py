@@ -126,8 +126,10 @@ def failing(tests: list[str], tree: Path, work: Path) -> set[str]:
             verdict, by = _asked(tree, told | more, 36000, ["-m", "", *left])
             if verdict == "survived":
                 break
+            if by not in left:
+                raise RuntimeError(f"the tests cannot be run: {verdict} {by}")
             found.add(by + (INTERPRETED if more else ""))
-            left = left[left.index(by) + 1 :] if by in left else []
+            left = left[left.index(by) + 1 :]
     return found
 
 
