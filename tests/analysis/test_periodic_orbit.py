@@ -151,7 +151,9 @@ def test_where_nothing_is_found_another_section_of_the_turn_is_tried(monkeypatch
         return found if len(tried) > 1 else replace(found, status=STATUS.index("not_converged"))
 
     monkeypatch.setattr(orbit_search, "newton", failing)
-    assert jp.periodic_orbit(catalog.soft_impact_pair(2.0, 50.0, 4.0)).status == 0
+    found = jp.periodic_orbit(catalog.soft_impact_pair(2.0, 50.0, 4.0))
+    assert found.status == 0
+    assert found.n_iterations > 0
     assert (tried[1] - tried[0]) % TAU == pytest.approx(orbit_search.ASIDE * TAU)
 
 

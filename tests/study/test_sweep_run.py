@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from jointplay.errors import InputError
 from jointplay.jobs import worker
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
-from jointplay.jobs.strands import CRASHED
+from jointplay.jobs.strands import CRASHED, redone
 from jointplay.study import execute, store
 from jointplay.study.file import load, validate
 from jointplay.study.run import first_work, run
@@ -179,6 +180,12 @@ def test_a_cell_that_crashed_runs_again_and_what_follows_it_in_a_chain(whole, tm
     log.write_text("")
     assert same(ran(loaded(CHAINS), tmp_path), whole["chains"])
     assert len(log.read_text().split()) == 3 + 2 + 1  # up from 3.0, down from 3.0, reset that alone
+
+
+@pytest.mark.parametrize(("carried", "again"), [(True, {"b", "c"}), (False, {"b"})])
+def test_of_a_chain_what_follows_a_crashed_cell_is_not_called_done(carried, again):
+    strand = SimpleNamespace(keys=("a", "b", "c"), carried=carried)
+    assert redone([strand], {"a": 0, "b": CRASHED, "c": 0}) == again
 
 
 def test_a_cell_that_fails_is_told_and_the_rest_goes_on(tmp_path, capsys):
