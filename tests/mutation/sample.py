@@ -114,14 +114,16 @@ def check(options) -> None:
 
 def report(options) -> None:
     """Print how many were noticed, by rooms, and the survivors that nobody has explained."""
-    rows = [row for row in read() if row["verdict"]]
+    rows = read()
     for room in [*sorted({_room(row) for row in rows}), ""]:
         some = [row for row in rows if room in ("", _room(row))]
-        count = Counter("noticed" if row["verdict"] in NOTICED else row["verdict"] for row in some)
-        share = count["noticed"] / max(1, len(some) - count["gone"])
-        print(f"{room or 'all':12} {len(some):4} tried, {share:4.0%} noticed  {dict(count)}")
+        count = Counter("noticed" if row["verdict"] in NOTICED else row["verdict"] or "open" for row in some)
+        count["explained"] = sum(bool(row["explanation"]) for row in some)
+        tried = len(some) - count["gone"] - count["open"]
+        share = count["noticed"] / max(1, tried)
+        print(f"{room or 'all':12} {tried:4} tried, {share:4.0%} noticed  {dict(count)}")
     for row in rows:
-        if row["verdict"] not in (*NOTICED, "gone") and not row["explanation"]:
+        if row["verdict"] == "survived" and not row["explanation"]:
             print(f"{row['file']}:{row['line']}: {row['before']}  ->  {row['after']}")
 
 
