@@ -26,6 +26,7 @@ from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
 from jointplay.jobs.strands import CRASHED, redone
 from jointplay.study import execute, store
+from jointplay.study.cells import compile_for
 from jointplay.study.file import load, validate
 from jointplay.study.run import first_work, run
 
@@ -204,6 +205,7 @@ def test_values_that_fit_by_themselves_but_not_together_are_told_by_each_cell(tm
         '[mechanism]\ncatalog = "chunmei2002"\n[vary]\ngear_ratio = [2.0, 3.0]\nspeed = [10.0]\n'
         "[analysis]\nturns = 5\n"
     )
+    compile_for(loaded(text).record, [{"gear_ratio": 2.0, "speed": 10.0}])
     found = ran(loaded(text), tmp_path)
     assert found["cell_status"].all()
     assert all("only for a motor drive" in str(each) for each in found["trouble"].values.flat)
