@@ -3,6 +3,7 @@
 Meanwhile the structures that most tests use are compiled here, and not by every worker once more.
 """
 
+import hypothesis
 import pytest
 
 from jointplay import catalog
@@ -11,6 +12,11 @@ from jointplay.analysis.trajectory import functions
 from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle
+
+hypothesis.settings.register_profile(  # a busy machine is no mistake of the program's
+    "unhurried", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("unhurried")
 
 
 def pytest_configure(config):

@@ -131,6 +131,18 @@ def fixed(attempts):
     return pace
 
 
+def test_the_pace_is_learnt_from_each_piece_alone(monkeypatch):
+    done, learnt, pace = [0], [], pieces.Pace()
+    monkeypatch.setattr(pace, "learn", lambda made, seconds: learnt.append(made))
+
+    def call(limit):
+        done[0] = limit
+        return 1
+
+    assert pieces.in_pieces(call, lambda: done[0], pace, 1, 3 * pace.size + 8) == 1
+    assert learnt == [pace.size, pace.size, pace.size, 8]
+
+
 def values(dataset):
     """All that a dataset holds but for times of the machine."""
     return {name: each.values for name, each in dataset.variables.items() if name != "wall_time"}

@@ -72,6 +72,14 @@ def test_event_sections_are_the_events(section, kind):
     assert np.abs(found.section_penetration).max() < 1e-14
 
 
+def test_events_of_the_transient_are_dropped():
+    pair, section = jp.catalog.impact_pair(3.0, 0.7), jp.ContactSection()
+    whole = jp.poincare(pair, section, turns=9).time.values
+    found = jp.poincare(pair, section, transient=4, turns=5).time.values
+    assert found.tolist() == whole[whole >= 4 * math.tau].tolist()
+    assert 0 < len(found) < len(whole)
+
+
 def test_integrals_are_those_of_a_run_from_its_start():
     """Section points know the work since the start of the run, as samples at the same times do."""
     flows = ["energy_residual", "drive_work", "joint_work"]

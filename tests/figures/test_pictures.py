@@ -158,6 +158,11 @@ def panel(ax) -> list[str]:
     titles = [ax.get_title(loc=loc) for loc in ("left", "center", "right")]
     spines = [name for name, spine in ax.spines.items() if spine.get_visible()]
     yield f"panel {titles} {ax.get_aspect()} {ax.axison} {spines} {to_hex(ax.get_facecolor())}"
+    widths = (spec := ax.get_subplotspec()) and spec.get_gridspec().get_width_ratios()
+    if widths and len({*widths}) > 1:
+        yield f"widths {[number(each) for each in widths]}"
+    if bar := getattr(ax, "_colorbar_info", None):
+        yield f"bar {bar['location']} {number(bar['pad'])}"
     yield axis("x", ax.xaxis, ax.get_xlim())
     yield axis("y", ax.yaxis, ax.get_ylim())
     yield from map(line, ax.lines)

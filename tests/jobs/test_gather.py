@@ -136,6 +136,21 @@ def test_answers_are_not_held_while_they_are_put_together():
     assert max(alive) <= 2
 
 
+def test_a_number_beside_the_dimensions_is_the_wholes_only_where_all_cells_have_it():
+    record = loaded(STUDY).record
+    keys = [cell.key for cell in first_work(record).jobs]
+    told = [answer().assign_coords(own=float(i), shared=1.0) for i in range(len(keys))]
+
+    def read():
+        return (
+            (key, {"status": 0, "dataset": gather.plain(one)}) for key, one in zip(keys, told, strict=True)
+        )
+
+    whole = gather.dataset("section", points(record.mechanism, record.vary), keys, read)
+    assert whole["cell_own"].values.tolist() == [0.0, 1.0, 2.0]
+    assert whole["shared"].values.tolist() == 1.0
+
+
 def test_columns_that_are_not_a_layouts_values_are_refused():
     rest, ((places, layout, columns),) = packed([{"status": 0, "dataset": gather.plain(answer())}] * 2)
     longer = [np.concatenate([each, each], axis=1) if each.ndim == 2 else each for each in columns]

@@ -7,7 +7,8 @@ import pytest
 
 from jointplay import catalog
 from jointplay.lab.stress import ranges
-from jointplay.lab.stress.scenes import CORNERS, VARIANTS, draw
+from jointplay.lab.stress.scenes import CORNERS, VARIANTS, draw, not_drawable
+from jointplay.mechanism.records import Mechanism
 
 PRINTED = catalog.chunmei2002()
 
@@ -30,6 +31,14 @@ def test_the_numbers_of_a_scene_do_not_depend_on_which_variants_there_are():
     one, other = draw(PRINTED, 90, 0, ("rigid",)), draw(PRINTED, 90, 0, ("no_tension",))
     assert one.initial == other.initial
     assert other.mechanism == one.mechanism.replace(tension=False)
+
+
+def test_a_four_bar_without_contact_data_is_refused():
+    table = PRINTED.model_dump()
+    for joint in table["joints"]:
+        joint |= {"contact": None, "friction": None, "clearance": 0.0}
+    assert not_drawable(PRINTED) == []
+    assert [problem.key for problem in not_drawable(Mechanism(**table))] == ["mechanism"]
 
 
 def test_corners_are_every_combination_of_ends():

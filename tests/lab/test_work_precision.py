@@ -119,6 +119,17 @@ def test_heyoka_s_expressions_tell_which_of_two_joints_sticks(modes):
     assert found == pytest.approx([*rate, *guard], rel=1e-9)
 
 
+@pytest.mark.peer
+@pytest.mark.parametrize(("system", "turns"), [(PAIR, 2), (LINKAGE, 0.1)], ids=["walls", "contact"])
+def test_heyoka_follows_the_same_motion(system, turns):
+    pytest.importorskip("heyoka")
+    found = jp.work_precision(system, turns=turns, peers=["heyoka"], tolerances=[1e-6, 1e-9], rounds=0)
+    series = found.sel(solver="heyoka")
+    assert words(series.agreement) == ["same", "same"]
+    assert np.all(series.error < [1e-7, 1e-10])
+    assert np.all(series.steps > 0)
+
+
 def test_errors_fall_with_the_tolerance(compared):
     assert compared.status == 0
     assert list(compared.solver.values) == ["jointplay", *PEERS]
@@ -193,6 +204,12 @@ def test_other_events_are_told(monkeypatch):
     assert found.truth_confirmed == 0
     assert np.isnan(found.truth_difference)
     assert np.isnan(found.cpu_time_at_error.sel(solver="DOP853")).all()
+
+
+def test_a_peer_that_fails_in_its_own_way_is_told(monkeypatch):
+    monkeypatch.setattr(contenders.Peer, "_follow", lambda *_: 1 / 0)
+    found = jp.work_precision(PAIR, turns=1, tolerances=1e-6, peers="DOP853", rounds=0)
+    assert words(found.run_status[:, 0]) == ["ok", "crashed"]
 
 
 def test_endless_events_end(monkeypatch):

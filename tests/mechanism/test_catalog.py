@@ -157,6 +157,7 @@ def test_ball_starts_above_the_table_near_one_bounce_a_period(acceleration):
 
 
 def test_soft_pair_keeps_its_switch():
+    assert catalog.soft_impact_pair(1, 1e4, 3).initial == (0.0, 0.0)
     assert catalog.soft_impact_pair(1, 1e4, 3).parameters["tension"] is True
     assert catalog.soft_impact_pair(1, 1e4, 3, tension=False).parameters["tension"] is False
 

@@ -3,7 +3,7 @@
 import pytest
 
 from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import check_section
+from jointplay.mechanism.assemble import assemble, check_section
 from jointplay.mechanism.records import (
     ConstantSpeed,
     ContactSection,
@@ -42,6 +42,11 @@ def test_friction_is_set_everywhere_or_removed():
     without = mechanism.replace(friction=0)
     assert {joint.friction for joint in without.joints} == {None}
     assert {joint.friction.coefficient for joint in without.replace(friction=0.3).joints} == {0.3}
+
+
+def test_any_gravity_but_none_is_in_the_equations():
+    mechanism = catalog.chunmei2002()
+    assert assemble(mechanism.replace(gravity=1.0)).structure == assemble(mechanism).structure
 
 
 def test_drive_can_be_another_one_or_none():

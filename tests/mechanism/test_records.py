@@ -64,7 +64,7 @@ def test_text_forms_are_short_and_name_the_parts():
     )
     lines = mechanism.summary().splitlines()
     assert len(lines) == 10
-    assert any("joint C" in line and "2e-05 m" in line for line in lines)
+    assert any("joint C" in line and "2e-05 m" in line and "friction 0.01" in line for line in lines)
 
 
 # Bad input in one place

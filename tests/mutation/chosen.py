@@ -93,7 +93,7 @@ def statement(source: str, line: int) -> range | None:
     """Lines of the statement that a line belongs to; None for one that is done at import."""
     best, inside = None, False
     for node in ast.walk(ast.parse(source)):
-        if isinstance(node, ast.stmt) and node.lineno <= line <= node.end_lineno:
+        if isinstance(node, ast.stmt | ast.excepthandler) and node.lineno <= line <= node.end_lineno:
             body = getattr(node, "body", None)
             last = body[0].lineno - 1 if body else node.end_lineno
             if isinstance(node, ast.FunctionDef) and line >= body[0].lineno:

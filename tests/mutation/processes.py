@@ -60,7 +60,9 @@ def _test(options, folder, told, output):
     import pytest
 
     numba.core.config.reload_config()
-    sys.exit(int(pytest.main(options)))
+    code = int(pytest.main(options))
+    sys.stdout.flush()
+    os._exit(code)  # a usual exit would wait for worker processes that tests have left behind
 
 
 def _end_strays(place: str) -> None:

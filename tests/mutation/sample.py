@@ -83,7 +83,7 @@ def run(options) -> None:
         mutant = mutants.Mutant(*(int(row[k]) if row[k].isdigit() else row[k] for k in COLUMNS[:6]))
         place = places.get()
         try:
-            verdict, by = trial.judged(mutant, place, options.work, known)
+            verdict, by = trial.judged(mutant, place, options.work, known, options.plain)
         finally:
             places.put(place)
         with lock:
@@ -114,14 +114,16 @@ def check(options) -> None:
 
 def report(options) -> None:
     """Print how many were noticed, by rooms, and the survivors that nobody has explained."""
-    rows = [row for row in read() if row["verdict"]]
+    rows = read()
     for room in [*sorted({_room(row) for row in rows}), ""]:
         some = [row for row in rows if room in ("", _room(row))]
-        count = Counter("noticed" if row["verdict"] in NOTICED else row["verdict"] for row in some)
-        share = count["noticed"] / max(1, len(some) - count["gone"])
-        print(f"{room or 'all':12} {len(some):4} tried, {share:4.0%} noticed  {dict(count)}")
+        count = Counter("noticed" if row["verdict"] in NOTICED else row["verdict"] or "open" for row in some)
+        count["explained"] = sum(bool(row["explanation"]) for row in some)
+        tried = len(some) - count["gone"] - count["open"]
+        share = count["noticed"] / max(1, tried)
+        print(f"{room or 'all':12} {tried:4} tried, {share:4.0%} noticed  {dict(count)}")
     for row in rows:
-        if row["verdict"] not in (*NOTICED, "gone") and not row["explanation"]:
+        if row["verdict"] == "survived" and not row["explanation"]:
             print(f"{row['file']}:{row['line']}: {row['before']}  ->  {row['after']}")
 
 
@@ -146,6 +148,7 @@ def main(arguments=None) -> int:
     three.add_argument("--verdicts", nargs="*", default=[""], help="as survived; else what has none yet")
     three.add_argument("--rooms", nargs="*", default=[])
     three.add_argument("--budget", type=float, default=300.0, help="seconds of tests in a round")
+    three.add_argument("--plain", action="store_true", help="leave out the rounds that compile anew")
     three.add_argument("--jobs", type=int, default=1, help="mutants at a time")
     three.set_defaults(do=run)
     verbs.add_parser("check", help=check.__doc__).set_defaults(do=check)

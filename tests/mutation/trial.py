@@ -92,8 +92,11 @@ def cover(tree: Path, work: Path, tests: list[str]) -> None:
         part.unlink()
 
 
-def judged(mutant: Mutant, tree: Path, work: Path, known: Map) -> tuple[str, str]:
-    """Verdict on a mutant: killed, timeout, survived or gone; and the test that noticed it."""
+def judged(mutant: Mutant, tree: Path, work: Path, known: Map, plain: bool = False) -> tuple[str, str]:
+    """Verdict on a mutant: killed, timeout, survived or gone; and the test that noticed it.
+
+    Plain: none on one that only the compiled code could show.
+    """
     path = tree / mutant.file
     source, times = path.read_text(), path.stat()
     changed = found_again(mutant, source)
@@ -102,6 +105,8 @@ def judged(mutant: Mutant, tree: Path, work: Path, known: Map) -> tuple[str, str
     try:
         path.write_text(changed)
         for told, limit, tests in rounds(mutant, source, tree.parent / "compiled", known):
+            if plain and "JOINTPLAY_CACHE" in told:
+                return "", ""
             verdict, by = _asked(tree, environment(tree, work, **told), limit, tests)
             if verdict != "survived":
                 return verdict, by + (INTERPRETED if "NUMBA_DISABLE_JIT" in told else "")
@@ -125,8 +130,10 @@ def failing(tests: list[str], tree: Path, work: Path) -> set[str]:
             verdict, by = _asked(tree, told | more, 36000, ["-m", "", *left])
             if verdict == "survived":
                 break
+            if by not in left:
+                raise RuntimeError(f"the tests cannot be run: {verdict} {by}")
             found.add(by + (INTERPRETED if more else ""))
-            left = left[left.index(by) + 1 :] if by in left else []
+            left = left[left.index(by) + 1 :]
     return found
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,13 +20,13 @@ from jointplay.analysis import evaluate
 from jointplay.analysis.sweeps import chains as chains
 from jointplay.errors import InputError
 from jointplay.jobs import worker
-from jointplay.jobs.job import CRASHED
+from jointplay.jobs.job import CRASHED, redone
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
 from jointplay.results import store
 from jointplay.study import execute
 from jointplay.study.file import load, validate
-from jointplay.study.run import first_work, run
+from jointplay.study.run import compile_for, first_work, run
 from tests.support.deadly import Deadly
 from tests.support.sweep_samples import CELLS, CHAINS, bare, die, forked, loaded, ran, same
 
@@ -180,6 +181,12 @@ def test_a_cell_that_crashed_runs_again_and_what_follows_it_in_a_chain(whole, tm
     assert len(log.read_text().split()) == 3 + 2 + 1  # up from 3.0, down from 3.0, reset that alone
 
 
+@pytest.mark.parametrize(("carried", "again"), [(True, {"b", "c"}), (False, {"b"})])
+def test_of_a_chain_what_follows_a_crashed_cell_is_not_called_done(carried, again):
+    strand = SimpleNamespace(keys=("a", "b", "c"), carried=carried)
+    assert redone([strand], {"a": 0, "b": CRASHED, "c": 0}) == again
+
+
 def test_a_cell_that_fails_is_told_and_the_rest_goes_on(tmp_path, capsys):
     path = tmp_path / "cells.toml"
     path.write_text(CELLS.replace("turns = 5", "turns = 5\n[integrator]\nmax_steps = 3"))
@@ -189,6 +196,17 @@ def test_a_cell_that_fails_is_told_and_the_rest_goes_on(tmp_path, capsys):
     assert (found["cell_status"] == 2).all()
     assert "steps" in str(found["trouble"].values[0, 0])
     assert "step_limit" in capsys.readouterr().err
+
+
+def test_values_that_fit_by_themselves_but_not_together_are_told_by_each_cell(tmp_path):
+    text = CELLS[: CELLS.index("[mechanism]")] + (
+        '[mechanism]\ncatalog = "chunmei2002"\n[vary]\ngear_ratio = [2.0, 3.0]\nspeed = [10.0]\n'
+        "[analysis]\nturns = 5\n"
+    )
+    compile_for(loaded(text).record, [{"gear_ratio": 2.0, "speed": 10.0}])
+    found = ran(loaded(text), tmp_path)
+    assert found["cell_status"].all()
+    assert all("only for a motor drive" in str(each) for each in found["trouble"].values.flat)
 
 
 def test_a_cell_beyond_the_model_says_so_and_keeps_its_numbers(tmp_path, monkeypatch):

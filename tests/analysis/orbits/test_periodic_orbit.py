@@ -1,14 +1,16 @@
 """Periodic orbits and their multipliers: closed forms, a published orbit, exponents along the motion."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.orbits import orbit_search
 from jointplay.analysis.orbits.section_map import section_map
-from jointplay.analysis.quantities import EVENTS
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.starts import placed
 from tests.analysis.exact_maps import TAU, Symmetric
 
@@ -137,6 +139,21 @@ def test_an_unstable_orbit_beside_a_stable_one():
     assert multipliers(single)[0].real < -1.01
     again = jp.periodic_orbit(mechanism, initial=list(1.0001 * single.orbit_state.values), transient=0)
     assert again.orbit_state.values == pytest.approx(single.orbit_state.values, rel=1e-9, abs=1e-11)
+
+
+def test_where_nothing_is_found_another_section_of_the_turn_is_tried(monkeypatch):
+    tried, newton = [], orbit_search.newton
+
+    def failing(section, *given):
+        tried.append(section.phase)
+        found = newton(section, *given)
+        return found if len(tried) > 1 else replace(found, status=STATUS.index("not_converged"))
+
+    monkeypatch.setattr(orbit_search, "newton", failing)
+    found = jp.periodic_orbit(catalog.soft_impact_pair(2.0, 50.0, 4.0))
+    assert found.status == 0
+    assert found.n_iterations > 0
+    assert (tried[1] - tried[0]) % TAU == pytest.approx(orbit_search.ASIDE * TAU)
 
 
 def test_trouble_is_a_status():

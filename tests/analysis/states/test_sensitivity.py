@@ -10,11 +10,13 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.states import start_plane
 from jointplay.analysis.states.divergence import fit_growth
 from jointplay.analysis.states.field import stretch
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import scales
 from jointplay.errors import InputError
+from jointplay.mechanism.assemble import assemble
 from tests.analysis.exact_maps import TAU, Symmetric, strobed
 
 CHAOTIC = {
@@ -321,6 +323,14 @@ def test_wrong_keywords(system, options, key):
     assert [problem.key for problem in caught.value.problems] == [key]
 
 
+def test_of_two_joints_with_clearance_one_is_to_be_named(monkeypatch):
+    model = assemble(linkage(), None, start_plane.section_of(linkage()))
+    monkeypatch.setattr(start_plane, "assemble", lambda *_: replace(model, joints=("B", "C")))
+    (problem,) = start_plane.plane_fits(linkage(), {"journal_x": [0, 1], "journal_y": [0, 1]}, None, None)
+    assert problem.key == "joint"
+    assert problem.expected.endswith("one of B, C")
+
+
 def test_every_variable_says_what_it_is():
     plane = {"y": [0.0, 0.5], "v": [0.0, 0.5]}
     found = jp.sensitivity(catalog.duffing(), plane=plane, neighbours=2, turns=3)
@@ -332,3 +342,8 @@ def test_the_next_reference_is_where_the_motion_has_got_to():
     both = jp.sensitivity(catalog.duffing(), turns=6, neighbours=1, references=2)
     later = jp.sensitivity(catalog.duffing(), turns=6, neighbours=2, transient=6)
     assert both.distance.values[1, 0] == pytest.approx(later.distance.values[0, 1], rel=1e-2)
+
+
+def test_of_every_reference_the_first_turn_is_a_whole_one():
+    found = jp.sensitivity(linkage(clearance=2.9e-5), turns=1, neighbours=1, references=2).distance
+    assert np.all(np.abs(found[..., 1] / found[..., 0] - 1) > 0.1)

@@ -87,6 +87,8 @@ def test_bands_are_a_standard_error_on_either_side():
         assert heights.max() == pytest.approx((mean + error).max())
         assert heights.min() == pytest.approx((mean - error).min())
     assert traces.get_yscale() == "linear"
+    low, high = traces.get_ylim()
+    assert low < -0.4 < 0.9 < high
 
 
 def test_table():

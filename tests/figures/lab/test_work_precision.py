@@ -59,6 +59,7 @@ def test_what_is_not_known_is_shaded_and_said():
     (band,) = panel.patches
     assert band.get_y() + band.get_height() == pytest.approx(1e-9)
     assert panel.get_title(loc="left") == "(a)"
+    assert not figures.draw(works().assign(truth_difference=0.0)).axes[0].patches
     said = figures.draw(works(confirmed=0)).axes[0].get_title(loc="left")
     assert "no second" in said.replace("\n", " ")
 

@@ -142,7 +142,7 @@ def test_limits_stand_where_they_are_said_to_with_their_labels():
 def test_a_diagram_can_be_drawn_over():
     data, figure = sweep(("up",)), Figure()
     ax = figure.subplots()
-    frame = diagram(ax, data, quantity="angle", link="crank")
+    frame = diagram(ax=ax, dataset=data, quantity="angle", link="crank")
     assert frame.parameter == "clearance"
     assert frame.x.factor == 1e6
     assert frame.y.symbol == "deg"
