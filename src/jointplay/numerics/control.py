@@ -54,7 +54,7 @@ def fastest(s, turning, n_q):
 @inlined
 def bounded(h, fastest, turn, left):
     """Length of the next attempt: within the angles' bound and the end of the run; no last step is tiny."""
-    h = min(h, 0.8 * turn / fastest)
+    h = min(h, 0.8 * turn / max(fastest, 1e-300))
     return left if left < 1.001 * h else h
 
 
