@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,15 @@ from jointplay.analysis.evaluate import flags
 from jointplay.analysis.quantities import STATUS
 
 
+def number(dims: Any, values: Any, units: str, text: str) -> tuple[Any, Any, dict[str, Any]]:
+    """A variable with its units and long name."""
+    return dims, values, {"units": units, "long_name": text}
+
+
 def labelled(rows: Mapping[str, tuple[Any, str, str]], dims: str | tuple[str, ...] = ()) -> dict[str, Any]:
     """Variables over the same dimensions, of name: (values, units, long name)."""
     return {
-        name: (dims, np.asarray(values), {"units": units, "long_name": text})
-        for name, (values, units, text) in rows.items()
+        name: number(dims, np.asarray(values), units, text) for name, (values, units, text) in rows.items()
     }
 
 
@@ -30,3 +34,8 @@ def outcome(status: int, began: float, text: str = "how the run ended") -> dict[
     return {"status": coded((), status, text)} | labelled(
         {"wall_time": (time.perf_counter() - began, "s", "wall time of the run")}
     )
+
+
+def column(answers: Sequence[Mapping[str, Any]], key: str, missing: Any, dtype: Any = float) -> np.ndarray:
+    """One entry of the answer of each cell, `missing` where a cell has none."""
+    return np.array([answer.get(key, missing) for answer in answers], dtype=dtype)

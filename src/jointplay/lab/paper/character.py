@@ -18,10 +18,10 @@ import numpy as np
 from jointplay.analysis.contacts import ROW, TIME, closed, counts
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.growth import Turn, measure, standard_error
+from jointplay.analysis.labels import coded, column, number
 from jointplay.analysis.period import period
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.trajectory import Records
-from jointplay.lab.variables import code, column, number
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism
@@ -102,7 +102,7 @@ def variables(
     text = "period in turns; 0: none found, -1: not computed"
     found["period"] = number(dims, column(answers, "period", -1, np.int32).reshape(shape), "1", text)
     motions = column(answers, "motion", 0).reshape(shape)
-    return found | {"motion": code(dims, motions, MOTIONS, "what the motion is")}
+    return found | {"motion": coded(dims, motions, "what the motion is", MOTIONS)}
 
 
 def motion(period: int, growth: float, error: float) -> int:

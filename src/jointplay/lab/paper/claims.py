@@ -14,6 +14,7 @@ import xarray as xr
 
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
+from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.lab.paper.character import character, variables
@@ -21,7 +22,6 @@ from jointplay.lab.paper.grades import CLAIMS, GRADES, graded
 from jointplay.lab.paper.peaks import WINDOWS, peaks
 from jointplay.lab.paper.reading_list import PANELS
 from jointplay.lab.paper.readings import panel_coordinates, printed_fits
-from jointplay.lab.variables import code, number
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural
@@ -188,8 +188,8 @@ def _distance(first: dict[str, Any], other: dict[str, Any]) -> float:
 
 
 def _status(answers: list[dict[str, Any]], dims: tuple[str, ...], shape: tuple[int, ...]) -> Any:
-    return code(
-        dims, np.reshape([answer["status"] for answer in answers], shape), STATUS, "how the run ended"
+    return coded(
+        dims, np.reshape([answer["status"] for answer in answers], shape), "how the run ended", STATUS
     )
 
 
@@ -212,7 +212,7 @@ def _finished(numbers: xr.Dataset) -> xr.Dataset:
     statuses = np.concatenate([numbers[f"{name}_status"].values.ravel() for name in ("peak", "motion")])
     failed = [*statuses[statuses != 0], 0][0]
     return numbers.assign(
-        grade=code("claim", [GRADES.index(grade) for grade in grades], GRADES, "how the conclusion stands"),
+        grade=coded("claim", [GRADES.index(grade) for grade in grades], "how the conclusion stands", GRADES),
         evidence=("claim", list(texts), {"long_name": "the numbers behind the grade"}),
-        status=code((), failed, STATUS, "ok, or how the first run that failed ended"),
+        status=coded((), failed, "ok, or how the first run that failed ended", STATUS),
     ).assign_attrs(Conventions="CF-1.11", kind="claims")

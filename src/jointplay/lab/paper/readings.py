@@ -15,12 +15,12 @@ import xarray as xr
 
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
+from jointplay.analysis.labels import coded, column, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.lab.paper.character import RTOL, TOLERANCE, variables
 from jointplay.lab.paper.reading_list import PANELS, READINGS
-from jointplay.lab.variables import code, column, number
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural, Positive, unit
@@ -159,9 +159,9 @@ def _dataset(panels: list[str], names: list[str], answers: list[dict[str, Any]])
     shape, dims = (len(panels), len(names)), ("panel", "reading")
     found = variables(answers, dims, shape, _NUMBERS)
     codes = column(answers, "status", STATUS.index("not_run")).reshape(shape)
-    found["cell_status"] = code(dims, codes, STATUS, "how the run ended")
+    found["cell_status"] = coded(dims, codes, "how the run ended", STATUS)
     failed = [*codes[codes != 0], 0][0]
-    found["status"] = code((), failed, STATUS, "ok, or how the first cell that failed ended")
+    found["status"] = coded((), failed, "ok, or how the first cell that failed ended", STATUS)
     trouble = column(answers, "trouble", "", object).astype(str).reshape(shape)
     found["trouble"] = (dims, trouble, {"long_name": "what went wrong, where something did"})
     for axis, name in enumerate(("section_x", "section_y")):

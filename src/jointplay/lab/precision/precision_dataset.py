@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.lab.precision.contenders import OURS
 from jointplay.lab.precision.measure import Row, time_at
 from jointplay.lab.precision.schedule import Plan
 from jointplay.lab.precision.truth import AGREEMENT, CONFIRMED, Truth
-from jointplay.lab.variables import code, number
 
 LEVELS = tuple(10.0**-k for k in range(4, 11))
 NUMBERS = {
@@ -60,13 +60,13 @@ def dataset(rows: Sequence[Row], truth: Truth, plan: Plan, turns: float, rtol: f
     table, cells = ("solver", "rtol"), [[_values(row, turns) for row in of[name]] for name in methods]
     values = {name: np.array([[one[name] for one in row] for row in cells]) for name in (*NUMBERS, *CODES)}
     variables = {name: number(table, values[name], *about) for name, about in NUMBERS.items()}
-    variables |= {name: code(table, values[name], *about) for name, about in CODES.items()}
+    variables |= {name: coded(table, values[name], text, words) for name, (words, text) in CODES.items()}
     levels = [[time_at(of[method], level) / turns for level in LEVELS] for method in methods]
     text = "CPU time of a turn at an error reached"
     variables["cpu_time_at_error"] = number(("solver", "error_level"), np.array(levels), "s", text)
     variables |= _of_truth(of, truth)
     status = STATUS.index(truth.outcome.status)
-    variables["status"] = code((), status, STATUS, "how the run that is the truth ended")
+    variables["status"] = coded((), status, "how the run that is the truth ended", STATUS)
     coordinates = {
         "solver": ("solver", np.array(methods), {"long_name": "solver"}),
         "rtol": number("rtol", np.array(plan.tolerances), "1", "relative tolerance"),

@@ -17,6 +17,7 @@ import xarray as xr
 
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
@@ -34,7 +35,6 @@ from jointplay.lab.scheme.scheme_plan import (
 )
 from jointplay.lab.scheme.scheme_truth import MEASURES, Case, Truth, of_pass, sample_times
 from jointplay.lab.scheme.waveform import Grid, elastic_mechanism
-from jointplay.lab.variables import code, number
 from jointplay.mechanism.base import Natural, Positive, unit
 
 LOST = 0.1  # a window whose last pass changes by more is no answer to go on from
@@ -237,7 +237,7 @@ def _dataset(found: list[dict[str, Any]], plan: Plan) -> xr.Dataset:
     }
     settled = np.any(stacked["reached"] == 1.0, axis=1)
     status = STATUS.index("ok" if settled.all() else "not_converged")
-    variables["status"] = code((), status, STATUS, "how the study ended")
+    variables["status"] = coded((), status, "how the study ended", STATUS)
     windows, steps, tolerances = map(list, (plan.windows_per_turn, plan.steps, plan.tolerances))
     coords = {
         "case": ("case", stacked["label"], {"long_name": "case"}),

@@ -24,13 +24,13 @@ import xarray as xr
 
 from jointplay.analysis.evaluate import attributes, dataset
 from jointplay.analysis.keywords import Moving, Progress, Start, analysis
+from jointplay.analysis.labels import coded, number
 from jointplay.analysis.quantities import STATUS, recorded
 from jointplay.analysis.rules import start_fits
 from jointplay.analysis.simulate import SAMPLES_PER_TURN
 from jointplay.errors import Problem
 from jointplay.lab.paper.fixed_steps import accepted_step
 from jointplay.lab.scheme.scheme import Pass, Scheme
-from jointplay.lab.variables import code, number
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural, Positive
 from jointplay.mechanism.model import Model
@@ -174,5 +174,5 @@ def _scalars(model: Model, grid: Grid, wall_time: float, status: str) -> dict[st
         "step": number((), grid.h, "s", "step of the rigid passes and of the mode superposition"),
         "wall_time": number((), wall_time, "s", "wall time of the run"),
         "turn_period_nominal": number((), model.period, "s", "nominal period of the drive"),
-        "status": code((), STATUS.index(status), STATUS, "how the run ended"),
+        "status": coded((), STATUS.index(status), "how the run ended", STATUS),
     }

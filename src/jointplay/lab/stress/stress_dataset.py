@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.labels import coded, column, number
 from jointplay.analysis.quantities import STATUS
 from jointplay.lab.stress.geometry import GEOMETRIES
 from jointplay.lab.stress.scenes import STARTS, VARIANTS, Case, draw
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS
-from jointplay.lab.variables import code, column, number
 from jointplay.mechanism.records import MAIN_JOINT, Mechanism
 
 NUMBERS = {
@@ -72,7 +72,7 @@ def dataset(
     found |= _listing("worst", "excess", cases, found, settings, listed)
     lost = [STATUS.index(word) for word in ("bad_parameters", "crashed")]
     crashed = [answer["status"] for answer in answers if answer["status"] in lost]
-    found["status"] = code((), crashed[0] if crashed else 0, STATUS, "ok unless a scene crashed")
+    found["status"] = coded((), crashed[0] if crashed else 0, "ok unless a scene crashed", STATUS)
     scene = number("scene", np.array(numbers), "1", "number of the scene")
     attributes = {"Conventions": "CF-1.11", "kind": "stress", "seed": settings["seed"]}
     return xr.Dataset(found, {"scene": scene}, attributes)
@@ -84,7 +84,7 @@ def _of_answers(answers: list[dict[str, Any]]) -> dict[str, Any]:
     for key, (meanings, text) in CODES.items():
         missing = {"verdict": suspect, "tight_status": not_run}.get(key, 0)  # a scene that crashed is suspect
         name = "scene_status" if key == "status" else key
-        found[name] = code("scene", column(answers, key, missing), meanings, text)
+        found[name] = coded("scene", column(answers, key, missing), text, meanings)
     for key, (units, text) in NUMBERS.items():
         found[key] = number("scene", column(answers, key, math.nan), units, text)
     for key, text in COUNTS.items():
@@ -100,7 +100,7 @@ def _of_cases(cases: list[Case]) -> dict[str, Any]:
     }
     for key, (meanings, text) in WORDS.items():
         codes = [meanings.index(getattr(case, key)) for case in cases]
-        found[key] = code("scene", codes, meanings, text)
+        found[key] = coded("scene", codes, text, meanings)
     return found
 
 
