@@ -288,7 +288,8 @@ def test_our_runs_are_those_of_the_package():
     model = assemble(LINKAGE)
     end = 0.1 * model.period
     found, records = Ours(model, 1e-8, end).run(), follow(model, Request(end, 1e-8, at=np.array([end])))
-    assert found.state.tolist() == records.samples[0, 1:7].tolist()
+    # two compiled loops, whose sums a processor may join in other ways
+    assert found.state == pytest.approx(records.samples[0, 1:7], rel=1e-13, abs=0)
     assert found.evaluations == records.counts["n_evaluations"]
     assert len(found.events) == records.counts["n_events"]
 

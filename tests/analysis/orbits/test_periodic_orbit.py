@@ -152,7 +152,6 @@ def test_where_nothing_is_found_another_section_of_the_turn_is_tried(monkeypatch
     monkeypatch.setattr(orbit_search, "newton", failing)
     found = jp.periodic_orbit(catalog.soft_impact_pair(2.0, 50.0, 4.0))
     assert found.status == 0
-    assert found.n_iterations > 0
     assert (tried[1] - tried[0]) % TAU == pytest.approx(orbit_search.ASIDE * TAU)
 
 
