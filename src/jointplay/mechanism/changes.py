@@ -152,8 +152,10 @@ def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterato
         try:
             _friction(joint, values["friction"])
         except InputError as error:
-            whose = f"joint {joint.name}'s {joint.friction.law}"
-            told = (f"with {p.key} = {p.given!r} of {whose} it is not: {p.expected}" for p in error.problems)
+            whose = f"friction of joint {joint.name} then has"
+            told = (
+                f"{whose} {p.key.rpartition('.')[2]} = {p.given}, but {p.expected}" for p in error.problems
+            )
             yield from (Problem("friction", values["friction"], text) for text in told)
 
 
