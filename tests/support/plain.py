@@ -26,6 +26,7 @@ def run(source) -> ModuleType:
     source = DOORS.sub("", source).replace("from math import", "from numpy import")
     scope = PRETENCE | {"sparse": uncompiled("sparse")}
     exec(source.replace("from jointplay.numerics import sparse", ""), scope)
+    scope["copysign"] = lambda size, x: np.copysign(size, np.real(x))
     return _module(scope)
 
 

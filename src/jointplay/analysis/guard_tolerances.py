@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.laws import LAWS, Law
 from jointplay.equations.structure import Linkage, Oscillator, parameter_names
 from jointplay.mechanism.model import SPEED_FLOOR, Model
@@ -49,18 +50,20 @@ def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
 
 @lru_cache(maxsize=256)
 def _laws(structure: Linkage | Oscillator) -> list[tuple[Law, list[int], int]]:
-    """Law of each joint, and where its numbers and the friction coefficient stand among the parameters."""
+    """Law of each joint, and where its numbers and the limit of sticking stand among the parameters."""
     if isinstance(structure, Oscillator):
         return []
     place = {name: at for at, name in enumerate(parameter_names(structure))}
-    return [
-        (law, [place[f"{letter}_{joint.name}"] for letter in law.letters], place[f"f_{joint.name}"])
-        for joint, law in ((joint, LAWS[joint.law]) for joint in structure.joints)
-    ]
+    found = []
+    for joint in structure.joints:
+        law, friction = LAWS[joint.law], FRICTIONS.get(joint.friction, FRICTIONS["coulomb"])
+        numbers = [place[f"{letter}_{joint.name}"] for letter in law.letters]
+        found.append((law, numbers, place[f"{friction.limit_letter}_{joint.name}"]))
+    return found
 
 
 def _slopes(model: Model) -> list[tuple[float, float, float]]:
-    """Of each joint: bounds of dF_n/du and dF_n/dv_n near zero, N/m and N s/m; the friction coefficient."""
+    """Of each joint: bounds of dF_n/du and dF_n/dv_n near zero, N/m and N s/m; the limit of sticking."""
     given = model.numbers
     return [
         (*law.slopes(*given[places]), given[friction]) for law, places, friction in _laws(model.structure)
@@ -68,7 +71,7 @@ def _slopes(model: Model) -> list[tuple[float, float, float]]:
 
 
 def cones(model: Model) -> np.ndarray:
-    """Error of (f F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N."""
+    """Error of (f_s F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N."""
     errors, play, speed = np.zeros(len(model.joints)), _play(model), _rounding(model)
     for j, (K, C, f) in enumerate(_slopes(model)):
         errors[j] = 2 * f * (1 + f) * (K * play + C * speed)

@@ -11,11 +11,12 @@ from typing import Any, get_args
 import numpy as np
 
 from jointplay.analysis.quantities import WORDS
+from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, join, refuse, unknown
-from jointplay.mechanism.base import is_number
+from jointplay.mechanism.base import Record, is_number
 from jointplay.mechanism.changes import Changes
-from jointplay.mechanism.records import Contact, Mechanism, TestSystem
+from jointplay.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 EXAMPLE = "joints.B.contact.stiffness"
@@ -191,7 +192,7 @@ def _below(record: Any) -> dict[str, Any]:
         return {part.name: part for part in record if hasattr(part, "name")}
     if isinstance(record, dict):
         return record
-    return {name: getattr(record, name) for name in getattr(type(record), "model_fields", {})}
+    return dict(record) if isinstance(record, Record) else {}
 
 
 def _replaced(record: Any, steps: Sequence[str], value: Any) -> Any:
@@ -236,6 +237,8 @@ def _described(mechanism: Any, key: str) -> tuple[str, str]:
     for step in path:
         record = _below(record)[step]
         law = LAWS[record.law].numbers if isinstance(record, Contact) else law
+        if isinstance(record, Friction):
+            law = {name: ("", each.units) for name, each in FRICTIONS[record.law].numbers.items()}
     field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
     whose = f" of {PARTS[path[0]]} {path[1]}" if path and path[0] in PARTS else ""
     units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")

@@ -9,7 +9,7 @@ direction sigma_j, stick eta_j. In both of them what rests on a rigid wall is he
 The unknowns are the accelerations a and the tangential forces F_t of
 
     M a + sum_j T_j F_t,j = Q - sum_j N_j F_n,j,
-    eta_j (T_j.a + T_j'.w) + (1 - eta_j) (kappa_j (sigma_j f F_n,j + drag_j) - F_t,j) = 0,
+    eta_j (T_j.a + T_j'.w) + (1 - eta_j) (kappa_j (sigma_j f(v_t) F_n,j + drag_j) - F_t,j) = 0,
 
 solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves the same matrix for the
 derivatives of the residual.

@@ -19,7 +19,7 @@ from ..equations.system import System
 from ..numerics.modes import CONE, FORCE, GAP, IN_FLIGHT, PULLS, SLIDE, SLIPPING, STICKS
 from . import elimination, outputs
 from .dynamics import Dynamics
-from .source import Layout, Program, dispatch, entry, lanes, point, statements, used
+from .source import Layout, Program, dispatch, entry, importing, lanes, point, statements, used
 from .variants import variants
 
 HEADER = '''"""Generated from the equations; do not edit."""
@@ -49,7 +49,7 @@ def text(system: System) -> str:
     if large:
         parts.append(elimination.text(plans, len(system.positions), layout.rows["time"]))
     parts.append(outputs.text(system))
-    return "\n".join(parts)
+    return importing("\n".join(parts))
 
 
 def _sizes(layout: Layout, plans: list[elimination.Plan]) -> dict[str, int]:
@@ -98,7 +98,7 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
 
 def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
-    """Guards of a contact by number: gap or u, the law's F_n, v_t, the cone (f F_n)^2 - F_t^2."""
+    """Guards of a contact by number: gap or u, the law's F_n, v_t, the cone (f_s F_n)^2 - F_t^2."""
     contact = dynamics.system.contacts[j]
     found = {GAP: contact.u if contact.gap is None else contact.gap}
     if not contact.pulls or (contact.sticks and variant == "stick"):
@@ -106,7 +106,7 @@ def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
     if contact.sticks and variant != "free":
         found[SLIDE] = contact.v_t
     if contact.sticks and variant == "stick":
-        found[CONE] = (contact.coulomb * dynamics.F_n[j]) ** 2 - dynamics.F_t[j] ** 2
+        found[CONE] = (contact.limit * dynamics.F_n[j]) ** 2 - dynamics.F_t[j] ** 2
     return found
 
 

@@ -59,7 +59,8 @@ def evaluate(
     dict of str to ndarray
     """
     names = tuple(names)
-    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh, **given}
+    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh}
+    scope |= {"exp": np.exp, "copysign": np.copysign, **given}
     exec(_needed(module, names), scope)
     return {name: np.asarray(scope[module.OUTPUTS[name]], dtype=float) for name in names}
 

@@ -45,6 +45,13 @@ class Printer(StrPrinter):
 
     _print_Half = _print_Rational
 
+    def _print_side(self, expr):
+        return f"copysign(1.0, {self._print(expr.args[0])})"
+
+    def _print_power(self, expr):
+        base, exponent = (self.parenthesize(x, PRECEDENCE["Atom"], strict=True) for x in expr.args)
+        return f"({base}**{exponent})"
+
 
 expression = Printer({"order": "none"}).doprint
 
@@ -100,6 +107,13 @@ class Layout:
 
 
 Program = list[tuple[Symbol, Expr]]
+SELDOM = ("copysign", "exp")  # functions that few laws need
+
+
+def importing(source: str) -> str:
+    """A module's text, whose import of functions brings in also the seldom ones that it calls."""
+    names = "".join(f"{name}, " for name in SELDOM if f"{name}(" in source)
+    return source.replace("from math import ", f"from math import {names}", 1)
 
 
 def entry(name: str, arguments: str) -> list[str]:

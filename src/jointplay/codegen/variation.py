@@ -21,7 +21,7 @@ from sympy import Expr, Integer, Symbol
 from ..equations.system import TIME, System
 from .dynamics import Dynamics
 from .module import HEADER, settled
-from .source import LANES, Layout, dispatch, entry, lanes, point
+from .source import LANES, Layout, dispatch, entry, importing, lanes, point
 from .variants import variants
 
 Entries = dict[tuple[int, int], Expr]
@@ -48,7 +48,7 @@ def text(system: System, method: int, planned: bool) -> str:
     jumps = range(2 * len(system.resets))
     parts += [_turned(layout, k) for k in jumps]
     parts.append(dispatch("turned", "k, s, p, out", {k: f"turned_{k}" for k in jumps}))
-    return "\n".join(parts)
+    return importing("\n".join(parts))
 
 
 def _residual(dynamics: Dynamics) -> Entries:
@@ -164,9 +164,9 @@ def _slopes(layout: Layout, tape, value: Expr) -> list[Expr]:
 
 
 def _cone(layout: Layout, j: int) -> str:
-    """(f F_n)^2 - F_t^2 while contact j sticks: the slope of F_t is solved for."""
+    """(f_s F_n)^2 - F_t^2 while contact j sticks: the slope of F_t is solved for."""
     dynamics = Dynamics(layout.system, "stick")
-    tape, f = dynamics.tape, layout.system.contacts[j].coulomb
+    tape, f = dynamics.tape, layout.system.contacts[j].limit
     normal = _slopes(layout, tape, dynamics.F_n[j])
     held = dynamics.held_slopes(_variables(layout))
     slopes = [

@@ -5,12 +5,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from sympy import Expr, Integer, atan2, sqrt, tanh
+from sympy import Expr, Integer, atan2, sqrt
 
 from . import beam as elastic
-from . import chain, loop
+from . import chain, functions, loop
 from .contact import Geometry, geometry
 from .coordinates import Coordinates, Freedom, coordinates
+from .friction import FRICTIONS
 from .laws import LAWS
 from .structure import Clearance, Linkage, Pin, parameter_names
 from .system import Angle, Contact, System, number, traction
@@ -230,8 +231,13 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     F_n, stored = law.force(g.u, g.v_n, *(number(f"{letter}_{joint.name}") for letter in law.letters))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
     drift = sum((entry * c.bias[freedom] for freedom, entry in g.spun.items()), Integer(0))
-    if joint.friction == "tanh":
-        drag += number(f"f_{joint.name}") * F_n * tanh(g.v_t / number(f"v_{joint.name}"))
+    friction, slip, limit = FRICTIONS.get(joint.friction), None, None
+    if friction:
+        slip = friction.ratio(functions, g.v_t, *(number(f"{x}_{joint.name}") for x in friction.letters))
+    if friction and friction.limit:
+        limit = number(f"{friction.limit_letter}_{joint.name}")
+    elif friction:
+        drag, slip = drag + slip * F_n, None
     return Contact(
         joint.name,
         g.u,
@@ -241,11 +247,12 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         joint.tension,
         g.v_t,
         g.tangential,
-        number(f"f_{joint.name}") if joint.friction == "coulomb" else None,
+        slip,
         drag,
         stored,
         g.gap,
         drift,
+        limit,
     )
 
 

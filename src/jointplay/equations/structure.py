@@ -7,6 +7,7 @@ here: a structure whose equations have been written before needs none.
 
 from dataclasses import dataclass
 
+from .friction import parameter_letters
 from .laws import LAWS
 
 
@@ -105,7 +106,7 @@ def parameter_names(structure: Linkage) -> list[str]:
     names = [f"H_{k}_{m}" for k, m in structure.couplings] + [f"mu_{k}" for k in structure.links]
     names += [f"m_{f}" for f in range(len(structure.floats))] + ["g"]
     for joint in structure.joints:
-        words = ("e", "R", "rx0", "ry0", *LAWS[joint.law].letters, "f", "v", "Ct")
+        words = ("e", "R", "rx0", "ry0", *LAWS[joint.law].letters, *parameter_letters(joint.friction))
         names += [f"{word}_{joint.name}" for word in words]
         names += [f"D_{joint.name}_{k}" for k in joint.arms]
     for pin in structure.pins:

@@ -43,8 +43,9 @@ class Contact:
     """One unilateral contact: penetration u, speeds v_n and v_t, force law F_n(u, v_n), friction.
 
     `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `coulomb` is the
-    friction coefficient of a law with true sticking, `drag` the part of F_t that is a smooth law; `drift`
-    is the part of dv_t/dt that prescribed accelerations make. `gap` is what is watched for roots in the
+    friction coefficient while a law with true sticking slips, which may depend on v_t, and `limit` that up to
+    which it sticks; `drag` is the part of F_t that is a smooth law; `drift` the part of dv_t/dt that
+    prescribed accelerations make. `gap` is what is watched for roots in the
     place of u, of the same sign, where u itself is not smooth along a motion.
     """
 
@@ -61,10 +62,11 @@ class Contact:
     stored: Expr = Integer(0)
     gap: Expr | None = None
     drift: Expr = Integer(0)
+    limit: Expr | None = None
 
     @property
     def sticks(self) -> bool:
-        return self.coulomb is not None
+        return self.limit is not None
 
 
 @dataclass(frozen=True)

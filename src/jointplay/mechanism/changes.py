@@ -11,7 +11,8 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
 from jointplay.mechanism.beam import DampingRatio, Elements, Link, damping_field, elements_field
 from jointplay.mechanism.drive import AnyDrive, ConstantSpeed, Drive
-from jointplay.mechanism.joints import Friction, Joint
+from jointplay.mechanism.friction import Friction
+from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.signature import first
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
@@ -35,7 +36,7 @@ class Changes(Record):
     gear_ratio : float
         Of the motor's gear.
     friction : float
-        Coulomb's coefficient in every joint that has contact data; 0 removes friction.
+        Coefficient of friction in every joint that has contact data, of whichever law; 0 removes friction.
     tension : bool
         Whether contact may pull just before separation, in every joint that has contact data.
     efficiency_in_slope : bool
@@ -147,6 +148,15 @@ def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterato
     if not any(joint.contact for joint in mechanism.joints):
         text = "accepted only where a joint has contact data, and no joint here has"
         yield from (Problem(name, values[name], text) for name in ("friction", "tension") if name in values)
+    for joint in mechanism.joints if "friction" in values else ():
+        try:
+            _friction(joint, values["friction"])
+        except InputError as error:
+            whose = f"friction of joint {joint.name} then has"
+            told = (
+                f"{whose} {p.key.rpartition('.')[2]} = {p.given}, but {p.expected}" for p in error.problems
+            )
+            yield from (Problem("friction", values["friction"], text) for text in told)
 
 
 def _elastic_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> list[Problem]:
@@ -192,10 +202,13 @@ def _joint(joint: Joint, values: Mapping[str, Any]) -> Joint:
     if joint.contact and "tension" in values:
         new["contact"] = joint.contact.model_copy(update={"tension": values["tension"]})
     if joint.contact and "friction" in values:
-        old = joint.friction.model_dump() if joint.friction else {}
-        friction = Friction(**old | {"coefficient": values["friction"]})
-        new["friction"] = friction if friction.coefficient else None
+        new["friction"] = _friction(joint, values["friction"])
     return joint.model_copy(update=new)
+
+
+def _friction(joint: Joint, coefficient: float) -> Friction | None:
+    old = joint.friction.model_dump() if joint.friction else {}
+    return Friction(**old | {"coefficient": coefficient}) if coefficient else None
 
 
 def _drive(mechanism: _Linkage, values: Mapping[str, Any]) -> AnyDrive | None:

@@ -1,8 +1,8 @@
-"""Joints between links, their pins, and the laws of contact and friction in them."""
+"""Joints between links, their pins, and the law of contact in them."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -19,6 +19,7 @@ from jointplay.mechanism.base import (
     measured,
     named,
 )
+from jointplay.mechanism.friction import FRICTIONLESS, Friction
 
 _POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 _Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
@@ -114,43 +115,6 @@ class Contact(Record):
         return hash((self.law, *self.numbers.values(), self.tension))
 
 
-class Friction(Record):
-    """The law of the tangential force in a joint with clearance: Coulomb's, with true stick, or smoothed.
-
-    ``tanh`` replaces sign(v_t) by tanh(v_t/v_0), as many multibody codes do: it never sticks, and creeps
-    under load at a speed below v_0.
-
-    Parameters
-    ----------
-    law : {'coulomb', 'tanh'}
-        Name of the law.
-    coefficient : float
-        f, dimensionless.
-    viscous : float
-        C_t, N s/m.
-    velocity : float, optional
-        v_0, m/s; needed by ``tanh``, and only there.
-    """
-
-    law: Literal["coulomb", "tanh"] = "coulomb"
-    coefficient: NonNegative = measured("friction coefficient", "1")
-    viscous: NonNegative = measured("viscous friction", "N s/m", 0.0)
-    velocity: Positive | None = measured("smoothing velocity", "m/s", None, validate_default=True)
-
-    @field_validator("velocity")
-    @classmethod
-    def _of_a_smoothed_law(cls, velocity: float | None, info: ValidationInfo) -> float | None:
-        smoothed = info.data.get("law") == "tanh"
-        if smoothed and velocity is None:
-            raise refuse(NOTHING, "friction law tanh needs a smoothing velocity greater than 0 m/s")
-        if velocity is not None and info.data.get("law") == "coulomb":
-            raise refuse(velocity, "a smoothing velocity is accepted with law = 'tanh' only")
-        return velocity
-
-
-FRICTIONLESS = Friction(coefficient=0.0)
-
-
 class Joint(Record):
     """A revolute joint: a journal on one link in a bearing on another.
 
@@ -218,10 +182,9 @@ class Joint(Record):
     @property
     def numbers(self) -> dict[str, float]:
         """Parameters of the equations of a joint with clearance, by letter."""
-        friction = self.friction or FRICTIONLESS
         law = dict(zip(LAWS[self.contact.law].letters, self.contact.numbers.values(), strict=True))
-        own = {"f": friction.coefficient, "v": friction.velocity or 0.0, "Ct": friction.viscous}
-        return {"e": self.clearance, "R": self.radius} | law | own
+        friction = (self.friction or FRICTIONLESS).parameters
+        return {"e": self.clearance, "R": self.radius} | law | friction
 
     @property
     def description(self) -> str:
@@ -233,5 +196,5 @@ class Joint(Record):
         numbers = zip(self.contact.numbers.values(), units, strict=True)
         law = ", ".join(f"{value:g} {unit}" for value, unit in numbers)
         tension = "" if self.contact.tension else ", no tension"
-        friction = f", friction {self.friction.coefficient:g}" if self.friction else ""
+        friction = f", friction {self.friction.description}" if self.friction else ""
         return f"{links}, clearance {self.clearance:g} m, {law}{tension}{friction}"

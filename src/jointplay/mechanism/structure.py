@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from jointplay.equations.structure import Beam, Clearance, Linkage, Loop, Pin
 from jointplay.mechanism.beam import Link
-from jointplay.mechanism.joints import FRICTIONLESS, Joint
+from jointplay.mechanism.friction import FRICTIONLESS
+from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.kinematic_chains import Forest, place_of
 from jointplay.mechanism.records import Mechanism
 
@@ -66,7 +67,7 @@ def _clearance(joint: Joint, forest: Forest) -> Clearance:
         bases=() if chains[0] == chains[1] else tuple(bases),
         law=joint.contact.law,
         tension=joint.contact.tension,
-        friction=friction.law if friction.coefficient > 0 else "none",
+        friction=friction.law if friction.rubs else "none",
         viscous=friction.viscous > 0,
         ends=tuple(("end" if pin.at else "start") * bends for pin, bends in zip(pins, elastic, strict=True)),
     )

@@ -2,7 +2,10 @@
 
 from ...equations.structure import Linkage, Oscillator
 
-LAWS, FRICTION = ("kelvin_voigt",), ("none", "coulomb", "tanh")  # with which it has been tried
+LAWS = ("kelvin_voigt",)  # with which it has been tried
+FRICTION = (
+    *("none", "coulomb", "tanh", "ramp", "ambrosio", "threlfall", "andersson", "brown_mcphee", "stribeck"),
+)
 
 
 def known(structure: Linkage | Oscillator) -> bool:

@@ -18,7 +18,7 @@ from ...equations.system import System
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import LATE, NODES, STAGES, A
 from ..dynamics import Dynamics, dot
-from ..source import Layout, Program, expression, used
+from ..source import Layout, Program, expression, importing, used
 from ..tape import FLOW
 from .text import at, choose, function, lanes, rotation, stage, total
 
@@ -38,7 +38,7 @@ def text(system: System) -> str:
     writer, dynamics = Writer(system), Dynamics(system, "touch")
     bodies = [_rate(writer, dynamics), _slopes(writer, dynamics), writer.prepare(), *_functions()]
     size = f"ROWS = {writer.first + len(writer.constants)}\n"
-    return HEADER + size + "\n\n" + "\n\n\n".join(bodies) + "\n"
+    return importing(HEADER + size + "\n\n" + "\n\n\n".join(bodies) + "\n")
 
 
 class Writer:
@@ -106,7 +106,7 @@ def _rate(writer: Writer, dynamics: Dynamics) -> str:
         drag = dynamics.tape.let("held_F", (dot(contact.tangential, a) + _bias(dynamics)) * share)
         results |= {f"held_out_a{k}": a[k] - column[k] * drag for k in N}
         results |= {"out_g2": contact.v_t, "out_g3": Integer(0)}
-        results["held_out_g3"] = (contact.coulomb * contact.F_n) ** 2 - (contact.drag + drag) ** 2
+        results["held_out_g3"] = (contact.limit * contact.F_n) ** 2 - (contact.drag + drag) ** 2
     stores = {rows.RATE + k: f"out_a{k}" for k in N}
     stores |= {rows.WATCHED + g: f"out_g{g}" for g in range(4) if f"out_g{g}" in results}
     return writer.body("rate", dynamics.tape.program(results), stores)

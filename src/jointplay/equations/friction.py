@@ -1,0 +1,174 @@
+"""Laws of the tangential force at a contact, each one object: a law in `FRICTIONS` can be used everywhere.
+
+    F_t = mu(v_t) F_n + C_t v_t       against the sliding velocity v_t; C_t is the record's `viscous`
+
+A regularised law is mu(v_t) itself: smooth or with kinks, odd, 0 at rest. It never sticks; under a load below
+its limit it creeps at the speed where mu(v_t) F_n balances the load. A law with true sticking is a slip
+coefficient mu(|v_t|) > 0, which takes the sign of the sliding, and a limit: at rest any |F_t| <= limit F_n
+holds (Filippov; the numerics locate onset and end of sticking as roots).
+
+All of them are for dry contact at F_n >= 0. Where the normal force pulls, friction follows its sign and
+drives. Stages of a step look beyond the surface (u < 0): F_n is continued there by its own law, and mu does
+not know u. Kinks are not located: a step across one is of low order, and its error estimate shortens it
+until the kink costs no more than the tolerance: more steps, not less accuracy.
+
+No SymPy here: a law takes the functions that it needs (`tanh`, `exp`, `side`, `power` of equations.functions,
+or those of NumPy) as its first argument.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a law.
+
+    Parameters
+    ----------
+    letter : str
+        How it is called in the equations; none of a law of the normal force may have it.
+    units : str
+        As ``m/s``.
+    usual : float, optional
+        Its value where none is given; None: it is needed.
+    least, most : float, optional
+        Bounds that it may reach; without `least` it must be greater than 0.
+    above : str
+        Name of a number that it must exceed.
+    or_equal : bool
+        Whether it may also equal that number.
+    """
+
+    letter: str
+    units: str
+    usual: float | None = None
+    least: float | None = None
+    most: float | None = None
+    above: str = ""
+    or_equal: bool = False
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """A law of friction. Compiled equations are found by its name: one that changes needs another name.
+
+    Parameters
+    ----------
+    ratio : callable
+        mu of the functions, v_t, the coefficient f and the law's further numbers in their order. It must be
+        defined on both sides of v_t = 0: odd in v_t, or for a law that sticks even and positive.
+    numbers : mapping of str to Quantity
+        What it has beside ``coefficient`` and ``viscous``, by name.
+    limit : str
+        Of a law with true sticking, the name of the number f_s in |F_t| <= f_s F_n; mu(0) is not above it.
+    """
+
+    ratio: Callable
+    numbers: Mapping[str, Quantity] = field(default_factory=lambda: MappingProxyType({}))
+    limit: str = ""
+
+    @property
+    def letters(self) -> tuple[str, ...]:
+        """Letters of its coefficient and further numbers, in the order of `ratio`."""
+        return ("f", *(each.letter for each in self.numbers.values()))
+
+    @property
+    def limit_letter(self) -> str:
+        """Letter of the coefficient of the sticking limit, or of a regularised law of its coefficient."""
+        return self.numbers[self.limit].letter if self.limit in self.numbers else "f"
+
+
+COMMON = (
+    "f",
+    "v",
+    "Ct",
+)  # letters that every joint has: coefficient, smoothing velocity, viscous coefficient
+
+
+def parameter_letters(friction: str) -> tuple[str, ...]:
+    """Letters of all parameters of a joint's friction, by the law's name (or "none")."""
+    own = FRICTIONS[friction].letters if friction in FRICTIONS else ()
+    return (*COMMON, *(letter for letter in own if letter not in COMMON))
+
+
+def _beyond(m, x):
+    """1 where x > 0, 0 where x < 0."""
+    return (1 + m.side(x)) / 2
+
+
+def _ramp(m, v_t, f, v_0):
+    x = v_t / v_0
+    full = _beyond(m, x * x - 1)
+    return f * ((1 - full) * x + full * m.side(x))
+
+
+def _ambrosio(m, v_t, f, v_0, v_1):
+    x = (v_t * m.side(v_t) - v_0) / (v_1 - v_0)
+    some, full = _beyond(m, x), _beyond(m, x - 1)
+    return f * m.side(v_t) * (some * (1 - full) * x + full)
+
+
+def _threlfall(m, v_t, f, v_0):
+    x = v_t * m.side(v_t) / v_0
+    full = _beyond(m, x - 1)
+    return f * m.side(v_t) * (1 - m.exp(-3 * ((1 - full) * x + full)))
+
+
+def _falling(m, v_t, f, f_s, v_s, delta):
+    return f + (f_s - f) * m.exp(-m.power(v_t * m.side(v_t) / v_s, delta))
+
+
+def _andersson(m, v_t, f, v_0, f_s, v_s, delta):
+    return _falling(m, v_t, f, f_s, v_s, delta) * m.tanh(v_t / v_0)
+
+
+def _brown_mcphee(m, v_t, f, v_0, f_s):
+    x = v_t / v_0
+    return f * m.tanh(4 * x) + (f_s - f) * x / (x**2 / 4 + 3 / 4) ** 2
+
+
+_VELOCITY = Quantity("v", "m/s")  # v_0
+_STATIC = Quantity("fs", "1", above="coefficient", or_equal=True)  # f_s >= f
+_STRIBECK = {
+    "static_coefficient": _STATIC,
+    "stribeck_velocity": Quantity("vs", "m/s"),
+    "exponent": Quantity("delta", "1", usual=2.0, least=1.0, most=10.0),
+}
+
+FRICTIONS = {
+    # Coulomb: mu = f, and true sticking up to f F_n.
+    "coulomb": FrictionLaw(lambda m, v_t, f: f, limit="coefficient"),
+    # Coulomb's smoothed, as many multibody codes have it: mu = f tanh(v_t/v_0). Valid while the sliding
+    # speeds of interest are far above v_0: f - |mu| < 2 f exp(-2 |v_t|/v_0).
+    "tanh": FrictionLaw(lambda m, v_t, f, v_0: f * m.tanh(v_t / v_0), {"velocity": _VELOCITY}),
+    # Piecewise linear, as Rooney and Deravi (1982, Mech. Mach. Theory 17): mu = f v_t/v_0 up to |v_t| = v_0,
+    # then f. Kinks at |v_t| = v_0.
+    "ramp": FrictionLaw(_ramp, {"velocity": _VELOCITY}),
+    # Ambrosio (2003, in Virtual Nonlinear Multibody Systems, Kluwer): mu = f c(|v_t|) sign(v_t), where c is 0
+    # up to v_0, 1 from v_1 on and linear between. No force at all below v_0: the smallest load drives a body
+    # to that speed. Kinks at v_0 and v_1.
+    "ambrosio": FrictionLaw(
+        _ambrosio,
+        {"velocity": _VELOCITY, "full_velocity": Quantity("v1", "m/s", above="velocity")},
+    ),
+    # Threlfall (1978, Mech. Mach. Theory 13): mu = f (1 - exp(-3 |v_t|/v_0)) sign(v_t) up to v_0. Certain is
+    # this exponential; how the paper itself goes on beyond v_0 could not be checked (0.95 f is quoted, a jump
+    # of 2e-4 f). Here mu keeps its value at v_0, f (1 - exp(-3)) = 0.9502 f: sliding never meets the full f.
+    # Its slope has a kink at v_0, its curvature a jump at 0.
+    "threlfall": FrictionLaw(_threlfall, {"velocity": _VELOCITY}),
+    # Andersson, Soderberg and Bjorklund (2007, Tribology Int. 40, 580-587):
+    # mu = (f + (f_s - f) exp(-(|v_t|/v_s)^delta)) tanh(v_t/v_0), where f is the kinetic and f_s the static
+    # coefficient; theirs writes 1/v_0 as k_tanh. The largest mu stays below f_s, the nearer to it the smaller
+    # v_0/v_s is. Valid for v_0 << v_s.
+    "andersson": FrictionLaw(_andersson, {"velocity": _VELOCITY, **_STRIBECK}),
+    # Brown and McPhee (2016, J. Comput. Nonlinear Dyn. 11, 054502), without its viscous term:
+    # mu = f tanh(4 x) + (f_s - f) x/(x^2/4 + 3/4)^2, x = v_t/v_0. mu(v_0) misses f_s by f (1 - tanh 4) =
+    # 7e-4 f, and that is close to its peak.
+    "brown_mcphee": FrictionLaw(_brown_mcphee, {"velocity": _VELOCITY, "static_coefficient": _STATIC}),
+    # Stribeck's curve as Bo and Pavelescu (1982, Wear 82) write it, with true sticking up to f_s F_n:
+    # mu = f + (f_s - f) exp(-(|v_t|/v_s)^delta). Steady sliding is unstable where mu falls. With v_s -> 0
+    # Coulomb's law of two coefficients.
+    "stribeck": FrictionLaw(_falling, _STRIBECK, limit="static_coefficient"),
+}

@@ -1,0 +1,33 @@
+"""Functions that laws are written with, beside arithmetic, and what code generation makes of them.
+
+`side` is what laws of |x| and laws with kinks are made of: SymPy's own `Abs` and `Piecewise` would bring
+delta functions into slopes, and branches into the loops over lanes.
+"""
+
+from sympy import Expr, Function, Integer, exp, tanh
+
+__all__ = ["exp", "power", "side", "tanh"]
+
+
+class side(Function):
+    """The sign of x, with that of the zero at x = 0; its slope is 0 everywhere: kinks are not seen."""
+
+    nargs = 1
+
+    def fdiff(self, _argindex: int = 1) -> Expr:
+        """No slope."""
+        return Integer(0)
+
+    def _eval_power(self, exponent: Expr) -> Expr | None:
+        return Integer(1) if exponent.is_even else None
+
+
+class power(Function):
+    """x to the n for x >= 0 and n >= 1, whose slope n x^(n - 1) is finite at x = 0 too."""
+
+    nargs = 2
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """Slope by x; exponents are numbers, and have none."""
+        x, n = self.args
+        return n * power(x, n - 1) if argindex == 1 else Integer(0)

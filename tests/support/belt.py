@@ -1,0 +1,81 @@
+"""A block on a moving belt, held by a spring: the simplest body that rubs, for every law of friction."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from types import SimpleNamespace
+
+import numpy as np
+from sympy import Integer, symbols
+
+from jointplay.equations import functions
+from jointplay.equations.friction import FRICTIONS
+from jointplay.equations.oscillators import SYSTEMS
+from jointplay.equations.structure import Oscillator
+from jointplay.equations.system import Contact, System, number, traction
+from jointplay.mechanism.friction import Friction
+from jointplay.mechanism.model import Model
+
+NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, power=np.power, side=lambda x: np.copysign(1.0, x))
+LAWS = {  # every law, with numbers that all differ
+    "coulomb": Friction(coefficient=0.3),
+    "tanh": Friction(law="tanh", coefficient=0.3, velocity=0.02),
+    "ramp": Friction(law="ramp", coefficient=0.3, velocity=0.02),
+    "ambrosio": Friction(law="ambrosio", coefficient=0.3, velocity=0.02, full_velocity=0.07),
+    "threlfall": Friction(law="threlfall", coefficient=0.3, velocity=0.02),
+    "andersson": Friction(
+        law="andersson", coefficient=0.3, velocity=0.002, static_coefficient=0.5, stribeck_velocity=0.1
+    ),
+    "brown_mcphee": Friction(law="brown_mcphee", coefficient=0.3, velocity=0.02, static_coefficient=0.5),
+    "stribeck": Friction(law="stribeck", coefficient=0.3, static_coefficient=0.5, stribeck_velocity=0.1),
+}
+STICKING = [name for name in LAWS if FRICTIONS[name].limit]
+REGULARISED = [name for name in LAWS if not FRICTIONS[name].limit]
+
+
+def ratio(friction, v, m=NUMPY):
+    """mu(v) of a record of friction."""
+    law = FRICTIONS[friction.law]
+    return law.ratio(m, v, *(friction.parameters[letter] for letter in law.letters))
+
+
+def _system(law):
+    """m x'' = load - k x - F_t, F_n = N, sliding at x' - V."""
+    x, v, u, v_t = symbols("x v u_block vt_block", real=True)
+    m, k, V, N, load = map(number, ("mass", "spring", "belt", "N", "load"))
+    mu = law.ratio(functions, v_t, *(number(f"{letter}_block") for letter in law.letters))
+    limit = number(f"{law.limit_letter}_block") if law.limit else None
+    slip, drag = (mu, Integer(0)) if law.limit else (None, mu * N)
+    rubbing = {"v_t": v_t, "tangential": (Integer(1),), "coulomb": slip, "drag": drag, "limit": limit}
+    block = Contact("block", u, Integer(0), N, (Integer(0),), **rubbing)
+    return System(
+        positions=(x,),
+        speeds=(v,),
+        parameters=(m, k, V, N, load, *(number(f"{letter}_block") for letter in law.letters)),
+        definitions=((u, Integer(1)), (v_t, v - V)),
+        mass={(0, 0): m},
+        force=(load - k * x,),
+        contacts=(block,),
+        outputs={"state:x": x, "state:v": v, "tangential_force:block": traction(block)[1]},
+    )
+
+
+def belt(friction, state, *, m=2.0, k=50.0, V=0.1, N=20.0, load=0.0):
+    """The model of a block with this friction, at x, x'."""
+    law, name = FRICTIONS[friction.law], f"test_block_{friction.law}"
+    SYSTEMS.setdefault(name, partial(_system, law))
+    rubbing = (friction.parameters[letter] for letter in law.letters)
+    return Model(
+        structure=Oscillator(name),
+        numbers=np.array([m, k, V, N, load, *rubbing]),
+        state=np.array(state, dtype=float),
+        absolute=np.full(2, 1e-3),
+        relative=np.ones(2),
+        turning=np.zeros(1),
+        period=2 * math.pi * math.sqrt(m / k) if k else 1.0,
+        h_max=math.inf,
+        creep=1e-3,
+        joints=("block",),
+        states=("x", "v"),
+    )
