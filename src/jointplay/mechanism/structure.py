@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from jointplay.equations.structure import Beam, Clearance, Linkage, Loop, Pin
+from jointplay.mechanism import actions
+from jointplay.mechanism.base import DOWNWARDS
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.joints import FRICTIONLESS, Joint
 from jointplay.mechanism.kinematic_chains import Forest, place_of
@@ -49,6 +51,8 @@ def linkage(
         loop=_loop(mechanism, forest),
         order="paper" if relaxed else mechanism.order,
         relaxed=relaxed,
+        tilted=mechanism.gravity_direction != DOWNWARDS,
+        springs=actions.springs(mechanism, forest),
     )
 
 
