@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, STATUS, WORDS
+from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, STATUS, WORDS, WORK
 from jointplay.codegen import cache, outputs
+from jointplay.equations.structure import powers
 from jointplay.errors import ModelWarning
 from jointplay.mechanism.model import DEEP, Model
 from jointplay.numerics.codes import Mode
@@ -95,20 +96,19 @@ class Quantities:
         if name == "mode":
             return self.modes
         if name in BALANCE[1:]:
-            return self._work[:, BALANCE.index(name) - 1] if name != BALANCE[3] else self._structural_work
+            return self._work.get(name, np.zeros(len(self.rows)))
         energy = self._mechanical(self.rows)
         if name == "energy":
             return energy + self._stored()
         gained = energy - self._mechanical(self.start[None, :])[0]
-        return gained - self._work[:, 0] + self._work[:, 1] + self._structural_work
+        return gained - sum(sign * self._work[name] for name, sign in WORK.values() if name in self._work)
 
     @property
-    def _work(self) -> np.ndarray:
-        return self.rows[:, self._n_state + len(self._touching) :]
-
-    @property
-    def _structural_work(self) -> np.ndarray:
-        return self._work[:, 2] if self.model.bending else np.zeros(len(self.rows))
+    def _work(self) -> dict[str, np.ndarray]:
+        """Integrals of power that the equations have, by quantity."""
+        columns = self.rows[:, self._n_state + len(self._touching) :].T
+        names = (WORK[word][0] for word in powers(self.model.structure))
+        return dict(zip(names, columns, strict=False))
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""

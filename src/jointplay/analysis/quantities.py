@@ -41,13 +41,14 @@ WORDS = {
     "deflection": Word("bending", "m", "deflection of a link"),
     "drive_torque": Word(None, "N m", "drive torque"),
     "kinetic_energy": Word(None, "J", "kinetic energy"),
-    "potential_energy": Word(None, "J", "potential energy of gravity and of bent links"),
-    "strain_energy": Word(None, "J", "elastic energy of bent links"),
+    "potential_energy": Word(None, "J", "potential energy of gravity, of bent links and of springs"),
+    "strain_energy": Word(None, "J", "elastic energy of bent links and of springs"),
     "energy": Word(None, "J", "mechanical energy with the contacts' elastic energy"),
     "energy_residual": Word(None, "J", "energy unaccounted for since the start"),
     "drive_work": Word(None, "J", "work of the drive since the start"),
     "joint_work": Word(None, "J", "work taken in by the contacts since the start"),
     "structural_work": Word(None, "J", "work taken in by elastic links' damping since the start"),
+    "spring_work": Word(None, "J", "work taken in by springs' dampers since the start"),
     "state_value": Word("state", "1", "state"),
 }
 COUNTERS = {  # of a run, in order
@@ -58,7 +59,13 @@ COUNTERS = {  # of a run, in order
     "n_events": "events",
 }
 MODES, EVENTS, STATUS = Mode.words(), Event.words(), Status.words()
-BALANCE = ("energy_residual", "drive_work", "joint_work", "structural_work")  # need integrals of power
+WORK = {  # integrals of power by what they count, with the sign of their part in the balance
+    "drive": ("drive_work", 1),
+    "joints": ("joint_work", -1),
+    "links": ("structural_work", -1),
+    "springs": ("spring_work", -1),
+}
+BALANCE = ("energy_residual", *(name for name, _ in WORK.values()))  # need integrals of power
 RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction", "drive_torque")
 ENERGIES = ("kinetic_energy", "potential_energy", "strain_energy", "energy")
 LINKAGE = tuple(name for name in WORDS if name not in (*BALANCE, *ENERGIES, "state_value"))

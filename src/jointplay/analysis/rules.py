@@ -9,7 +9,9 @@ from typing import Any
 
 from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
 from jointplay.analysis.trajectory import MAX_STEPS
+from jointplay.analysis.vary import changed
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.mechanism.alike import unlike_turns
 from jointplay.mechanism.assemble import assemble, check_section
 from jointplay.mechanism.closure import closed_four_bar
 from jointplay.mechanism.model import Model
@@ -43,6 +45,22 @@ def record_fits(mechanism: Mechanism | TestSystem, record: tuple[str, ...] | Non
 def start_fits(mechanism: Mechanism | TestSystem, initial: Any) -> None:
     """Refuse a start that the mechanism cannot have."""
     assembled_at(mechanism, initial)
+
+
+def turns_alike(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
+    """Yield the problems of a mechanism whose turns follow no map, for analyses that are built on one."""
+    return unlike_turns(mechanism) if isinstance(mechanism, Mechanism) else iter(())
+
+
+def each_alike(mechanism: Mechanism | TestSystem, over: Mapping[str, Any]) -> Iterator[Problem]:
+    """The same of a mechanism with each of the values that it is varied over; wrong ones are left out."""
+    for key, values in over.items() if isinstance(mechanism, Mechanism) else ():
+        for value in values if isinstance(values, list | tuple) else ():
+            try:
+                cell = changed(mechanism, {key: value})
+            except InputError:
+                continue  # said elsewhere
+            yield from unlike_turns(cell)
 
 
 def samples_fit(

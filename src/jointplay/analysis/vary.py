@@ -20,7 +20,11 @@ from jointplay.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 EXAMPLE = "joints.B.contact.stiffness"
-PARTS = {"joints": "joint", "links": "link"}  # tuples of named records, and what each holds
+PARTS = {
+    "joints": "joint",
+    "links": "link",
+    "springs": "spring",
+}  # tuples of named records: what each holds
 TAKEN = {*WORDS, "direction", "start", "point", "link", "joint", "pin", "state", "exponent", "period"}
 _POWERS = str.maketrans("²³⁴", "234")
 
@@ -189,7 +193,7 @@ def _path_problems(mechanism: Mechanism, key: str, place: str) -> Iterator[Probl
 def _below(record: Any) -> dict[str, Any]:
     """Parts of a record, of a tuple of named records, or of a table, by name."""
     if isinstance(record, tuple):
-        return {part.name: part for part in record if hasattr(part, "name")}
+        return {part.name: part for part in record if getattr(part, "name", None)}
     if isinstance(record, dict):
         return record
     return dict(record) if isinstance(record, Record) else {}

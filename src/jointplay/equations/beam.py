@@ -18,11 +18,10 @@ from collections.abc import Iterator
 
 from sympy import Expr, Integer
 
+from .chain import GRAVITY, height
 from .coordinates import Coordinates, Freedom
 from .structure import Beam, Linkage
 from .system import number
-
-GRAVITY = number("g")
 
 
 def _each(beam: Beam, word: str) -> list[Expr]:
@@ -74,7 +73,7 @@ def _sway(beam: Beam, c: Coordinates) -> tuple[Expr, Expr]:
 
 def excitation(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Freedom, Expr]]:
     """Loads that bend a straight beam: inertia of the frame's motion, and gravity."""
-    weight = GRAVITY * c.angle[beam.link].cos if structure.gravity else Integer(0)
+    weight = GRAVITY * height(structure, c.n(beam.link)) if structure.gravity else Integer(0)
     for mode, S in zip(modes(beam), _each(beam, "S"), strict=True):
         yield mode, -S * (_sway(beam, c)[0] + weight)
 
@@ -91,7 +90,7 @@ def force(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Free
         return
     sigma, rate = combined(beam, "S", c.position), combined(beam, "S", c.speed)
     turning = sum(c.position[mode] * c.speed[mode] for mode in modes(beam))
-    heave = GRAVITY * c.angle[j].sin if structure.gravity else Integer(0)
+    heave = GRAVITY * height(structure, c.e(j)) if structure.gravity else Integer(0)
     yield j, sigma * (_sway(beam, c)[1] + heave) - 2 * w * turning
     for k, across, along in _origin(beam, c):
         yield k, 2 * w * rate * along + w**2 * sigma * across
@@ -102,9 +101,9 @@ def strain_energy(beam: Beam, c: Coordinates) -> Expr:
     return _squares(beam, "k", c.position, Integer(1) / 2)
 
 
-def weight_energy(beam: Beam, c: Coordinates) -> Expr:
+def weight_energy(structure: Linkage, beam: Beam, c: Coordinates) -> Expr:
     """Gravity's energy of the deflection."""
-    return GRAVITY * c.angle[beam.link].cos * combined(beam, "S", c.position)
+    return GRAVITY * height(structure, c.n(beam.link)) * combined(beam, "S", c.position)
 
 
 def dissipated_power(beam: Beam, c: Coordinates) -> Expr:

@@ -5,7 +5,9 @@ Reference: virtual work on P_j = base + sum_k L_jk e_k (the model, section 1), w
     H_kl = sum_j m_j L_jk L_jl + m_l s_l L_lk + m_k s_k L_kl + delta_kl J_k
     mu_k = sum_j m_j L_jk + m_k s_k
     M_kl = H_kl cos(theta_k - theta_l),  Q_k = -sum_l H_kl sin(theta_k - theta_l) w_l^2 - g mu_k cos theta_k
-    floating base:  M_bb = sum m,  M_bk = mu_k n_k,  Q_b = sum_k mu_k e_k w_k^2 - g sum m on y.
+    floating base:  M_bb = sum m,  M_bk = mu_k n_k,  Q_b = sum_k mu_k e_k w_k^2 - g sum m on y,
+
+gravity along -y; in any other direction its parts along n_k and the axes stand for cos theta_k and for y.
 
 Assumptions: plane motion, rigid links, mass centres on the link's line. Units: SI.
 """
@@ -14,11 +16,12 @@ from collections.abc import Iterator
 
 from sympy import Expr, Integer
 
-from .coordinates import Coordinates, Freedom
+from .coordinates import Coordinates, Freedom, dot
 from .structure import Linkage, Pin
 from .system import number
 
 GRAVITY = number("g")
+AXES = ((Integer(1), Integer(0)), (Integer(0), Integer(1)))
 
 
 def inertia(structure: Linkage, c: Coordinates) -> Iterator[tuple[Freedom, Freedom, Expr]]:
@@ -45,19 +48,26 @@ def force(structure: Linkage, c: Coordinates) -> Iterator[tuple[Freedom, Expr]]:
                 yield (f, axis), number(f"mu_{k}") * c.e(k)[axis] * c.speed[k] ** 2
     if structure.gravity:
         for k in structure.links:
-            yield k, -GRAVITY * number(f"mu_{k}") * c.angle[k].cos
+            yield k, -GRAVITY * number(f"mu_{k}") * height(structure, c.n(k))
         for f in range(len(structure.floats)):
-            yield (f, 1), -GRAVITY * number(f"m_{f}")
+            for axis in (0, 1) if structure.tilted else (1,):
+                yield (f, axis), -GRAVITY * number(f"m_{f}") * height(structure, AXES[axis])
+
+
+def height(structure: Linkage, vector: tuple[Expr, Expr]) -> Expr:
+    """Part of a vector that points against gravity."""
+    return dot((number("up_x"), number("up_y")), vector) if structure.tilted else vector[1]
 
 
 def potential_energy(structure: Linkage, c: Coordinates) -> Expr:
-    """V = g sum_k mu_k sin theta_k + g m y of floating bases."""
-    V = sum((number(f"mu_{k}") * c.angle[k].sin for k in structure.links), Integer(0))
-    V += sum((number(f"m_{f}") * c.position[f, 1] for f in range(len(structure.floats))), Integer(0))
+    """V = g sum_k mu_k sin theta_k + g m y of floating bases, where gravity points along -y."""
+    V = sum((number(f"mu_{k}") * height(structure, c.e(k)) for k in structure.links), Integer(0))
+    bases = (height(structure, (c.position[f, 0], c.position[f, 1])) for f in range(len(structure.floats)))
+    V += sum((number(f"m_{f}") * base for f, base in enumerate(bases)), Integer(0))
     return GRAVITY * V
 
 
-def beyond(pin: Pin, c: Coordinates, axis: int, gravity: bool) -> Expr:
+def beyond(structure: Linkage, pin: Pin, c: Coordinates, axis: int) -> Expr:
     """Rate of momentum minus weight of all that moves beyond an ideal pin: sum m (a + g y)."""
     total = Integer(0)
     for k in pin.arms:
@@ -65,4 +75,5 @@ def beyond(pin: Pin, c: Coordinates, axis: int, gravity: bool) -> Expr:
         total += moment * (c.n(k)[axis] * c.acceleration[k] - c.e(k)[axis] * c.speed[k] ** 2)
     if pin.chain is not None:
         total += number(f"m_{pin.name}") * c.acceleration[pin.chain, axis]
-    return total + number(f"m_{pin.name}") * GRAVITY if gravity and axis == 1 else total
+    weight = number(f"m_{pin.name}") * GRAVITY * height(structure, AXES[axis])
+    return total + weight if structure.gravity else total

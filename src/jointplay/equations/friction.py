@@ -80,11 +80,8 @@ class FrictionLaw:
         return self.numbers[self.limit].letter if self.limit in self.numbers else "f"
 
 
-COMMON = (
-    "f",
-    "v",
-    "Ct",
-)  # letters that every joint has: coefficient, smoothing velocity, viscous coefficient
+# Letters that every joint has: coefficient, smoothing velocity, viscous coefficient.
+COMMON = ("f", "v", "Ct")
 
 
 def parameter_letters(friction: str) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from functools import cached_property
 from sympy import Expr, Integer, atan2, sqrt
 
 from . import beam as elastic
-from . import chain, functions, loop
+from . import chain, functions, loop, springs
 from .contact import Geometry, geometry
 from .coordinates import Coordinates, Freedom, coordinates
 from .friction import FRICTIONS
@@ -95,7 +95,15 @@ class Parts:
             for freedom, value in elastic.force(structure, beam, self.c):
                 found[freedom] += value
         found[driven] += _law_torque(structure.drive, self.c.speed[driven])
+        for each in (*self.springs,):
+            for freedom, entry in each.column.items():
+                found[freedom] += each.amount * entry
         return dict(found)
+
+    @cached_property
+    def springs(self) -> tuple[springs.Action, ...]:
+        """What the springs do."""
+        return tuple(springs.action(spring, self.c) for spring in self.structure.springs)
 
     def residual(self, freedom: Freedom) -> Expr:
         """Inertia less applied forces on a freedom, contacts left out: what joints or a drive must supply."""
@@ -128,6 +136,8 @@ class Parts:
             damped = [beam for beam in self.structure.beams if beam.damped]
             lost = (elastic.dissipated_power(beam, self.c) for beam in damped)
             powers["links"] = sum(lost, Integer(0))
+        if self.springs:
+            powers["springs"] = sum((each.lost for each in self.springs), Integer(0))
         return powers
 
     def _outputs(self) -> Iterator[tuple[str, Expr]]:
@@ -158,8 +168,9 @@ class Parts:
             potential += chain.potential_energy(structure, c)
         for beam in structure.beams:
             kinetic += c.kinetic_energy(elastic.inertia(structure, beam, c))
-            potential += elastic.weight_energy(beam, c) if structure.gravity else Integer(0)
+            potential += elastic.weight_energy(structure, beam, c) if structure.gravity else Integer(0)
         strain = sum((elastic.strain_energy(beam, c) for beam in structure.beams), Integer(0))
+        strain += sum((each.energy for each in self.springs), Integer(0))
         yield "kinetic_energy", kinetic
         yield "potential_energy", potential + strain
         yield "strain_energy", strain
@@ -208,12 +219,14 @@ class Parts:
     def _reaction(self, pin: Pin, axis: int) -> Expr:
         """Momentum rate beyond a pin, less the forces at the cut joints that act there."""
         structure = self.structure
-        total = chain.beyond(pin, self.c, axis, structure.gravity)
+        total = chain.beyond(structure, pin, self.c, axis)
         for beam in structure.beams:
             if beam.link in pin.links:
                 total += elastic.momentum_rate(structure, beam, self.c, axis)
         for joint, force in self._cut_joints:
             total += force[axis] * ((joint.journal in pin.links) - (joint.bearing in pin.links))
+        for each in self.springs:
+            total -= sum((force[axis] for link, force in each.pulls if link in pin.links), Integer(0))
         return pin.sign * total
 
 

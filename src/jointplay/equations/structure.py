@@ -64,13 +64,33 @@ class Pin:
 
 
 @dataclass(frozen=True)
+class Span:
+    """A vector const + sum_k D_k e_k + bases: `arms` and `bases` as in `Clearance`, `name` its numbers'."""
+
+    name: str
+    arms: tuple[str, ...] = ()
+    bases: tuple[tuple[int, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring between two `links` ("ground" if it moves not): along its `span`, or twisting the angles."""
+
+    span: Span
+    links: tuple[str, str]
+    twists: bool
+    damped: bool
+
+
+@dataclass(frozen=True)
 class Linkage:
     """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and what is recorded.
 
     `driven` is the crank; `drive` says how: "motor", "speed" (prescribed) or "none". `section` names a
     quantity whose level crossings are wanted, as word:label; `powers` asks for the work integrals of the
     energy balance. `order` says which inertia terms of the `beams` are kept: "consistent" or "paper"
-    (equations.beam); `relaxed` makes the modes' motion numbers, given from outside.
+    (equations.beam); `relaxed` makes the modes' motion numbers, given from outside. `tilted`: gravity does
+    not point along -y.
     """
 
     links: tuple[str, ...]
@@ -87,6 +107,8 @@ class Linkage:
     loop: Loop | None = None
     order: str = "consistent"
     relaxed: bool = False
+    tilted: bool = False
+    springs: tuple[Spring, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -105,6 +127,7 @@ def parameter_names(structure: Linkage) -> list[str]:
     """Name every number of the structure, in the order of the parameter array."""
     names = [f"H_{k}_{m}" for k, m in structure.couplings] + [f"mu_{k}" for k in structure.links]
     names += [f"m_{f}" for f in range(len(structure.floats))] + ["g"]
+    names += ["up_x", "up_y"] if structure.tilted else []
     for joint in structure.joints:
         words = ("e", "R", "rx0", "ry0", *LAWS[joint.law].letters, *parameter_letters(joint.friction))
         names += [f"{word}_{joint.name}" for word in words]
@@ -113,15 +136,31 @@ def parameter_names(structure: Linkage) -> list[str]:
         names += [f"m_{pin.name}"] + [f"mu_{pin.name}_{k}" for k in pin.arms]
     for beam in structure.beams:
         names += _beam_names(beam, structure.relaxed)
+    for spring in structure.springs:
+        words = ("k", "c", "rest") if spring.damped else ("k", "rest")
+        names += [f"{word}_{spring.span.name}" for word in words] + _span_names(spring.span, spring.twists)
     if structure.loop:
         names += _loop_names(structure.loop)
     return names + {"motor": ["a", "b"], "speed": ["Omega", "theta_0"], "none": []}[structure.drive]
+
+
+def powers(structure: Linkage | Oscillator) -> list[str]:
+    """Name the powers whose integrals close a linkage's energy balance, in order."""
+    if isinstance(structure, Oscillator):
+        return []
+    present = {"links": structure.beams, "springs": structure.springs}
+    return ["drive", "joints", *(word for word, parts in present.items() if parts)]
 
 
 def _beam_names(beam: Beam, relaxed: bool) -> list[str]:
     words = ("S", "I", "k", "c", "start", "end", "gauge", *(("rate", "acc") if relaxed else ()))
     names = [f"{word}_{beam.link}_{i}" for word in words for i in range(beam.modes)]
     return names + [f"L_{beam.link}_{k}" for k in beam.arms]
+
+
+def _span_names(span: Span, nowhere: bool = False) -> list[str]:
+    place = [] if nowhere else [f"x0_{span.name}", f"y0_{span.name}"]
+    return place + [f"D_{span.name}_{k}" for k in span.arms]
 
 
 def _loop_names(loop: Loop) -> list[str]:

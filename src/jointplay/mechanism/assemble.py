@@ -59,7 +59,7 @@ def assemble(
     driven = [mechanism.drive.nominal_speed] if mechanism.drive else speeds.values()
     nominal = max(map(abs, driven), default=0.0) or 1.0
     rows = [*_positions(mechanism, structure, forest, angles, speeds, nominal)]
-    position, velocity, unit, floor, turning = np.array(rows, dtype=float).reshape(-1, 5).T.copy()
+    position, velocity, unit, floor, turning, fold = np.array(rows, dtype=float).reshape(-1, 6).T.copy()
     _check_journals(mechanism, forest, angles, position)
     # some of the motion is no unknown whose error is watched
     followed = structure.drive == "speed" or forest.loop
@@ -70,6 +70,7 @@ def assemble(
         absolute=np.concatenate([unit, floor]),
         relative=np.concatenate([np.zeros(len(unit)), np.ones(len(unit))]),
         turning=turning,
+        fold=fold,
         period=2 * math.pi / nominal,
         creep=SPEED_FLOOR * nominal * max((joint.radius for joint in loose), default=0.0),
         reach=sum(link.length for link in mechanism.links),
@@ -107,8 +108,10 @@ def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, positi
 
 def _positions(
     mechanism: Mechanism, structure: Linkage, forest: Forest, angles: Angles, speeds: Angles, nominal: float
-) -> Iterator[tuple[float, float, float, float, bool]]:
-    """Give each position in the equations' order: value, speed, units of their errors, whether an angle.
+) -> Iterator[tuple[float, float, float, float, bool, bool]]:
+    """Give each position in the equations' order.
+
+    That is value, speed, units of their errors, whether it is an angle, whether by whole turns the same.
 
     Beams start straight, floating chains as in the ideal mechanism. Errors are tolerated in units of 1 rad,
     lengths, small deflections.
@@ -117,16 +120,17 @@ def _positions(
     for link in mechanism.elastic_links if not structure.relaxed else ():
         unit = DEFLECTION * length * math.sqrt(line_density(link) * link.length / 2)
         for frequency in modal(link).frequency:
-            yield 0.0, 0.0, unit, max(slow / DEFLECTION, frequency) * unit, False
+            yield 0.0, 0.0, unit, max(slow / DEFLECTION, frequency) * unit, False, False
+    wound = {link for spring in mechanism.springs if spring.twists for link in spring.links}
     for name in structure.links:
         driven = name == structure.driven
         if driven if structure.loop else not (driven and structure.drive == "speed"):
-            yield angles[name], speeds[name], 1.0, slow, True
+            yield angles[name], speeds[name], 1.0, slow, True, name not in wound
     ideal = origins(mechanism, mechanism.joints)
     for chain in forest.floats:
         root = next(name for name in chain if forest.places[name].parent is None)
         for x, v in zip(*ideal[root].motion(angles, speeds), strict=True):
-            yield x, v, length, slow * length, False
+            yield x, v, length, slow * length, False, False
 
 
 def check_section(section: Section, mechanism: Mechanism) -> None:

@@ -13,6 +13,7 @@ from jointplay.accepted import from_pydantic
 from jointplay.errors import refuse
 
 GROUND = "ground"  # name of the fixed frame, where a link is named
+DOWNWARDS = -math.pi / 2  # rad, the usual direction of gravity: along -y
 
 
 class Record(BaseModel):
@@ -92,7 +93,8 @@ Name = Annotated[str, Field(min_length=1)]
 T = TypeVar("T")
 # A minimum length in pydantic would count wrong items as absent ones.
 MOST = 1000  # items of a list; many times what a mechanism has, and as many as are soon checked
-Several = Annotated[tuple[T, ...], BeforeValidator(_not_too_many), AfterValidator(_not_empty)]
+Few = Annotated[tuple[T, ...], BeforeValidator(_not_too_many)]
+Several = Annotated[Few[T], AfterValidator(_not_empty)]
 
 
 def measured(noun: str, units: str, default: Any = ..., accepts: str | None = None, **more: Any) -> Any:

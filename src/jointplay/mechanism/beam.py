@@ -16,9 +16,10 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from jointplay.errors import InputError, Problem, refuse
+from jointplay.errors import NOTHING, InputError, Problem, refuse
 from jointplay.mechanism.base import (
     GROUND,
+    Few,
     Flag,
     Name,
     NonNegative,
@@ -28,6 +29,7 @@ from jointplay.mechanism.base import (
     measured,
     named,
 )
+from jointplay.mechanism.masses import PointMass, together
 from jointplay.mechanism.shapes import Modes, hermites, sines
 
 _MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
@@ -123,9 +125,11 @@ class Link(Record):
         Mass, kg.
     centre : float, optional
         Distance of the mass centre from the origin along the link, m; half the length if left out.
-    inertia : float
-        Moment of inertia about the origin, kg m²; greater than mass × centre², so that
-        the moment about the mass centre is positive.
+    inertia_centre, inertia : float
+        Moment of inertia about the mass centre, or about the origin, kg m²: one of the two. About the origin
+        it is greater than mass × centre², so that the moment about the mass centre is positive.
+    masses : tuple of PointMass
+        Point masses that the link carries beside its own mass; `total` is the link with them.
     elastic : bool
         Whether the link bends. Its pins then sit at its ends, 0 and length.
     beam : Beam
@@ -136,7 +140,11 @@ class Link(Record):
     length: Positive = measured("length", "m")
     mass: Positive = measured("mass", "kg")
     centre: Number = measured("distance of the mass centre", "m", None, validate_default=True)
-    inertia: Positive = measured("moment of inertia about the link's origin", "kg m²")
+    inertia_centre: Positive | None = measured("moment of inertia about the mass centre", "kg m²", None)
+    inertia: Positive | None = measured(
+        "moment of inertia about the link's origin", "kg m²", None, validate_default=True
+    )
+    masses: Few[PointMass] = ()
     elastic: Flag = False
     beam: Beam = Beam()
 
@@ -154,13 +162,18 @@ class Link(Record):
 
     @field_validator("inertia")
     @classmethod
-    def _positive_definite(cls, inertia: float, info: ValidationInfo) -> float:
-        if not {"length", "mass", "centre"} <= info.data.keys():
+    def _positive_definite(cls, inertia: float | None, info: ValidationInfo) -> float | None:
+        if (inertia is None) == (info.data.get("inertia_centre", 0.0) is None):
+            one = "a moment of inertia greater than 0 kg m² is accepted, one of the two"
+            both = "inertia (about the link's origin) and inertia_centre (about its mass centre)"
+            raise refuse(NOTHING if inertia is None else inertia, f"{one}, {both}")
+        if inertia is None or not {"length", "mass", "centre"} <= info.data.keys():
             return inertia  # one of them is invalid, which is a problem of its own
         least = info.data["mass"] * info.data["centre"] * info.data["centre"]
         if inertia <= least:
             limit = f"greater than mass × centre² = {least:.6g} kg m²"
-            raise refuse(inertia, f"a moment of inertia about the link's origin {limit} is accepted")
+            about = "one about the mass centre is given as inertia_centre"
+            raise refuse(inertia, f"a moment of inertia about the link's origin {limit} is accepted; {about}")
         return inertia
 
     @model_validator(mode="after")
@@ -170,9 +183,23 @@ class Link(Record):
         return self
 
     @property
+    def total(self) -> Link:
+        """The same link with its point masses in its own mass, centre and inertia about the origin."""
+        if self.inertia is not None and not self.masses:
+            return self
+        own = self.inertia
+        if self.inertia_centre is not None:
+            own = self.inertia_centre + self.mass * self.centre**2
+        names = ("mass", "centre", "inertia")
+        sums = dict(zip(names, together(self.mass, self.centre, own, self.masses), strict=True))
+        beam = self.beam.model_copy(update={"area": float(area(self))})  # what bends is the link's own mass
+        return self.model_copy(update=sums | {"inertia_centre": None, "masses": (), "beam": beam})
+
+    @property
     def description(self) -> str:
         """Length, mass, inertia and elasticity in a few words."""
-        rigid = f"{self.length:g} m, {self.mass:g} kg, {self.inertia:g} kg m²"
+        whole, points = self.total, f", {len(self.masses)} point masses in it" if self.masses else ""
+        rigid = f"{self.length:g} m, {whole.mass:g} kg{points}, {whole.inertia:g} kg m²"
         if not self.elastic:
             return rigid
         shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"
@@ -216,6 +243,13 @@ def bending_problems(link: Link) -> list[Problem]:
 
     The total mass matrix is positive definite where [[m − S·S, m s − S·I], [m s − S·I, J − I·I]] is.
     """
+    ends = (0.0, link.length)
+    if wrong := [(i, point.at) for i, point in enumerate(link.masses) if point.at not in ends]:
+        text = (
+            f"0 or {link.length:g} m is accepted: between its ends, a mass on an elastic link would bend it"
+        )
+        return [Problem(f"masses[{i}].at", at, text) for i, at in wrong]
+    link = link.total
     with np.errstate(all="ignore"):
         modes = modal(link)
     if not all(0 < frequency < math.inf for frequency in modes.frequency):

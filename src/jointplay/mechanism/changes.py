@@ -8,15 +8,28 @@ from typing import Annotated, Any, ClassVar, Literal, Protocol
 from pydantic import Discriminator, Field, Tag
 
 from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
+from jointplay.mechanism.base import (
+    DOWNWARDS,
+    Angle,
+    Few,
+    Flag,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Record,
+    measured,
+)
 from jointplay.mechanism.beam import DampingRatio, Elements, Link, damping_field, elements_field
 from jointplay.mechanism.drive import AnyDrive, ConstantSpeed, Drive
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.signature import first
+from jointplay.mechanism.springs import AnySpring
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"
+_AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs")
 _OF_BEAMS = ("elements", "damping_ratio")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
 _LINKS = {"accepts": "a list of link names, as ['coupler'],"}
@@ -52,7 +65,11 @@ class Changes(Record):
     branch : {'upper', 'lower'}
         Assembly branch.
     gravity : float
-        Downward acceleration, m/s².
+        Acceleration, m/s².
+    gravity_direction : float
+        Where it points to, rad.
+    springs : tuple of Spring or TorsionSpring
+        Springs, in place of those that there are.
     drive : MotorLine, ConstantSpeed or None
         Another drive, or none.
     speed : float
@@ -71,6 +88,8 @@ class Changes(Record):
     order: Literal["consistent", "paper"] = "consistent"
     branch: Literal["upper", "lower"] = "upper"
     gravity: Number = measured("gravity", "m/s²", 9.8)
+    gravity_direction: Angle = measured("direction of gravity", "rad", DOWNWARDS)
+    springs: Few[AnySpring] = ()
     drive: Annotated[Drive | None, Field()] = None
     speed: Number = measured("speed", "rad/s", 0.0)
 
@@ -111,7 +130,7 @@ def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
         problems += _elastic_problems(mechanism, values)
     if problems:
         raise InputError(problems)
-    fields = {name: values[name] for name in ("branch", "gravity", "order") if name in values}
+    fields = {name: values[name] for name in _AS_GIVEN if name in values}
     fields["links"] = tuple(_link(link, values) for link in mechanism.links)
     fields["joints"] = tuple(_joint(joint, values) for joint in mechanism.joints)
     fields["drive"] = _drive(mechanism, values)

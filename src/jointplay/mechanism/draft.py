@@ -15,8 +15,9 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import GROUND, MOST, Record
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import DRIVES, AnyDrive
-from jointplay.mechanism.joints import Joint
+from jointplay.mechanism.joints import Joint, Pin
 from jointplay.mechanism.loop import find_four_bar
+from jointplay.mechanism.springs import Spring, TorsionSpring
 
 
 def driven_link(drive: AnyDrive | None, links: Sequence[str], joints: Sequence[Joint]) -> str | None:
@@ -31,7 +32,7 @@ class Draft:
 
     Parameters
     ----------
-    links, joints : list of (str or None, record or None)
+    links, joints, springs : list of (str or None, record or None)
         In the order given.
     drive : record or None
         None where there is no drive, or an invalid one.
@@ -40,6 +41,7 @@ class Draft:
     links: Sequence[tuple[Any, Link | None]]
     joints: Sequence[tuple[Any, Joint | None]]
     drive: AnyDrive | None
+    springs: Sequence[tuple[Any, Any]] = ()
 
     @classmethod
     def of(cls, data: Any) -> Draft:
@@ -47,7 +49,8 @@ class Draft:
         value = data.get if isinstance(data, Mapping) else lambda key: getattr(data, key, None)
         drive = value("drive")
         drives = filter(None, (_valid(kind, drive) for kind in DRIVES if drive is not None))
-        return cls(_parts(Link, value("links")), _parts(Joint, value("joints")), next(drives, None))
+        parts = [_parts(value(key), *kinds) for key, kinds in _KINDS.items()]
+        return cls(*parts[:2], next(drives, None), *parts[2:])
 
     @property
     def names(self) -> list[str]:
@@ -56,7 +59,7 @@ class Draft:
 
     def problems(self) -> list[Problem]:
         """List everything wrong between the parts; keys are relative to the mechanism."""
-        problems = [*_duplicates("links", self.links), *_duplicates("joints", self.joints)]
+        problems = [p for key in _KINDS for p in _duplicates(key, getattr(self, key))]
         if not self.links or len(set(self.names)) < len(self.links):
             return problems  # with a link's name unknown, none can be called missing
         problems += self._misplaced_pins()
@@ -65,17 +68,46 @@ class Draft:
         joints = [joint for _, joint in self.joints if joint is not None]
         if problems or not joints or len(joints) < len(self.joints):
             return problems  # what is connected to what is not known well enough to say more
-        return [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
+        found = [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
+        return found or list(self._unwound(joints))
+
+    def _unwound(self, joints: Sequence[Joint]) -> Iterator[Problem]:
+        """A torsion spring needs whole turns counted, which links of a closed loop are not."""
+        loop = find_four_bar(joints, driven_link(self.drive, self.names, joints))
+        if loop is None or not all(joint.ideal for joint in joints):
+            return
+        for key, name in self._twisted():
+            if key.startswith("springs") and name in loop.links[1:]:
+                text = f"{loop.crank} or ground is accepted while no joint has clearance: the angles of other"
+                yield Problem(key, name, f"{text} links are then known up to whole turns only")
 
     def _misplaced_pins(self) -> Iterator[Problem]:
         known = {name: link for name, link in self.links if link is not None}
+        for key, pin in self._pins():
+            if pin.link not in (*self.names, GROUND):
+                yield unknown(f"{key}.link", pin.link, pin.link, [*self.names, GROUND], "link")
+            elif (link := known.get(pin.link)) and (limit := _limit(pin.at, link)):
+                yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+        for key, name in self._twisted():
+            if name not in (*self.names, GROUND):
+                yield unknown(key, name, name, [*self.names, GROUND], "link")
+            elif name in known and known[name].elastic:
+                text = "a rigid link is accepted: a moment on an elastic one would bend it"
+                yield Problem(key, name, text)
+
+    def _pins(self) -> Iterator[tuple[str, Pin]]:
+        """Every pin with its key."""
         for i, (_, joint) in enumerate(self.joints):
-            for side, pin in (("journal", joint.journal), ("bearing", joint.bearing)) if joint else ():
-                key = f"joints[{i}].{side}"
-                if pin.link not in (*self.names, GROUND):
-                    yield unknown(f"{key}.link", pin.link, pin.link, [*self.names, GROUND], "link")
-                elif (link := known.get(pin.link)) and (limit := _limit(pin.at, link)):
-                    yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+            for side in ("journal", "bearing") if joint else ():
+                yield f"joints[{i}].{side}", getattr(joint, side)
+        for i, (_, spring) in enumerate(self.springs):
+            yield from ((f"springs[{i}].{end}", pin) for end, pin in (spring.pins if spring else {}).items())
+
+    def _twisted(self) -> Iterator[tuple[str, str]]:
+        """Every link that feels a moment, with its key."""
+        for i, (_, spring) in enumerate(self.springs):
+            ends = zip(("from", "to"), spring.links, strict=True) if spring and spring.twists else ()
+            yield from ((f"springs[{i}].{end}", link) for end, link in ends)
 
     def _loose_links(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         connected, before = {GROUND}, set()
@@ -103,10 +135,14 @@ class Draft:
             yield Problem("links", loop.lengths, text)
 
 
-def _parts(kind: type[Record], given: Any) -> list[tuple[Any, Any]]:
+_KINDS = {"links": (Link,), "joints": (Joint,), "springs": (Spring, TorsionSpring)}
+
+
+def _parts(given: Any, *kinds: type[Record]) -> list[tuple[Any, Any]]:
     parts = given if isinstance(given, list | tuple) and len(given) <= MOST else ()
     names = (part.get("name") if isinstance(part, Mapping) else getattr(part, "name", None) for part in parts)
-    return [(name, _valid(kind, part)) for name, part in zip(names, parts, strict=True)]
+    valid = (next(filter(None, (_valid(kind, part) for kind in kinds)), None) for part in parts)
+    return list(zip(names, valid, strict=True))
 
 
 def _valid(kind: Any, given: Any) -> Any:

@@ -66,7 +66,7 @@ class Forest:
     Parameters
     ----------
     links : dict of str to Link
-        By name, in the mechanism's order.
+        By name, in the mechanism's order; point masses are in their own.
     places : dict of str to Place
         Origin of each link by its name, a holder before what it holds.
     loop : FourBar or None
@@ -92,7 +92,7 @@ class Forest:
         parents = [place.parent for place in places.values()]
         if closing := [joint.name for joint in joints if joint not in parents]:
             raise InputError([Problem("mechanism.joints", closing, _LOOP)], "mechanism")
-        return cls({link.name: link for link in mechanism.links}, places, loop)
+        return cls({link.name: link.total for link in mechanism.links}, places, loop)
 
     @property
     def floats(self) -> tuple[tuple[str, ...], ...]:

@@ -29,6 +29,8 @@ class Model:
         Scales of the tolerated error of each state: rtol * (absolute + relative * abs(state)).
     turning : ndarray
         1 where a position is an angle.
+    fold : ndarray
+        1 where whole turns of a position change nothing.
     period : float
         Nominal period of the drive or forcing, s; a time scale where there is none.
     h_max : float
@@ -52,6 +54,7 @@ class Model:
     absolute: np.ndarray
     relative: np.ndarray
     turning: np.ndarray
+    fold: np.ndarray
     period: float
     h_max: float
     creep: float = 0.0

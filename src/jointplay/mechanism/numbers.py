@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from jointplay.equations.structure import Linkage
+from jointplay.mechanism import actions
 from jointplay.mechanism.beam import Link, modal
 from jointplay.mechanism.kinematic_chains import Forest, Place
 from jointplay.mechanism.records import Joint, Mechanism
@@ -35,7 +37,8 @@ def numbers(
     values = {f"H_{k}_{m}": forest.inertia(k, m) for k, m in structure.couplings}
     values |= {f"mu_{k}": forest.moment(k, links) for k in links}
     values |= {f"m_{f}": sum(links[k].mass for k in chain) for f, chain in enumerate(structure.floats)}
-    values["g"] = mechanism.gravity
+    values |= {"g": mechanism.gravity} | actions.numbers(mechanism, forest)
+    values |= {"up_x": -math.cos(mechanism.gravity_direction), "up_y": -math.sin(mechanism.gravity_direction)}
     for joint in mechanism.clearance_joints:
         values |= _joint(joint, forest)
     for pin in structure.pins:

@@ -50,6 +50,7 @@ def model(system: TestSystem, initial: Any = None, section: str | None = None) -
         absolute=np.full(len(states), SPEED_FLOOR),
         relative=np.ones(len(states)),
         turning=np.zeros(module.SIZES["positions"]),
+        fold=np.zeros(module.SIZES["positions"]),
         period=system.period or 1.0,
         h_max=TURN / abs(rate) if rate else math.inf,
         creep=SPEED_FLOOR,

@@ -14,14 +14,16 @@ from pydantic import Field, ValidationError, model_validator
 
 from jointplay.accepted import from_pydantic
 from jointplay.errors import InputError, unknown
-from jointplay.mechanism.base import GROUND, Name, Number, Record, Several, measured
+from jointplay.mechanism.base import DOWNWARDS, GROUND, Angle, Few, Name, Number, Record, Several, measured
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
 from jointplay.mechanism.draft import Draft, driven_link
 from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
+from jointplay.mechanism.masses import PointMass
 from jointplay.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.mechanism.signature import checked
+from jointplay.mechanism.springs import AnySpring, Spring, TorsionSpring
 from jointplay.mechanism.systems import TestSystem
 
 
@@ -38,8 +40,12 @@ class Mechanism(Record):
         Joints between links, or between a link and the ground.
     drive : MotorLine, ConstantSpeed or None
         What turns the driven link; None: nothing does.
+    springs : tuple of Spring or TorsionSpring
+        Springs with dampers between links, or between a link and the ground.
     gravity : float
-        Acceleration along −y, m/s².
+        Acceleration, m/s².
+    gravity_direction : float
+        Where it points to, rad anticlockwise from x; along −y if left out.
     branch : {'upper', 'lower'}
         Which way a four-bar is assembled: with the joint between coupler and rocker above or below
         (`jointplay.mechanism.closure.ideal_state` says exactly).
@@ -52,7 +58,9 @@ class Mechanism(Record):
     links: Several[Link] = Field(json_schema_extra={"accepts": "a list of at least one link"})
     joints: Several[Joint] = Field(json_schema_extra={"accepts": "a list of at least one joint"})
     drive: Annotated[Drive | None, Field()] = None
+    springs: Few[AnySpring] = ()
     gravity: Number = measured("gravity", "m/s²", 9.8)
+    gravity_direction: Angle = measured("direction of gravity", "rad", DOWNWARDS)
     branch: Literal["upper", "lower"] = "upper"
     order: Literal["consistent", "paper"] = "consistent"
 
@@ -109,7 +117,8 @@ class Mechanism(Record):
         ----------
         **changes
             `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `elastic`, `elements`,
-            `damping_ratio`, `order`, `branch`, `gravity`, `drive`, `speed`: see `Changes`.
+            `damping_ratio`, `order`, `branch`, `gravity`, `gravity_direction`, `springs`, `drive`,
+            `speed`: see `Changes`.
 
         Raises
         ------
@@ -122,9 +131,11 @@ class Mechanism(Record):
         """Describe the mechanism in a few lines of text."""
         links = [f"  link {link.name}: {link.description}" for link in self.links]
         joints = [f"  joint {joint.name}: {joint.description}" for joint in self.joints]
+        springs = [f"  spring {spring.name}: {spring.description}" for spring in self.springs]
         order = f", {self.order} order" if self.elastic_links else ""
-        last = f"  gravity {self.gravity:g} m/s², {self.branch} branch{order}"
-        return "\n".join([self.name, *links, *joints, f"  drive: {self._drive}", last])
+        towards = f" towards {self.gravity_direction:g} rad" if self.gravity_direction != DOWNWARDS else ""
+        last = f"  gravity {self.gravity:g} m/s²{towards}, {self.branch} branch{order}"
+        return "\n".join([self.name, *links, *joints, *springs, f"  drive: {self._drive}", last])
 
     def __repr__(self) -> str:
         clearances = ", ".join(f"{j.name} {j.clearance:g} m" for j in self.clearance_joints) or "none"

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from jointplay.equations.structure import Beam, Clearance, Linkage, Loop, Pin
+from jointplay.mechanism import actions
+from jointplay.mechanism.base import DOWNWARDS
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.friction import FRICTIONLESS
 from jointplay.mechanism.joints import Joint
@@ -50,6 +52,8 @@ def linkage(
         loop=_loop(mechanism, forest),
         order="paper" if relaxed else mechanism.order,
         relaxed=relaxed,
+        tilted=mechanism.gravity_direction != DOWNWARDS,
+        springs=actions.springs(mechanism, forest),
     )
 
 

@@ -116,7 +116,7 @@ def _turns_at_all(mechanism: Mechanism | TestSystem) -> None:
     rules.quantity(CrankAngle(), mechanism)
 
 
-@analysis(unresolved, _turns_at_all, deferred=[rules.start_fits])
+@analysis(unresolved, _turns_at_all, rules.turns_alike, deferred=[rules.start_fits])
 def growth(
     mechanism: Moving,
     *,

@@ -50,6 +50,8 @@ def _exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> I
 def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[Problem]:
     if twin_turns and isinstance(mechanism, TestSystem) and mechanism.period is None:
         yield Problem("twin_turns", twin_turns, "0 is accepted for a system that nothing forces")
+    if twin_turns:
+        yield from rules.turns_alike(mechanism)
 
 
 @analysis(rules.length_fits, _exponents_fit, _twins_fit, deferred=[rules.start_fits])

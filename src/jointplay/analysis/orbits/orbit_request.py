@@ -9,7 +9,7 @@ from pydantic import AfterValidator, BeforeValidator
 
 from jointplay.analysis.keywords import Small, as_list
 from jointplay.analysis.quantities import recorded
-from jointplay.analysis.rules import assembled_at
+from jointplay.analysis.rules import assembled_at, each_alike, turns_alike
 from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.vary import axes
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
@@ -70,6 +70,8 @@ def branch_fits(
     if not is_number(value) or not range[0] <= value <= range[1]:
         given = NOTHING if value is None else value
         yield Problem("start", given, f"a number from {range[0]:g} to {range[1]:g} is needed")
+    between = range[0] + 0.3183 * (range[1] - range[0])  # what holds at an odd place too holds everywhere
+    yield from each_alike(mechanism, {parameter: (*range, between)})
 
 
 def present(mechanism: Mechanism | TestSystem, key: str) -> float | None:
@@ -88,10 +90,11 @@ def present(mechanism: Mechanism | TestSystem, key: str) -> float | None:
         "clearance": main.clearance,
         "friction": main.friction.coefficient if main.friction else 0.0,
         "gravity": mechanism.gravity,
+        "gravity_direction": mechanism.gravity_direction,
         "gear_ratio": getattr(mechanism.drive, "gear_ratio", None),
         "speed": getattr(mechanism.drive, "speed", None),
         "damping_ratio": bending.damping_ratio if bending else None,
     }.get(key)
 
 
-ORBIT = (section_fits, record_fits, start_fits)
+ORBIT = (section_fits, record_fits, start_fits, turns_alike)

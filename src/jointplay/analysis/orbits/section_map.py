@@ -155,7 +155,7 @@ class SectionMap:
     def _wrapped(self, state: np.ndarray, near: np.ndarray) -> np.ndarray:
         """State with angles brought to within half a turn of another's."""
         state = state.copy()
-        turning = np.flatnonzero(self.model.turning)
+        turning = np.flatnonzero(self.model.fold)
         state[turning] -= math.tau * np.round((state[turning] - near[turning]) / math.tau)
         if self.place is not None:
             state[self.place] = self.phase

@@ -38,7 +38,7 @@ SEED = 4
 
 
 @divided
-@analysis(start_plane.plane_fits, rules.start_fits, ensemble_fits)
+@analysis(start_plane.plane_fits, rules.start_fits, rules.turns_alike, ensemble_fits)
 def basins(
     mechanism: Moving,
     *,

@@ -133,7 +133,7 @@ class Divergence:
 
     def _distances(self, model: Model, runs: list, left_out: int | None) -> np.ndarray:
         """Distances of the neighbours, shape (neighbours, samples)."""
-        states, turning = np.array([run[0] for run in runs]), np.flatnonzero(model.turning)
+        states, turning = np.array([run[0] for run in runs]), np.flatnonzero(model.fold)
         apart = states[1:] - states[0]
         apart[..., turning] = (apart[..., turning] + math.pi) % math.tau - math.pi
         apart /= scales(model)

@@ -148,7 +148,7 @@ def _states(base: Model, records: Records, turns: int) -> tuple[np.ndarray, int]
     if records.status or len(states) < turns:
         return states, records.status or STOPPED
     states = states.copy()
-    for i in np.flatnonzero(base.turning):
+    for i in np.flatnonzero(base.fold):
         states[:, i] = (states[:, i] + math.pi) % math.tau - math.pi
     if crank is not None:
         states[:, crank] = base.crank_angle

@@ -65,6 +65,7 @@ def _transient_fits(neighbours: int | None, plane: Any, transient: int) -> Itera
     _transient_fits,
     plane_fits,
     rules.start_fits,
+    rules.turns_alike,
 )
 def sensitivity(
     mechanism: Moving,

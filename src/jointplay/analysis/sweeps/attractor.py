@@ -174,7 +174,7 @@ def _last(model: Model, plan: Plan, records: Records) -> np.ndarray:
 def _state(model: Model, plan: Plan, row: np.ndarray) -> np.ndarray:
     """The state at a row as a start: angles without whole turns, on the section to the last bit."""
     state, crank = row[1 : 1 + len(model.state)].copy(), crank_place(model)
-    turning = np.flatnonzero(model.turning)
+    turning = np.flatnonzero(model.fold)
     state[turning] -= math.tau * np.round(state[turning] / math.tau)
     if crank is not None and counted(model, plan.section):
         state[crank] = plan.section.angle

@@ -33,7 +33,7 @@ from jointplay.analysis.keywords import (
     as_several,
 )
 from jointplay.analysis.quantities import recorded
-from jointplay.analysis.rules import assembled_at, quantity
+from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, TOLERANCE, Plan
@@ -127,6 +127,7 @@ def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool, rtol: float) 
 @divided
 @analysis(
     _over_fits,
+    each_alike,
     _section_fits,
     _record_fits,
     _one_kind_of_start,

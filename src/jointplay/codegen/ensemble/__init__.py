@@ -16,4 +16,5 @@ def known(structure: Linkage | Oscillator) -> bool:
     free = structure.drive != "speed" and structure.driven == crank
     open_chains = not (structure.beams or structure.floats or structure.loop)
     plain = not structure.powers and structure.section in (None, f"angle:{crank}")
+    plain = plain and not (structure.tilted or structure.springs)
     return joint.law in LAWS and joint.friction in FRICTION and free and open_chains and plain

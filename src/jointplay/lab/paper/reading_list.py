@@ -62,7 +62,8 @@ def _coupler(change: Callable[[Link], dict[str, float]]) -> Callable[[Mechanism]
     """Another mass model of the coupler: the fields of its record that change."""
 
     def changed(mechanism: Mechanism) -> Mechanism:
-        changes = ((link, change(link) if link.name == "coupler" else {}) for link in mechanism.links)
+        links = (link.total for link in mechanism.links)
+        changes = ((link, change(link) if link.name == "coupler" else {}) for link in links)
         return _parts(mechanism, links=tuple(link.model_copy(update=update) for link, update in changes))
 
     return changed

@@ -98,7 +98,7 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
 def _links(random: np.random.Generator, printed: Mechanism, end: int | None) -> tuple[list, dict[str, float]]:
     """Links longer or shorter, thinner or thicker (mass as length × thickness²), and by how much longer."""
     links, lengths = [], {}
-    for link in printed.links:
+    for link in (each.total for each in printed.links):
         length = ranges.logarithmic(random, ranges.LENGTH)
         thickness = ranges.logarithmic(random, ranges.THICKNESS, end)
         mass, table = length * thickness**2, link.model_dump()
