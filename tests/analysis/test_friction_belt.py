@@ -1,6 +1,7 @@
 """A block dragged through zero speed, creeping, on a belt: every law of friction against closed forms.
 
-Mass m held by a spring k on a belt of speed V: it breaks away at f_s m g; with two coefficients, w = sqrt(k/m)
+Mass m held by a spring k on a belt of speed V: it breaks away at f_s m g; with two coefficients, and with
+w = sqrt(k/m)
 and A = (f_s - f) N/k, slip lasts (pi + 2 arctan(V/(w A)))/w, goes through 2 A, and sticking lasts 2 A/V.
 """
 

@@ -36,15 +36,15 @@ def rest(model: Model, rtol: float) -> float:
     return max(max(rtol, NOISE) * model.creep, _rounding(model))
 
 
-def rebound(rtol: float) -> float:
-    """Height of a rebound from a rigid wall that is within the tolerance of zero."""
-    return max(rtol, FLAT) * SPEED_FLOOR
+def rebound(model: Model, rtol: float) -> float:
+    """Height of a rebound from a rigid wall that is within the tolerance of zero; of a linkage in m."""
+    return max(rtol, FLAT) * SPEED_FLOOR * (model.reach or 1.0)
 
 
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
     """Squares of the clearances, m^2; infinite of a contact that is no joint's."""
     squares = np.full(n_contacts, np.inf)
-    squares[: len(model.clearances)] = np.square(model.clearances)
+    squares[: len(model.clearances)] = np.square(model.clearances[:n_contacts])
     return squares
 
 
@@ -55,7 +55,7 @@ def _laws(structure: Linkage | Oscillator) -> list[tuple[Law, list[int], int]]:
         return []
     place = {name: at for at, name in enumerate(parameter_names(structure))}
     found = []
-    for joint in structure.joints:
+    for joint in structure.soft_joints:
         law, friction = LAWS[joint.law], FRICTIONS.get(joint.friction, FRICTIONS["coulomb"])
         numbers = [place[f"{letter}_{joint.name}"] for letter in law.letters]
         found.append((law, numbers, place[f"{friction.limit_letter}_{joint.name}"]))

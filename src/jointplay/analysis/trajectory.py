@@ -198,7 +198,7 @@ def memory(model: Model, request: Request):
         newton=NEWTON,
         near=1e-7 * model.period,
         rest=rest,
-        hop=guard_tolerances.rebound(request.rtol),
+        hop=guard_tolerances.rebound(model, request.rtol),
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),

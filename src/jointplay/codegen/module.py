@@ -4,7 +4,8 @@ rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eigh
 jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
                                   of a plan, whose algebra then stands here too (codegen.elimination)
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'; then of each
-                                  reset: gap, 0, its rate, 0, F_t, the rate's own rate (codegen.variants)
+                                  reset: gap, the mass that an impact meets (0: of no account), the gap's
+                                  rate, 0, F_t, the rate's own rate (codegen.variants)
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls
 CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS
@@ -134,11 +135,17 @@ def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     results, stores, last = {}, {}, len(layout.system.contacts)
     for j, contact in enumerate(dynamics.contacts):
         v_t, creep = (contact.v_t, dynamics.creep(j)) if contact.v_t is not None else (Integer(0), Integer(0))
-        normal = (contact.u, contact.v_n) if j < last else (layout.system.resets[j - last].guard, Integer(0))
+        normal = (contact.u, contact.v_n) if j < last else _met(dynamics, j - last)
         for place, value in enumerate((*normal, v_t, contact.F_n, dynamics.F_t[j], creep)):
             results[f"out_{j}_{place}"], stores[f"out_{j}_{place}"] = value, 6 * j + place
     program = dynamics.tape.program(results)
     return point(f"contacts_{variant}", layout, program, stores, "s, p, m, out", "out")
+
+
+def _met(dynamics: Dynamics, k: int) -> tuple[Expr, Expr]:
+    """Gap of the k-th reset, and the mass 1/(N.M^-1 N) that an impact meets."""
+    reset = dynamics.system.resets[k]
+    return reset.guard, Integer(0) if reset.restitution is None else 1 / _impulse(dynamics, k)[1]
 
 
 def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLIGHT) -> str:
@@ -173,12 +180,20 @@ def _trig(layout: Layout) -> str:
 
 def _reset(layout: Layout) -> str:
     parts, resets = [], layout.system.resets
-    jumps = [[(Symbol(f"new_{z}"), value) for z, value in jump.speeds.items()] for jump in resets]
-    for k, program in enumerate(jumps + [_settling(layout.system, k) for k in range(len(resets))]):
+    programs = [_jumping(layout.system, k) for k in range(len(resets))]
+    for k, program in enumerate(programs + [_settling(layout.system, k) for k in range(len(resets))]):
         stores = {f"new_{z}": place for z, place in layout.base.items()}
         own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
         parts.append("@compiled\n" + point(f"reset_{k}", layout, program, own, "s, p", "s") + "\n")
     return "\n".join([*parts, dispatch("reset", "k, s, p", {k: f"reset_{k}" for k in range(len(parts))})])
+
+
+def _jumping(system: System, k: int) -> Program:
+    """Speeds after the k-th reset."""
+    if system.resets[k].restitution is None:
+        return [(Symbol(f"new_{z}"), value) for z, value in system.resets[k].speeds.items()]
+    dynamics = Dynamics(system, "free")
+    return dynamics.tape.program({f"new_{z}": value for z, value in jumped(dynamics, k).items()})
 
 
 def _settling(system: System, k: int) -> Program:
@@ -187,16 +202,33 @@ def _settling(system: System, k: int) -> Program:
     return dynamics.tape.program({f"new_{x}": value for x, value in settled(dynamics, k).items()})
 
 
-def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
-    """New positions and speeds of a body that comes to rest on the k-th wall: gap and rate are taken away.
+def jumped(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
+    """New speeds of the k-th reset."""
+    reset = dynamics.system.resets[k]
+    if reset.restitution is None:
+        return reset.speeds
+    return _pushed(dynamics.system.speeds, 1 + reset.restitution, *_impulse(dynamics, k))
 
-    The change is along M^-1 N, as an impulse's is.
-    """
-    system, tape = dynamics.system, dynamics.tape
-    wall, gap = dynamics.contacts[len(system.contacts) + k], system.resets[k].guard
+
+def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
+    """New positions and speeds of a body that comes to rest on the k-th wall: gap and rate are taken away."""
+    system = dynamics.system
+    column, weight, rate = _impulse(dynamics, k)
+    moved = _pushed(system.positions, Integer(1), column, weight, system.resets[k].guard)
+    return moved | _pushed(system.speeds, Integer(1), column, weight, rate)
+
+
+def _impulse(dynamics: Dynamics, k: int) -> tuple[list[Expr], Expr, Expr]:
+    """Column M^-1 N of an impulse of the k-th wall, the weight N.M^-1 N, the rate of the gap."""
+    wall = dynamics.contacts[len(dynamics.system.contacts) + k]
     column = dynamics.inverse_mass(list(wall.tangential), f"way{k}")
-    weight = tape.let(
-        f"weight{k}", sum((a * b for a, b in zip(wall.tangential, column, strict=True)), Integer(0))
-    )
-    new = {q: q - y * gap / weight for q, y in zip(system.positions, column, strict=False) if y != 0}
-    return new | {z: z - y * wall.v_t / weight for z, y in zip(system.speeds, column, strict=True) if y != 0}
+    weight = sum((a * b for a, b in zip(wall.tangential, column, strict=True)), Integer(0))
+    return column, dynamics.tape.let(f"weight{k}", weight), wall.v_t
+
+
+def _pushed(
+    symbols: tuple[Symbol, ...], share: Expr, column: list[Expr], weight: Expr, amount: Expr
+) -> dict[Symbol, Expr]:
+    """Positions or speeds after a push along the column that takes that share of `amount` away."""
+    pairs = zip(symbols, column, strict=False)
+    return {x: x - share * y * amount / weight for x, y in pairs if y != 0}

@@ -20,7 +20,7 @@ from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System
 from .dynamics import Dynamics
-from .module import HEADER, settled
+from .module import HEADER, jumped, settled
 from .source import LANES, Layout, dispatch, entry, importing, lanes, point
 from .variants import variants
 
@@ -190,7 +190,7 @@ def _wall(layout: Layout, k: int) -> str:
 def _turned(layout: Layout, k: int) -> str:
     dynamics, resets = Dynamics(layout.system, "free"), layout.system.resets
     tape = dynamics.tape
-    jump = resets[k].speeds if k < len(resets) else settled(dynamics, k - len(resets))
+    jump = jumped(dynamics, k) if k < len(resets) else settled(dynamics, k - len(resets))
     new = [jump.get(z, z) for z in layout.system.speeds]
     slopes = [slope for value in new for slope in _slopes(layout, tape, value)]
     return _at_point(layout, f"turned_{k}", "s, p, out", "out", tape, slopes)

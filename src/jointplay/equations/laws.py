@@ -30,6 +30,7 @@ class Law:
     force: Callable
     slopes: Callable
     numbers: Mapping[str, tuple[str, str]]
+    rigid: bool = False
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -50,5 +51,11 @@ LAWS = {
         force=lambda u, v_n, K, C: (K * u + C * v_n, K * u**2 / 2),
         slopes=lambda K, C: (K, C),
         numbers={"stiffness": ("K", "N/m"), "damping": ("C", "N s/m")},
-    )
+    ),
+    "restitution": Law(
+        force=None,
+        slopes=None,
+        numbers={"restitution": ("r", "1")},
+        rigid=True,
+    ),
 }

@@ -14,7 +14,7 @@ from .coordinates import Coordinates, Freedom, coordinates
 from .friction import FRICTIONS
 from .laws import LAWS
 from .structure import Clearance, Linkage, Pin, parameter_names
-from .system import Angle, Contact, System, number, traction
+from .system import Angle, Contact, Reset, System, number, traction
 
 Vector = tuple[Expr, Expr]
 
@@ -49,6 +49,7 @@ class Parts:
             force=tuple(force),
             angles=tuple(angle for angle in c.angle.values() if isinstance(angle, Angle)),
             contacts=self.contacts,
+            resets=tuple(_wall(joint, self.joints[joint.name]) for joint in structure.rigid_joints),
             powers=self._powers(outputs) if structure.powers else {},
             outputs=outputs,
             section=outputs[structure.section] if structure.section else None,
@@ -71,7 +72,8 @@ class Parts:
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
         """Laws of the joints with play."""
-        return tuple(_contact(joint, self.joints[joint.name], self.c) for joint in self.structure.joints)
+        soft = self.structure.soft_joints
+        return tuple(_contact(joint, self.joints[joint.name], self.c) for joint in soft)
 
     @cached_property
     def inertia(self) -> dict[tuple[Freedom, Freedom], Expr]:
@@ -114,11 +116,20 @@ class Parts:
         return total
 
     @cached_property
+    def _tractions(self) -> dict[str, Vector]:
+        """Normal and tangential force of the joints with play; of a rigid one what holds the journal."""
+        found = {contact.name: traction(contact) for contact in self.contacts}
+        for joint in self.structure.rigid_joints:
+            _, held = traction(joint)
+            found[joint.name] = -held * self.joints[joint.name].rho / number(f"e_{joint.name}"), Integer(0)
+        return found
+
+    @cached_property
     def _cut_joints(self) -> list[tuple[Clearance, Vector]]:
         """Joints where the chains are cut, with the force on the bearing."""
         found = []
-        for contact, joint in zip(self.contacts, self.structure.joints, strict=True):
-            (F_n, F_t), (x, y) = traction(contact), self.joints[joint.name].direction
+        for joint in self.structure.joints:
+            (F_n, F_t), (x, y) = self._tractions[joint.name], self.joints[joint.name].direction
             found.append((joint, (F_n * x - F_t * y, F_n * y + F_t * x)))
         if self.structure.loop:
             residuals = {k: self.residual(k) for k in self.structure.loop.links[1:]}
@@ -147,8 +158,9 @@ class Parts:
             yield f"angle:{k}", c.angle[k].value
             yield f"angular_velocity:{k}", c.speed[k]
             yield f"angular_acceleration:{k}", c.acceleration[k]
-        for contact in self.contacts:
-            yield from _contact_outputs(contact, self.joints[contact.name])
+        stored = {contact.name: contact.stored for contact in self.contacts}
+        for name, g in self.joints.items():
+            yield from _contact_outputs(name, g, self._tractions[name], stored.get(name, Integer(0)))
         for name, force in self._reactions():
             yield f"reaction_x:{name}", force[0]
             yield f"reaction_y:{name}", force[1]
@@ -190,8 +202,8 @@ class Parts:
                 for (k, m), entry in self.inertia.items():
                     if k == mode and m != mode:
                         load -= entry * self.c.acceleration[m]
-                for contact in self.contacts:
-                    load -= self.joints[contact.name].spun.get(mode, Integer(0)) * traction(contact)[1]
+                for name, g in self.joints.items():
+                    load -= g.spun.get(mode, Integer(0)) * self._tractions[name][1]
                 yield f"modal_load:{beam.link}_{mode[1]}", load
 
     def _drive_torque(self) -> Expr:
@@ -203,9 +215,8 @@ class Parts:
             crank = c.speed[structure.driven]
             return sum((c.speed[k] / crank * self.residual(k) for k in structure.links), Integer(0))
         total = self.residual(structure.driven)
-        for contact in self.contacts:
-            F_n, F_t = traction(contact)
-            N, T = self.joints[contact.name].on_drive
+        for name, g in self.joints.items():
+            (F_n, F_t), (N, T) = self._tractions[name], g.on_drive
             total += N * F_n + T * F_t
         return total
 
@@ -269,16 +280,21 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     )
 
 
-def _contact_outputs(contact: Contact, g: Geometry) -> Iterator[tuple[str, Expr]]:
-    F_n, F_t = traction(contact)
-    yield f"journal_x:{contact.name}", g.r[0]
-    yield f"journal_y:{contact.name}", g.r[1]
-    yield f"eccentricity:{contact.name}", g.rho
-    yield f"eccentricity_ratio:{contact.name}", g.rho / number(f"e_{contact.name}")
-    yield f"penetration:{contact.name}", g.u
-    yield f"normal_velocity:{contact.name}", g.v_n
-    yield f"tangential_velocity:{contact.name}", g.v_t
-    yield f"contact_angle:{contact.name}", atan2(g.r[1], g.r[0])
-    yield f"normal_force:{contact.name}", F_n
-    yield f"tangential_force:{contact.name}", F_t
-    yield f"stored_energy:{contact.name}", contact.stored
+def _wall(joint: Clearance, g: Geometry) -> Reset:
+    """A rigid bearing: its gap (e^2 - rho^2)/(2 e) is e - rho where it closes, and smooth everywhere."""
+    e, r = number(f"e_{joint.name}"), number(f"r_{joint.name}")
+    return Reset(joint.name, -g.gap / (2 * e), restitution=r)
+
+
+def _contact_outputs(name: str, g: Geometry, force: Vector, stored: Expr) -> Iterator[tuple[str, Expr]]:
+    yield f"journal_x:{name}", g.r[0]
+    yield f"journal_y:{name}", g.r[1]
+    yield f"eccentricity:{name}", g.rho
+    yield f"eccentricity_ratio:{name}", g.rho / number(f"e_{name}")
+    yield f"penetration:{name}", g.u
+    yield f"normal_velocity:{name}", g.v_n
+    yield f"tangential_velocity:{name}", g.v_t
+    yield f"contact_angle:{name}", atan2(g.r[1], g.r[0])
+    yield f"normal_force:{name}", force[0]
+    yield f"tangential_force:{name}", force[1]
+    yield f"stored_energy:{name}", stored

@@ -110,6 +110,16 @@ class Linkage:
     tilted: bool = False
     springs: tuple[Spring, ...] = ()
 
+    @property
+    def soft_joints(self) -> tuple[Clearance, ...]:
+        """Joints with play whose law gives a force."""
+        return tuple(joint for joint in self.joints if not LAWS[joint.law].rigid)
+
+    @property
+    def rigid_joints(self) -> tuple[Clearance, ...]:
+        """Joints with play whose law is an impact's; they come after the others."""
+        return tuple(joint for joint in self.joints if LAWS[joint.law].rigid)
+
 
 @dataclass(frozen=True)
 class Oscillator:

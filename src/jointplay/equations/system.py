@@ -71,11 +71,16 @@ class Contact:
 
 @dataclass(frozen=True)
 class Reset:
-    """A jump of the state: where `guard` falls through zero, each speed of `speeds` takes its new value."""
+    """A jump of the state: where `guard` falls through zero, each speed of `speeds` takes its new value.
+
+    With a `restitution` r the jump is that of an impulse along the gap's gradient N instead, after which the
+    gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N).
+    """
 
     name: str
     guard: Expr
-    speeds: dict[Symbol, Expr]
+    speeds: dict[Symbol, Expr] = field(default_factory=dict)
+    restitution: Expr | None = None
 
 
 @dataclass(frozen=True)
@@ -106,6 +111,6 @@ def accelerations(n: int) -> tuple[Symbol, ...]:
     return symbols(f"a_:{n}", real=True)
 
 
-def traction(contact: Contact) -> tuple[Symbol, Symbol]:
+def traction(contact) -> tuple[Symbol, Symbol]:
     """Symbols that stand for the solved normal and tangential force of a contact in outputs and powers."""
     return Symbol(f"Fn_{contact.name}", real=True), Symbol(f"Ft_{contact.name}", real=True)

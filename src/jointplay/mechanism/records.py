@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, ValidationError, model_validator
 
 from jointplay.accepted import from_pydantic
+from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, unknown
 from jointplay.mechanism.base import DOWNWARDS, GROUND, Angle, Few, Name, Number, Record, Several, measured
 from jointplay.mechanism.beam import Beam, Link
@@ -81,8 +82,9 @@ class Mechanism(Record):
 
     @property
     def clearance_joints(self) -> tuple[Joint, ...]:
-        """The joints with clearance, in order."""
-        return tuple(joint for joint in self.joints if not joint.ideal)
+        """The joints with clearance, in order; those with a law of impact after the others."""
+        loose = [joint for joint in self.joints if not joint.ideal]
+        return tuple(sorted(loose, key=lambda joint: LAWS[joint.contact.law].rigid))
 
     @property
     def elastic_links(self) -> tuple[Link, ...]:

@@ -114,11 +114,12 @@ def _event(f, k, x, o, guard):
     else:
         j = guard - 4 * len(x.flags)
         kind, lasting = strike(f, j, k, x, o)
+        j += len(x.flags)
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
     _count_section_event(k, x, o, j, kind, time)
     if lasting >= 0.0:
-        hold(f, j, k, x)
+        hold(f, j - len(x.flags), k, x)
         count[EVENTS] += 1
         if logged:
             note(k, x, o, EVENT_ROW, float(j), float(REST), time + lasting, 0.0)

@@ -37,6 +37,7 @@ H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, 
 H_VARIANT, H_START, NUMBERS = 10, 13, 16  # of each variant: last length, length of the step after an event
 # Tags of log rows (floats, as their rows), and where their columns begin
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
+JOINTS = 1  # place of the joints' work among the integrals of a linkage
 COLUMNS = 3
 
 

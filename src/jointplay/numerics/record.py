@@ -61,7 +61,7 @@ def closest_approaches(k, x, o, h, end):
         wall = g - 4 * len(x.flags)
         if wall >= 0:
             if x.modes[len(x.flags) + wall] == FREE:
-                _of_gap(k, x, o, h, end, row, -1.0, wall)
+                _of_gap(k, x, o, h, end, row, -1.0, len(x.flags) + wall)
         elif x.modes[j] == FREE and g % 4 == GAP:
             _of_gap(k, x, o, h, end, row, 1.0, j)
 

@@ -13,7 +13,7 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 """
 
 from .interface import inner
-from .memory import EVALUATIONS, H
+from .memory import EVALUATIONS, JOINTS, H
 from .modes import FREE, IMPACT, RESTING, SEPARATION, look, mask, variant_of
 
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
@@ -33,6 +33,13 @@ def settle(f, j, x):
     """Put the body on wall j, moving with it."""
     f.reset(walls_of(x) + j, x.s, x.p)
     f.trig(x.s, x.p)
+
+
+@inner
+def _lose(contact, at, before, after, work):
+    """Add to the joints' work what the body loses where the gap's rate changes from one value to another."""
+    if len(work) > JOINTS:
+        work[JOINTS] += 0.5 * contact[6 * at + 1] * (before * before - after * after)
 
 
 @inner
@@ -114,6 +121,7 @@ def strike(f, j, k, x, o):
         f.reset(j, x.s, x.p)
     x.fired[guard] = _opening(f, j, k, x, o)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
     for i in range(len(x.flags), len(x.modes)):
         if x.modes[i] == RESTING and abs(k.contact[6 * i + 2]) > o.rest:  # thrown off by this impact
             x.modes[i], x.fired[guard - at + i] = FREE, 1
@@ -124,6 +132,8 @@ def strike(f, j, k, x, o):
 def hold(f, j, k, x):
     """The body rests on wall j from here on."""
     at = len(x.flags) + j
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    _lose(k.contact, at, k.contact[6 * at + 2], 0.0, x.work)
     settle(f, j, x)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     x.fired[4 * len(x.flags) + j] = 1 if k.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
