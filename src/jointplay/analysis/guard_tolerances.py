@@ -15,6 +15,7 @@ NOISE = 1e-12  # sliding speeds are known no better than this tolerance has them
 ROUNDINGS = 64  # nor than so many roundings of the links' speeds, of which they are differences
 APPROACH = 0.1  # of these: normal speeds, of which the rounding of the normal's direction makes sliding ones
 FLAT = 1e-11  # rebounds are known no better than this tolerance has them
+FLIGHT = 1000  # roundings of a gap in a flight that can be told from rest
 ROUNDED_GAP = 16  # roundings of the mechanism's reach within which a gap is zero
 
 
@@ -26,7 +27,7 @@ def _rounding(model: Model) -> float:
     return EPS * model.reach * fastest * (ROUNDINGS + APPROACH * turning)
 
 
-def _play(model: Model) -> float:
+def rounded_gap(model: Model) -> float:
     """Rounding of a gap, m."""
     return ROUNDED_GAP * EPS * model.reach
 
@@ -37,8 +38,8 @@ def rest(model: Model, rtol: float) -> float:
 
 
 def rebound(model: Model, rtol: float) -> float:
-    """Height of a rebound from a rigid wall that is within the tolerance of zero; of a linkage in m."""
-    return max(rtol, FLAT) * SPEED_FLOOR * (model.reach or 1.0)
+    """Height of a rebound from a rigid wall that is within the tolerance of zero, or of rounding; in m."""
+    return max(max(rtol, FLAT) * SPEED_FLOOR * (model.reach or 1.0), FLIGHT * rounded_gap(model))
 
 
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
@@ -72,7 +73,7 @@ def _slopes(model: Model) -> list[tuple[float, float, float]]:
 
 def cones(model: Model) -> np.ndarray:
     """Error of (f_s F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N."""
-    errors, play, speed = np.zeros(len(model.joints)), _play(model), _rounding(model)
+    errors, play, speed = np.zeros(len(model.joints)), rounded_gap(model), _rounding(model)
     for j, (K, C, f) in enumerate(_slopes(model)):
         errors[j] = 2 * f * (1 + f) * (K * play + C * speed)
     return errors
@@ -81,7 +82,7 @@ def cones(model: Model) -> np.ndarray:
 def guards(model: Model, still: float, n_contacts: int, n_resets: int) -> np.ndarray:
     """Tolerance of each contact's guards: gap, force, sliding speed; 0 for all other guards."""
     tolerances = np.zeros((n_contacts, 4))
-    tolerances[:, 2], play = still, _play(model)
+    tolerances[:, 2], play = still, rounded_gap(model)
     for j, (K, _, _) in enumerate(_slopes(model)):
         tolerances[j, :2] = 2 * model.clearances[j] * play, K * play
     return np.concatenate([tolerances.ravel(), np.zeros(n_resets)])

@@ -199,6 +199,7 @@ def memory(model: Model, request: Request):
         near=1e-7 * model.period,
         rest=rest,
         hop=guard_tolerances.rebound(model, request.rtol),
+        play=guard_tolerances.rounded_gap(model),
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),

@@ -4,8 +4,8 @@ rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eigh
 jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
                                   of a plan, whose algebra then stands here too (codegen.elimination)
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'; then of each
-                                  reset: gap, the mass that an impact meets (0: of no account), the gap's
-                                  rate, 0, F_t, the rate's own rate (codegen.variants)
+                                  reset: gap, inverse of the mass that an impact meets (0: of no account),
+                                  the gap's rate, 0, F_t, the rate's own rate (codegen.variants)
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls
 CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS
@@ -143,9 +143,9 @@ def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
 
 def _met(dynamics: Dynamics, k: int) -> tuple[Expr, Expr]:
-    """Gap of the k-th reset, and the mass 1/(N.M^-1 N) that an impact meets."""
+    """Gap of the k-th reset, and the inverse N.M^-1 N of the mass that an impact meets."""
     reset = dynamics.system.resets[k]
-    return reset.guard, Integer(0) if reset.restitution is None else 1 / _impulse(dynamics, k)[1]
+    return reset.guard, Integer(0) if reset.restitution is None else _impulse(dynamics, k)[1]
 
 
 def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLIGHT) -> str:

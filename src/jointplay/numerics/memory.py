@@ -93,6 +93,7 @@ class Options(NamedTuple):
     near: float  # events closer than this, one after another, are chatter
     rest: float  # sliding speeds up to this are within the tolerance of zero
     hop: float  # heights of a rebound, likewise
+    play: float  # rounding of a rigid wall's gap; 0: none that matters
     max_steps: int  # attempts
     log_from: float  # time from which steps and events are logged
     log_steps: int

@@ -38,8 +38,8 @@ def settle(f, j, x):
 @inner
 def _lose(contact, at, before, after, work):
     """Add to the joints' work what the body loses where the gap's rate changes from one value to another."""
-    if len(work) > JOINTS:
-        work[JOINTS] += 0.5 * contact[6 * at + 1] * (before * before - after * after)
+    if len(work) > JOINTS and contact[6 * at + 1] > 0.0:
+        work[JOINTS] += 0.5 * (before * before - after * after) / contact[6 * at + 1]
 
 
 @inner
@@ -113,7 +113,7 @@ def strike(f, j, k, x, o):
     at, guard = len(x.flags) + j, 4 * len(x.flags) + j
     if x.modes[at] == RESTING:
         settle(f, j, x)
-        x.modes[at], x.fired[guard] = FREE, 3
+        x.modes[at], x.fired[guard], x.margin[guard] = FREE, 3, o.play
         return SEPARATION, -1.0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     before = -k.contact[6 * at + 2]
@@ -124,7 +124,7 @@ def strike(f, j, k, x, o):
     _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
     for i in range(len(x.flags), len(x.modes)):
         if x.modes[i] == RESTING and abs(k.contact[6 * i + 2]) > o.rest:  # thrown off by this impact
-            x.modes[i], x.fired[guard - at + i] = FREE, 1
+            x.modes[i], x.fired[guard - at + i], x.margin[guard - at + i] = FREE, 1, o.play
     return IMPACT, _lasting(f, j, k, x, o, before)
 
 
@@ -136,7 +136,9 @@ def hold(f, j, k, x):
     _lose(k.contact, at, k.contact[6 * at + 2], 0.0, x.work)
     settle(f, j, x)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    x.fired[4 * len(x.flags) + j] = 1 if k.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
+    guard = 4 * len(x.flags) + j  # from here on the push, which has no margin
+    x.fired[guard] = 1 if k.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
+    x.margin[guard] = 0.0
     x.modes[at] = RESTING
 
 
@@ -154,6 +156,7 @@ def begin(f, k, x, o):
     """Set the initial modes of walls: a body on one that moves with it and is pressed to it rests there."""
     for j in range(walls_of(x)):
         at = len(x.flags) + j
+        x.margin[4 * len(x.flags) + j] = o.play
         look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
         if abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest:
             x.fired[4 * len(x.flags) + j] = _opening(f, j, k, x, o)
