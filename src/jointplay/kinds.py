@@ -133,6 +133,8 @@ _ROWS = (
         ".analysis.exponents.lyapunov:lyapunov",
         ("lyapunov",),
         shown=(
+            Shown("section_exponent_per_turn", title="largest exponent of the section's map, per turn"),
+            Shown("section_exponent", title="largest exponent of the section's map"),
             Shown("lyapunov_exponent_per_turn", title="largest Lyapunov exponent a turn"),
             Shown("lyapunov_exponent", title="largest Lyapunov exponent"),
         ),

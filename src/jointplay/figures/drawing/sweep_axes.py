@@ -121,3 +121,13 @@ def colour_map(ax: Axes, dataset: Dataset, names: Sequence[str], values: np.ndar
     mesh = ax.pcolormesh(x, y, np.ma.masked_invalid(values), rasterized=True, **look)
     ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
     return mesh, middles
+
+
+def exponents(dataset: Dataset) -> tuple[DataArray, DataArray] | None:
+    """Return exponents per turn and their errors over ``number``: the section map's, else the flow's."""
+    for word, dim in (("section", "multiplier"), ("lyapunov", "exponent")):
+        names = [f"{word}_{each}_per_turn" for each in ("exponent", "standard_error")]
+        if names[0] in dataset:
+            means, errors = (dataset[name].rename({dim: "number"}) for name in names)
+            return means, errors
+    return None
