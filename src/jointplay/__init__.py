@@ -36,6 +36,8 @@ _HOME = {
     "growth": "analysis.exponents.growth",
     "waveform": "lab.scheme.waveform",
     "open": "results.store:open_result",
+    "summary": "results.summary",
+    "run": "study.in_python",
     "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",
     "InputError": "errors",

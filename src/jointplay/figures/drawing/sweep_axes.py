@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import Shown
 from jointplay.errors import Problem, unknown
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.units import Shown
 
 BESIDE = ("direction", "start")  # dimensions of a grid that are no parameters
 ORDER = ("down", "reset", "up")  # drawn one over the other

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display.number_text import plain, with_error
 from jointplay.figures.drawing import artists, select, style, table
-from jointplay.figures.drawing.number_text import plain, with_error
 from jointplay.figures.registry import picture
 
 PER = {

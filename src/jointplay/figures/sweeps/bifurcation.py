@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, select, style, sweep_axes
-from jointplay.figures.drawing.units import Shown
 from jointplay.figures.registry import picture
 
 USUAL = ("journal_x", "eccentricity_ratio", "state_value")
