@@ -1,4 +1,4 @@
-"""Answers in words, on small results made by hand: what is said follows from the numbers, and from their errors."""
+"""Answers in words, on small results made by hand: what is said follows from numbers and their errors."""
 
 import numpy as np
 import pytest
@@ -63,6 +63,13 @@ def test_unknown_exponents_and_twins():
     assert (
         lines[1] == "without Jacobians, by twin trajectories, +1.60 ± 0.12 per turn: 0.4 standard errors away"
     )
+
+
+def test_a_motion_at_rest_has_the_flow_s():
+    names = ("lyapunov_exponent", "lyapunov_standard_error")
+    flow = {n: var("exponent", [v], "s-1") for n, v in zip(names, (-0.48, 0.01), strict=True)}
+    line = f"largest exponent of the flow {MINUS}0.480 ± 0.010 per second; the motion comes to rest"
+    assert said(exponents(np.nan, np.nan, **flow))[0].startswith(line)
 
 
 def test_a_flow_s_exponents_alone_do_not_tell_stability():
@@ -133,8 +140,12 @@ def test_directions_that_differ():
     assert lines == [
         "up: period 1 at all 4 values",
         "down: period 1 at 2 of 4 values; period 2 at 2 (clearance 200 µm to 300 µm)",
-        "they differ at 2 of 4 values (clearance 200 µm to 300 µm): motions coexist",
+        "motions coexist at 2 of 4 values (clearance 200 µm to 300 µm)",
     ]
+    unsure = said(diagram([[1, 1], [1, 0], [1, 0], [1, 1]], directions=("up", "down")))
+    assert len(unsure) == 2  # a transient that lasts long has no period either
+    failed = result("bifurcation", {"cell_status": coded(("gap", "direction"), [[2], [2]], STATUS)})
+    assert said(failed.assign_coords(gap=[1.0, 2.0])) == ["2 of 2 failed: 2 step_limit (gap 1 to 2)"]
 
 
 def orbit(multiplier, stable, period=1.0):
@@ -150,7 +161,7 @@ def orbit(multiplier, stable, period=1.0):
 def test_an_orbit():
     assert said(orbit((0.073, 0.0), 1)) == [
         "period 1, stable, largest multiplier 0.073",
-        "period 75 ms, contacts begun per turn: 1, closed to 2 × 10⁻¹⁴",
+        "it lasts 75 ms, contacts begun per turn: 1, closed to 2 × 10⁻¹⁴",
     ]
     pair = said(orbit((-0.372, 0.668), 1))[0]
     assert pair == f"period 1, stable, largest multiplier 0.765 in modulus ({MINUS}0.372 ± 0.668i)"
@@ -191,7 +202,7 @@ def test_basins():
     single = {"fraction_none": 0.05, "boundary_dimension": 1.4, "uncertainty_exponent_standard_error": 0.1}
     variables |= {name: var((), value) for name, value in single.items()}
     assert said(result("basins", variables)) == [
-        "attractors: 2; without a period from 70.0 ± 2.0 %, period 1 from 25.0 ± 2.0 %",
+        "2 attractors, by their shares of the starts: no period (70.0 ± 2.0) %, period 1 (25.0 ± 2.0) %",
         "5 % of the starts reached none",
         "boundary of dimension 1.40 ± 0.10 in the plane",
     ]

@@ -57,4 +57,4 @@ def measure(value: float, units: str, digits: int = 4) -> str:
     """Write a value with a friendly unit: 9.22e-5 m is 92.2 µm."""
     unit = shown(value, units)
     symbol = "" if unit.symbol in PLAIN.values() else f" {raised(unit.symbol)}"
-    return f"{plain(value * unit.factor, digits)}{symbol}"
+    return f"{plain(value * unit.factor + 0.0, digits)}{symbol}"  # no minus before a zero

@@ -35,7 +35,7 @@ def explain(dataset: xr.Dataset) -> str | None:
 def failed_cells(dataset: xr.Dataset) -> list[str]:
     """Labels of the cells of a result whose own status is not ok, such as ``b no_tension``."""
     labels = []
-    for name in (name for name in dataset.data_vars if str(name).endswith("_status")):
+    for name in (name for name in dataset.data_vars if str(name).endswith("_status") and dataset[name].dims):
         cells = dataset[name]
         for place in np.argwhere(cells.values != 0):
             label = (cells[dim].values[i] for dim, i in zip(cells.dims, place, strict=True))

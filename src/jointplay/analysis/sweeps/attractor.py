@@ -38,7 +38,10 @@ OF_FLOW = (
     *("lyapunov_exponent", "lyapunov_standard_error"),
     *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
 )
-OF_SECTION = ("section_exponent_per_turn", "section_standard_error_per_turn")
+OF_SECTION = (
+    *("section_exponent_per_turn", "section_standard_error_per_turn"),
+    "section_batch_correlation",
+)
 
 
 @dataclass(frozen=True)

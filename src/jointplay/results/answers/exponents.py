@@ -14,10 +14,10 @@ from jointplay.display.number_text import plain, signed
 
 ERRORS = 3  # standard errors by which an exponent must differ from 0
 FOLLOWING = 0.32  # correlation of batch means from which the error is too small
-UNDECIDED = "undecided"
+CHAOTIC, UNDECIDED = "chaotic", "undecided"
 
 
-def decided(value: DataArray, error: DataArray, above: str = "chaotic", below: str = "stable") -> DataArray:
+def decided(value: DataArray, error: DataArray, above: str = CHAOTIC, below: str = "stable") -> DataArray:
     """Return the word that the sign of each value deserves, by its error; minus infinity is below 0."""
     sure = np.isfinite(error)
     positive, negative = sure & (value > ERRORS * error), sure & (value < -ERRORS * error)
@@ -42,7 +42,7 @@ def lyapunov_verdict(dataset: Dataset) -> DataArray:
     words = decided(value, error)
     if "section_batch_correlation" in dataset:
         follows = dataset["section_batch_correlation"].isel(multiplier=0) > FOLLOWING
-        words = where(follows & (words == "chaotic"), UNDECIDED, words)
+        words = where(follows & (words == CHAOTIC), UNDECIDED, words)
     if "flow" in name:
         words = where(words == "stable", "comes to rest", words)
     return words
@@ -53,17 +53,27 @@ def lyapunov(dataset: Dataset) -> str:
     value, error, name, per = largest(dataset)
     verdict = str(lyapunov_verdict(dataset).item())
     if math.isnan(float(value)):
-        return f"{name}: not known"
+        return _at_rest(dataset) or f"{name}: not known"
     lines = [f"{name} {signed(float(value), float(error))} {per}: {verdict}"]
     if verdict == UNDECIDED:
         lines.append(_why(dataset, float(value), float(error)))
     if "growth" in dataset and math.isfinite(float(dataset["growth"])):
         twin = signed(float(dataset["growth"]), float(dataset["growth_standard_error"]))
-        apart = plain(abs(float(dataset["growth_difference"])), 2)
-        lines.append(
-            f"without Jacobians, by twin trajectories, {twin} per turn: {apart} standard errors away"
-        )
+        apart = abs(float(dataset["growth_difference"]))
+        away = f": {plain(apart, 2)} standard errors away" if math.isfinite(apart) else ""
+        lines.append(f"without Jacobians, by twin trajectories, {twin} per turn{away}")
     return "\n".join(lines)
+
+
+def _at_rest(dataset: Dataset) -> str:
+    """The answer of a motion without a section; empty where the flow's exponent is not known either."""
+    if "lyapunov_exponent" not in dataset:
+        return ""
+    value, error = (dataset[f"lyapunov_{each}"].isel(exponent=0) for each in ("exponent", "standard_error"))
+    if math.isnan(float(value)):
+        return ""
+    said = f"largest exponent of the flow {signed(float(value), float(error))} per second"
+    return f"{said}; the motion comes to rest, and a section's map has none"
 
 
 def _why(dataset: Dataset, value: float, error: float) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 from xarray import DataArray, Dataset, where
@@ -11,7 +12,7 @@ from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 from jointplay.results.answers import stretches
-from jointplay.results.answers.exponents import decided
+from jointplay.results.answers.exponents import CHAOTIC, FOLLOWING, decided
 
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
 TOUCHING = ("slip_positive", "slip_negative", "stick", "contact", "rest")
@@ -105,7 +106,10 @@ def bifurcation_verdict(dataset: Dataset) -> DataArray:
         value, error = (
             dataset[f"{word}_{each}_per_turn"].isel({dim: 0}) for each in ("exponent", "standard_error")
         )
-        none = where((period == 0) & (decided(value, error) == "chaotic"), "chaotic", none)
+        sure = decided(value, error) == CHAOTIC
+        if "section_batch_correlation" in dataset:
+            sure &= ~(dataset["section_batch_correlation"].isel(multiplier=0) > FOLLOWING)
+        none = where((period == 0) & sure, CHAOTIC, none)
     known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
     named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
     words = where(period > 0, named, none)
@@ -114,6 +118,9 @@ def bifurcation_verdict(dataset: Dataset) -> DataArray:
 
 def bifurcation(dataset: Dataset) -> str:
     """Return what motions settle to over the parameter, direction by direction where they differ."""
+    if "period" not in dataset:
+        every = [str(dim) for dim in dataset["cell_status"].dims if dim not in ("start", "direction")]
+        return "\n".join(stretches.failures(dataset, every))
     verdict = bifurcation_verdict(dataset)
     beside = [dim for dim in ("start", "direction") if dim in verdict.dims]
     dims = [str(dim) for dim in verdict.dims if dim not in beside]
@@ -124,14 +131,18 @@ def bifurcation(dataset: Dataset) -> str:
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
         return "\n".join([*lines, stretches.told(stacked[0], axes)])
     lines += [f"{name}: {stretches.told(each, axes)}" for name, each in zip(names, stacked, strict=True)]
-    differ = np.any(stacked != stacked[0], axis=0)
-    where_ = stretches.places(differ, axes)
-    return "\n".join(
-        [
-            *lines,
-            f"they differ at {np.count_nonzero(differ)} of {differ.size} values{where_}: motions coexist",
-        ]
-    )
+    if (differ := _differ(stacked)).any():
+        at = f"at {np.count_nonzero(differ)} of {differ.size} values{stretches.places(differ, axes)}"
+        lines.append(f"motions coexist {at}")
+    return "\n".join(lines)
+
+
+def _differ(words: np.ndarray) -> np.ndarray:
+    """Where two sweeps, along the first axis, have different motions, both of them known."""
+    known = (words == CHAOTIC) | np.char.startswith(words, "period ")
+    pairs = combinations(range(len(words)), 2)
+    apart = ((words[a] != words[b]) & known[a] & known[b] for a, b in pairs)
+    return np.logical_or.reduce([*apart, np.zeros(words.shape[1:], dtype=bool)])
 
 
 def _ways(verdict: DataArray, beside: Sequence[str]) -> list[str]:

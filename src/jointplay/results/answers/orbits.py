@@ -24,11 +24,13 @@ def periodic_orbit_verdict(dataset: Dataset) -> DataArray:
 def periodic_orbit(dataset: Dataset) -> str:
     """Return period, stability and largest multiplier of the orbit, and its contacts."""
     if not math.isfinite(float(dataset["period"])):
-        return f"no periodic orbit found: the search ended {plain(float(dataset['residual']), 2)} from one"
+        left = float(dataset["residual"])
+        how = f": the state still changes by {plain(left, 2)} over a period" if math.isfinite(left) else ""
+        return f"no periodic orbit found{how}"
     lines = [
         f"{periodic_orbit_verdict(dataset).item()}, {_multiplier(dataset['floquet_multiplier'].values[0])}"
     ]
-    parts = [f"period {measure(float(dataset['period_time']), 's', 6)}"]
+    parts = [f"it lasts {measure(float(dataset['period_time']), 's', 6)}"]
     if math.isfinite(float(dataset["impacts"])) and "clearance" in dataset:
         parts.append(f"contacts begun per turn: {plain(float(dataset['impacts']), 4)}")
     parts.append(f"closed to {plain(float(dataset['residual']), 1)}")
@@ -46,8 +48,8 @@ def _multiplier(value: np.ndarray) -> str:
 def continuation(dataset: Dataset) -> str:
     """Return how far the branches go and why they end, and what lies on them."""
     name = str(dataset.attrs["parameter"]).rpartition(".")[2]
-    if name not in dataset or not np.isfinite(dataset[name].values).any():
-        return "no branch found"
+    if not np.isfinite(dataset["period"].values).any():
+        return "no periodic orbit found to begin with"
     lines = [_branch(dataset, name, b) for b in range(min(dataset.sizes["branch"], LISTED - 1))]
     if more := dataset.sizes["branch"] - len(lines):
         lines[-1] += f"; {more} more branches"
@@ -92,7 +94,8 @@ def basins(dataset: Dataset) -> str:
     order = np.argsort(-dataset["fraction"].values, kind="stable")
     each = [_attractor(dataset.isel(number=int(i))) for i in order]
     more = [f"{len(each) - LISTED} more"] if len(each) > LISTED else []
-    lines = [f"attractors: {len(each)}; " + ", ".join(each[:LISTED] + more)]
+    name = "1 attractor" if len(each) == 1 else f"{len(each)} attractors"
+    lines = [f"{name}, by their shares of the starts: " + ", ".join(each[:LISTED] + more)]
     none = float(dataset["fraction_none"])
     if none > 0:
         lines.append(f"{plain(100 * none, 2)} % of the starts reached none")
@@ -107,4 +110,5 @@ def basins(dataset: Dataset) -> str:
 def _attractor(one: Dataset) -> str:
     period = int(one["period"])
     percent, error = (100 * float(one[name]) for name in ("fraction", "fraction_standard_error"))
-    return f"{f'period {period}' if period else 'without a period'} from {with_error(percent, error)} %"
+    share = f"({with_error(percent, error)}) %" if error > 0 else f"{plain(percent, 3)} %"
+    return f"{f'period {period}' if period else 'no period'} {share}"

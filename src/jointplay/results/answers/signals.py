@@ -6,7 +6,7 @@ import numpy as np
 from xarray import DataArray, Dataset
 
 from jointplay.display import codes
-from jointplay.display.number_text import plain, with_error
+from jointplay.display.number_text import MINUS, plain, with_error
 from jointplay.display.units import measure
 
 
@@ -22,8 +22,9 @@ def chaos_test(dataset: Dataset) -> str:
     )
     if math.isnan(middle):
         return "K of the 0-1 test: not known"
-    verdict, ends = str(chaos_test_verdict(dataset).item()), f"quartiles {low:.3f} to {high:.3f}"
-    line = f"0-1 test: {verdict}, K = {middle:.3f} ({ends})"
+    verdict = str(chaos_test_verdict(dataset).item())
+    quartiles = f"quartiles {low:.3f} to {high:.3f}"
+    line = f"0-1 test: {verdict}, " + f"K = {middle:.3f} ({quartiles})".translate(MINUS)
     if verdict == "chaotic":
         line += "\nit has no error bar: an exponent decides (kind = 'lyapunov')"
     return line
