@@ -37,6 +37,7 @@ _HOME = {
     "waveform": "lab.scheme.waveform",
     "open": "results.store:open_result",
     "summary": "results.summary",
+    "words": "results.words",
     "run": "study.in_python",
     "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",

@@ -17,9 +17,9 @@ def words(array: DataArray) -> DataArray:
     known = dict(zip(np.atleast_1d(array.attrs["flag_values"]).tolist(), meanings(array), strict=True))
     found, inverse = np.unique(array.values, return_inverse=True)
     named = np.array([known.get(code, STRANGE) for code in found.tolist()], dtype=str)
-    return array.copy(data=named[inverse].reshape(array.shape)).assign_attrs(
-        long_name=array.attrs.get("long_name", str(array.name))
-    )
+    result = array.copy(data=named[inverse].reshape(array.shape))
+    result.attrs = {name: text for name, text in array.attrs.items() if not name.startswith("flag_")}
+    return result
 
 
 def meanings(array: DataArray) -> list[str]:
