@@ -60,7 +60,10 @@ class Kind:
     kept : bool
         Whether an interrupted run keeps what it has computed so far as a result.
     table, summary : str
-        Where the functions are that write a result as text, for a file and for the terminal; empty: none.
+        Where the functions are that write a result as text: a whole table for a file; its answer, in one to
+        three lines. Empty: no table; of the answer, the number that a sweep shows.
+    verdict : str
+        Where the function is that says the answer of each cell of a sweep in a word, such as ``chaotic``.
     slow : int
         Rank among studies that run side by side: the larger, the earlier it begins.
     """
@@ -76,6 +79,7 @@ class Kind:
     kept: bool = False
     table: str = ""
     summary: str = ""
+    verdict: str = ""
     slow: int = 0
 
     @property
@@ -96,8 +100,15 @@ _ROWS = (
         ".analysis.simulate:simulate",
         ("overview", "time_history", "contact_angle", "journal_orbit", "phase_portrait"),
         kept=True,
+        summary=".results.answers.motions:response",
     ),
-    Kind("section", ".analysis.poincare:poincare", ("poincare_section",), kept=True),
+    Kind(
+        "section",
+        ".analysis.poincare:poincare",
+        ("poincare_section",),
+        kept=True,
+        summary=".results.answers.motions:section",
+    ),
     Kind(
         "readings",
         ".lab.paper.readings:readings",
@@ -105,6 +116,7 @@ _ROWS = (
         varies=False,
         table=".lab.paper.tables:readings_table",
         slow=2,
+        summary=".lab.paper.tables:readings_answer",
     ),
     Kind(
         "claims",
@@ -113,6 +125,7 @@ _ROWS = (
         varies=False,
         table=".lab.paper.tables:claims_table",
         slow=1,
+        summary=".lab.paper.tables:claims_answer",
     ),
     Kind(
         "scheme_comparison",
@@ -120,6 +133,7 @@ _ROWS = (
         ("scheme_comparison",),
         "single turns after {start_turn} turns, clearances {clearance} m",
         varies=False,
+        summary=".lab.scheme.scheme_answer:scheme_answer",
     ),
     Kind(
         "bifurcation",
@@ -127,17 +141,22 @@ _ROWS = (
         ("bifurcation", "parameter_map"),
         LENGTH + " at each point",
         recorded=".analysis.sweeps.bifurcation:names",
+        summary=".results.answers.motions:bifurcation",
     ),
     Kind(
         "lyapunov",
         ".analysis.exponents.lyapunov:lyapunov",
         ("lyapunov",),
         shown=(
+            Shown("section_exponent_per_turn", title="largest exponent of the section's map, per turn"),
+            Shown("section_exponent", title="largest exponent of the section's map"),
             Shown("lyapunov_exponent_per_turn", title="largest Lyapunov exponent a turn"),
             Shown("lyapunov_exponent", title="largest Lyapunov exponent"),
         ),
         tangents=True,
         kept=True,
+        summary=".results.answers.exponents:lyapunov",
+        verdict=".results.answers.exponents:lyapunov_verdict",
     ),
     Kind(
         "chaos_test",
@@ -145,14 +164,23 @@ _ROWS = (
         ("chaos_test",),
         "{turns} section points after {transient} dropped turns",
         (Shown("chaos_indicator_quartile", (("quartile", 0.5),), "median K of the 0-1 test"),),
+        summary=".results.answers.signals:chaos_test",
+        verdict=".results.answers.signals:chaos_test_verdict",
     ),
-    Kind("spectrum", ".analysis.signals.spectrum:spectrum", ("spectrum",), shown=(Shown("variance"),)),
+    Kind(
+        "spectrum",
+        ".analysis.signals.spectrum:spectrum",
+        ("spectrum",),
+        shown=(Shown("variance"),),
+        summary=".results.answers.signals:spectrum",
+    ),
     Kind(
         "dimension",
         ".analysis.signals.dimension:dimension",
         ("dimension",),
         "{turns} section points after {transient} dropped turns",
         (Shown("correlation_dimension"),),
+        summary=".results.answers.signals:dimension",
     ),
     Kind(
         "sensitivity",
@@ -161,12 +189,15 @@ _ROWS = (
         shown=(Shown("growth"),),
         tangents=True,
         kept=True,
+        summary=".results.answers.exponents:sensitivity",
+        verdict=".results.answers.exponents:sensitivity_verdict",
     ),
     Kind(
         "basins",
         ".analysis.states.basins:basins",
         ("basins",),
         shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
+        summary=".results.answers.orbits:basins",
     ),
     Kind(
         "periodic_orbit",
@@ -176,6 +207,8 @@ _ROWS = (
         (Shown("floquet_multiplier", title="largest modulus of a Floquet multiplier"),),
         recorded=".analysis.orbits.periodic_orbit:names",
         tangents=True,
+        summary=".results.answers.orbits:periodic_orbit",
+        verdict=".results.answers.orbits:periodic_orbit_verdict",
     ),
     Kind(
         "continuation",
@@ -184,6 +217,7 @@ _ROWS = (
         "{parameter} from {range[0]:g} to {range[1]:g}, period {period}",
         tangents=True,
         kept=True,
+        summary=".results.answers.orbits:continuation",
     ),
     Kind(
         "stress",
@@ -200,6 +234,7 @@ _ROWS = (
         ("work_precision",),
         "{turns} turns at {tolerances:#} tolerances, beside {peers}",
         varies=False,
+        summary=".lab.precision.precision_answer:precision_answer",
     ),
 )
 KINDS: dict[str, Kind] = {row.name: row for row in _ROWS}

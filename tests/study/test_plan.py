@@ -2,6 +2,7 @@
 
 import pytest
 
+import jointplay as jp
 from jointplay import cli
 from jointplay.analysis import vary
 from jointplay.errors import InputError
@@ -156,7 +157,9 @@ def test_status_follows_a_study(tmp_path, capsys):
     path.write_text(CELLS)
     assert next(iter(status(study, tmp_path))) == "cells    0 of 6 finished"
     ran(study, tmp_path)
-    assert list(status(study, tmp_path)) == ["cells    6 of 6 finished", f"result   {tmp_path / 'cells.nc'}"]
+    lines = list(status(study, tmp_path))
+    assert lines[:2] == ["cells    6 of 6 finished", f"result   {tmp_path / 'cells.nc'}"]
+    assert lines[2:] == list(jp.summary(jp.open(tmp_path / "cells.nc")).lines) != []
     words = ["status", str(path), "--out", str(tmp_path), "--set", "vary.gap=[2.9, 3.3]"]
     assert cli.main(words) == 0
     said = capsys.readouterr().out

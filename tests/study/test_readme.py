@@ -45,8 +45,9 @@ def test_the_python_example_runs(tmp_path, monkeypatch, capsys):
     assert short != example
     monkeypatch.chdir(tmp_path)
     exec(compile(short, "README.md", "exec"), {})
-    assert re.fullmatch(r"largest force at B: \d+ N\n", capsys.readouterr().out)
-    assert {path.name for path in tmp_path.iterdir()} == {"orbit.pdf", "section.pdf"}
+    said = capsys.readouterr().out
+    assert re.match(r"largest exponent of the section map [+\N{MINUS SIGN}].* per turn: \w+\n", said)
+    assert {path.name for path in tmp_path.iterdir()} == {"orbit.pdf", "exponents.pdf"}
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if p.name != OWN_KIND], ids=lambda page: page.name)

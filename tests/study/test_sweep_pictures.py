@@ -25,7 +25,7 @@ def study(tmp_path):
 def test_a_run_draws_the_usual_number_of_each_cell_and_says_which(study, tmp_path, capsys):
     code, words = said(capsys, "run", study, "--out", tmp_path, "--jobs", 1)
     assert code == 0
-    assert "lyapunov_exponent_per_turn of each cell" in words
+    assert "section_exponent_per_turn of each cell" in words
     assert (tmp_path / "cells.png").stat().st_size > 10_000
     (tmp_path / "cells.pdf").unlink()
     code, words = said(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 import sys
 import traceback
 import warnings
@@ -18,6 +19,8 @@ from jointplay.equations.structure import powers
 from jointplay.errors import ModelWarning
 from jointplay.mechanism.model import DEEP, Model
 from jointplay.numerics.codes import Mode
+
+STRANGE = re.compile(r"[^\w.+@-]")  # what a word of flags cannot hold
 
 
 class Quantities:
@@ -168,6 +171,13 @@ def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
     """CF attributes of an integer code."""
     values = np.arange(len(meanings), dtype=np.int8)
     return {"units": "1", "flag_values": values, "flag_meanings": " ".join(meanings)}
+
+
+def joint_flags(model: Model) -> dict[str, Any]:
+    """CF attributes of a contact's number, counted from 0: its joint's or wall's name; -1 is none."""
+    names = ["none", *(STRANGE.sub("_", name) for name in model.joints or model.resets)]
+    values = np.arange(-1, len(names) - 1, dtype=np.int16)
+    return {"flag_values": values, "flag_meanings": " ".join(names)}
 
 
 def coordinates(model: Model) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.evaluate import beyond_the_model, dataset, described, flags, scalars
+from jointplay.analysis.evaluate import beyond_the_model, dataset, described, flags, joint_flags, scalars
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -90,6 +90,7 @@ def poincare(
             "section_joint": ("turn", rows[:, 0].astype(np.int16), "1", "joint of the point; -1: none"),
         }
     )
+    variables["section_joint"][2].update(joint_flags(model))
     kinds = {"long_name": "kind of event"} | flags(EVENTS)
     variables["section_event"] = ("turn", rows[:, 1].astype(np.int8), kinds)
     coords = described({"turn": ("turn", np.arange(len(rows)), "1", "section point")})

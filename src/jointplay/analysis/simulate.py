@@ -18,6 +18,7 @@ from jointplay.analysis.evaluate import (
     dataset,
     described,
     flags,
+    joint_flags,
     scalars,
 )
 from jointplay.analysis.keywords import (
@@ -210,6 +211,7 @@ def _events(model: Model, records: Records) -> dict[str, Any]:
             "event_joint": ("event", joint, "1", "joint of the event, counted from 0"),
         }
     ) | {"event_kind": ("event", kind, kinds)}
+    variables["event_joint"][2].update(joint_flags(model))
     if model.links and model.joints:
         speeds = Quantities(model, rows[:, 2:], records.start).variables(_SPEEDS, "event")
         for name in _SPEEDS:

@@ -48,6 +48,8 @@ class Bundle:
         True: the frame is not made orthonormal, so that it becomes the tangent map's image of itself.
     rows : int
         Recorded rows after which `advance` comes back.
+    neutral : bool
+        Whether the direction of the motion itself neither grows nor shrinks (exponents.section_exponents).
     """
 
     model: Model
@@ -57,6 +59,7 @@ class Bundle:
     saltation: bool = True
     held: bool = False
     rows: int = 1
+    neutral: bool = False
 
     def __post_init__(self):
         from jointplay.numerics import tangent

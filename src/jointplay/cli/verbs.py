@@ -36,15 +36,14 @@ def run_study(arguments: Namespace) -> int:
 
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:
-    """Print the files and the summary of a stored result, draw its figure, and give the exit code."""
-    from jointplay.results.outcome import explain, summary, write_table
+    """Print the files of a stored result, draw its figure, print its answer, and give the exit code."""
+    from jointplay.results.outcome import explain, write_table
+    from jointplay.results.summary import answer
 
     dataset, path = outcome.dataset, outcome.path
     say(f"result  {path}")
     for table in write_table(dataset, path.with_suffix(".txt")):
         say(f"table   {table}")
-    if text := summary(dataset):
-        say(text)
     if "warning" in dataset.attrs:
         print(f"warning {dataset.attrs['warning']}", file=sys.stderr)
     failure = explain(dataset)
@@ -58,6 +57,8 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
             if not failure:
                 raise
             print(f"  no figure: {error}", file=sys.stderr)  # too little was computed to draw
+    for line in answer(dataset):
+        say(line)
     return FAILED if failure else DONE
 
 

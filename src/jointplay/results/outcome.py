@@ -1,4 +1,4 @@
-"""A result as text: its status, and for some kinds a summary for the terminal and a table in a file."""
+"""A result as text: its status, and for some kinds a table in a file."""
 
 from __future__ import annotations
 
@@ -35,18 +35,12 @@ def explain(dataset: xr.Dataset) -> str | None:
 def failed_cells(dataset: xr.Dataset) -> list[str]:
     """Labels of the cells of a result whose own status is not ok, such as ``b no_tension``."""
     labels = []
-    for name in (name for name in dataset.data_vars if str(name).endswith("_status")):
+    for name in (name for name in dataset.data_vars if str(name).endswith("_status") and dataset[name].dims):
         cells = dataset[name]
         for place in np.argwhere(cells.values != 0):
             label = (cells[dim].values[i] for dim, i in zip(cells.dims, place, strict=True))
             labels.append(" ".join(map(str, label)))
     return labels
-
-
-def summary(dataset: xr.Dataset) -> str:
-    """A few lines on a result for the terminal; empty for most kinds."""
-    row = KINDS.get(str(dataset.attrs.get("kind")))
-    return load(row.summary)(dataset) if row and row.summary else ""
 
 
 def write_table(dataset: xr.Dataset, path: Path) -> list[Path]:

@@ -16,6 +16,8 @@ from jointplay.analysis.cells import Work
 from jointplay.jobs.job import CRASHED, Job, Kept
 from jointplay.jobs.journal import Journal
 from jointplay.numerics.codes import Status
+from jointplay.results.store import open_result
+from jointplay.results.summary import answer
 from jointplay.study.execute import journal_of
 from jointplay.study.file import Loaded
 from jointplay.study.run import count_by_keys, first_work, has_cells, study_hash, with_journal_keys
@@ -115,7 +117,10 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     yield from _journal_lines(journal, index)
     if os.path.exists(journal.folder) and (writer := journal.writer()) is not None:
         yield f"running  process {writer}"
-    yield f"result   {_result(out / f'{name}.nc', 0 < len(index) == cells)}"
+    whole, path = 0 < len(index) == cells, out / f"{name}.nc"
+    yield f"result   {_result(path, whole)}"
+    if whole and os.path.exists(path):
+        yield from answer(open_result(path))
 
 
 def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:

@@ -10,7 +10,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.exponents.growth import Turn
-from jointplay.analysis.exponents.second_estimate import of_the_map
+from jointplay.analysis.exponents.section_exponents import rows_of_the_section, timeless
 from jointplay.analysis.exponents.stretching import frame
 from jointplay.analysis.rules import quantity
 from jointplay.mechanism.assemble import assemble
@@ -97,18 +97,18 @@ def test_multipliers_of_a_periodic_motion(changes):
     whole, section = (np.sort(np.abs(np.linalg.eigvals(each)))[::-1] for each in (M, P))
     assert whole[0] == pytest.approx(1.0, abs=1e-6)
     assert section[:2] == pytest.approx(whole[1:3], rel=1e-4)
-    found = jp.lyapunov(mechanism, exponents=3, turns=100, transient=60)
-    values = found.lyapunov_exponent.values
-    assert abs(values[0]) * time < 1e-4
-    assert values[1:] * time == pytest.approx(np.log(section[:2]), rel=1e-2, abs=2e-4)
+    for count in (1, 2):
+        found = jp.lyapunov(mechanism, exponents=count, turns=100, transient=60)
+        values = found.section_exponent_per_turn.values
+        assert abs(float(found.lyapunov_exponent[0])) * time < 1e-4
+        assert values == pytest.approx(np.log(section[:count]), rel=3e-3, abs=2e-4)
 
 
 def test_both_estimates_of_the_chaotic_linkage():
     """Tangents with saltation, and twins without any Jacobian: within three combined standard errors."""
     found = jp.lyapunov(catalog.chunmei2002(**LOOSE), exponents=2, turns=500, transient=20, twin_turns=200)
     assert int(found.status) == int(found.growth_status) == 0
-    value, error = (float(found[f"lyapunov_{name}_per_turn"][0]) for name in ("exponent", "standard_error"))
-    assert float(found.map_exponent) == value
+    value, error = (float(found[f"section_{name}_per_turn"][0]) for name in ("exponent", "standard_error"))
     combined = math.hypot(error, float(found.growth_standard_error))
     assert float(found.growth_difference) == pytest.approx((float(found.growth) - value) / combined)
     assert abs(float(found.growth_difference)) < 3
@@ -128,37 +128,81 @@ def test_both_estimates_of_the_chaotic_linkage():
 def test_both_estimates_of_test_systems(system, keywords):
     found = jp.lyapunov(system, exponents=1, turns=1500, transient=50, twin_turns=800, **keywords)
     assert abs(float(found.growth_difference)) < 3
-    assert float(found.map_exponent) == float(found.lyapunov_exponent_per_turn[0])
+    assert np.array_equal(found.section_exponent_per_turn, found.lyapunov_exponent_per_turn)
 
 
 def test_both_estimates_of_a_periodic_motion():
-    """The flow's largest exponent is 0, and says nothing of the map's: that is the next one."""
-    mechanism = catalog.chunmei2002(**TIGHT)
-    one, two = (jp.lyapunov(mechanism, exponents=k, turns=80, transient=30, twin_turns=40) for k in (1, 2))
-    assert math.isnan(float(one.map_exponent))
-    assert math.isnan(float(one.growth_difference))
-    assert float(two.map_exponent) == pytest.approx(float(two.growth), abs=2e-3)
-    assert float(two.growth) < -1
+    """The flow's largest exponent is 0, and says nothing of the map's: twins tell that it is this one."""
+    found = jp.lyapunov(catalog.chunmei2002(**TIGHT), turns=80, transient=30, twin_turns=40)
+    assert found.sizes["multiplier"] == found.sizes["exponent"] == 1
+    assert float(found.section_exponent_per_turn[0]) == pytest.approx(float(found.growth), abs=2e-3)
+    assert float(found.growth) < -1
+    assert abs(float(found.lyapunov_exponent_per_turn[0])) < 1e-4
 
 
 @pytest.mark.parametrize(
-    ("values", "timeless", "expected"),
+    ("system", "known", "duration"),
+    [(catalog.lorenz(), (0.9056, -14.5723), 500), (catalog.rossler(), (0.0714, -5.3943), 2000)],
+)
+def test_without_the_zero_of_a_system_that_nothing_forces(system, known, duration):
+    found = jp.lyapunov(system, exponents=2, duration=duration, transient=20)
+    away = np.abs(found.section_exponent.values - known)
+    assert np.all(away < 3 * found.section_standard_error.values)
+    assert np.all(away < [0.01, 0.03])
+    whole = jp.lyapunov(system, exponents="all", duration=10)
+    assert whole.sizes["multiplier"] == 2
+
+
+def test_a_window_of_rossler_system():
+    """At c = 4 the motion has period 4: stable, though the flow's largest exponent is 0."""
+    found = jp.lyapunov(catalog.rossler(c=4.0), duration=1500, transient=300)
+    assert abs(float(found.lyapunov_exponent[0])) < 1e-3
+    plane = jp.Plane(quantity="y", value=0.0)
+    orbit = jp.periodic_orbit(catalog.rossler(c=4.0), period=4, transient=50, section=plane)
+    assert float(found.section_exponent[0]) == pytest.approx(float(orbit.lyapunov_exponent[0]), rel=0.02)
+
+
+def test_a_motion_that_comes_to_rest_has_no_section():
+    found = jp.lyapunov(catalog.lorenz(rho=0.5), duration=100)
+    assert float(found.lyapunov_exponent[0]) < -0.1
+    assert np.all(np.isnan(found.section_exponent))
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "expected"),
     [
-        ([1.0, -2.0], False, 1.0),
-        ([1.0, 1e-4, -2.0], True, 1.0),
-        ([1e-4, -0.2, -2.0], True, -0.2),
-        ([-1e-6, -0.2], True, -0.2),
-        ([1.0], True, 1.0),
-        ([1e-4], True, math.nan),
-        ([math.nan, math.nan], True, math.nan),
-        ([1.0, 1e-4, -math.inf], True, 1.0),
+        (catalog.chunmei2002(**LOOSE), True),
+        (catalog.chunmei2002(2.9e-4, speed=80.0, friction=0), False),
+        (catalog.lorenz(), True),
+        (catalog.impact_pair(1.0, 0.8), False),
+        (catalog.bouncing_ball(1.2, 0.5), False),
     ],
 )
-def test_which_exponent_is_the_map_s(values, timeless, expected):
-    errors = np.where(np.isnan(values), np.nan, 1e-2)
-    found, error = of_the_map(np.array(values), errors, timeless)
-    assert found == pytest.approx(expected, nan_ok=True)
-    assert math.isnan(error) == math.isnan(expected)
+def test_who_keeps_the_time(mechanism, expected):
+    assert timeless(assemble(mechanism)) is expected
+
+
+@pytest.mark.parametrize(
+    ("rates", "states", "expected"),
+    [
+        ((1.0, 0.0, -2.0), 3, (1.0, -2.0)),
+        ((0.0, -0.2, -2.0), 6, (-0.2, -2.0)),
+        ((1.0, 0.0), 6, (1.0,)),  # the neutral one is the last that was followed
+        ((2.0, 1.0), 6, (2.0,)),  # it comes later
+        ((2.0, 0.0, -math.inf), 6, (2.0, -math.inf)),
+        ((math.nan, math.nan), 6, (math.nan,)),
+    ],
+)
+def test_which_exponents_are_the_map_s(rates, states, expected):
+    """Of a record whose neutral direction lengthens and shortens by known amounts: these go."""
+    time, k = np.linspace(0.0, 100.0, 401), len(rates)
+    along = np.sin(3 * time)
+    with np.errstate(invalid="ignore"):
+        grown = np.where(time[:, None] > 0, time[:, None] * np.array(rates), 0.0)
+    grown[:, [i for i, each in enumerate(rates) if each == 0.0]] += along[:, None]
+    rows = np.column_stack([time, np.zeros((401, 3)), grown, np.zeros((401, states)), along])
+    found, logs = rows_of_the_section(rows, slice(4, 4 + k), states)
+    assert found[-1, logs] / 100.0 == pytest.approx(expected, abs=1e-12, nan_ok=True)
 
 
 def test_a_mirror_image_has_the_same_exponents():

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 from jointplay import figures
+from jointplay.display.number_text import plain, with_error
 from jointplay.errors import InputError
-from jointplay.figures.drawing.number_text import plain, with_error
 from tests.figures.support.synthetic import STATUS, flag_words
 
 ONE = {"units": "1", "long_name": "number"}
@@ -39,11 +39,10 @@ def exponents(values=(1.7, 1e-5, -2.9, -90.0, -np.inf), turning=True, twin=True,
     if turning:
         data["turn_period"] = ((), 0.5, {"units": "s", "long_name": "mean period of a turn"})
     if twin:
-        names = {
-            "growth": 0.86,
-            "growth_standard_error": 0.05,
-            "map_exponent": 0.85,
-            "growth_difference": 0.2,
+        names = {"growth": 0.86, "growth_standard_error": 0.05, "growth_difference": 0.2}
+        data |= {
+            "section_exponent": ("multiplier", [1.7], rate),
+            "section_standard_error": ("multiplier", [0.02], rate),
         }
         data |= {name: ((), value, ONE) for name, value in names.items()}
     return xr.Dataset(data, {"exponent": np.arange(1, len(values) + 1)}, {"kind": "lyapunov"})
@@ -99,7 +98,8 @@ def test_table():
     notes = found[-1]
     assert "*Batches follow" in notes
     assert "Twin trajectories: 0.860 ± 0.050" in notes
-    assert "0.85 of the section's map: 0.2 errors" in notes
+    assert "Section's map, largest: 0.850 ± 0.010 per turn" in notes
+    assert "0.2 errors from the section's map" in notes
     plain_notes = words(figures.draw(exponents(twin=False)).axes[1])[-1]
     assert "*" not in plain_notes
     assert "Twin" not in plain_notes

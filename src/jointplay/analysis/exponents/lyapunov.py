@@ -19,8 +19,8 @@ from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
 from jointplay.analysis.evaluate import dataset, described, scalars, status_code
-from jointplay.analysis.exponents import batch_means, second_estimate
-from jointplay.analysis.exponents.stretching import USABLE, follow, framed, turn_period
+from jointplay.analysis.exponents import batch_means, second_estimate, section_exponents
+from jointplay.analysis.exponents.stretching import USABLE, follow, framed, of_the_flow, turn_period
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.tangents import Bundle
@@ -98,13 +98,15 @@ def lyapunov(
     Returns
     -------
     xarray.Dataset
-        ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s), both also ``…_per_turn`` where something
-        turns, over ``exponent``, with ``batch_correlation`` and ``effective_blocks``; ``lyapunov_trace``
+        Of the flow: ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s), both also ``…_per_turn``
+        where something turns, over ``exponent``, with ``batch_correlation`` and ``effective_blocks``. Of the
+        section's map, without the flow's zero: ``section_exponent`` and ``section_standard_error``, likewise,
+        over ``multiplier``, with ``section_batch_correlation``. Further ``lyapunov_trace``
         (running means) and ``lyapunov_trace_error`` over ``block`` and ``exponent``, at ``block_time``;
         ``turn_period``; ``sum_residual`` (1/s; of a whole spectrum), ``mean_divergence`` and
-        ``volume_share``: see Notes; ``grazing`` and ``status``. With `twin_turns`: ``growth`` a turn,
-        ``growth_standard_error``, ``map_exponent``, the first estimate of the same, and ``growth_difference``
-        in combined standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of
+        ``volume_share``: see Notes; ``grazing`` and ``status``. With `twin_turns`: ``growth`` per
+        turn, ``growth_standard_error``, ``growth_difference`` from the section map's largest exponent in
+        combined standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of
         one that was interrupted and kept (`jointplay run`), the estimates up to there.
 
     Raises
@@ -114,6 +116,10 @@ def lyapunov(
 
     Notes
     -----
+    Where nothing outside keeps the time, as with a motor, one exponent of the flow is 0, that along the
+    motion, and the largest of a periodic motion tells nothing of its stability. Those of the section's map
+    are the others: per turn, of a periodic motion, ln|multiplier|.
+
     The error bar is that of means over 40 batches; it says how much the mean would differ on another stretch
     of the same length, if the batches are long compared to the motion's memory. They are if
     ``batch_correlation`` is within 0.32 of 0; of a periodic motion, means converge as 1/T and the bar
@@ -134,13 +140,13 @@ def lyapunov(
     bundle = framed(model, request, count, saltation)
     share = 0.5 if twin_turns else 1.0
     rows, ended = follow(bundle, begin, error, part(progress, 0.0, share))
-    variables = _variables(model, bundle, rows, ended)
+    variables = _variables(model, bundle, rows, count, ended)
     if twin_turns and ended["status"] != INTERRUPTED:
         cut = rules.model_for(mechanism, initial, CrankAngle())
         rest = part(progress, share, 1.0)
         growth = second_estimate.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
-        leading = (variables[f"lyapunov_{name}_per_turn"][1] for name in ("exponent", "standard_error"))
-        variables |= second_estimate.variables(*leading, growth)
+        leading = (variables[f"section_{name}_per_turn"][1][0] for name in ("exponent", "standard_error"))
+        variables |= second_estimate.variables(*map(float, leading), growth)
         if growth["status"] == INTERRUPTED:
             variables["status"] = status_code(INTERRUPTED)
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
@@ -150,9 +156,13 @@ def lyapunov(
     return _dataset(model, variables)
 
 
-def _variables(model: Model, bundle: Bundle, rows: np.ndarray, ended: dict[str, Any]) -> dict[str, Any]:
+def _variables(
+    model: Model, bundle: Bundle, rows: np.ndarray, count: int, ended: dict[str, Any]
+) -> dict[str, Any]:
     turn = turn_period(model, rows)
-    variables = batch_means.variables(rows, bundle.logs, turn, len(model.state))
+    variables = batch_means.variables(rows, of_the_flow(bundle, count), turn, len(model.state))
+    section = section_exponents.estimates(rows, bundle.logs, turn, model, bundle.neutral)
+    variables |= described({key: ("multiplier", *each) for key, each in section.items()})
     if ended["status"] not in USABLE:
         variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}
     variables |= described(
@@ -171,6 +181,10 @@ def _missing(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:
 
 
 def _dataset(model: Model, variables: dict[str, Any]) -> xr.Dataset:
-    number = np.arange(1, len(variables["lyapunov_exponent"][1]) + 1)
-    coords = described({"exponent": ("exponent", number, "1", "number of the exponent")})
-    return dataset(model, variables, coords, "lyapunov")
+    numbers = {"exponent": ("lyapunov_exponent", "number of the exponent")}
+    numbers |= {"multiplier": ("section_exponent", section_exponents.NUMBER)}
+    coords = {
+        dim: (dim, np.arange(1, len(variables[name][1]) + 1), "1", text)
+        for dim, (name, text) in numbers.items()
+    }
+    return dataset(model, variables, described(coords), "lyapunov")

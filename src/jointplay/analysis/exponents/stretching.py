@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.exponents import batch_means
+from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales
@@ -31,12 +31,15 @@ def leading(
     Returns
     -------
     dict
-        ``status``, ``counts``, ``grazing``, ``turn_period``, and the values of `batch_means.estimates`.
+        ``status``, ``counts``, ``grazing``, ``turn_period``, and the values of `batch_means.estimates` and
+        `section_exponents.estimates`.
     """
     bundle = framed(model, Request(begin + span, rtol, max_steps=max_steps), exponents)
     rows, ended = follow(bundle, begin)
     turn = turn_period(model, rows)
-    values = {key: value for key, (value, *_) in batch_means.estimates(rows, bundle.logs, turn).items()}
+    found = batch_means.estimates(rows, of_the_flow(bundle, exponents), turn)
+    found |= section_exponents.estimates(rows, bundle.logs, turn, model, bundle.neutral)
+    values = {key: value for key, (value, *_) in found.items()}
     return ended | values | {"grazing": bundle.grazing, "turn_period": turn}
 
 
@@ -47,15 +50,21 @@ def frame(count: int, scale: np.ndarray) -> np.ndarray:
 
 
 def framed(model: Model, request: Request, count: int, saltation: bool = True) -> Bundle:
-    """Prepare a run with `count` tangents."""
+    """Prepare a run with `count` tangents, and one more where one direction is neutral."""
+    neutral = section_exponents.timeless(model)
     return Bundle(
         model,
         request,
-        frame(count, scales(model)),
+        frame(count + neutral, scales(model)),
         tolerance=SOLVED * request.rtol,
         saltation=saltation,
-        rows=batch_means.BLOCKS // LOOKS,
+        neutral=neutral,
     )
+
+
+def of_the_flow(bundle: Bundle, count: int) -> slice:
+    """Columns of the `count` tangents that were asked for."""
+    return slice(bundle.logs.start, bundle.logs.start + count)
 
 
 def follow(
@@ -64,7 +73,10 @@ def follow(
     error: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[np.ndarray, dict[str, Any]]:
-    """Follow the transient, then blocks until the end, the target error or a failure: rows, how it ended."""
+    """Follow the transient, then blocks until the end, the target error or a failure: rows, how it ended.
+
+    Rows are those of `Bundle.row`, and ln|F| (section_exponents).
+    """
     began, status, end = time.perf_counter(), OK, bundle.request.duration
 
     def go_on(until: float = math.inf) -> int:
@@ -79,19 +91,27 @@ def follow(
 
     if begin:
         status = go_on(begin)
-    rows = bundle.row()
+    kept = [_row(bundle)]
     bundle.record((end - begin) / batch_means.BLOCKS)
     while status == OK:
         status = go_on()
-        rows = np.concatenate([rows, bundle.taken()])
         if status != bundle.full:
             break
-        status = OK
-        if error is not None and batch_means.settled(rows, bundle.logs, error):
+        bundle.taken()
+        kept.append(_row(bundle))
+        status, look = OK, len(kept) % (batch_means.BLOCKS // LOOKS) == 1
+        if error is not None and look and batch_means.settled(np.array(kept), bundle.logs, error):
             break
-    if status in USABLE and bundle.time > rows[-1, 0]:
-        rows = np.concatenate([rows, bundle.row()])
-    return rows, {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
+    if status in USABLE and bundle.time > kept[-1][0]:
+        kept.append(_row(bundle))
+    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
+    return np.array(kept), ended
+
+
+def _row(bundle: Bundle) -> np.ndarray:
+    """A row of where the run stands, with ln|F| as its last entry; 0 where no direction is neutral."""
+    size = float(np.linalg.norm(bundle.rate() / scales(bundle.model))) if bundle.neutral else 1.0
+    return np.append(bundle.row()[0], math.log(size) if size > 0.0 else -math.inf)
 
 
 def turn_period(model: Model, rows: np.ndarray) -> float:
@@ -99,5 +119,5 @@ def turn_period(model: Model, rows: np.ndarray) -> float:
     crank = crank_place(model)
     if crank is None or len(rows) < 2:
         return model.period
-    at = rows.shape[1] - len(model.state) + crank
+    at = rows.shape[1] - 1 - len(model.state) + crank
     return 2 * math.pi * float((rows[-1, 0] - rows[0, 0]) / abs(rows[-1, at] - rows[0, at]))

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.evaluate import Quantities, joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.arclength import Family, Point
@@ -189,8 +189,10 @@ def _specials(branches: Sequence[Branch], family: Family, axis: Axis, phase: flo
         "special_event_joint": (joints, "1", of_event),
     }
     multipliers = {"special_multiplier": (parts.reshape(-1, 2), "1", "multiplier that makes the change")}
+    places = labelled(table, "special")
+    places["special_event_joint"][2].update(joint_flags(branches[0].points[0].orbit.map.model))
     return {
-        **labelled(table, "special"),
+        **places,
         **labelled({"special_state": (states, "1", "state on the section there")}, ("special", "state")),
         **labelled(multipliers, ("special", "part")),
         "special_kind": coded("special", kinds, "what changes there", KINDS),

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.evaluate import joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import floquet, orbit_events
 from jointplay.analysis.orbits.orbit_events import BEGINS, CONTACT, KIND, PLACE, TIME
@@ -128,4 +129,6 @@ def events(orbit: Orbit, lead: float, linkage: bool) -> dict[str, Any]:
         "event_joint": (contacts, "1", "joint of the event, counted from 0"),
         "event_approach_speed": (speeds[order], units("m s-1", linkage), "rate of the gap at the event"),
     }
-    return labelled(table, "event") | {"event_kind": coded("event", kinds, "kind of event", EVENTS)}
+    variables = labelled(table, "event") | {"event_kind": coded("event", kinds, "kind of event", EVENTS)}
+    variables["event_joint"][2].update(joint_flags(orbit.map.model))
+    return variables

@@ -34,9 +34,13 @@ ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
 Settling = Generator[tuple[Model, Request], Records, dict[str, Any]]  # asks for runs, gives back the answer
-EXPONENTS = (
+OF_FLOW = (
     *("lyapunov_exponent", "lyapunov_standard_error"),
     *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
+)
+OF_SECTION = (
+    *("section_exponent_per_turn", "section_standard_error_per_turn"),
+    "section_batch_correlation",
 )
 
 
@@ -262,5 +266,6 @@ def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], pla
     status = measured["status"]
     if status:
         return done | {"status": status, "trouble": f"{STATUS[status]} while exponents were measured"}
-    exponents = {name: (("exponent",), measured[name]) for name in EXPONENTS}
+    exponents = {name: (("exponent",), measured[name]) for name in OF_FLOW}
+    exponents |= {name: (("multiplier",), measured[name]) for name in OF_SECTION}
     return done | {"values": result["values"] | exponents}

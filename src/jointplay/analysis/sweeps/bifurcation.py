@@ -21,6 +21,7 @@ from pydantic import BeforeValidator
 
 from jointplay.analysis.cells import Read, Steps, divided
 from jointplay.analysis.ensemble_runs import ensemble_fits
+from jointplay.analysis.exponents import section_exponents
 from jointplay.analysis.keywords import (
     Moving,
     Names,
@@ -216,7 +217,8 @@ def bifurcation(
         ``period_tolerance``, -1: not known); ``impacts`` and ``separations`` a turn, ``contact_fraction``,
         ``smallest_impact_speed`` and ``smallest_missed_gap`` (grazing shows as either near 0) over ``joint``,
         of a test system over all its contacts; ``mode_word`` (see `contacts.words`); ``end_state`` over
-        ``state``; ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s and per turn) over ``exponent``;
+        ``state``; ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s and per turn) over ``exponent``,
+        ``section_exponent_per_turn`` and its standard error (see `lyapunov`) over ``multiplier``;
         ``cell_status``, ``trouble`` and ``n_steps``, and ``status``, the first that is not ok. A point that
         failed has NaN, its status and a reason; the next one of an up or down sweep then starts from the last
         good end.
@@ -270,6 +272,7 @@ def assembled(sweep: Sweep, read: Read) -> xr.Dataset:
     result["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
     counts = numbered("point", sweep.plan.keep, "section point")
     counts |= numbered("exponent", sweep.plan.exponents, "number of the exponent", 1)
+    counts |= numbered("multiplier", result.sizes.get("multiplier", 0), section_exponents.NUMBER, 1)
     result = result.assign_coords({dim: each for dim, each in counts.items() if dim in result.dims})
     result.attrs.pop("swept")
     return result if len(sweep.starts) > 1 else result.isel(start=0, drop=True)

@@ -22,8 +22,11 @@ ATTRIBUTES = {
     "mode_word": ("1", "contact modes of the turn, one after another"),
     "lyapunov_exponent": ("s-1", "Lyapunov exponent"),
     "lyapunov_standard_error": ("s-1", "standard error of the Lyapunov exponent"),
-    "lyapunov_exponent_per_turn": ("1", "Lyapunov exponent a turn"),
-    "lyapunov_standard_error_per_turn": ("1", "standard error of the Lyapunov exponent a turn"),
+    "lyapunov_exponent_per_turn": ("1", "Lyapunov exponent, per turn"),
+    "lyapunov_standard_error_per_turn": ("1", "standard error of the Lyapunov exponent, per turn"),
+    "section_exponent_per_turn": ("1", "exponent of the section's map, per turn"),
+    "section_standard_error_per_turn": ("1", "standard error of the exponent of the section's map, per turn"),
+    "section_batch_correlation": ("1", "correlation of a batch mean with the next"),
     "end_state": ("1", "positions and speeds at the end"),
     "n_steps": ("1", "accepted steps"),
 }

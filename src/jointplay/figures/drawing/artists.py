@@ -11,9 +11,9 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import PLAIN, Shown, shown
 from jointplay.figures.drawing import select, style
 from jointplay.figures.drawing.ticks import Degrees
-from jointplay.figures.drawing.units import PLAIN, Shown, shown
 
 LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
 BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers

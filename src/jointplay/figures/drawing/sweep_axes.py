@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import Shown
 from jointplay.errors import Problem, unknown
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.units import Shown
 
 BESIDE = ("direction", "start")  # dimensions of a grid that are no parameters
 ORDER = ("down", "reset", "up")  # drawn one over the other
@@ -121,3 +121,13 @@ def colour_map(ax: Axes, dataset: Dataset, names: Sequence[str], values: np.ndar
     mesh = ax.pcolormesh(x, y, np.ma.masked_invalid(values), rasterized=True, **look)
     ax.set(xlim=x[[0, -1]], ylim=y[[0, -1]])
     return mesh, middles
+
+
+def exponents(dataset: Dataset) -> tuple[DataArray, DataArray] | None:
+    """Return exponents per turn and their errors over ``number``: the section map's, else the flow's."""
+    for word, dim in (("section", "multiplier"), ("lyapunov", "exponent")):
+        names = [f"{word}_{each}_per_turn" for each in ("exponent", "standard_error")]
+        if names[0] in dataset:
+            means, errors = (dataset[name].rename({dim: "number"}) for name in names)
+            return means, errors
+    return None

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from xarray import Dataset
 
+from jointplay.display.units import shown
 from jointplay.figures.drawing import select
 from jointplay.figures.drawing.ticks import Degrees
-from jointplay.figures.drawing.units import shown
 
 AXES = ("time", "turns", "angle")
 CRANK = "crank"

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display.number_text import plain, with_error
 from jointplay.figures.drawing import artists, select, style, table
-from jointplay.figures.drawing.number_text import plain, with_error
 from jointplay.figures.registry import picture
 
 PER = {
@@ -138,10 +138,14 @@ def remarks(dataset: Dataset, correlations: np.ndarray) -> list[str]:
     residual, divergence = float(dataset["sum_residual"]), float(dataset["mean_divergence"])
     if math.isfinite(residual) and divergence:
         lines.append(f"Sum of all less divergence, relative: {plain(residual / abs(divergence), 1)}")
+    if "section_exponent" in dataset:
+        value, error = (float(dataset[f"section_{name}"][0]) for name in ("exponent", "standard_error"))
+        factor, unit = (
+            (float(dataset["turn_period"]), "per turn") if "turn_period" in dataset else (1.0, "1/s")
+        )
+        lines.append(f"Section's map, largest: {with_error(value * factor, error * factor)} {unit}")
     if "growth" in dataset:
         growth = with_error(float(dataset["growth"]), float(dataset["growth_standard_error"]))
-        lines.append(f"Twin trajectories: {growth} a turn")
-        apart = plain(float(dataset["growth_difference"]), 2)
-        exponent = plain(float(dataset["map_exponent"]), 4)
-        lines.append(f"   less {exponent} of the section's map: {apart} errors")
+        lines.append(f"Twin trajectories: {growth} per turn")
+        lines.append(f"   {plain(float(dataset['growth_difference']), 2)} errors from the section's map")
     return lines

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.units import PLAIN
 from jointplay.figures.registry import picture
 
 MEASURES = {

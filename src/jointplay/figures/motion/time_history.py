@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import Shown
 from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
-from jointplay.figures.drawing.units import Shown
 from jointplay.figures.registry import picture
 
 DEFAULTS = ("normal_force", "angular_acceleration", "state_value")

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import Dataset
 
+from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.number_text import plain
 from jointplay.figures.drawing.table import lines
 from jointplay.figures.registry import picture
 

@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.units import PLAIN
 from jointplay.figures.registry import picture
 
 NEEDED = ("chaos_indicator", "chaos_indicator_quartile", "walk_x", "walk_y", "square_displacement")

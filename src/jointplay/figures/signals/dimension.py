@@ -5,8 +5,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display.number_text import with_error
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.number_text import with_error
 from jointplay.figures.registry import picture
 
 DISTANCE = "Distance (standard deviations)"

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display.number_text import raised
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.number_text import raised
 from jointplay.figures.registry import picture
 
 ABSCISSAE = {"order": "Frequency over that of the crank (\N{EN DASH})", "frequency": "Frequency (Hz)"}

@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from xarray import Dataset
 
+from jointplay.display.number_text import with_error
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.number_text import with_error
 from jointplay.figures.registry import picture
 from jointplay.figures.states.field import draw_cells, without_start
 

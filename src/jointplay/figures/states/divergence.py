@@ -7,9 +7,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display.number_text import plain, with_error
 from jointplay.errors import Problem
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.number_text import plain, with_error
 from jointplay.figures.registry import picture
 
 NEIGHBOUR = {"color": style.GREY, "linewidth": 0.4, "linestyle": "-", "alpha": 0.6}

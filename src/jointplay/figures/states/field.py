@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import shown
 from jointplay.errors import Problem
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.drawing.units import shown
 from jointplay.figures.registry import picture
 
 PER = {"turn": "finite_time_exponent_per_turn", "second": "finite_time_exponent"}

@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, select, style, sweep_axes
-from jointplay.figures.drawing.units import Shown
 from jointplay.figures.registry import picture
 
 USUAL = ("journal_x", "eccentricity_ratio", "state_value")
@@ -71,7 +71,7 @@ def bifurcation(
     marked = lines(limits)
     select.switch("period", period)
     part, name = sweep_axes.one_parameter(sweep_axes.chosen(dataset, direction, start), at)
-    rows = ["points", *["exponent"] * ("lyapunov_exponent_per_turn" in part), *["period"] * period]
+    rows = ["points", *["exponent"] * (sweep_axes.exponents(part) is not None), *["period"] * period]
     figure = style.sheet(180.0, 52.0 + 34.0 * len(rows))
     heights = [ROWS[row] for row in rows]
     axes = figure.subplots(len(rows), 1, sharex=True, squeeze=False, height_ratios=heights)[:, 0]
@@ -133,18 +133,18 @@ def sought(dataset: Dataset, quantity: str | None) -> DataArray:
 
 
 def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
-    """Draw exponents a turn with their error bands, and where they change sign."""
+    """Draw exponents of the section's map with their error bands, and where they change sign."""
     x = dataset[name].values * unit.factor
     ax.axhline(0.0, color=style.GREY, linewidth=0.6)
     for one, look in sweep_axes.motions(dataset):
-        for k in range(one.sizes["exponent"]):
-            values = one["lyapunov_exponent_per_turn"].isel(exponent=k).values
-            errors = ERRORS * one["lyapunov_standard_error_per_turn"].isel(exponent=k).values
+        means, spreads = sweep_axes.exponents(one)
+        for k in range(means.sizes["number"]):
+            values, errors = means.isel(number=k).values, ERRORS * spreads.isel(number=k).values
             faded = {"color": look["color"], "linestyle": "-" if k == 0 else (0, (1.5, 1))}
             artists.curve(ax, x, np.where(np.isfinite(values), values, np.nan), linewidth=0.7, **faded)
             ax.fill_between(x, values - errors, values + errors, color=look["color"], alpha=0.25, linewidth=0)
-    largest = "Largest exponent" if dataset.sizes["exponent"] == 1 else "Largest exponents"
-    ax.set_ylabel(f"{largest}\na turn (\N{EN DASH})")
+    largest = "Largest exponent" if means.sizes["number"] == 1 else "Largest exponents"
+    ax.set_ylabel(f"{largest}\nper turn (\N{EN DASH})")
 
 
 def periods(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:

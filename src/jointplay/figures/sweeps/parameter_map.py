@@ -14,8 +14,10 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 
-USUAL = ("lyapunov_exponent_per_turn", "period", "impacts")
-SIGNED = ("lyapunov_exponent_per_turn", "lyapunov_exponent", "growth", "growth_rate", "map_exponent")
+USUAL = ("section_exponent_per_turn", "period", "impacts")
+FLOW = "lyapunov_exponent_per_turn"  # of a result without exponents of the section's map
+SIGNED = (USUAL[0], FLOW, "lyapunov_exponent", "growth", "growth_rate")
+NUMBERED = ("exponent", "multiplier")
 LONGEST = 8  # a period that has a colour of its own
 REST = 98  # percentile of absolute values that the colours reach
 
@@ -44,7 +46,7 @@ def parameter_map(
     dataset : Dataset
         What `jointplay.bifurcation` returned for two parameters.
     maps : sequence of str, optional
-        Of the result, one value a point: by default the exponent a turn, the period and the impacts.
+        Of the result, one value a point: by default the section map's exponent, the period and the impacts.
     joint : str, optional
         Of which joint; by default the first.
     exponent : int
@@ -58,7 +60,8 @@ def parameter_map(
     if len(names) != 2:
         raise select.refuse("kind", "parameter_map", "a result over two parameters")
     known = mapped(dataset, names)
-    wanted = [v for v in USUAL if v in known] if maps is None else listed(maps, known)
+    usual = USUAL if USUAL[0] in known else (FLOW, *USUAL[1:])
+    wanted = [v for v in usual if v in known] if maps is None else listed(maps, known)
     part = sweep_axes.chosen(dataset, select.label(dataset, "direction", direction), start).isel(direction=0)
     part = part.isel(start=0) if "start" in part.dims else part
     columns = min(len(wanted), 3)
@@ -67,8 +70,9 @@ def parameter_map(
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     for number, (ax, name) in enumerate(zip(axes, wanted, strict=False)):
         array = part[name]
-        if "exponent" in array.dims:
-            array = array.sel(exponent=numbered(dataset, exponent))
+        for dim in NUMBERED:
+            if dim in array.dims:
+                array = array.sel({dim: numbered(dataset, dim, exponent)})
         array = select.labelled_slice(array, dataset, names, joint=joint)
         panel(ax, part, array, names, f"({'abcdefgh'[number % 8]})")
         if number % columns:
@@ -80,7 +84,7 @@ def parameter_map(
 
 def mapped(dataset: Dataset, names: Sequence[str]) -> list[str]:
     """Return the variables that have one number a point of the sweep."""
-    beside = {*names, *sweep_axes.BESIDE, "joint", "exponent"}
+    beside = {*names, *sweep_axes.BESIDE, "joint", *NUMBERED}
     return [
         str(name)
         for name, array in dataset.data_vars.items()
@@ -100,9 +104,9 @@ def listed(maps: Any, known: Sequence[str]) -> list[str]:
     return wanted
 
 
-def numbered(dataset: Dataset, exponent: Any) -> int:
+def numbered(dataset: Dataset, dim: str, exponent: Any) -> int:
     """Return the number of an exponent that the result has."""
-    known = dataset["exponent"].values.tolist()
+    known = dataset[dim].values.tolist()
     if isinstance(exponent, bool) or exponent not in known:
         raise select.refuse("exponent", exponent, f"the number of an exponent, 1 to {known[-1]}")
     return exponent

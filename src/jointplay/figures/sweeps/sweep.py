@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, cell_quantity, missing_cells, select, style, sweep_axes
-from jointplay.figures.drawing.units import Shown
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.sweep_map import maps
 

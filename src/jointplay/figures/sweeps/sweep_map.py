@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
+from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, missing_cells, select, style, sweep_axes
-from jointplay.figures.drawing.units import Shown
 from jointplay.figures.sweeps.parameter_map import shades as coloured
 
 PANELS = 9  # at most

@@ -8,7 +8,12 @@ from textwrap import wrap
 import numpy as np
 import xarray as xr
 
+from jointplay.display.codes import counted
+
 COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
+STANDS = {"not": "not reproduced", "partly": "partly reproduced"} | {
+    word: word for word in ("reproduced", "undecidable")
+}
 WIDTHS = (44, 12, 110)  # characters of conclusion, grade, evidence
 
 
@@ -26,6 +31,30 @@ def claims_table(dataset: xr.Dataset) -> str:
         one = dataset.sel(claim=claim)
         rows.append((f"{number + 1} {one.claim_text.item()}", grades[number], str(one.evidence.item())))
     return "".join(_lines(row) for row in rows)
+
+
+def claims_answer(dataset: xr.Dataset) -> str:
+    """Return how many of the paper's conclusions stand, and how each does.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `jointplay.claims`.
+    """
+    grades = np.array([STANDS[grade] for grade in _words(dataset["grade"])])
+    return f"conclusions of the paper: {counted(grades)}"
+
+
+def readings_answer(dataset: xr.Dataset) -> str:
+    """Return what the motion of each panel is, counted over the readings of the paper.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `jointplay.readings`.
+    """
+    motions = zip(dataset.panel.values, _words(dataset["motion"]), strict=True)
+    return "\n".join(f"panel {panel}, {row.size} readings: {counted(row)}" for panel, row in motions)
 
 
 def _lines(row: tuple[str, ...]) -> str:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from jointplay.display.units import TABLE, shown
 from jointplay.figures.drawing.ticks import Degrees
 from jointplay.figures.drawing.timebase import stretch
-from jointplay.figures.drawing.units import TABLE, shown
 
 
 @pytest.mark.parametrize(

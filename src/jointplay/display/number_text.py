@@ -38,3 +38,9 @@ def plain(value: float, digits: int = 6) -> str:
 def raised(units: str) -> str:
     """Return units in UDUNITS spelling with their powers raised."""
     return units.translate(RAISED)
+
+
+def signed(value: float, error: float) -> str:
+    """Return `value` ± `error` with its sign, also where that is plus."""
+    text = with_error(value, error)
+    return f"+{text}" if value > 0 else text

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from jointplay.display.number_text import plain, raised
+
 PLAIN = {"1": "\N{EN DASH}", "": "\N{EN DASH}"}
 
 # stored unit: (shown as, factor, used where the largest magnitude in the stored unit is at least this)
@@ -49,3 +51,10 @@ def shown(values, units: str) -> Shown:
     largest = np.max(magnitudes, initial=0.0, where=np.isfinite(magnitudes))
     symbol, factor, _ = next(row for row in TABLE[units] if largest >= row[2])
     return Shown(symbol, factor)
+
+
+def measure(value: float, units: str, digits: int = 4) -> str:
+    """Write a value with a friendly unit: 9.22e-5 m is 92.2 µm."""
+    unit = shown(value, units)
+    symbol = "" if unit.symbol in PLAIN.values() else f" {raised(unit.symbol)}"
+    return f"{plain(value * unit.factor + 0.0, digits)}{symbol}"  # no minus before a zero

@@ -1,0 +1,155 @@
+"""Answers of motions: time histories, section points, and what motions settle to over a parameter."""
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+from xarray import DataArray, Dataset, where
+
+from jointplay.analysis.period import period as repeats
+from jointplay.display import codes
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
+from jointplay.results.answers import stretches
+from jointplay.results.answers.exponents import CHAOTIC, FOLLOWING, decided
+
+TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
+TOUCHING = ("slip_positive", "slip_negative", "stick", "contact", "rest")
+BEGINS = ("contact", "impact")
+ROUNDING = 1e-12
+
+
+def response(dataset: Dataset) -> str:
+    """Return the largest force of each joint, and how often contacts begin and how long they last."""
+    lines = [line for line in (_forces(dataset) or _peaks(dataset), _contacts(dataset)) if line]
+    return "\n".join(lines) or f"{dataset.sizes['time']} samples over {measure(_span(dataset), 's')}"
+
+
+def _span(dataset: Dataset) -> float:
+    times = dataset["time"].values
+    return float(times[-1] - times[0]) if len(times) else 0.0
+
+
+def _forces(dataset: Dataset) -> str:
+    found = []
+    for name, dim, kind in (("normal_force", "joint", "contact"), ("reaction", "pin", "ideal joints")):
+        if name in dataset and dim in dataset[name].dims and np.isfinite(dataset[name].values).any():
+            peaks = dataset[name].max("time")
+            each = (f"{peaks[dim].values[i]} {measure(float(peaks[i]), 'N', 3)}" for i in range(peaks.size))
+            found.append(f"{kind} {', '.join(each)}")
+    return f"largest forces: {'; '.join(found)}" if found else ""
+
+
+def _peaks(dataset: Dataset) -> str:
+    """Largest sizes of the first quantity recorded over time, of a result without forces."""
+    names = [name for name, array in dataset.data_vars.items() if "time" in array.dims]
+    array = next((dataset[name] for name in names if dataset[name].dtype.kind == "f"), None)
+    if array is None or array.ndim > 2 or not np.isfinite(array.values).any():
+        return ""
+    peaks, units = np.abs(array).max("time"), str(array.attrs.get("units", "1"))
+    labels = peaks[peaks.dims[0]].values if peaks.ndim and peaks.dims[0] in peaks.coords else [""]
+    each = (
+        f"{label} {measure(float(v), units)}".strip()
+        for label, v in zip(labels, np.atleast_1d(peaks.values), strict=False)
+    )
+    return f"largest size of {array.attrs.get('long_name', array.name)}: {', '.join(each)}"
+
+
+def _contacts(dataset: Dataset) -> str:
+    parts, turns = [], _span(dataset) / float(dataset.get("turn_period_nominal", math.nan))
+    if "event_kind" in dataset and turns > 0 and ("clearance" in dataset or dataset["event_kind"].size):
+        begun = np.isin(codes.words(dataset["event_kind"]).values, BEGINS)
+        parts.append(f"contacts begun per nominal turn: {plain(np.count_nonzero(begun) / turns, 3)}")
+    if "mode" in dataset and dataset["mode"].size:
+        share = np.isin(codes.words(dataset["mode"]).values, TOUCHING).mean(axis=0)
+        names = dataset["joint"].values
+        each = (f"{name} {plain(100 * s, 3)} %" for name, s in zip(names, share, strict=True))
+        parts.append(f"in contact {', '.join(each)} of the time")
+    return "; ".join(parts)
+
+
+def section(dataset: Dataset) -> str:
+    """Return the period of the section points, or that they show none."""
+    count, points = dataset.sizes["turn"], _points(dataset)
+    if points is None or count < 4:
+        return f"{count} section points"
+    found = repeats(points, TOLERANCE)
+    if not found:
+        return f"no period in {count} section points: a longer period, a transient, or no periodic motion"
+    spread = max(float(np.ptp(points[rest::found], axis=0).max()) for rest in range(found))
+    near = "rounding" if spread < ROUNDING else plain(spread, 1)
+    of = "of the clearance" if "journal_x" in dataset else "of each coordinate's size"
+    return f"period {found}: {count} section points, equal to {near} {of}"
+
+
+def _points(dataset: Dataset) -> np.ndarray | None:
+    """Section points by coordinates: journals over their clearances, else states or speeds over sizes."""
+    if "clearance" in dataset and {"journal_x", "journal_y"} <= set(dataset.data_vars):
+        parts = [dataset[name].values / dataset["clearance"].values for name in ("journal_x", "journal_y")]
+        return np.hstack(parts)
+    name = next((name for name in ("state_value", "angular_velocity") if name in dataset), None)
+    if name is None:
+        return None
+    values = dataset[name].transpose("turn", ...).values
+    return values / np.maximum(np.nanmax(np.abs(values), axis=0, initial=0.0), 1e-300)
+
+
+def bifurcation_verdict(dataset: Dataset) -> DataArray:
+    """Return of each point its period; without one ``chaotic``, if the exponent says so by its error."""
+    period = dataset["period"]
+    none = where(period == 0, "no period found", "not known")
+    if "section_exponent_per_turn" in dataset or "lyapunov_exponent_per_turn" in dataset:
+        word, dim = (
+            ("section", "multiplier") if "section_exponent_per_turn" in dataset else ("lyapunov", "exponent")
+        )
+        value, error = (
+            dataset[f"{word}_{each}_per_turn"].isel({dim: 0}) for each in ("exponent", "standard_error")
+        )
+        sure = decided(value, error) == CHAOTIC
+        if "section_batch_correlation" in dataset:
+            sure &= ~(dataset["section_batch_correlation"].isel(multiplier=0) > FOLLOWING)
+        none = where((period == 0) & sure, CHAOTIC, none)
+    known = [f"period {n}" if n > 0 else "" for n in range(int(max(period.max(), 0)) + 1)]
+    named = period.copy(data=np.array(known)[np.maximum(period.values, 0)])
+    words = where(period > 0, named, none)
+    return where(dataset["cell_status"] == 0, words, stretches.FAILED)
+
+
+def bifurcation(dataset: Dataset) -> str:
+    """Return what motions settle to over the parameter, direction by direction where they differ."""
+    if "period" not in dataset:
+        every = [str(dim) for dim in dataset["cell_status"].dims if dim not in ("start", "direction")]
+        return "\n".join(stretches.failures(dataset, every))
+    verdict = bifurcation_verdict(dataset)
+    beside = [dim for dim in ("start", "direction") if dim in verdict.dims]
+    dims = [str(dim) for dim in verdict.dims if dim not in beside]
+    lines = stretches.failures(dataset, dims)
+    stacked = verdict.transpose(*beside, *dims).values.reshape(-1, *(dataset.sizes[dim] for dim in dims))
+    names = _ways(verdict, beside)
+    axes = [dataset[dim] for dim in dims]
+    if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
+        return "\n".join([*lines, stretches.told(stacked[0], axes)])
+    lines += [f"{name}: {stretches.told(each, axes)}" for name, each in zip(names, stacked, strict=True)]
+    if (differ := _differ(stacked)).any():
+        at = f"at {np.count_nonzero(differ)} of {differ.size} values{stretches.places(differ, axes)}"
+        lines.append(f"motions coexist {at}")
+    return "\n".join(lines)
+
+
+def _differ(words: np.ndarray) -> np.ndarray:
+    """Where two sweeps, along the first axis, have different motions, both of them known."""
+    known = (words == CHAOTIC) | np.char.startswith(words, "period ")
+    pairs = combinations(range(len(words)), 2)
+    apart = ((words[a] != words[b]) & known[a] & known[b] for a, b in pairs)
+    return np.logical_or.reduce([*apart, np.zeros(words.shape[1:], dtype=bool)])
+
+
+def _ways(verdict: DataArray, beside: Sequence[str]) -> list[str]:
+    """Names of the sweeps along directions and starts."""
+    names = [""]
+    for dim in beside:
+        labels = verdict[dim].values if dim in verdict.coords else range(verdict.sizes[dim])
+        named = [str(label) if dim == "direction" else f"start {label}" for label in labels]
+        names = [f"{name} {each}".strip() for name in names for each in named]
+    return names

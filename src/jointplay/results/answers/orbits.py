@@ -1,0 +1,114 @@
+"""Answers of periodic orbits, their branches, and basins."""
+
+import math
+
+import numpy as np
+from xarray import DataArray, Dataset, where
+
+from jointplay.display import codes
+from jointplay.display.number_text import plain, with_error
+from jointplay.display.units import measure
+
+ENDS = {"range": "end of the range"}
+LISTED = 3  # special points or attractors named in a line
+
+
+def periodic_orbit_verdict(dataset: Dataset) -> DataArray:
+    """Return period and stability of each orbit, such as ``period 1, stable``."""
+    period, stable = dataset["period"], codes.words(dataset["stable"])
+    named = where(np.isfinite(period), period.fillna(0).astype(int).astype(str), "")
+    words = "period " + named.astype(object) + ", " + stable.astype(object)
+    return where(np.isfinite(period), words, "no orbit found")
+
+
+def periodic_orbit(dataset: Dataset) -> str:
+    """Return period, stability and largest multiplier of the orbit, and its contacts."""
+    if not math.isfinite(float(dataset["period"])):
+        left = float(dataset["residual"])
+        how = f": the state still changes by {plain(left, 2)} over a period" if math.isfinite(left) else ""
+        return f"no periodic orbit found{how}"
+    lines = [
+        f"{periodic_orbit_verdict(dataset).item()}, {_multiplier(dataset['floquet_multiplier'].values[0])}"
+    ]
+    parts = [f"it lasts {measure(float(dataset['period_time']), 's', 6)}"]
+    if math.isfinite(float(dataset["impacts"])) and "clearance" in dataset:
+        parts.append(f"contacts begun per turn: {plain(float(dataset['impacts']), 4)}")
+    parts.append(f"closed to {plain(float(dataset['residual']), 1)}")
+    return "\n".join([*lines, ", ".join(parts)])
+
+
+def _multiplier(value: np.ndarray) -> str:
+    real, imaginary = map(float, value)
+    size = f"largest multiplier {plain(math.hypot(real, imaginary), 3)}"
+    if imaginary:
+        return f"{size} in modulus ({plain(real, 3)} ± {plain(abs(imaginary), 3)}i)"
+    return f"largest multiplier {plain(real, 3)}"
+
+
+def continuation(dataset: Dataset) -> str:
+    """Return how far the branches go and why they end, and what lies on them."""
+    name = str(dataset.attrs["parameter"]).rpartition(".")[2]
+    if not np.isfinite(dataset["period"].values).any():
+        return "no periodic orbit found to begin with"
+    lines = [_branch(dataset, name, b) for b in range(min(dataset.sizes["branch"], LISTED - 1))]
+    if more := dataset.sizes["branch"] - len(lines):
+        lines[-1] += f"; {more} more branches"
+    return "\n".join([*lines, _special(dataset)])
+
+
+def _branch(dataset: Dataset, name: str, b: int) -> str:
+    one, units = dataset.isel(branch=b), str(dataset[name].attrs.get("units", "1"))
+    values = one[name].values[: int(one["n_points"])]
+    ends, stable = codes.words(one["branch_end"]).values, codes.words(one["stable"]).values[: len(values)]
+    places = zip(values[[0, -1]], ends, strict=True)
+    told = [f"ended at {measure(float(v), units)}: {ENDS.get(end, end)}" for v, end in places]
+    if ends[0] == ends[1] == "range":
+        told = [f"over the whole range, {measure(values.min(), units)} to {measure(values.max(), units)}"]
+    share = np.count_nonzero(stable == "stable")
+    how = "stable" if share == len(values) else f"stable at {share} of {len(values)} points"
+    period = plain(float(np.nanmax(one["period"].values)), 4)
+    return f"branch {b + 1}, period {period}, {how}: {' and '.join(told)}"
+
+
+def _special(dataset: Dataset) -> str:
+    if not dataset.sizes["special"]:
+        return (
+            "no bifurcation and no grazing on them" if dataset.sizes["branch"] > 1 else "no bifurcation found"
+        )
+    units = str(dataset["special_parameter"].attrs.get("units", "1"))
+    kinds, places = codes.words(dataset["special_kind"]).values, dataset["special_parameter"].values
+    bifurcations = np.flatnonzero(kinds != "grazing")
+    named = [f"{kinds[i].replace('_', ' ')} at {measure(float(places[i]), units, 6)}" for i in bifurcations]
+    parts = named[:LISTED]
+    if len(named) > LISTED:
+        parts.append(f"{len(named) - LISTED} more")
+    if grazings := len(kinds) - len(named):
+        parts.append(f"{grazings} grazings (an event appears or vanishes)")
+    return ", ".join(parts)
+
+
+def basins(dataset: Dataset) -> str:
+    """Return the attractors with their shares of the starts, and the dimension of their boundary."""
+    if not dataset.sizes["number"]:
+        return "no attractor found"
+    order = np.argsort(-dataset["fraction"].values, kind="stable")
+    each = [_attractor(dataset.isel(number=int(i))) for i in order]
+    more = [f"{len(each) - LISTED} more"] if len(each) > LISTED else []
+    name = "1 attractor" if len(each) == 1 else f"{len(each)} attractors"
+    lines = [f"{name}, by their shares of the starts: " + ", ".join(each[:LISTED] + more)]
+    none = float(dataset["fraction_none"])
+    if none > 0:
+        lines.append(f"{plain(100 * none, 2)} % of the starts reached none")
+    boundary, error = (
+        float(dataset[k]) for k in ("boundary_dimension", "uncertainty_exponent_standard_error")
+    )
+    if math.isfinite(boundary):
+        lines.append(f"boundary of dimension {with_error(boundary, error)} in the plane")
+    return "\n".join(lines)
+
+
+def _attractor(one: Dataset) -> str:
+    period = int(one["period"])
+    percent, error = (100 * float(one[name]) for name in ("fraction", "fraction_standard_error"))
+    share = f"({with_error(percent, error)}) %" if error > 0 else f"{plain(percent, 3)} %"
+    return f"{f'period {period}' if period else 'no period'} {share}"

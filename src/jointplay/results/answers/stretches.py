@@ -1,0 +1,72 @@
+"""Words over the values of parameters: how many cells have each, and where along the axis."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from xarray import DataArray, Dataset
+
+from jointplay.display import codes
+from jointplay.display.units import measure
+
+FAILED = "failed"
+NAMED = 3  # stretches of a word, or words, that are told one by one
+
+
+def told(words: np.ndarray, axes: Sequence[DataArray]) -> str:
+    """Return counts of the words of cells, the most frequent first, with the places of all but the first.
+
+    Parameters
+    ----------
+    words : ndarray of str
+        Of each cell, over the axes.
+    axes : sequence of DataArray
+        The varied parameters.
+    """
+    found, counts = np.unique(words, return_counts=True)
+    order = np.argsort(-counts, kind="stable")
+    if len(found) == 1:
+        return f"{found[0]} at {'all ' if words.size > 1 else ''}{words.size} value{'s' * (words.size > 1)}"
+    first = f"{found[order[0]]} at {counts[order[0]]} of {words.size} values"
+    rest = [f"{found[i]} at {counts[i]}{places(words == found[i], axes)}" for i in order[1:]]
+    left = (
+        [f"{len(rest) - NAMED} other words at {sum(counts[order[1 + NAMED :]])}"] if len(rest) > NAMED else []
+    )
+    return "; ".join([first, *rest[:NAMED], *left])
+
+
+def places(chosen: np.ndarray, axes: Sequence[DataArray]) -> str:
+    """Return where chosen cells are along one parameter, or their range along each of several."""
+    if not chosen.any():
+        return ""
+    if len(axes) > 1:
+        spans = (_span(axis, np.any(chosen, axis=_others(chosen, i))) for i, axis in enumerate(axes))
+        return f" ({', '.join(spans)})"
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], chosen.astype(int), [0]])))
+    runs = list(zip(edges[::2], edges[1::2] - 1, strict=True))
+    if len(runs) > NAMED:
+        return f" in {len(runs)} stretches of {_span(axes[0], chosen)}"
+    values, units = axes[0].values, str(axes[0].attrs.get("units", "1"))
+    return f" ({axes[0].name} {', '.join(_between(values[a], values[b], units) for a, b in runs)})"
+
+
+def _others(chosen: np.ndarray, axis: int) -> tuple[int, ...]:
+    return tuple(i for i in range(chosen.ndim) if i != axis)
+
+
+def _span(axis: DataArray, chosen: np.ndarray) -> str:
+    values = axis.values[chosen]
+    return f"{axis.name} {_between(values.min(), values.max(), str(axis.attrs.get('units', '1')))}"
+
+
+def _between(low: float, high: float, units: str) -> str:
+    return measure(low, units) if low == high else f"{measure(low, units)} to {measure(high, units)}"
+
+
+def failures(dataset: Dataset, dims: Sequence[str]) -> list[str]:
+    """Return a line on the cells that failed: how many, how, and where; none where all ended well."""
+    bad = dataset["cell_status"] != 0
+    if not bad.any():
+        return []
+    kinds = codes.counted(codes.words(dataset["cell_status"]).values[bad.values])
+    over = bad.any([dim for dim in bad.dims if dim not in dims]).transpose(*dims).values
+    return [f"{int(bad.sum())} of {bad.size} failed: {kinds}{places(over, [dataset[dim] for dim in dims])}"]

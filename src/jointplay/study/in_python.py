@@ -1,0 +1,82 @@
+"""A study file run from Python: the answer as a dataset, nothing kept on the disk."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import nullcontext
+from os import PathLike
+from typing import Any
+
+import xarray as xr
+
+from jointplay.errors import refuse
+from jointplay.study import run as runner
+from jointplay.study.file import load
+from jointplay.terminal import Progress
+
+
+def run(
+    study: str | PathLike[str],
+    *,
+    progress: bool | Callable[[float], None] = False,
+    jobs: int | None = None,
+    **changes: Any,
+) -> xr.Dataset:
+    """Run a study file, as `jointplay run` does, and give the result.
+
+    Parameters
+    ----------
+    study : path-like
+        A study file (TOML), or a result (``.nc``), whose study is run again.
+    progress : bool or callable
+        True shows how far the run is; a function is called with the fraction done.
+    jobs : int, optional
+        Worker processes, for studies that have cells.
+    **changes
+        Values laid over the file, by table or by path: ``mechanism={"clearance": 1e-4}``, or
+        ``**{"mechanism.clearance": 1e-4}``.
+
+    Returns
+    -------
+    xarray.Dataset
+        With its provenance. Numerical trouble is in its ``status``; `jointplay.summary` says the answer.
+
+    Raises
+    ------
+    InputError
+        With everything that is wrong in the file or the changes.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> motion = jp.run("studies/quickstart.toml", analysis={"turns": 3})  # doctest: +SKIP
+    """
+    if not isinstance(study, str | PathLike):
+        raise refuse(study, "the name of a study file is accepted", "study")
+    if not isinstance(progress, bool) and not callable(progress):
+        raise refuse(progress, "true, false, or a function of the fraction done is accepted", "progress")
+    loaded = load(study, [f"{path}={_text(path, value)}" for path, value in _flat(changes)])
+    shown = Progress(loaded.record.name) if progress is True else nullcontext(progress or None)
+    with shown as tell:
+        return runner.run(loaded, tell, jobs)
+
+
+def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Paths and values of what tables hold."""
+    for key, value in table.items():
+        path = f"{above}.{key}" if above else str(key)
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, path)
+        else:
+            yield path, value
+
+
+def _text(path: str, value: Any) -> str:
+    """A value as TOML writes it."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    try:
+        return json.dumps(value, ensure_ascii=False, allow_nan=False)
+    except (TypeError, ValueError):
+        raise refuse(value, "a number, a text, true, false, or a list of them is accepted", path) from None
