@@ -1,0 +1,75 @@
+"""The second program's joints with play meet closed forms: bounces in bearings and on faces, friction."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from tests.support.multibody import GROUND, Body, Marker, Play, Prismatic, Revolute, System
+from tests.support.multibody_loads import kelvin_voigt, tanh_friction
+from tests.support.multibody_run import closed, follow, modes_of
+
+
+def bounce(K, C, m, tension):
+    """Restitution by Kelvin and Voigt's law, and time of contact; without tension until the force is gone."""
+    zeta, w = C / (2 * math.sqrt(K * m)), math.sqrt(K / m)
+    root = math.sqrt(1 - zeta**2)
+    turned = math.pi if tension else 2 * math.acos(zeta)
+    return math.exp(-zeta * turned / root), turned / (w * root)
+
+
+@pytest.mark.parametrize("tension", [True, False])
+def test_a_body_bounces_in_its_bearing_as_the_law_s_integral(tension):
+    K, C, m, e, v = 1e6, 300.0, 0.25, 1e-3, 2.0
+    joint = Revolute("B", Marker("ball"), Marker(GROUND), Play(e, kelvin_voigt(K, C), None, tension, 0.01))
+    system = System([Body("ball", m, 1.0)], [joint], gravity=0.0)
+    y = np.array([0.0, 0.0, 0.0, 0.6 * v, 0.8 * v, 0.0])
+    e_r, lasting = bounce(K, C, m, tension)
+    (state,), _, events = follow(system, y, [2.0 * e / v + lasting], rtol=1e-12)
+    kinds = ["contact", "separation"] if tension else ["contact", "release", "separation"]
+    assert [event.kind for event in events] == kinds
+    assert events[0].time == pytest.approx(e / v, rel=1e-12)
+    assert events[1].time - events[0].time == pytest.approx(lasting, rel=1e-10)
+    assert state[3:5] == pytest.approx([-0.6 * v * e_r, -0.8 * v * e_r], rel=1e-10)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_a_slider_lands_flat_on_either_face_with_two_corners(side):
+    K, C, m, c, v = 1e6, 100.0, 0.5, 1e-3, 0.2
+    play = Play(c, kelvin_voigt(K, C), None, False, half_length=0.05, half_height=0.02)
+    joint = Prismatic("G", Marker("block", (0.0, 0.0), 0.1), Marker(GROUND, (0.0, 0.0), 0.3), play)
+    system = System([Body("block", m, 1e-4)], [joint], gravity=0.0)
+    n = np.array([-math.sin(0.3), math.cos(0.3)])
+    y = np.array([0.0, 0.0, 0.2, *(side * v * n), 0.0])
+    e_r, lasting = bounce(2 * K, 2 * C, m, False)
+    (_, hit, state), modes, events = follow(
+        system, y, [0.5 * c / v, c / v + lasting / 2, c / v + 2 * lasting], rtol=1e-12
+    )
+    assert modes[:2] == [["free"] * 4, ["closed" if (k < 2) == (side > 0) else "free" for k in range(4)]]
+    assert [event.time for event in events[:2]] == pytest.approx([c / v] * 2, rel=1e-11)
+    assert np.sum(n * hit[:2]) * side > c
+    assert state[3:5] == pytest.approx(-side * v * e_r * n, rel=1e-9)
+    assert abs(state[5]) < 1e-9
+
+
+def test_a_block_slides_down_a_guide_with_friction():
+    """After it has settled: corners carry the weight by levers, speed grows by g (sin − f cos)."""
+    slope, f, m, g = 0.5, 0.2, 0.5, 9.8
+    play = Play(
+        1e-4, kelvin_voigt(1e6, 700.0), tanh_friction(f, 1e-5), False, half_length=0.05, half_height=0.02
+    )
+    joint = Prismatic("G", Marker("block"), Marker(GROUND, (0.0, 0.0), -slope), play)
+    system = System([Body("block", m, 1e-3)], [joint], gravity=g)
+    low = np.array([-math.sin(slope), -math.cos(slope)]) * 1.02e-4
+    y = np.array([*low, -slope, math.cos(slope), -math.sin(slope), 0.0])
+    (state,), (modes,), _ = follow(system, y, [0.2], rtol=1e-8)
+    solved = system.solve(0.2, state, closed(modes))
+    fore, aft = (solved.touches[k][2] for k in (2, 3))
+    lever = f * 0.02 / 0.05  # friction at the lower face tips the block forwards
+    weight = m * g * math.cos(slope) / 2
+    assert [fore, aft] == pytest.approx([weight * (1 + lever), weight * (1 - lever)], rel=1e-4)
+    d = np.array([math.cos(slope), -math.sin(slope)])
+    assert solved.acceleration[:2] @ d == pytest.approx(g * (math.sin(slope) - f * math.cos(slope)), rel=1e-6)
+    assert modes_of(system, 0.2, state) == modes
