@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from tests.support.multibody_run import assemble, closed, follow, from_mechanism
+from tests.support.multibody_records import from_mechanism
+from tests.support.multibody_run import assemble, closed, follow
 
 ROUGH = {"coupler": 0.8, "rocker": 1.7}  # rad, the upper branch
 MOTION = ["angle", "angular_velocity", "angular_acceleration"]
@@ -114,3 +115,23 @@ def test_the_mechanism_with_play_at_every_joint_and_friction():
     assert {*found.event_joint.values} == {0, 1, 2, 3}
     assert found.event_time.values == pytest.approx([event.time for event in events], abs=1e-10)
     assert list(found.event_joint.values) == [event.touch for event in events]
+
+
+class Wider(jp.Mechanism):
+    """A mechanism with a field that the second program does not know."""
+
+    further: tuple = ()
+
+
+def test_what_the_bodies_cannot_do_is_refused():
+    plain = jp.catalog.chunmei2002(friction=0.0)
+    fields = {name: getattr(plain, name) for name in type(plain).model_fields}
+    wrong = {
+        "elastic of Link": plain.replace(elastic=("coupler",)),
+        "friction coulomb": plain.replace(friction=0.1),
+        "further of Wider": Wider(**fields, further=(1.0,)),
+    }
+    for words, mechanism in wrong.items():
+        with pytest.raises(ValueError, match=words):
+            from_mechanism(mechanism)
+    assert len(from_mechanism(Wider(**fields)).bodies) == 3

@@ -1,4 +1,4 @@
-"""Starts and motions of the bodies of `tests.support.multibody`, and the package's records as such bodies.
+"""Starts and motions of the bodies of `tests.support.multibody`.
 
 Motions are smooth between events: points of touch close where u rises through 0, open where it falls, and,
 where a force may not pull, are released and loaded again where the law's force changes sign. Events are
@@ -15,8 +15,8 @@ import numpy as np
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-from tests.support.multibody import GROUND, Body, Marker, Now, Play, Revolute, System
-from tests.support.multibody_loads import Driven, constant_speed, kelvin_voigt, motor, tanh_friction
+from tests.support.multibody import Now, System
+from tests.support.multibody_loads import Driven
 
 SAMPLES = 8  # points a step at which guards are looked at
 MOST = 100_000  # events
@@ -166,43 +166,3 @@ def _root(guards, path, k, before, after):
         return guards(t, path(t))[k][0]
 
     return brentq(value, before, after, xtol=1e-18, rtol=1e-15) if value(before) > 0 else before
-
-
-def from_mechanism(mechanism, crank_angle: float = 0.0) -> System:
-    """A record `Mechanism` of rigid links and revolute joints as bodies; raises where it holds more."""
-    if mechanism.elastic_links:
-        raise ValueError("a body here does not bend")
-    bodies = [
-        Body(link.name, link.mass, link.inertia - link.mass * link.centre**2, link.centre)
-        for link in mechanism.links
-    ]
-    joints = [
-        Revolute(joint.name, _marker(joint.journal), _marker(joint.bearing), _play(joint))
-        for joint in mechanism.joints
-    ]
-    drive, drives, loads = mechanism.drive, [], []
-    if drive and drive.kind == "speed":
-        drives = [constant_speed(drive.link, drive.speed, crank_angle)]
-    elif drive and drive.kind == "motor":
-        loads = [motor(drive.link, drive.stall_torque, drive.slope)]
-    elif drive:
-        raise ValueError(f"a drive {drive.kind} is not known here")
-    return System(bodies, joints, drives, loads, mechanism.gravity)
-
-
-def _marker(pin) -> Marker:
-    return Marker(GROUND, tuple(pin.point)) if pin.link == GROUND else Marker(pin.link, (pin.at, 0.0))
-
-
-def _play(joint) -> Play | None:
-    if joint.ideal:
-        return None
-    contact, friction, smoothed = joint.contact, joint.friction, None
-    if contact.law != "kelvin_voigt":
-        raise ValueError(f"a contact {contact.law} is not known here")
-    if friction and (friction.coefficient or friction.viscous):
-        if friction.law != "tanh":
-            raise ValueError("friction that sticks is not known here")
-        smoothed = tanh_friction(friction.coefficient, friction.velocity, friction.viscous)
-    law, stored = kelvin_voigt(contact.stiffness, contact.damping), lambda u: 0.5 * contact.stiffness * u * u
-    return Play(joint.clearance, law, smoothed, contact.tension, joint.radius, stored=stored)
