@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.multibody import GROUND, Body, Marker, Play, Prismatic, Revolute, System
 from tests.support.multibody_loads import kelvin_voigt, tanh_friction
-from tests.support.multibody_run import closed, follow, modes_of
+from tests.support.multibody_run import assemble, closed, follow, modes_of
 
 
 def bounce(K, C, m, tension):
@@ -73,3 +73,36 @@ def test_a_block_slides_down_a_guide_with_friction():
     d = np.array([math.cos(slope), -math.sin(slope)])
     assert solved.acceleration[:2] @ d == pytest.approx(g * (math.sin(slope) - f * math.cos(slope)), rel=1e-6)
     assert modes_of(system, 0.2, state) == modes
+
+
+def test_a_slider_between_faces_reaches_its_first_impact():
+    """Flores, Leine and Glocker (2010): a slider in a guide with play, until it touches the upper face.
+
+    Up to there the slider, held at its centre, does not turn, so both upper corners arrive at once. The
+    numbers are those of the two angles' own equations, by Taylor series with 34 digits.
+    """
+    bodies = [
+        Body("crank", 0.038, 7.4e-5, 0.0765),
+        Body("rod", 0.038, 5.9e-4, 0.153),
+        Body("slider", 0.076, 2.7e-6),
+    ]
+    play = Play(0.001, kelvin_voigt(1e8, 0.0), half_length=0.05, half_height=0.025)
+    joints = [
+        Revolute("O", Marker("crank"), Marker()),
+        Revolute("A", Marker("rod"), Marker("crank", (0.153, 0.0))),
+        Revolute("B", Marker("slider"), Marker("rod", (0.306, 0.0))),
+        Prismatic("G", Marker("slider"), Marker(), play),
+    ]
+    system = System(bodies, joints, gravity=9.81)
+    held = {"crank": (0.0, 150.0), "rod": (0.0, -75.0), "slider": (0.0, 0.0)}
+    y = assemble(System(bodies, joints[:3]), {"crank": 0.0, "rod": 0.0, "slider": 0.0}, held)
+    _, _, events = follow(system, y, [0.0027], rtol=1e-13)
+    assert {(event.kind, event.touch) for event in events[:2]} == {("contact", 0), ("contact", 1)}
+    assert [event.time for event in events[:2]] == pytest.approx([0.00269250275202121] * 2, rel=1e-11)
+    first = events[0].y
+    assert first[[2, 5]] == pytest.approx([0.355304455027745, -0.171509540940174], rel=1e-11)
+    assert first[[11, 14]] == pytest.approx([109.557681543150, -49.3307899619314], rel=1e-11)
+    assert first[[6, 15, 16]] == pytest.approx(
+        [0.444954161274559, -8.40750818651036, 0.841612322032869], rel=1e-11
+    )
+    assert np.abs(first[[8, 17]]).max() < 1e-9
