@@ -88,11 +88,11 @@ KINDS = {  # by mode: guards, positive in the mode, with the kind of event and t
 }
 
 
-def modes_of(system: System, t: float, y: np.ndarray) -> list[str]:
-    """Modes of all touches at a state inside them, not at their edges."""
-    touches = [touch for _, touch in system.touches(Now(system, t, y))]
-    shut = ["closed" if touch.play.tension or touch.law() > 0 else "released" for touch in touches]
-    return [mode if touch.u > 0 else "free" for mode, touch in zip(shut, touches, strict=True)]
+def mode_of(touch, inside: bool) -> str:
+    """Mode of a touch that begins inside the surface, or outside."""
+    if not inside:
+        return "free"
+    return "closed" if touch.play.tension or touch.law() > 0 else "released"
 
 
 def closed(modes: Sequence[str]) -> list[bool]:
@@ -102,27 +102,21 @@ def closed(modes: Sequence[str]) -> list[bool]:
 
 def follow(system: System, y: np.ndarray, at: Sequence[float], rtol: float = 1e-11, method=DOP853, **options):
     """Follow a motion from t = 0: states at ascending times, shape (times, 2 n); modes there; events."""
-    t, modes, states, kept, events = 0.0, modes_of(system, 0.0, y), [], [], []
+    t, states, kept, events = 0.0, [], [], []
+    modes = [mode_of(touch, touch.u > 0) for _, touch in system.touches(Now(system, 0.0, y))]
     for end in at:
         while t < end:
             t, y, event = _advance(system, modes, t, y, end, rtol, method, options)
             if event:
-                touch, kind, mode = event
-                events.append(Event(t, touch, kind, y.copy()))
-                if kind == "contact" and modes_of_entry(system, t, y, touch) == "released":
-                    mode = "released"
-                modes[touch] = mode
+                i, kind, modes[i] = event
+                events.append(Event(t, i, kind, y.copy()))
+                if kind == "contact":  # a law that pulls at once is not felt where it may not
+                    modes[i] = mode_of(system.touches(Now(system, t, y))[i][1], True)
                 if len(events) > MOST:
                     raise RuntimeError(f"more than {MOST} events until {t} s")
         states.append(y.copy())
         kept.append(list(modes))
     return np.array(states), kept, events
-
-
-def modes_of_entry(system: System, t: float, y: np.ndarray, touch: int) -> str:
-    """Mode of a touch that has just closed: without tension a law that pulls at once is not felt."""
-    found = system.touches(Now(system, t, y))[touch][1]
-    return "closed" if found.play.tension or found.law() >= 0 else "released"
 
 
 def _advance(system, modes, t, y, end, rtol, method, options):
