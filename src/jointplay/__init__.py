@@ -44,6 +44,7 @@ _HOME = {
     "InputError": "errors",
     "ModelWarning": "errors",
     "catalog": "mechanism.catalog:",
+    "contact_stiffness": "mechanism.stiffness",
     **dict.fromkeys(_RECORDS.split(), "mechanism.records"),
 }
 __all__ = ["__version__", *_HOME]

@@ -14,12 +14,14 @@ from jointplay.analysis.vary import axes
 from jointplay.codegen.ensemble import FRICTION as TRIED_FRICTION
 from jointplay.codegen.ensemble import LAWS as TRIED_LAWS
 from jointplay.codegen.ensemble import known
-from jointplay.equations.laws import LAWS, Law
+from jointplay.equations.laws import FACTORS, LAWS, Law
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.joints import Contact, Friction
+from jointplay.numerics.codes import Event
 
+SPEED = 0.3  # m/s, with which a contact began
 ROUND = 1e-10  # m, where the power of a penetration is rounded off
 FRICTION = {
     "none": None,
@@ -37,10 +39,12 @@ def _hunt_crossley(u, v_n, K, C, n):
 
 HUNT_CROSSLEY = Law(
     force=_hunt_crossley,
-    slopes=lambda K, C, n: (K * ROUND ** (n - 1), 0.0),
+    slopes=lambda depth, K, C, n: (K * (depth**2 + ROUND**2) ** ((n - 1) / 2) * n, 0.0),
     numbers={"stiffness": ("K", "1"), "damping": ("C", "s/m"), "power": ("n", "1")},
 )
 TRIED = {"kelvin_voigt": (7.15e6, 228.0), "test_hunt_crossley": (2.3e9, 0.5, 1.5)}
+TRIED |= {"hertz": (2.3e9, 1.5), "hunt_crossley": (2.3e9, 1.5, 0.5)}
+TRIED |= dict.fromkeys(FACTORS, (2300000000.0, 0.7, 1.5, 0.001))
 
 
 @pytest.fixture
@@ -50,12 +54,21 @@ def added(monkeypatch):
 
 def linkage(law="kelvin_voigt", friction=None, **changes):
     """The paper's linkage with another law in its joints."""
-    stiffness, damping, *further = TRIED[law]
-    names = dict(zip(LAWS[law].further, further, strict=True))
-    contact = Contact(law=law, stiffness=stiffness, damping=damping, parameters=names)
+    numbers = dict(zip(LAWS[law].numbers, TRIED[law], strict=True))
+    own = {name: numbers.pop(name) for name in ("stiffness", "damping") if name in numbers}
+    contact = Contact(law=law, parameters=numbers, **own)
     plain = catalog.chunmei2002(gear_ratio=3.0, **changes)
     joints = [joint.model_copy(update={"contact": contact, "friction": friction}) for joint in plain.joints]
     return jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
+
+
+def _at(name, depth=None):
+    """A law's force and numbers; of one that remembers with a speed, or its slopes up to a depth."""
+    law = LAWS[name]
+    given = law.coefficients(*TRIED[name])
+    if depth is not None:
+        return law.slopes(depth, *given)
+    return lambda u, v: law.force(u, v, *given, *([SPEED] if law.floor else []))
 
 
 def test_every_law_is_tried_here(added):
@@ -64,39 +77,53 @@ def test_every_law_is_tried_here(added):
 
 @pytest.mark.parametrize("name", TRIED)
 def test_a_law_is_defined_beyond_the_surface_and_bounded_near_it(added, name):
-    law, numbers = LAWS[name], TRIED[name]
+    force_of = _at(name)
     u, v = np.meshgrid(np.linspace(-1e-3, 1e-3, 41), np.linspace(-2.0, 2.0, 41))
-    force, stored = law.force(u, v, *numbers)
+    force, stored = force_of(u, v)
     assert np.isfinite(force).all()
     assert np.isfinite(stored).all()
-    assert law.force(0.0, 0.0, *numbers)[0] == 0.0
-    assert (law.force(u[u > 0], 0.0, *numbers)[0] > 0).all()
-    per_u, per_v = law.slopes(*numbers)
-    for u, v in ((1e-16, 0.0), (-1e-16, 0.0), (0.0, 1e-12), (1e-16, -1e-12)):
-        assert abs(law.force(u, v, *numbers)[0]) <= (per_u * abs(u) + per_v * abs(v)) * (1 + 1e-9)
+    assert force_of(0.0, 0.0)[0] == 0.0
+    assert (force_of(u[u > 0], 0.0)[0] > 0).all()
+    for depth in (1e-16, 1e-4):
+        per_u, per_v = _at(name, depth)
+        for u, v in ((depth, 0.0), (-depth, 0.0), (0.0, 1e-12), (depth, -1e-12)):
+            assert abs(force_of(u, v)[0]) <= (per_u * abs(u) + per_v * abs(v)) * (1 + 1e-9)
+        steps = np.linspace(-depth, depth, 101)
+        assert np.abs(np.diff(force_of(steps, 0.0)[0]) / np.diff(steps)).max() <= per_u * (1 + 1e-9)
 
 
 @pytest.mark.parametrize("name", TRIED)
-def test_without_damping_the_force_is_the_slope_of_what_is_stored(added, name):
-    law, (K, _, *further), u, h = LAWS[name], TRIED[name], np.linspace(-1e-4, 1e-4, 9), 1e-9
-    slope = (law.force(u + h, 0.0, K, 0.0, *further)[1] - law.force(u - h, 0.0, K, 0.0, *further)[1]) / (
-        2 * h
-    )
-    assert np.allclose(slope, law.force(u, 0.0, K, 0.0, *further)[0], rtol=1e-6, atol=1e-3)
+def test_at_rest_the_force_is_the_slope_of_what_is_stored(added, name):
+    force_of, u, h = _at(name), np.linspace(-1e-4, 1e-4, 9), 1e-9
+    slope = (force_of(u + h, 0.0)[1] - force_of(u - h, 0.0)[1]) / (2 * h)
+    assert np.allclose(slope, force_of(u, 0.0)[0], rtol=1e-6, atol=1e-3)
 
 
-def test_a_motion_with_an_added_law_has_its_forces_and_balances_its_energy(added):
+@pytest.mark.parametrize("name", TRIED)
+def test_what_has_the_sign_of_a_force_has_it(added, name):
+    law, given = LAWS[name], LAWS[name].coefficients(*TRIED[name])
+    u, v = np.meshgrid(np.linspace(1e-6, 1e-3, 11), np.linspace(-2.0, 2.0, 40))
+    if law.push is not None:
+        push = law.push(v, *given, *([SPEED] if law.floor else [])) + 0 * v
+        assert np.array_equal(np.sign(push), np.sign(_at(name)(u, v)[0]))
+        assert (push > 0).all() == (not law.pulls)
+
+
+def test_a_motion_has_the_forces_of_its_law_and_balances_its_energy():
     record = ["normal_force", "penetration", "normal_velocity", "mode", "energy_residual", "energy"]
-    found = jp.simulate(linkage("test_hunt_crossley"), turns=0.3, rtol=1e-9, record=record)
+    found = jp.simulate(linkage("flores"), turns=1, rtol=1e-9, record=record).sel(joint="B")
     touching = found.mode.values > 0
-    u, v = found.penetration.values[touching], found.normal_velocity.values[touching]
+    time, u, v = (found[name].values[touching] for name in ("time", "penetration", "normal_velocity"))
+    begun = found.event_kind.values == Event.CONTACT
+    last = np.searchsorted(found.event_time.values[begun], time) - 1
+    v_0 = found.event_normal_velocity.values[begun][last]
     assert int(found.status) == 0
     assert touching.sum() > 30
     assert not touching.all()
-    assert np.allclose(
-        found.normal_force.values[touching], _hunt_crossley(u, v, *TRIED["test_hunt_crossley"])[0]
-    )
-    assert np.abs(found.energy_residual.values).max() < 1e-6 * np.abs(found.energy.values).max()
+    assert np.ptp(v_0) > 0.05
+    force = LAWS["flores"].force(u, v, *LAWS["flores"].coefficients(*TRIED["flores"]), v_0)[0]
+    assert np.allclose(found.normal_force.values[touching], force, rtol=1e-9)
+    assert np.abs(found.energy_residual.values).max() < 1e-9 * np.abs(found.energy.values).max()
 
 
 def test_wrong_numbers_of_a_law_are_refused_together(added):
@@ -106,8 +133,25 @@ def test_wrong_numbers_of_a_law_are_refused_together(added):
     assert "contact.stiffness: got -1.0" in told
     assert "did you mean 'power'?" in told
     assert "contact.parameters.power: got nothing" in told
-    with pytest.raises(InputError, match="one of 'kelvin_voigt', 'test_hunt_crossley' is accepted"):
-        Contact(law="hertz", stiffness=1.0, damping=0.0)
+    with pytest.raises(InputError) as caught:
+        Contact(law="lankarani_nikravech", stiffness=1.0, damping=-1.0)
+    told = str(caught.value)
+    assert "did you mean 'lankarani_nikravesh'?" in told
+    assert "contact.damping: got -1.0" in told
+    with pytest.raises(InputError) as caught:
+        Contact(law="flores", stiffness=1.0, damping=1.0, parameters={"restitution": 0.0, "slowest": 0.0})
+    told = str(caught.value)
+    assert "law flores has no damping" in told
+    assert "contact.parameters.restitution: got 0.0; a restitution above 0, up to 1, is accepted" in told
+    assert "contact.parameters.slowest: got 0.0" in told
+    with pytest.raises(InputError, match=r"contact.damping: got nothing; .* needs a contact damping"):
+        Contact(stiffness=1.0)
+
+
+def test_numbers_of_a_law_that_are_left_out_take_their_usual_values():
+    found = Contact(law="lee_wang", stiffness=1.0, parameters={"restitution": 0.5})
+    assert found.numbers == {"stiffness": 1.0, "restitution": 0.5, "exponent": 1.5, "slowest": 1e-3}
+    assert found.coefficients == {"K": 1.0, "dr": 0.375, "n": 1.5, "vmin": 1e-3}
 
 
 def test_numbers_of_an_added_law_vary(added):

@@ -3,7 +3,8 @@
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
 Differential Equations II, section IV.8. Validity: rigid linkages of three links that turn freely, clearance
-in one joint, rtol from 1e-8 up; whatever else is asked for is followed one by one.
+in one joint under Kelvin and Voigt's law, rtol from 1e-8 up; whatever else is asked for is followed one by
+one.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.trajectory import Records, Request, follow, functions
 from jointplay.codegen import cache
-from jointplay.codegen.ensemble import known
+from jointplay.codegen.ensemble import LAWS, known
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -29,8 +30,8 @@ from jointplay.numerics.codes import Row
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
 LOG_ROWS = 8192
 ACCEPTED = (
-    "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint, "
-    f"at an rtol of {RTOL:g} or more"
+    "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint "
+    f"under the contact law {' or '.join(LAWS)}, at an rtol of {RTOL:g} or more"
 )
 
 

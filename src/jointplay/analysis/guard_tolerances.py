@@ -22,7 +22,8 @@ ROUNDED_GAP = 16  # roundings of the mechanism's reach within which a gap is zer
 def _rounding(model: Model) -> float:
     """Rounding of a relative speed at a contact, m/s, at the nominal speed or that of the start."""
     turning = max((model.reach / e for e in model.clearances), default=0.0)
-    speeds = model.state[len(model.turning) :][model.turning > 0] if model.reach else ()
+    n_q = len(model.turning)
+    speeds = model.state[n_q : 2 * n_q][model.turning > 0] if model.reach else ()
     fastest = max(2 * math.pi / model.period, float(np.max(np.abs(speeds), initial=0.0)))
     return EPS * model.reach * fastest * (ROUNDINGS + APPROACH * turning)
 
@@ -63,18 +64,18 @@ def _laws(structure: Linkage | Oscillator) -> list[tuple[Law, list[int], int]]:
     return found
 
 
-def _slopes(model: Model) -> list[tuple[float, float, float]]:
-    """Of each joint: bounds of dF_n/du and dF_n/dv_n near zero, N/m and N s/m; the limit of sticking."""
-    given = model.numbers
-    return [
-        (*law.slopes(*given[places]), given[friction]) for law, places, friction in _laws(model.structure)
-    ]
+def _turning(law: Law, given: np.ndarray, model: Model) -> float:
+    """Rounding of what has the sign of a force that vanishes with the penetration."""
+    slowest = [given[law.letters.index(law.floor)]] if law.floor else []
+    still, moving = (law.push(v_n, *given, *slowest) for v_n in (0.0, _rounding(model)))
+    return EPS + moving - still
 
 
 def cones(model: Model) -> np.ndarray:
     """Error of (f_s F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N."""
     errors, play, speed = np.zeros(len(model.joints)), rounded_gap(model), _rounding(model)
-    for j, (K, C, f) in enumerate(_slopes(model)):
+    for j, (law, places, friction) in enumerate(_laws(model.structure)):
+        (K, C), f = law.slopes(model.clearances[j], *model.numbers[places]), model.numbers[friction]
         errors[j] = 2 * f * (1 + f) * (K * play + C * speed)
     return errors
 
@@ -83,6 +84,8 @@ def guards(model: Model, still: float, n_contacts: int, n_resets: int) -> np.nda
     """Tolerance of each contact's guards: gap, force, sliding speed; 0 for all other guards."""
     tolerances = np.zeros((n_contacts, 4))
     tolerances[:, 2], play = still, rounded_gap(model)
-    for j, (K, _, _) in enumerate(_slopes(model)):
-        tolerances[j, :2] = 2 * model.clearances[j] * play, K * play
+    for j, (law, places, _) in enumerate(_laws(model.structure)):
+        given = model.numbers[places]
+        force = law.slopes(play, *given)[0] * play if law.push is None else _turning(law, given, model)
+        tolerances[j, :2] = 2 * model.clearances[j] * play, force
     return np.concatenate([tolerances.ravel(), np.zeros(n_resets)])

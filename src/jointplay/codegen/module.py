@@ -3,12 +3,14 @@
 rate(variant, w, s, p, m)         rates, guards, resets, section, powers of eight increments, into w
 jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row; of many unknowns, the values
                                   of a plan, whose algebra then stands here too (codegen.elimination)
-contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's), F_t, v_t'; then of each
-                                  reset: gap, inverse of the mass that an impact meets (0: of no account),
-                                  the gap's rate, 0, F_t, the rate's own rate (codegen.variants)
+contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's; or what has its sign),
+                                  F_t, v_t'; then of each reset: gap, inverse of the mass that an impact
+                                  meets (0: of no account), the gap's rate, 0, F_t, the rate's own rate
+                                  (codegen.variants)
 trig(s, p)                        sines and cosines of the base point
-reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls
-CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS
+reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls;
+                                  beyond these, the beginning of a contact that a law remembers
+CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS, REMEMBERS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
 
@@ -17,10 +19,11 @@ import re
 from sympy import Expr, Integer, Symbol
 
 from ..equations.system import System
-from ..numerics.modes import CONE, FORCE, GAP, IN_FLIGHT, PULLS, SLIDE, SLIPPING, STICKS
+from ..numerics.modes import CONE, FORCE, GAP, IN_FLIGHT, PULLS, REMEMBERS, SLIDE, SLIPPING, STICKS
 from . import elimination, outputs
 from .dynamics import Dynamics
 from .source import Layout, Program, dispatch, entry, importing, lanes, point, statements, used
+from .tape import Tape
 from .variants import variants
 
 HEADER = '''"""Generated from the equations; do not edit."""
@@ -72,7 +75,7 @@ def _sizes(layout: Layout, plans: list[elimination.Plan]) -> dict[str, int]:
 
 
 def _names(system: System) -> str:
-    flags = {c.name: PULLS * c.pulls + STICKS * c.sticks for c in system.contacts}
+    flags = {c.name: PULLS * c.pulls + STICKS * c.sticks + REMEMBERS * bool(c.entry) for c in system.contacts}
     return f"CONTACTS = {flags!r}\nRESETS = {[reset.name for reset in system.resets]!r}\n\n"
 
 
@@ -99,11 +102,11 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
 
 def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
-    """Guards of a contact by number: gap or u, the law's F_n, v_t, the cone (f_s F_n)^2 - F_t^2."""
+    """Guards of a contact: gap or u, the law's F_n or its sign, v_t, the cone (f_s F_n)^2 - F_t^2."""
     contact = dynamics.system.contacts[j]
     found = {GAP: contact.u if contact.gap is None else contact.gap}
     if not contact.pulls or (contact.sticks and variant == "stick"):
-        found[FORCE] = contact.F_n
+        found[FORCE] = contact.pressed
     if contact.sticks and variant != "free":
         found[SLIDE] = contact.v_t
     if contact.sticks and variant == "stick":
@@ -136,7 +139,7 @@ def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     for j, contact in enumerate(dynamics.contacts):
         v_t, creep = (contact.v_t, dynamics.creep(j)) if contact.v_t is not None else (Integer(0), Integer(0))
         normal = (contact.u, contact.v_n) if j < last else _met(dynamics, j - last)
-        for place, value in enumerate((*normal, v_t, contact.F_n, dynamics.F_t[j], creep)):
+        for place, value in enumerate((*normal, v_t, contact.pressed, dynamics.F_t[j], creep)):
             results[f"out_{j}_{place}"], stores[f"out_{j}_{place}"] = value, 6 * j + place
     program = dynamics.tape.program(results)
     return point(f"contacts_{variant}", layout, program, stores, "s, p, m, out", "out")
@@ -181,11 +184,13 @@ def _trig(layout: Layout) -> str:
 def _reset(layout: Layout) -> str:
     parts, resets = [], layout.system.resets
     programs = [_jumping(layout.system, k) for k in range(len(resets))]
-    for k, program in enumerate(programs + [_settling(layout.system, k) for k in range(len(resets))]):
+    programs = dict(enumerate(programs + [_settling(layout.system, k) for k in range(len(resets))]))
+    programs |= {k: _beginning(layout.system, jump) for k, jump in beginnings(layout.system).items()}
+    for k, program in programs.items():
         stores = {f"new_{z}": place for z, place in layout.base.items()}
         own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
         parts.append("@compiled\n" + point(f"reset_{k}", layout, program, own, "s, p", "s") + "\n")
-    return "\n".join([*parts, dispatch("reset", "k, s, p", {k: f"reset_{k}" for k in range(len(parts))})])
+    return "\n".join([*parts, dispatch("reset", "k, s, p", {k: f"reset_{k}" for k in programs})])
 
 
 def _jumping(system: System, k: int) -> Program:
@@ -208,6 +213,17 @@ def jumped(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
     if reset.restitution is None:
         return reset.speeds
     return _pushed(dynamics.system.speeds, 1 + reset.restitution, *_impulse(dynamics, k))
+
+
+def _beginning(system: System, jump: dict[Symbol, Expr]) -> Program:
+    """What a law remembers of the beginning of a contact."""
+    return Tape(system).program({f"new_{z}": value for z, value in jump.items()})
+
+
+def beginnings(system: System) -> dict[int, dict[Symbol, Expr]]:
+    """Jumps where contacts begin that a law remembers, by their number."""
+    first = 2 * len(system.resets)
+    return {first + j: contact.entry for j, contact in enumerate(system.contacts) if contact.entry}
 
 
 def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:

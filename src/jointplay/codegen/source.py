@@ -37,6 +37,12 @@ class Printer(StrPrinter):
             return f"sqrt({self._print(expr.base)})" if power > 0 else f"(1.0/sqrt({self._print(expr.base)}))"
         return f"({base}**({self._print(power)}))"
 
+    def _print_Max(self, expr):
+        return f"max({', '.join(map(self._print, expr.args))})"
+
+    def _print_Heaviside(self, expr):
+        return f"(1.0 if {self._print(expr.args[0])} > 0.0 else 0.0)"
+
     def _print_Rational(self, expr):
         return repr(float(expr))
 

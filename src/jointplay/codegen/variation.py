@@ -6,7 +6,7 @@ divergence(w)                     trace of d rate / d speeds, into the last row 
 gradient(guard, s, p, m, out)     d guard / d (time, state) at the base point; guards as in the lane rows,
                                   those of resets last
 turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th reset, row by row; beyond the
-                                  last, of coming to rest on the walls
+                                  last, of coming to rest on the walls; then of contacts that begin
 ROWS                              rows of w: the structure's own, then those of its derivatives
 
 Only models that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
@@ -20,7 +20,7 @@ from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System
 from .dynamics import Dynamics
-from .module import HEADER, jumped, settled
+from .module import HEADER, beginnings, jumped, settled
 from .source import LANES, Layout, dispatch, entry, importing, lanes, point
 from .variants import variants
 
@@ -45,7 +45,7 @@ def text(system: System, method: int, planned: bool) -> str:
     gradients = dict(_gradients(layout))
     parts += gradients.values()
     parts.append(dispatch("gradient", "guard, s, p, m, out", {g: f"gradient_{g}" for g in gradients}))
-    jumps = range(2 * len(system.resets))
+    jumps = [*range(2 * len(system.resets)), *beginnings(system)]
     parts += [_turned(layout, k) for k in jumps]
     parts.append(dispatch("turned", "k, s, p, out", {k: f"turned_{k}" for k in jumps}))
     return importing("\n".join(parts))
@@ -141,7 +141,7 @@ def _gradients(layout: Layout) -> Iterator[tuple[int, str]]:
     system = layout.system
     for j, contact in enumerate(system.contacts):
         gap = contact.u if contact.gap is None else contact.gap
-        plain = {0: gap, 1: contact.F_n} | ({2: contact.v_t} if contact.sticks else {})
+        plain = {0: gap, 1: contact.pressed} | ({2: contact.v_t} if contact.sticks else {})
         for place, value in plain.items():
             yield 4 * j + place, _gradient(layout, 4 * j + place, value)
         if contact.sticks:
@@ -190,7 +190,10 @@ def _wall(layout: Layout, k: int) -> str:
 def _turned(layout: Layout, k: int) -> str:
     dynamics, resets = Dynamics(layout.system, "free"), layout.system.resets
     tape = dynamics.tape
-    jump = jumped(dynamics, k) if k < len(resets) else settled(dynamics, k - len(resets))
+    if k >= 2 * len(resets):
+        jump = beginnings(layout.system)[k]
+    else:
+        jump = jumped(dynamics, k) if k < len(resets) else settled(dynamics, k - len(resets))
     new = [jump.get(z, z) for z in layout.system.speeds]
     slopes = [slope for value in new for slope in _slopes(layout, tape, value)]
     return _at_point(layout, f"turned_{k}", "s, p, out", "out", tape, slopes)

@@ -128,7 +128,7 @@ def dot(a: tuple[Expr, Expr], b: tuple[Expr, Expr]) -> Expr:
 
 
 def coordinates(structure: Linkage) -> Coordinates:
-    """Name the freedoms: elastic modes first (M is then eliminated without fill), angles, bases."""
+    """Name the freedoms: elastic modes first (M is then eliminated without fill), angles, bases; memories."""
     c = Coordinates()
     for beam in structure.beams:
         for i in range(beam.modes):
@@ -150,4 +150,10 @@ def coordinates(structure: Linkage) -> Coordinates:
         for axis in (0, 1):
             x = "xy"[axis]
             c.free((f, axis), Symbol(f"{x}_{f}", real=True), Symbol(f"v{x}_{f}", real=True))
+    c.speeds.extend(approach(joint.name) for joint in structure.joints if joint.remembers)
     return c
+
+
+def approach(joint: str) -> Symbol:
+    """The speed with which a contact began: no freedom has it, and it stays until the next one begins."""
+    return Symbol(f"approach_{joint}", real=True)

@@ -4,7 +4,8 @@ No SymPy here: what is written with arithmetic alone takes symbols as well as nu
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import exp
 
 
 @dataclass(frozen=True)
@@ -16,20 +17,47 @@ class Law:
     It must vanish with u and v_n, and push (F_n > 0) where u > 0 = v_n. Compiled equations are found by the
     law's name: a law from outside this package that changes needs another one.
 
+    A law may remember the speed of approach v_0 with which a contact began, from a smallest one on: then v_0
+    is the last argument of `force` and `push`.
+
     Parameters
     ----------
     force : callable
-        F_n, and the energy that it stores, of u, v_n and the law's numbers in their order.
+        F_n, and the energy that it stores, of u, v_n and the law's coefficients in their order.
     slopes : callable
-        Bounds of |dF_n/du| and |dF_n/dv_n| at u = v_n = 0, of the law's numbers: what rounding makes of a
-        force near zero.
+        Bounds of |dF_n/du| and |dF_n/dv_n| up to a penetration, of that and the coefficients: what rounding
+        makes of a force.
     numbers : mapping of str to tuple of str
         Letter and units of each number by its name: ``stiffness``, ``damping``, and what it has beside these.
+    source : str
+        Where it was published, or what it is called after.
+    push : callable, optional
+        Of v_n and the coefficients, what has the sign of F_n where u > 0, is smooth and linear in v_n: of a
+        law whose force vanishes with u.
+    coefficients : callable, optional
+        What the equations take, of the numbers in their order; the same if left out.
+    defaults : mapping of str to float
+        Numbers that need not be given.
+    limits : mapping of str to tuple
+        Of numbers: whether a value is accepted, and what is, in words.
+    floor : str
+        Letter of the number that is the smallest v_0, m/s; empty: the law remembers nothing.
+    pulls : bool
+        Whether the force can be negative at all.
+    rigid : bool
+        Whether it is a law of impacts, which has no force.
     """
 
-    force: Callable
-    slopes: Callable
+    force: Callable | None
+    slopes: Callable | None
     numbers: Mapping[str, tuple[str, str]]
+    source: str = ""
+    push: Callable | None = None
+    coefficients: Callable = lambda *numbers: numbers
+    defaults: Mapping[str, float] = field(default_factory=dict)
+    limits: Mapping[str, tuple[Callable[[float], bool], str]] = field(default_factory=dict)
+    floor: str = ""
+    pulls: bool = True
     rigid: bool = False
 
     @property
@@ -46,16 +74,125 @@ class Law:
 # Kelvin-Voigt, the law of Chunmei et al. (2002), equation (17): F_n = K u + C_n v_n, stored K u^2 / 2. F_n
 # jumps by C_n v_n at entry and may pull just before separation. Valid for small penetration; the restitution
 # that it gives does not depend on the impact speed.
-LAWS = {
-    "kelvin_voigt": Law(
-        force=lambda u, v_n, K, C: (K * u + C * v_n, K * u**2 / 2),
-        slopes=lambda K, C: (K, C),
-        numbers={"stiffness": ("K", "N/m"), "damping": ("C", "N s/m")},
+_kelvin_voigt = Law(
+    force=lambda u, v_n, K, C: (K * u + C * v_n, K * u**2 / 2),
+    slopes=lambda depth, K, C: (K, C),
+    numbers={"stiffness": ("K", "N/m"), "damping": ("C", "N s/m")},
+    source="Kelvin and Voigt; Chunmei et al. (2002)",
+)
+
+# Power laws: F_n = K u^n (1 + chi v_n), stored K u^(n + 1) / (n + 1), n >= 1; n = 3/2 is that of Hertz for
+# balls. F_n is continuous at entry, and pushes while 1 + chi v_n > 0. u^n is continued to u < 0 as an odd
+# function and rounded off within ROUND of 0, so that its slope is finite and grows with |u| on both sides.
+ROUND = 1e-12  # m: above the rounding of a gap, below every penetration that matters
+
+
+def _power(u, K, n):
+    """K u^n, rounded off at u = 0, and what it stores."""
+    square = u**2 + ROUND**2
+    return K * square ** ((n - 1) / 2) * u, K * square ** ((n + 1) / 2) / (n + 1)
+
+
+def _damped(u, v_n, K, n, chi):
+    spring, stored = _power(u, K, n)
+    return spring * (1 + chi * v_n), stored
+
+
+def _steepest(depth, K, n, chi):
+    spring, _ = _power(depth + ROUND, K, n)
+    return n * spring / (depth + ROUND), chi * spring
+
+
+_STIFFNESS = {"stiffness": ("K", "1")}  # N/m^n, which files of results have no unit for
+_EXPONENT = {"exponent": ("n", "1")}
+_AT_LEAST_ONE = (lambda n: n >= 1, "an exponent of at least 1 is accepted")
+
+# Hertz (1882): no damping, so a restitution of 1. Valid for elastic bodies whose contact is small beside
+# their radii; a shaft in a bearing of nearly its own radius conforms more than that.
+_hertz = Law(
+    force=lambda u, v_n, K, n: _power(u, K, n),
+    slopes=lambda depth, K, n: _steepest(depth, K, n, 0.0),
+    numbers=_STIFFNESS | _EXPONENT,
+    source="Hertz (1882)",
+    push=lambda v_n, K, n: 1,
+    defaults={"exponent": 1.5},
+    limits={"exponent": _AT_LEAST_ONE},
+    pulls=False,
+)
+
+# Hunt and Crossley (1975), with chi as a number of the material: restitution falls with the impact speed, as
+# 1 - 2 chi v / 3 for slow impacts. Valid for chi v < 1.
+_hunt_crossley = Law(
+    force=_damped,
+    slopes=_steepest,
+    numbers=_STIFFNESS | _EXPONENT | {"dissipation": ("chi", "s/m")},
+    source="Hunt and Crossley (1975)",
+    push=lambda v_n, K, n, chi: 1 + chi * v_n,
+    defaults={"exponent": 1.5},
+    limits={
+        "exponent": _AT_LEAST_ONE,
+        "dissipation": (lambda chi: chi >= 0, "a number of at least 0 s/m is accepted"),
+    },
+)
+
+# Laws with chi = d / v_0: a factor d, of the restitution e that is wanted, over the speed v_0 with which the
+# contact began. The restitution that they give, whatever K, n and the mass, is the root e' of
+#     d (1 + e') = ln[(1 + d) / (1 - d e')].
+# Valid for impacts that end; in lasting contact v_0 is that of its beginning, however slow. Contacts that
+# begin more slowly than `slowest` count as beginning with that speed: chi is bounded by d / slowest.
+FACTORS = {
+    "hunt_crossley_restitution": (lambda e: 3 * (1 - e) / 2, "Hunt and Crossley (1975), of the restitution"),
+    "herbert_mcwhannell": (
+        lambda e: 6 * (1 - e) / ((2 * e - 1) ** 2 + 3),
+        "Herbert and McWhannell (1977)",
     ),
-    "restitution": Law(
-        force=None,
-        slopes=None,
-        numbers={"restitution": ("r", "1")},
-        rigid=True,
-    ),
+    "lee_wang": (lambda e: 3 * (1 - e) / 4, "Lee and Wang (1983)"),
+    "lankarani_nikravesh": (lambda e: 3 * (1 - e**2) / 4, "Lankarani and Nikravesh (1990)"),
+    "gonthier": (lambda e: (1 - e**2) / e, "Gonthier, McPhee, Lange and Piedboeuf (2004)"),
+    "zhiying_qishao": (lambda e: 3 * (1 - e**2) * exp(2 * (1 - e)) / 4, "Zhiying and Qishao (2006)"),
+    "flores": (lambda e: 8 * (1 - e) / (5 * e), "Flores, Machado, Silva and Martins (2011)"),
+    "hu_guo": (lambda e: 3 * (1 - e) / (2 * e), "Hu and Guo (2015)"),
 }
+SLOWEST = 1e-3  # m/s
+
+
+def _remembering(factor: Callable, source: str) -> Law:
+    """A law whose damping depends on the speed at entry and the restitution wanted, by a factor d(e)."""
+    try:
+        factor(0.0)
+        limit = lambda e: 0 <= e <= 1, "a restitution from 0 to 1 is accepted"
+    except ZeroDivisionError:
+        limit = lambda e: 0 < e <= 1, "a restitution above 0, up to 1, is accepted"
+    return Law(
+        force=lambda u, v_n, K, d, n, slowest, v_0: _damped(u, v_n, K, n, d / v_0),
+        slopes=lambda depth, K, d, n, slowest: _steepest(depth, K, n, d / slowest),
+        numbers=_STIFFNESS | {"restitution": ("dr", "1")} | _EXPONENT | {"slowest": ("vmin", "m/s")},
+        source=source,
+        push=lambda v_n, K, d, n, slowest, v_0: 1 + d / v_0 * v_n,
+        coefficients=lambda K, e, n, slowest: (K, factor(e), n, slowest),
+        defaults={"exponent": 1.5, "slowest": SLOWEST},
+        limits={
+            "restitution": limit,
+            "exponent": _AT_LEAST_ONE,
+            "slowest": (lambda v: v > 0, "a speed above 0 m/s is accepted"),
+        },
+        floor="vmin",
+    )
+
+
+# Rigid bodies (Newton, 1687): no force but an impulse, after which the gap opens e times as fast as it
+# closed; rebounds that can no longer be told from rest end in lasting contact, held by the bearing. No
+# friction. Valid where impacts are short beside all else that is of interest.
+_restitution = Law(
+    force=None,
+    slopes=None,
+    numbers={"restitution": ("r", "1")},
+    source="Newton (1687)",
+    limits={"restitution": (lambda e: 0 <= e <= 1, "a restitution from 0 to 1 is accepted")},
+    pulls=False,
+    rigid=True,
+)
+
+LAWS = {"kelvin_voigt": _kelvin_voigt, "hertz": _hertz, "hunt_crossley": _hunt_crossley}
+LAWS |= {name: _remembering(*each) for name, each in FACTORS.items()}
+LAWS["restitution"] = _restitution

@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from sympy import Expr, Integer, atan2, sqrt
+from sympy import Expr, Integer, Max, Symbol, atan2, sqrt, sympify
 
 from . import beam as elastic
 from . import chain, functions, loop, springs
 from .contact import Geometry, geometry
-from .coordinates import Coordinates, Freedom, coordinates
+from .coordinates import Coordinates, Freedom, approach, coordinates
 from .friction import FRICTIONS
 from .laws import LAWS
 from .structure import Clearance, Linkage, Pin, parameter_names
@@ -40,6 +40,8 @@ class Parts:
             (crank,) = (i for i, _ in c.parts[structure.driven])
             mass = {place: entry for place, entry in mass.items() if crank not in place}
             mass[crank, crank], force[crank] = Integer(1), Integer(0)
+        memories = [place for place in range(len(c.speeds)) if c.speeds[place] in self.memories]
+        mass |= {(place, place): Integer(1) for place in memories}
         return System(
             positions=tuple(c.positions),
             speeds=tuple(c.speeds),
@@ -74,6 +76,11 @@ class Parts:
         """Laws of the joints with play."""
         soft = self.structure.soft_joints
         return tuple(_contact(joint, self.joints[joint.name], self.c) for joint in soft)
+
+    @cached_property
+    def memories(self) -> set[Symbol]:
+        """Speeds that no freedom has: laws remember them."""
+        return {symbol for contact in self.contacts for symbol in contact.entry}
 
     @cached_property
     def inertia(self) -> dict[tuple[Freedom, Freedom], Expr]:
@@ -252,7 +259,12 @@ def _law_torque(drive: str, w: Expr) -> Expr:
 
 def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     law = LAWS[joint.law]
-    F_n, stored = law.force(g.u, g.v_n, *(number(f"{letter}_{joint.name}") for letter in law.letters))
+    numbers = [number(f"{letter}_{joint.name}") for letter in law.letters]
+    remembered, entry = [approach(joint.name)] * joint.remembers, {}
+    if joint.remembers:
+        entry[approach(joint.name)] = Max(g.v_n, number(f"{law.floor}_{joint.name}"))
+    F_n, stored = law.force(g.u, g.v_n, *numbers, *remembered)
+    push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
     drift = sum((entry * c.bias[freedom] for freedom, entry in g.spun.items()), Integer(0))
     friction, slip, limit = FRICTIONS.get(joint.friction), None, None
@@ -268,7 +280,7 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         g.v_n,
         F_n,
         g.normal,
-        joint.tension,
+        joint.tension or not law.pulls,
         g.v_t,
         g.tangential,
         slip,
@@ -277,6 +289,8 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         g.gap,
         drift,
         limit,
+        push,
+        entry,
     )
 
 

@@ -30,6 +30,11 @@ class Clearance:
     viscous: bool = False
     ends: tuple[str, str] = ("", "")
 
+    @property
+    def remembers(self) -> bool:
+        """Whether its law remembers the speed with which a contact began."""
+        return bool(LAWS[self.law].floor)
+
 
 @dataclass(frozen=True)
 class Beam:

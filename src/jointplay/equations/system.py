@@ -45,8 +45,9 @@ class Contact:
     `normal` and `tangential` are N_k = dv_n/dz_k and T_k = dv_t/dz_k, one a speed. `coulomb` is the
     friction coefficient while a law with true sticking slips, which may depend on v_t, and `limit` that up to
     which it sticks; `drag` is the part of F_t that is a smooth law; `drift` the part of dv_t/dt that
-    prescribed accelerations make. `gap` is what is watched for roots in the
-    place of u, of the same sign, where u itself is not smooth along a motion.
+    prescribed accelerations make. `gap` is what is watched for roots in the place of u, of the same sign,
+    where u itself is not smooth along a motion; `push` what is watched in the place of F_n, of the same sign
+    where u > 0. `entry` gives speeds their new values where contact begins.
     """
 
     name: str
@@ -63,10 +64,17 @@ class Contact:
     gap: Expr | None = None
     drift: Expr = Integer(0)
     limit: Expr | None = None
+    push: Expr | None = None
+    entry: dict[Symbol, Expr] = field(default_factory=dict)
 
     @property
     def sticks(self) -> bool:
         return self.limit is not None
+
+    @property
+    def pressed(self) -> Expr:
+        """What has the sign of the force, and is watched."""
+        return self.F_n if self.push is None else self.push
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy as np
 from jointplay.equations.structure import Linkage, parameter_names
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import oscillators
+from jointplay.mechanism.approach import approaches
 from jointplay.mechanism.beam import line_density, modal
 from jointplay.mechanism.kinematic_chains import Angles, Forest, origins, place_of
 from jointplay.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
@@ -61,6 +62,8 @@ def assemble(
     rows = [*_positions(mechanism, structure, forest, angles, speeds, nominal)]
     position, velocity, unit, floor, turning, fold = np.array(rows, dtype=float).reshape(-1, 6).T.copy()
     _check_journals(mechanism, forest, angles, position)
+    remembered = approaches(mechanism, forest, (angles, speeds), (position, velocity))
+    velocity, floor = np.append(velocity, remembered[:, 0]), np.append(floor, remembered[:, 1])
     # some of the motion is no unknown whose error is watched
     followed = structure.drive == "speed" or forest.loop
     return Model(
@@ -68,7 +71,7 @@ def assemble(
         numbers=np.array([values[name] for name in parameter_names(structure)]),
         state=np.concatenate([position, velocity]),
         absolute=np.concatenate([unit, floor]),
-        relative=np.concatenate([np.zeros(len(unit)), np.ones(len(unit))]),
+        relative=np.concatenate([np.zeros(len(unit)), np.ones(len(floor))]),
         turning=turning,
         fold=fold,
         period=2 * math.pi / nominal,
@@ -80,6 +83,7 @@ def assemble(
         clearances=tuple(joint.clearance for joint in loose),
         pins=tuple(joint.name for joint in mechanism.joints if joint.ideal),
         bending=structure.links if structure.beams else (),
+        memories=len(remembered),
         crank=structure.driven,
         crank_angle=angles[structure.driven],
         crank_speed=speeds[structure.driven],

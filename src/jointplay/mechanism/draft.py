@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import GROUND, MOST, Record
 from jointplay.mechanism.beam import Link
@@ -69,6 +70,7 @@ class Draft:
         if problems or not joints or len(joints) < len(self.joints):
             return problems  # what is connected to what is not known well enough to say more
         found = [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
+        found += _rubbed(joints)
         return found or list(self._unwound(joints))
 
     def _unwound(self, joints: Sequence[Joint]) -> Iterator[Problem]:
@@ -136,6 +138,15 @@ class Draft:
 
 
 _KINDS = {"links": (Link,), "joints": (Joint,), "springs": (Spring, TorsionSpring)}
+
+
+def _rubbed(joints: Sequence[Joint]) -> Iterator[Problem]:
+    """Friction where the law is one of impacts."""
+    for i, joint in enumerate(joints):
+        friction = joint.friction.coefficient or joint.friction.viscous if joint.friction else 0.0
+        if not joint.ideal and LAWS[joint.contact.law].rigid and friction:
+            text = f"none is accepted with the law {joint.contact.law}, whose impacts are without friction"
+            yield Problem(f"joints[{i}].friction", friction, text)
 
 
 def _parts(given: Any, *kinds: type[Record]) -> list[tuple[Any, Any]]:

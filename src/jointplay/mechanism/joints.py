@@ -6,11 +6,9 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from jointplay.equations.laws import LAWS
-from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.errors import NOTHING, refuse
 from jointplay.mechanism.base import (
     GROUND,
-    Flag,
     Name,
     NonNegative,
     Number,
@@ -19,6 +17,7 @@ from jointplay.mechanism.base import (
     measured,
     named,
 )
+from jointplay.mechanism.contact import Contact
 from jointplay.mechanism.friction import FRICTIONLESS, Friction
 
 _POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
@@ -59,60 +58,6 @@ class Pin(Record):
             accepted = "only link = 'ground' takes a point; on a link, at = distance from its origin in m"
             raise refuse(point, accepted)
         return point
-
-
-class Contact(Record):
-    """The law of the normal force in a joint with clearance, at a penetration u ≥ 0.
-
-    Parameters
-    ----------
-    law : {'kelvin_voigt'}
-        Name of the law: F_n = K u + C_n du/dt, or another that stands in `jointplay.equations.laws`.
-    stiffness : float
-        K, N/m.
-    damping : float
-        C_n, N s/m.
-    parameters : dict of str to float
-        The law's further numbers by name, where it has any.
-    tension : bool
-        True: the force may pull just before separation, as the law reads. False: contact ends where the force
-        reaches 0.
-    """
-
-    law: Annotated[str, Field(json_schema_extra={"enum": [*LAWS]})] = "kelvin_voigt"
-    stiffness: Positive = measured("contact stiffness", "N/m")
-    damping: NonNegative = measured("contact damping", "N s/m")
-    parameters: dict[Name, Number] = Field({}, validate_default=True)
-    tension: Flag = True
-
-    @field_validator("law")
-    @classmethod
-    def _known(cls, law: str) -> str:
-        if law not in LAWS:
-            raise refuse(law, f"one of {', '.join(map(repr, LAWS))} is accepted")
-        return law
-
-    @field_validator("parameters")
-    @classmethod
-    def _of_the_law(cls, parameters: dict[str, float], info: ValidationInfo) -> dict[str, float]:
-        law = info.data.get("law")
-        further = LAWS[law].further if law else tuple(parameters)  # an unknown law is a problem of its own
-        extra = [name for name in parameters if name not in further]
-        problems = [unknown(name, parameters[name], name, further) for name in extra]
-        needed = f"a number is needed here, of the law {law}"
-        problems += [Problem(name, NOTHING, needed) for name in further if name not in parameters]
-        if problems:
-            raise InputError(problems)
-        return parameters
-
-    @property
-    def numbers(self) -> dict[str, float]:
-        """Numbers of the law by name, in its order."""
-        own = {"stiffness": self.stiffness, "damping": self.damping} | self.parameters
-        return {name: own[name] for name in LAWS[self.law].numbers}
-
-    def __hash__(self) -> int:
-        return hash((self.law, *self.numbers.values(), self.tension))
 
 
 class Joint(Record):
@@ -160,7 +105,9 @@ class Joint(Record):
     @classmethod
     def _contact_with_clearance(cls, contact: Contact | None, info: ValidationInfo) -> Contact | None:
         if contact is None and info.data.get("clearance"):
-            needed = "contact data: a table of stiffness (N/m), damping (N s/m)"
+            needed = (
+                "contact data: a table of stiffness (N/m), damping (N s/m), or of another law and its numbers"
+            )
             raise refuse(NOTHING, f"a joint with clearance needs {needed}")
         return contact
 
@@ -182,9 +129,8 @@ class Joint(Record):
     @property
     def numbers(self) -> dict[str, float]:
         """Parameters of the equations of a joint with clearance, by letter."""
-        law = dict(zip(LAWS[self.contact.law].letters, self.contact.numbers.values(), strict=True))
         friction = (self.friction or FRICTIONLESS).parameters
-        return {"e": self.clearance, "R": self.radius} | law | friction
+        return {"e": self.clearance, "R": self.radius} | self.contact.coefficients | friction
 
     @property
     def description(self) -> str:
@@ -192,9 +138,5 @@ class Joint(Record):
         links = f"{self.journal.link} in {self.bearing.link}"
         if self.ideal or self.contact is None:
             return f"{links}, ideal"
-        units = (unit for _, unit in LAWS[self.contact.law].numbers.values())
-        numbers = zip(self.contact.numbers.values(), units, strict=True)
-        law = ", ".join(f"{value:g} {unit}" for value, unit in numbers)
-        tension = "" if self.contact.tension else ", no tension"
         friction = f", friction {self.friction.description}" if self.friction else ""
-        return f"{links}, clearance {self.clearance:g} m, {law}{tension}{friction}"
+        return f"{links}, clearance {self.clearance:g} m, {self.contact.description}{friction}"

@@ -44,6 +44,8 @@ class Model:
         states and of the resets of a test system.
     bending : tuple of str
         The links, where at least one bends.
+    memories : int
+        How many of the last speeds are what laws of contact remember.
     crank, crank_angle, crank_speed
         Name of the driven link, its angle and speed at time 0.
     """
@@ -69,3 +71,4 @@ class Model:
     crank_speed: float = 0.0
     resets: tuple[str, ...] = ()
     bending: tuple[str, ...] = ()
+    memories: int = 0

@@ -58,14 +58,14 @@ from .memory import (
     trajectory,
     work,
 )
-from .modes import REST, SEPARATION, follow, mask, start, variant_of
+from .modes import FREE, REMEMBERS, REST, SEPARATION, follow, mask, start, variant_of
 from .polynomial import interpolate
 from .record import closest_approaches, gains, note, sample
 from .saltation import before_event, jump, project_at_rest
 from .sections import count_section, sections
 from .step import attempt, keep
 from .tangent import ROWS, log_block, propagate
-from .walls import begin, hold, stay, strike
+from .walls import begin, hold, stay, strike, walls_of
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
@@ -110,6 +110,8 @@ def _event(f, k, x, o, guard):
         note(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
     j, kind, lasting = guard // 4, SEPARATION, -1.0
     if j < len(x.flags):
+        if x.modes[j] == FREE and x.flags[j] & REMEMBERS:
+            f.reset(2 * walls_of(x) + j, x.s, x.p)
         kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, o.rest, k.contact)
     else:
         j = guard - 4 * len(x.flags)

@@ -17,7 +17,7 @@ FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT, RESTING = Mode.num
 IN_FLIGHT, SLIPPING, STICKING = Variant.numbers()
 ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT, REST = Event.numbers()
 GAP, FORCE, SLIDE, CONE = range(4)
-PULLS, STICKS = 1, 2
+PULLS, STICKS, REMEMBERS = 1, 2, 4
 
 
 @compiled
@@ -138,6 +138,10 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     """
     before, kind = modes[j], SEPARATION
     fired[4 * j + guard] = 1
+    gone = not flags[j] & PULLS and guard in (GAP, FORCE)
+    if gone and guard == GAP:  # the force may end with the gap
+        look(contacts, modes, m, s, p, out)
+        gone = out[6 * j + 3] <= 0.0
     if before == FREE or (before == RELEASED and guard == FORCE):
         kind = ENTRY
         touch(contacts, j, flags, modes, m, s, p, rest, out)
@@ -147,7 +151,7 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     elif before == RELEASED:
         kind = REOPENING
         modes[j] = FREE
-    elif not flags[j] & PULLS and guard in (GAP, FORCE):
+    elif gone:
         modes[j] = RELEASED
         fired[4 * j + FORCE] = 1
     elif guard == GAP:

@@ -6,7 +6,8 @@ other side's rate:
     d+ = d- + (F+ - F-) (grad h . d-) / h',                 h' = dh/dt + grad h . F-
     d+ = D d- + (F+ - D F- - dR/dt) (grad h . d-) / h'      where the state is reset by R, D = dR/dx.
 
-Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension. Coming to
+Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so does
+the beginning of a contact that a law remembers: what it remembered before is of no account. Coming to
 rest on a rigid wall loses two, those of the gap and of its rate: both are projected away along the wall's
 impulse. The time at which that happens is of no account: on average over the rebounds before it, the wall
 pushes as it does afterwards. References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv
@@ -19,8 +20,9 @@ import numpy as np
 
 from .frame import determinant, orthonormalise
 from .interface import inner
-from .modes import RESTING, STICK, mask, variant_of
-from .tangent import GRAZING, HELD, JUMPS, ONSET, SALTATION, VOLUME
+from .modes import FREE, REMEMBERS, RESTING, STICK, mask, variant_of
+from .tangent import GRAZING, HELD, JUMPS, ONSET, SALTATION, TURNED, VOLUME
+from .walls import walls_of
 
 
 @inner
@@ -51,19 +53,23 @@ def before_event(f, g, variant, x, o, y, guard):
     f.trig(x.s, x.p)
     _rates(f, variant, x, o, y, y.before)
     g.gradient(guard, x.s, x.p, x.m, y.gradient)
-    wall, y.real[ONSET] = guard - 4 * len(x.flags), _stuck(x.modes)
+    wall, y.real[ONSET], y.count[TURNED] = guard - 4 * len(x.flags), _stuck(x.modes), 0
     if wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
         y.real[ONSET] = np.inf  # it lets go: nothing jumps, nothing is lost
     elif wall >= 0:
         g.turned(wall, x.s, x.p, y.D)
+        y.count[TURNED] = 1
+    elif x.modes[guard // 4] == FREE and x.flags[guard // 4] & REMEMBERS:
+        g.turned(2 * walls_of(x) + guard // 4, x.s, x.p, y.D)
+        y.count[TURNED] = 1
 
 
 @inner
 def jump(f, g, x, o, y, guard):
     """Take the tangents through an event that has just been handled."""
     n_x, wall, real = o.n_q + o.n, guard - 4 * len(x.flags), y.real
-    width, reset = 1 + n_x, wall >= 0 and real[ONSET] < np.inf
-    if reset and x.modes[len(x.flags) + wall] == RESTING:
+    width, reset = 1 + n_x, y.count[TURNED] == 1
+    if reset and wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
         project_at_rest(g, x, o, y)
         return
     _rates(f, variant_of(x.modes), x, o, y, y.after)
@@ -76,7 +82,7 @@ def jump(f, g, x, o, y, guard):
     real[GRAZING] = min(real[GRAZING], abs(slope) / size if size > 0.0 else 0.0)
     if slope == 0.0:
         return
-    lossy = _stuck(x.modes) > real[ONSET]
+    lossy = _stuck(x.modes) > real[ONSET] or (reset and wall < 0)  # what was remembered before is lost
     y.count[JUMPS] += 1
     real[VOLUME] += _volume(y, o.n_q, n_x, slope, later, reset, lossy)
     for i in range(len(y.alive)):

@@ -24,7 +24,7 @@ ROUNDING = 3e-16
 TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
 # Places in Tangents.count
-ROWS, SALTATION, HELD, JUMPS, SOLVES = range(5)
+ROWS, SALTATION, HELD, JUMPS, SOLVES, TURNED = range(6)
 # Places in Tangents.real
 TRACE, VOLUME, GRAZING, THETA, TOLERANCE, NEXT, BLOCK, UNRESOLVED, ONSET, LIMIT, ERROR = range(11)
 AHEAD = 4  # columns of a row before the logarithms: time, trace, volume, unresolved time
@@ -74,7 +74,7 @@ def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks
         D=np.zeros(n * (1 + n_x)),
         S=np.zeros(n_x * n_x + n_x),
         unit=np.zeros(1 + n_x),
-        count=np.zeros(5, dtype=np.int64),
+        count=np.zeros(6, dtype=np.int64),
         real=np.zeros(11),
         rows=np.zeros((n_blocks, AHEAD + k + n_x)),
     )

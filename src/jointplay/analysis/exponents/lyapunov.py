@@ -43,8 +43,13 @@ def _number_or_all(given: Any) -> Any:
 def _exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
     if exponents in (1, "all"):
         return
-    if exponents > (states := len(assemble(mechanism).state)):
+    if exponents > (states := _directions(assemble(mechanism))):
         yield Problem("exponents", exponents, f'a whole number from 1 to {states}, or "all", is accepted')
+
+
+def _directions(model: Model) -> int:
+    """How many exponents there are: what laws of contact remember is no direction of its own."""
+    return len(model.state) - model.memories
 
 
 def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[Problem]:
@@ -129,11 +134,13 @@ def lyapunov(
     ``sum_residual`` is the difference. A direction that shrinks by more than a factor 50 within a step is
     followed to zero, but not at its true rate; there the last exponent of a whole spectrum is what the volume
     leaves for it, and ``volume_share`` is the share of time in which that was so. An exponent is minus
-    infinity where sticking loses a dimension. ``grazing`` is the smallest approach speed of a guard at an
-    event relative to the terms that it is a sum of: near 0, exponents are uncertain.
+    infinity where sticking loses a dimension. A law of contact that remembers the speed at entry adds a
+    state, whose exponent is minus infinity too and is left out; then there is no ``sum_residual``.
+    ``grazing`` is the smallest approach speed of a guard at an event relative to the terms that it is a sum
+    of: near 0, exponents are uncertain.
     """
     model = rules.model_for(mechanism, initial)
-    count = len(model.state) if exponents == "all" else int(exponents)
+    count = _directions(model) if exponents == "all" else int(exponents)
     begin = transient * model.period
     span = duration if turns is None else turns * model.period
     request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))

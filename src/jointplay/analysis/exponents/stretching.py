@@ -43,19 +43,23 @@ def leading(
     return ended | values | {"grazing": bundle.grazing, "turn_period": turn}
 
 
-def frame(count: int, scale: np.ndarray) -> np.ndarray:
-    """Reproducible random frame of `count` tangents, orthonormal in units of the scales."""
-    random = np.random.default_rng(SEED).normal(size=(len(scale), len(scale)))
-    return np.linalg.qr(random)[0].T[:count] * scale
+def frame(count: int, scale: np.ndarray, last: int = 0) -> np.ndarray:
+    """Reproducible random frame of `count` tangents, orthonormal in scales' units, 0 in `last` states."""
+    size = len(scale) - last
+    random = np.random.default_rng(SEED).normal(size=(size, size))
+    return np.pad(np.linalg.qr(random)[0].T[:count], ((0, 0), (0, last))) * scale
 
 
 def framed(model: Model, request: Request, count: int, saltation: bool = True) -> Bundle:
-    """Prepare a run with `count` tangents, and one more where one direction is neutral."""
+    """Prepare a run with `count` tangents, and one more where one direction is neutral.
+
+    None has a part in what laws of contact remember at the start.
+    """
     neutral = section_exponents.timeless(model)
     return Bundle(
         model,
         request,
-        frame(count + neutral, scales(model)),
+        frame(count + neutral, scales(model), model.memories),
         tolerance=SOLVED * request.rtol,
         saltation=saltation,
         neutral=neutral,

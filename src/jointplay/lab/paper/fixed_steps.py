@@ -43,7 +43,15 @@ def step_bound(model: Model) -> Bound:
 
     Looked at are the eigenvalues of the equations in free flight and in the contact modes that occur, along
     the first nominal turn.
+
+    Raises
+    ------
+    InputError
+        If a law of contact remembers how the contact began: fixed steps do not stop there.
     """
+    if model.memories:
+        expected = "contacts whose law remembers nothing of how they began are accepted"
+        raise InputError([Problem("mechanism.joints", model.joints, expected)])
     at = np.linspace(0.0, model.period, SAMPLES + 1)
     rows = follow(model, Request(model.period, rtol=LOOSE, at=at)).samples
     n_x, found = len(model.state), [_turning(model, rows)]
