@@ -29,8 +29,8 @@ from jointplay.numerics.codes import Row
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
 LOG_ROWS = 8192
 ACCEPTED = (
-    "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint, "
-    f"at an rtol of {RTOL:g} or more"
+    "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint "
+    f"and laws of contact and friction that ensembles know, at an rtol of {RTOL:g} or more"
 )
 
 
