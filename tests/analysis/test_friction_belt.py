@@ -1,8 +1,7 @@
 """A block dragged through zero speed, creeping, on a belt: every law of friction against closed forms.
 
-Mass m held by a spring k on a belt of speed V: it breaks away at f_s m g; with two coefficients, and with
-w = sqrt(k/m)
-and A = (f_s - f) N/k, slip lasts (pi + 2 arctan(V/(w A)))/w, goes through 2 A, and sticking lasts 2 A/V.
+Mass m held by a spring k on a belt of speed V: it breaks away at f_s m g. With two coefficients, A = (f_s -
+f) N/k and w = sqrt(k/m), slip takes (pi + 2 arctan(V/(w A)))/w and 2 A of way; sticking lasts 2 A/V.
 """
 
 from __future__ import annotations
@@ -10,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -148,6 +148,9 @@ def test_coulomb_on_a_belt_breaks_away_at_its_limit_and_slips_a_period():
     assert stick < 1e-6
 
 
+PAGE = Path(__file__).parents[2] / "docs" / "friction-laws.md"
+
+
 @pytest.mark.parametrize(("exponent", "order"), [(1.0, 1.0), (2.0, 2 / 3)])
 def test_stribeck_on_a_belt_tends_to_two_coefficients(exponent, order):
     """Leaving rest takes time, less with smaller v_s: an error of order v_s, or v_s^(2/3) at exponent 2."""
@@ -158,6 +161,8 @@ def test_stribeck_on_a_belt_tends_to_two_coefficients(exponent, order):
         assert found[0] == pytest.approx(exact[0], rel=1e-12)
         assert found[2] == pytest.approx(V * found[3], rel=1e-9)
         errors.append([value / known - 1 for value, known in zip(found, exact, strict=True)][1:])
+        told = " | ".join(f"{100 * error:.2g} %" for error in errors[-1][:2])
+        assert f"| {exponent:g} | {share:g} V | {told} |" in PAGE.read_text(encoding="utf-8")
     assert max(errors[1]) < {1.0: 1e-4, 2.0: 1e-3}[exponent]
     for coarse, fine in zip(*errors, strict=True):
         assert math.log10(coarse / fine) == pytest.approx(order, abs=0.12)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,10 +21,12 @@ from jointplay.mechanism.records import Mechanism
 from jointplay.numerics.modes import STICKS
 from tests.mechanism.wrong import only, problems_of
 from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
+from tests.support.friction_claims import rows
 from tests.support.plain import Point, plain
 
 SPEEDS = np.concatenate([[0.0], np.geomspace(1e-9, 30.0, 400)])
 STEP = 1e-30
+PAGE = Path(__file__).parents[2] / "docs" / "friction-laws.md"
 
 
 def published(f, v):
@@ -119,6 +122,11 @@ def test_what_sticks(name):
         assert np.allclose(here.rate(), 0.0, atol=1e-15)
         assert here.watched()[3, 0] == pytest.approx(limit**2 - (50.0 * 0.02) ** 2)
         assert here.contacts()[0, 4] == pytest.approx(-50.0 * 0.02)
+
+
+def test_the_page_says_what_laws_give():
+    page = PAGE.read_text(encoding="utf-8")
+    assert [row for row in rows() if row not in page] == []
 
 
 # One more law is one object.

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import get_args
-
 import numpy as np
 import pytest
 
@@ -14,12 +12,14 @@ from jointplay.analysis.vary import axes
 from jointplay.codegen.ensemble import FRICTION as TRIED_FRICTION
 from jointplay.codegen.ensemble import LAWS as TRIED_LAWS
 from jointplay.codegen.ensemble import known
+from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.laws import FACTORS, LAWS, Law
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.joints import Contact, Friction
 from jointplay.numerics.codes import Event
+from tests.support.belt import LAWS as RUBBING
 
 SPEED = 0.3  # m/s, with which a contact began
 ROUND = 1e-10  # m, where the power of a penetration is rounded off
@@ -29,6 +29,7 @@ FRICTION = {
     "viscous": Friction(coefficient=0.1, viscous=5.0),
 }
 FRICTION["tanh"] = Friction(law="tanh", coefficient=0.2, velocity=0.01)
+FRICTION = RUBBING | FRICTION
 
 
 def _hunt_crossley(u, v_n, K, C, n):
@@ -164,9 +165,15 @@ def test_numbers_of_an_added_law_vary(added):
     assert float(np.ptp(found["angular_velocity"].values)) > 0
 
 
-@pytest.mark.parametrize(
-    ("law", "friction"), [*(("kelvin_voigt", each) for each in FRICTION), ("test_hunt_crossley", "none")]
-)
+IN_LANES = [
+    pytest.param(
+        "kelvin_voigt", each, marks=[pytest.mark.long] if each in {*RUBBING} - {"coulomb", "tanh"} else ()
+    )
+    for each in FRICTION
+]
+
+
+@pytest.mark.parametrize(("law", "friction"), [*IN_LANES, ("test_hunt_crossley", "none")])
 def test_lanes_know_a_law_or_step_aside(added, law, friction):
     mechanism = linkage(law, FRICTION[friction], clearance=5e-5)
     model = assemble(mechanism, section="angle:crank")
@@ -174,6 +181,7 @@ def test_lanes_know_a_law_or_step_aside(added, law, friction):
     assert known(model.structure) == suits(model, request) == (law == "kelvin_voigt")
     (found,), alone = follow_ensemble([model], [request]), follow(model, request)
     assert found.events[:, 1].tolist() == alone.events[:, 1].tolist()
+    assert np.allclose(found.events[:, 2], alone.events[:, 2], rtol=1e-4, atol=1e-6 * model.period)
     if law != "kelvin_voigt":
         assert found.events.tobytes() == alone.events.tobytes()
         with pytest.raises(InputError, match="ensemble"):
@@ -181,7 +189,5 @@ def test_lanes_know_a_law_or_step_aside(added, law, friction):
 
 
 def test_every_friction_is_tried_in_lanes():
-    laws = get_args(Friction.model_fields["law"].annotation)
-    assert {*laws, "none"} <= set(FRICTION)
-    assert {*laws, "none"} == set(TRIED_FRICTION)
+    assert {*FRICTIONS, "none"} == set(TRIED_FRICTION) <= set(FRICTION)
     assert set(TRIED_LAWS) <= set(TRIED)
