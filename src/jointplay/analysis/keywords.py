@@ -23,6 +23,7 @@ from pydantic import (
 )
 
 from jointplay.analysis.looks import reported
+from jointplay.analysis.written import in_own_units
 from jointplay.errors import refuse
 from jointplay.mechanism.base import (
     Angle,
@@ -60,9 +61,15 @@ def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P
     """
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
-        return checked(*rules, **more)(function if isgeneratorfunction(function) else reported(function))
+        return checked(*rules, before=_in_own_units, **more)(
+            function if isgeneratorfunction(function) else reported(function)
+        )
 
     return decorated
+
+
+def _in_own_units(given: dict[str, Any]) -> dict[str, Any]:
+    return in_own_units(given.get("mechanism"), given)
 
 
 class Initial(Record):
@@ -158,9 +165,9 @@ def several(item: Any, words: str) -> Any:
     return Annotated[tuple[item, ...], BeforeValidator(as_several), accepts(words)]
 
 
-def listed(item: Any, words: str) -> Any:
-    """Type of a list, or an array."""
-    return Annotated[tuple[item, ...], BeforeValidator(as_list), accepts(words)]
+def listed(item: Any, words: str, **more: str) -> Any:
+    """Type of a list, or an array; `more` as of `accepts`."""
+    return Annotated[tuple[item, ...], BeforeValidator(as_list), accepts(words, **more)]
 
 
 Moving = Annotated[Mechanism | TestSystem, PlainValidator(_moving), accepts(_MOVING)]

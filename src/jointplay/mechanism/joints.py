@@ -19,8 +19,9 @@ from jointplay.mechanism.base import (
     measured,
     named,
 )
+from jointplay.mechanism.measures import in_si
 
-_POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
+_POINT = {"units": "m", "accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 _Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
 
 
@@ -90,6 +91,12 @@ class Contact(Record):
         if law not in LAWS:
             raise refuse(law, f"one of {', '.join(map(repr, LAWS))} is accepted")
         return law
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _in_their_units(cls, parameters: Any, info: ValidationInfo) -> Any:
+        numbers = LAWS[info.data["law"]].numbers if "law" in info.data else {}
+        return in_si(parameters, {name: units for name, (_, units) in numbers.items()})
 
     @field_validator("parameters")
     @classmethod

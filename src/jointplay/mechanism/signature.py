@@ -39,7 +39,10 @@ Rule = Callable[..., Iterable[Problem] | None]
 
 
 def checked(
-    *rules: Rule, deferred: Collection[Rule] = (), **shared: Callable[..., Any]
+    *rules: Rule,
+    deferred: Collection[Rule] = (),
+    before: Callable[[dict[str, Any]], dict[str, Any]] = dict,
+    **shared: Callable[..., Any],
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Check the arguments of each call by the function's annotations, and bring them into their types.
 
@@ -50,6 +53,8 @@ def checked(
         it yields the problems of their not fitting together, or raises an `InputError`.
     deferred : collection of callable
         Rules whose problems the function itself raises first of all: asked here only beside other problems.
+    before : callable
+        Gives the arguments to check, of those that were given.
     **shared : callable
         What rules may name beside arguments, each made once of the arguments that it names itself; where that
         raises an `InputError`, which another rule has to tell, the rules that name it are not asked.
@@ -89,7 +94,7 @@ def checked(
 
         @wraps(function)
         def call(*values: P.args, **others: P.kwargs) -> T:
-            given = _by_name(function, values, others)
+            given = before(_by_name(function, values, others))
             try:
                 arguments, problems = dict(form()(**given)), []
             except InputError as error:

@@ -23,6 +23,7 @@ from pydantic import (
 )
 
 from jointplay import figures
+from jointplay.analysis.written import in_own_units
 from jointplay.errors import InputError, Problem, join, refuse
 from jointplay.kinds import Kind
 from jointplay.mechanism.base import Record, named
@@ -128,6 +129,16 @@ class Study(OfKind):
     figure: Annotated[dict[str, Any], AfterValidator(_checked_figure), FigureSchema()] = Field(
         default_factory=dict, json_schema_extra={"accepts": "a table of kind and its options"}
     )
+
+    @field_validator("vary", mode="before", check_fields=False)
+    @classmethod
+    def _varied_in_their_units(cls, vary: Any, info: ValidationInfo) -> Any:
+        return vary_table.in_own_units(info.data.get("mechanism"), vary)
+
+    @field_validator("analysis", mode="before", check_fields=False)
+    @classmethod
+    def _keywords_in_their_units(cls, given: Any, info: ValidationInfo) -> Any:
+        return in_own_units(info.data.get("mechanism"), given) if isinstance(given, Mapping) else given
 
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod
