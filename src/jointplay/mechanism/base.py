@@ -119,7 +119,26 @@ def _near(angle: float) -> float:
     return angle
 
 
+def in_degrees(angle: float) -> str:
+    """Ask whether an angle beyond a turn is meant in degrees."""
+    meant = f"if degrees are meant, write '{angle:g} deg' or {math.radians(angle):.6g}"
+    return f"{angle:g} rad are {angle / math.tau:.3g} turns; {meant}"
+
+
+def in_millimetres(length: float) -> str:
+    """Ask whether a length that is too long is meant in millimetres."""
+    return f"; did you mean {length:g} mm = {length / 1000:g} m?"
+
+
+def _within_a_turn(angle: float) -> float:
+    if not abs(angle) <= math.tau * (1 + 1e-9):
+        accepted = "an angle of at most a turn, 6.28319 rad, is accepted: take off whole turns"
+        raise refuse(angle, f"{accepted}. {in_degrees(angle)}")
+    return angle
+
+
 Angle = Annotated[Number, AfterValidator(_near)]
+Turn = Annotated[Number, AfterValidator(_within_a_turn)]  # an angle that a person writes
 Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
 Natural = Annotated[int, Field(strict=True, ge=1, le=10**9)]
 Flag = Annotated[bool, Field(strict=True)]

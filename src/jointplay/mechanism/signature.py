@@ -42,6 +42,7 @@ def checked(
     *rules: Rule,
     deferred: Collection[Rule] = (),
     before: Callable[[dict[str, Any]], dict[str, Any]] = dict,
+    after: Callable[[dict[str, Any]], None] = lambda arguments: None,
     **shared: Callable[..., Any],
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Check the arguments of each call by the function's annotations, and bring them into their types.
@@ -55,6 +56,8 @@ def checked(
         Rules whose problems the function itself raises first of all: asked here only beside other problems.
     before : callable
         Gives the arguments to check, of those that were given.
+    after : callable
+        Called with the arguments when all is right.
     **shared : callable
         What rules may name beside arguments, each made once of the arguments that it names itself; where that
         raises an `InputError`, which another rule has to tell, the rules that name it are not asked.
@@ -102,6 +105,7 @@ def checked(
             wrong = {first(problem.key) for problem in problems}
             if problems := problems + rule_problems(arguments, wrong, rules):
                 raise InputError(problems + rule_problems(arguments, wrong, deferred))
+            after(arguments)
             by_place = [arguments.pop(name) for name in alone]
             return function(*by_place, **arguments)
 
