@@ -137,6 +137,16 @@ def _loaded(arguments: Namespace):
     return study
 
 
+def cite_study(arguments: Namespace) -> int:
+    """Print references of the mechanism, laws and methods that a study, or the study of a result, uses."""
+    from jointplay.study import cite
+    from jointplay.study.file import load
+
+    record = load(arguments.study).record
+    print(cite.as_bibtex(record) if arguments.bibtex else cite.as_text(record))
+    return DONE
+
+
 def draw_result(arguments: Namespace) -> int:
     """Draw a stored result again."""
     from jointplay.results.store import check_writable, open_result
