@@ -38,6 +38,18 @@ def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
     return InputError(problems, root, more)
 
 
+@dataclass(frozen=True)
+class Refused:
+    """Stands for a value found wrong before pydantic looked: no field takes it, and `error` says why."""
+
+    error: InputError
+
+
+def units_of(field: Any) -> str | None:
+    """Units that a model's field declares; None where it holds no quantity."""
+    return _Spot(field.annotation, field)._description.get("units")
+
+
 def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:
     """Turn one of pydantic's error details into problems with keys under a root."""
     spot = _Spot(model)
@@ -47,6 +59,8 @@ def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]
         key, spot = _walk(parents, spot, root)
         return [unknown(join(key, str(last)), given, last, spot.keys())]
     key, spot = _walk(detail["loc"], spot, root)
+    if isinstance(given, Refused):
+        return given.error.under(key).problems
     if isinstance(context.get("error"), InputError):
         return context["error"].under(key).problems
     if kind == "union_tag_invalid" or (kind == "union_tag_not_found" and isinstance(given, Mapping)):
@@ -148,6 +162,8 @@ class _Spot:
         unit = "" if units == "1" else f" {units}" if limits else f" in {units}"
         is_number = isinstance(given, numbers.Number) and not isinstance(given, bool)
         form = "" if is_number or given is NOTHING or noun == plain else f", as a {plain},"
+        if isinstance(given, str) and units != "1" and kind is float:
+            form = f", as a number or a text with its unit such as '3 {units}',"
         endless = is_number and not _finite(given) and not {"lt", "le"} & bounds.keys()
         words = " ".join(["finite"] * (endless or not limits) + [noun] + [limits] * bool(limits))
         return f"{_article(words)} {words}{unit}{form} is accepted"

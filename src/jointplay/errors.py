@@ -9,11 +9,14 @@ from __future__ import annotations
 import difflib
 import numbers
 import reprlib
+import sys
+import traceback
+import warnings
 from collections import UserString
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Any
 
 
@@ -99,6 +102,13 @@ class InputError(ValueError):
 
 class ModelWarning(UserWarning):
     """A result is computed, but lies beyond what its model describes."""
+
+
+def warn(text: str) -> None:
+    """Warn the first caller outside this package, by a `ModelWarning`."""
+    frames = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_stack(sys._getframe(1)))
+    inside = takewhile(lambda name: name.startswith("jointplay."), frames)
+    warnings.warn(text, ModelWarning, stacklevel=2 + sum(1 for _ in inside))
 
 
 def refuse(given: Any, expected: str, key: str = "") -> InputError:

@@ -75,7 +75,12 @@ def test_text_forms_are_short_and_name_the_parts():
     [
         (("links", 0, "mass"), -1.0, "links[0].mass", "a mass greater than 0 kg is accepted"),
         (("links", 0, "mass"), 0, "links[0].mass", "a mass greater than 0 kg is accepted"),
-        (("links", 0, "mass"), "heavy", "links[0].mass", "greater than 0 kg, as a number, is accepted"),
+        (
+            ("links", 0, "mass"),
+            "heavy",
+            "links[0].mass",
+            "greater than 0 kg, as a number or a text with its unit such as '3 kg', is accepted",
+        ),
         (("links", 0, "mass"), "0.4", "links[0].mass", "as a number"),
         (("links", 0, "mass"), True, "links[0].mass", "as a number"),
         (("links", 1, "length"), float("inf"), "links[1].length", "a finite length greater than 0 m"),

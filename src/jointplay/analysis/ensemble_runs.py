@@ -31,7 +31,7 @@ RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a ti
 LOG_ROWS = 8192
 ACCEPTED = (
     "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint "
-    f"and laws of contact ({' or '.join(LAWS)}) and friction that ensembles know, at an rtol of {RTOL:g} or more"
+    f"under laws that ensembles know (of contact: {', '.join(LAWS)}), at an rtol of {RTOL:g} or more"
 )
 
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import re
-import sys
-import traceback
-import warnings
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -16,7 +12,7 @@ import xarray as xr
 from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, STATUS, WORDS, WORK
 from jointplay.codegen import cache, outputs
 from jointplay.equations.structure import powers
-from jointplay.errors import ModelWarning
+from jointplay.errors import warn
 from jointplay.mechanism.model import DEEP, Model
 from jointplay.numerics.codes import Mode
 
@@ -140,14 +136,8 @@ def beyond_the_model(history: Quantities) -> dict[str, str]:
     if not deep:
         return {}
     text = f"{'; '.join(deep)}: are start, units, loads and contact data as meant?"
-    warnings.warn(text, ModelWarning, stacklevel=_levels())
+    warn(text)
     return {"warning": text}
-
-
-def _levels() -> int:
-    """Stack level of the first caller outside this package, to which a warning belongs."""
-    frames = (frame.f_globals.get("__name__", "") for frame, _ in traceback.walk_stack(sys._getframe(1)))
-    return 1 + sum(1 for _ in itertools.takewhile(lambda name: name.startswith("jointplay."), frames))
 
 
 def described(table: Mapping[str, tuple[Any, Any, str, str]]) -> dict[str, Any]:

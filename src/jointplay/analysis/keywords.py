@@ -23,7 +23,8 @@ from pydantic import (
 )
 
 from jointplay.analysis.looks import reported
-from jointplay.errors import refuse
+from jointplay.analysis.written import in_own_units
+from jointplay.errors import refuse, warn
 from jointplay.mechanism.base import (
     Angle,
     Name,
@@ -31,10 +32,12 @@ from jointplay.mechanism.base import (
     Number,
     Positive,
     Record,
+    Turn,
     accepts,
     measured,
     unit,
 )
+from jointplay.mechanism.doubts import doubts
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import Rule, checked
 
@@ -60,9 +63,20 @@ def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P
     """
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
-        return checked(*rules, **more)(function if isgeneratorfunction(function) else reported(function))
+        return checked(*rules, before=_in_own_units, after=_warned, **more)(
+            function if isgeneratorfunction(function) else reported(function)
+        )
 
     return decorated
+
+
+def _in_own_units(given: dict[str, Any]) -> dict[str, Any]:
+    return in_own_units(given.get("mechanism"), given)
+
+
+def _warned(arguments: dict[str, Any]) -> None:
+    for doubt in doubts(*map(arguments.get, ("mechanism", "initial", "section"))):
+        warn(str(doubt))
 
 
 class Initial(Record):
@@ -80,7 +94,7 @@ class Initial(Record):
         Of every link, by name, rad and rad/s, instead of the crank's.
     """
 
-    crank_angle: Angle | None = measured("crank angle", "rad", None)
+    crank_angle: Turn | None = measured("crank angle", "rad", None)
     crank_speed: Number | None = measured("crank speed", "rad/s", None)
     branch: Literal["upper", "lower"] | None = None
     angle: dict[str, Angle] | None = measured("angle of each link, by name", "rad", None)
@@ -158,9 +172,9 @@ def several(item: Any, words: str) -> Any:
     return Annotated[tuple[item, ...], BeforeValidator(as_several), accepts(words)]
 
 
-def listed(item: Any, words: str) -> Any:
-    """Type of a list, or an array."""
-    return Annotated[tuple[item, ...], BeforeValidator(as_list), accepts(words)]
+def listed(item: Any, words: str, **more: str) -> Any:
+    """Type of a list, or an array; `more` as of `accepts`."""
+    return Annotated[tuple[item, ...], BeforeValidator(as_list), accepts(words, **more)]
 
 
 Moving = Annotated[Mechanism | TestSystem, PlainValidator(_moving), accepts(_MOVING)]

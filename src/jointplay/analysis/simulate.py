@@ -50,7 +50,7 @@ def _ascending(times: tuple[float, ...]) -> tuple[float, ...]:
     return times
 
 
-Times = Annotated[listed(NonNegative, "a list of times in s"), AfterValidator(_ascending)]
+Times = Annotated[listed(NonNegative, "a list of times in s", units="s"), AfterValidator(_ascending)]
 
 
 def _length_fits(turns: float | None, duration: float | None, windows: Windows | None) -> Iterator[Problem]:

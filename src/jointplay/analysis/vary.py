@@ -232,7 +232,19 @@ def _names(keys: Sequence[str]) -> list[str]:
     ]
 
 
+def units_of(mechanism: Any, key: Any) -> str | None:
+    """Units of a parameter as its record declares them; None of one that does not exist."""
+    known = not any(True for _ in _key_problems(mechanism, key, ""))
+    return _declared(mechanism, key)[0] if known else None
+
+
 def _described(mechanism: Any, key: str) -> tuple[str, str]:
+    """Units and long name of a parameter, as in a dataset."""
+    units, name = _declared(mechanism, key)
+    return cf_units(units), name
+
+
+def _declared(mechanism: Any, key: str) -> tuple[str, str]:
     """Units and long name of a parameter, from its record's field."""
     if isinstance(mechanism, TestSystem):
         return "1", key.replace("_", " ")
@@ -247,7 +259,7 @@ def _described(mechanism: Any, key: str) -> tuple[str, str]:
     whose = f" of {PARTS[path[0]]} {path[1]}" if path and path[0] in PARTS else ""
     units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
     _, units = law.get(last, ("", units))
-    return cf_units(units), (getattr(field, "description", None) or last.replace("_", " ")) + whose
+    return units, (getattr(field, "description", None) or last.replace("_", " ")) + whose
 
 
 def cf_units(units: str) -> str:

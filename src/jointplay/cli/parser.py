@@ -38,9 +38,14 @@ def build_parser() -> ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     subparsers = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
 
-    def add(name: str, verb: Callable, *options) -> None:
+    def add(name: str, verb: Callable, *options, example: str = "") -> None:
         text = verb.__doc__
-        own = subparsers.add_parser(name, help=text[0].lower() + text[1:].rstrip("."), description=text)
+        own = subparsers.add_parser(
+            name,
+            help=text[0].lower() + text[1:].rstrip("."),
+            description=text,
+            epilog=example and f"example: jointplay {name} {example}",
+        )
         own.set_defaults(verb=verb)
         for names, keywords in options:
             own.add_argument(*names, **keywords)
@@ -86,6 +91,13 @@ def build_parser() -> ArgumentParser:
         result,
         _option("--out", metavar="FILE", help="ends in .mat or .csv (default: .mat beside the result)"),
         _option("--over", nargs="+", metavar="DIM", help="dimensions of a table's rows, such as time"),
+    )
+    add(
+        "cite",
+        verbs.cite_study,
+        _option("study", metavar="STUDY.toml|RESULT.nc"),
+        _option("--bibtex", action="store_true", help="as BibTeX entries"),
+        example="studies/quickstart.toml --bibtex",
     )
     folder = _option("folder", nargs="?", default="studies", metavar="DIR")
     add("list", verbs.list_studies, folder, _folder("results", "where results are"))

@@ -18,9 +18,8 @@ def run_study(arguments: Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
     from jointplay.jobs.pool import Pool, share_of
     from jointplay.study.execute import complete, resume_hint, writable
-    from jointplay.study.file import load
 
-    study, share = load(arguments.study, arguments.set), share_of(arguments.part)
+    study, share = _loaded(arguments), share_of(arguments.part)
     pool = Pool.checked(arguments.jobs, arguments.backend, arguments.scheduler)
     out = writable(study, arguments.out, share, not arguments.no_figure)
     say(f"{study.record.name}: {study.record.heading}")
@@ -89,11 +88,10 @@ def merge_study(arguments: Namespace) -> int:
 def plan_study(arguments: Namespace) -> int:
     """Say what a study with cells would compute: how many, side by side or not, how long, how much."""
     from jointplay.jobs.pool import check_jobs
-    from jointplay.study.file import load
     from jointplay.study.plan import plan
 
     check_jobs(arguments.jobs)
-    for line in plan(load(arguments.study, arguments.set), Path(arguments.out), arguments.jobs):
+    for line in plan(_loaded(arguments), Path(arguments.out), arguments.jobs):
         say(line)
     return DONE
 
@@ -126,9 +124,27 @@ def reproduce_paper(arguments: Namespace) -> int:
 
 def check_study(arguments: Namespace) -> int:
     """Validate a study file and say what it asks for; compute nothing."""
+    print(_loaded(arguments).record.summary())
+    return DONE
+
+
+def _loaded(arguments: Namespace):
+    """The study of the arguments; what is probably meant otherwise is said on standard error."""
     from jointplay.study.file import load
 
-    print(load(arguments.study, arguments.set).record.summary())
+    study = load(arguments.study, arguments.set)
+    for doubt in study.record.doubts():
+        print(f"warning {doubt}", file=sys.stderr)
+    return study
+
+
+def cite_study(arguments: Namespace) -> int:
+    """Print references of the mechanism, laws and methods that a study, or the study of a result, uses."""
+    from jointplay.study import cite
+    from jointplay.study.file import load
+
+    record = load(arguments.study).record
+    print(cite.as_bibtex(record) if arguments.bibtex else cite.as_text(record))
     return DONE
 
 

@@ -92,7 +92,21 @@ def assemble(
 
 def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, position: np.ndarray) -> None:
     """Refuse a start whose journals are nowhere near their bearings."""
-    bases, problems = position[len(position) - 2 * len(forest.floats) :], []
+    distances, problems = _distances(mechanism, forest, angles, position), []
+    for joint in mechanism.clearance_joints:
+        if (apart := distances[joint.name]) > DEEP * joint.clearance:
+            far = f"{apart / joint.clearance:.3g} clearances ({apart:.3g} m)"
+            expected = f"at most {DEEP} clearances from its bearing's centre are accepted for the journal of"
+            problems.append(Problem("initial.angle", angles, f"{expected} {joint.name}, here {far} away"))
+    if problems:
+        raise InputError(problems, "initial")
+
+
+def _distances(
+    mechanism: Mechanism, forest: Forest, angles: Angles, position: np.ndarray
+) -> dict[str, float]:
+    """Distance of each journal's centre from its bearing's, m."""
+    bases = position[len(position) - 2 * len(forest.floats) :]
 
     def centre(pin):
         place = place_of(forest.places, pin)
@@ -100,14 +114,14 @@ def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, positi
         arm, _ = place.motion(angles, dict.fromkeys(angles, 0.0))
         return x + arm[0], y + arm[1]
 
-    for joint in mechanism.clearance_joints:
-        apart = math.dist(centre(joint.journal), centre(joint.bearing))
-        if apart > DEEP * joint.clearance:
-            far = f"{apart / joint.clearance:.3g} clearances ({apart:.3g} m)"
-            expected = f"at most {DEEP} clearances from its bearing's centre are accepted for the journal of"
-            problems.append(Problem("initial.angle", angles, f"{expected} {joint.name}, here {far} away"))
-    if problems:
-        raise InputError(problems, "initial")
+    loose = mechanism.clearance_joints
+    return {joint.name: math.dist(centre(joint.journal), centre(joint.bearing)) for joint in loose}
+
+
+def journal_distances(mechanism: Mechanism, initial: Any) -> dict[str, float]:
+    """Distances of journals from their bearings' centres at a start, m, by joint."""
+    model, angles = assemble(mechanism, initial), start(mechanism, initial)[0]
+    return _distances(mechanism, Forest.of(mechanism), angles, model.state[: len(model.state) // 2])
 
 
 def _positions(

@@ -5,12 +5,23 @@ from __future__ import annotations
 import math
 import re
 import sys
+from collections.abc import Mapping
+from functools import cache
 from typing import Annotated, Any, ClassVar, Self, TypeVar
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
 
-from jointplay.accepted import from_pydantic
-from jointplay.errors import refuse
+from jointplay.accepted import Refused, from_pydantic, units_of
+from jointplay.errors import InputError, refuse
+from jointplay.mechanism.measures import in_si
 
 GROUND = "ground"  # name of the fixed frame, where a link is named
 DOWNWARDS = -math.pi / 2  # rad, the usual direction of gravity: along -y
@@ -38,9 +49,33 @@ class Record(BaseModel):
         except ValidationError as error:
             raise from_pydantic(error, cls, cls._root()) from None
 
+    @model_validator(mode="before")
+    @classmethod
+    def _in_the_fields_units(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or not any(
+            isinstance(each, _MAY_HOLD_TEXT) for each in data.values()
+        ):
+            return data
+        return {name: _in_si(value, _units(cls).get(name)) for name, value in data.items()}
+
     @classmethod
     def _root(cls) -> str:
         return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower() if cls.root is None else cls.root
+
+
+_MAY_HOLD_TEXT = str | list | tuple | Mapping
+
+
+@cache
+def _units(record: type[Record]) -> dict[Any, str | None]:
+    return {name: units_of(field) for name, field in record.model_fields.items()}
+
+
+def _in_si(given: Any, units: str | None) -> Any:
+    try:
+        return in_si(given, units)
+    except InputError as error:
+        return Refused(error)
 
 
 def plain(given: Any) -> Any:
@@ -85,7 +120,26 @@ def _near(angle: float) -> float:
     return angle
 
 
+def in_degrees(angle: float) -> str:
+    """Ask whether an angle beyond a turn is meant in degrees."""
+    meant = f"if degrees are meant, write '{angle:g} deg' or {math.radians(angle):.6g}"
+    return f"{angle:g} rad are {angle / math.tau:.3g} turns; {meant}"
+
+
+def in_millimetres(length: float) -> str:
+    """Ask whether a length that is too long is meant in millimetres."""
+    return f"; did you mean {length:g} mm = {length / 1000:g} m?"
+
+
+def _within_a_turn(angle: float) -> float:
+    if not abs(angle) <= math.tau * (1 + 1e-9):
+        accepted = "an angle of at most a turn, 6.28319 rad, is accepted: take off whole turns"
+        raise refuse(angle, f"{accepted}. {in_degrees(angle)}")
+    return angle
+
+
 Angle = Annotated[Number, AfterValidator(_near)]
+Turn = Annotated[Number, AfterValidator(_within_a_turn)]  # an angle that a person writes
 Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
 Natural = Annotated[int, Field(strict=True, ge=1, le=10**9)]
 Flag = Annotated[bool, Field(strict=True)]
@@ -108,9 +162,9 @@ def unit(noun: str, units: str) -> Any:
     return Field(description=noun, json_schema_extra={"units": units})
 
 
-def accepts(words: str) -> Any:
-    """Mark a type, in `Annotated`, by what its error messages say is accepted."""
-    return Field(json_schema_extra={"accepts": words})
+def accepts(words: str, **more: str) -> Any:
+    """Mark a type, in `Annotated`, by what its error messages say is accepted; `more` may be its units."""
+    return Field(json_schema_extra={"accepts": words, **more})
 
 
 def named(noun: str, default: Any = ...) -> Any:

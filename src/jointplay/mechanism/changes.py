@@ -21,6 +21,7 @@ from jointplay.mechanism.base import (
     measured,
 )
 from jointplay.mechanism.beam import DampingRatio, Elements, Link, damping_field, elements_field
+from jointplay.mechanism.draft import too_wide
 from jointplay.mechanism.drive import AnyDrive, ConstantSpeed, Drive
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.joints import Joint
@@ -161,6 +162,8 @@ def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Itera
             yield unknown(key, value, name, joints, "joint")
         elif value and (joints[name].contact is None or joints[name].radius is None):
             yield Problem(key, value, "only 0 is accepted for a joint without a radius and contact data")
+        elif text := too_wide(value, mechanism.links):
+            yield Problem(key, value, text)
 
 
 def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:

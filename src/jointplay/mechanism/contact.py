@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from jointplay.equations.laws import LAWS
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
+from jointplay.mechanism.measures import in_si
 
 
 class Contact(Record):
@@ -55,6 +56,12 @@ class Contact(Record):
             has = ", ".join(n if n in _BOUND else f"parameters.{n}" for n in others)
             raise refuse(value, f"law {law} has no {name}; it has {has}")
         return value
+
+    @field_validator("parameters", mode="before")
+    @classmethod
+    def _in_their_units(cls, parameters: Any, info: ValidationInfo) -> Any:
+        numbers = LAWS[info.data["law"]].numbers if "law" in info.data else {}
+        return in_si(parameters, {name: units for name, (_, units) in numbers.items()})
 
     @field_validator("parameters")
     @classmethod

@@ -13,7 +13,7 @@ from typing import Any
 
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.base import GROUND, MOST, Record
+from jointplay.mechanism.base import GROUND, MOST, Record, in_millimetres
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import DRIVES, AnyDrive
 from jointplay.mechanism.joints import Joint, Pin
@@ -70,7 +70,7 @@ class Draft:
         if problems or not joints or len(joints) < len(self.joints):
             return problems  # what is connected to what is not known well enough to say more
         found = [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
-        found += _rubbed(joints)
+        found += [*_rubbed(joints), *self._too_wide(joints)]
         return found or list(self._unwound(joints))
 
     def _unwound(self, joints: Sequence[Joint]) -> Iterator[Problem]:
@@ -82,6 +82,12 @@ class Draft:
             if key.startswith("springs") and name in loop.links[1:]:
                 text = f"{loop.crank} or ground is accepted while no joint has clearance: the angles of other"
                 yield Problem(key, name, f"{text} links are then known up to whole turns only")
+
+    def _too_wide(self, joints: Sequence[Joint]) -> Iterator[Problem]:
+        links = [link for _, link in self.links if link is not None]
+        for i, joint in enumerate(joints):
+            if text := too_wide(joint.clearance, links):
+                yield Problem(f"joints[{i}].clearance", joint.clearance, text)
 
     def _misplaced_pins(self) -> Iterator[Problem]:
         known = {name: link for name, link in self.links if link is not None}
@@ -168,6 +174,15 @@ def _duplicates(kind: str, parts: Sequence[tuple[Any, Any]]) -> Iterator[Problem
     for i, name in enumerate(names):
         if isinstance(name, str) and name in names[:i]:
             yield Problem(f"{kind}[{i}].name", name, f"a name that no other of the {kind} has is accepted")
+
+
+def too_wide(clearance: float, links: Sequence[Link]) -> str:
+    """Say what is accepted instead of a clearance no shorter than a link; empty where it is shorter."""
+    shortest = min(links, key=lambda link: link.length, default=None)
+    if shortest is None or clearance < shortest.length:
+        return ""
+    meant = in_millimetres(clearance) if clearance / 1000 < shortest.length else ""
+    return f"a clearance less than {shortest.length:g} m is accepted, the length of {shortest.name}{meant}"
 
 
 def _limit(at: float, link: Link) -> str:

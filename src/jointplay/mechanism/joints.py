@@ -20,7 +20,7 @@ from jointplay.mechanism.base import (
 from jointplay.mechanism.contact import Contact
 from jointplay.mechanism.friction import FRICTIONLESS, Friction
 
-_POINT = {"accepts": "a point [x, y] on the ground, two finite numbers in m,"}
+_POINT = {"units": "m", "accepts": "a point [x, y] on the ground, two finite numbers in m,"}
 _Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
 
 

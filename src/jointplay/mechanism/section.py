@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from jointplay.mechanism.base import Angle, Name, Number, Record, accepts, measured, named
+from jointplay.mechanism.base import Name, Number, Record, Turn, accepts, measured, named
 
 
 class CrankAngle(Record):
@@ -15,11 +15,11 @@ class CrankAngle(Record):
     Parameters
     ----------
     angle : float
-        rad, taken modulo 2π.
+        rad, at most a turn to either side.
     """
 
     kind: Literal["crank_angle"] = "crank_angle"
-    angle: Angle = measured("crank angle", "rad", 0.0)
+    angle: Turn = measured("crank angle", "rad", 0.0)
 
 
 class ContactSection(Record):

@@ -39,7 +39,11 @@ Rule = Callable[..., Iterable[Problem] | None]
 
 
 def checked(
-    *rules: Rule, deferred: Collection[Rule] = (), **shared: Callable[..., Any]
+    *rules: Rule,
+    deferred: Collection[Rule] = (),
+    before: Callable[[dict[str, Any]], dict[str, Any]] = dict,
+    after: Callable[[dict[str, Any]], None] = lambda arguments: None,
+    **shared: Callable[..., Any],
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Check the arguments of each call by the function's annotations, and bring them into their types.
 
@@ -50,6 +54,10 @@ def checked(
         it yields the problems of their not fitting together, or raises an `InputError`.
     deferred : collection of callable
         Rules whose problems the function itself raises first of all: asked here only beside other problems.
+    before : callable
+        Gives the arguments to check, of those that were given.
+    after : callable
+        Called with the arguments when all is right.
     **shared : callable
         What rules may name beside arguments, each made once of the arguments that it names itself; where that
         raises an `InputError`, which another rule has to tell, the rules that name it are not asked.
@@ -89,7 +97,7 @@ def checked(
 
         @wraps(function)
         def call(*values: P.args, **others: P.kwargs) -> T:
-            given = _by_name(function, values, others)
+            given = before(_by_name(function, values, others))
             try:
                 arguments, problems = dict(form()(**given)), []
             except InputError as error:
@@ -97,6 +105,7 @@ def checked(
             wrong = {first(problem.key) for problem in problems}
             if problems := problems + rule_problems(arguments, wrong, rules):
                 raise InputError(problems + rule_problems(arguments, wrong, deferred))
+            after(arguments)
             by_place = [arguments.pop(name) for name in alone]
             return function(*by_place, **arguments)
 

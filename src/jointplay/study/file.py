@@ -14,13 +14,16 @@ from typing import Annotated, Any
 import xarray as xr
 from pydantic import Field, TypeAdapter
 
+from jointplay.analysis.written import in_own_units
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS, Kind
+from jointplay.mechanism.measures import PATTERN
 from jointplay.results import provenance
 from jointplay.results.store import open_result
 from jointplay.study import toml_text
 from jointplay.study.mechanism_table import build_mechanism
 from jointplay.study.models import Study, broken_rules, keyword_of, models
+from jointplay.study.vary_table import in_own_units as varied_in_own_units
 from jointplay.study.vary_table import parsed, values
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
@@ -90,8 +93,8 @@ def _broken_rules(table: Mapping[str, Any], problems: list[Problem]) -> list[Pro
     if "mechanism" not in wrong:
         given["mechanism"] = build_mechanism(table["mechanism"])
     if "over" in row.function.fields() and "over" not in wrong:
-        given["over"] = values(parsed(table["vary"]))
-    return broken_rules(row, given, wrong)
+        given["over"] = values(parsed(varied_in_own_units(given.get("mechanism"), table["vary"])))
+    return broken_rules(row, in_own_units(given.get("mechanism"), given), wrong)
 
 
 def _without_kind(table: Mapping[str, Any]) -> list[Problem]:
@@ -158,6 +161,16 @@ def _describe(row: Kind, tables: dict[str, Any]) -> None:
             properties[name]["description"] = texts[name]
 
 
+def _or_text(node: Any) -> Any:
+    """Accept a text with a unit wherever a part of a node accepts a number."""
+    if isinstance(node, list):
+        return [_or_text(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    number = {"type": ["number", "string"], "pattern": PATTERN} if node.get("type") == "number" else {}
+    return {key: _or_text(value) for key, value in node.items()} | number
+
+
 def _tidy(node: Any) -> Any:
     """Name bounds as JSON schema does, and drop titles that only repeat the key."""
     if isinstance(node, list):
@@ -165,6 +178,8 @@ def _tidy(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     kept = {key: value for key, value in node.items() if key not in INTERNAL}
+    if kept.get("units", "1") != "1":
+        kept = _or_text(kept)
     if isinstance(kept.get("title"), str):
         del kept["title"]
     return {BOUNDS.get(key, key): _tidy(value) for key, value in kept.items()}

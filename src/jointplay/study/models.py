@@ -23,9 +23,12 @@ from pydantic import (
 )
 
 from jointplay import figures
+from jointplay.analysis.vary import largest
+from jointplay.analysis.written import in_own_units
 from jointplay.errors import InputError, Problem, join, refuse
 from jointplay.kinds import Kind
 from jointplay.mechanism.base import Record, named
+from jointplay.mechanism.doubts import doubts
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import first
 from jointplay.study import vary_table
@@ -129,6 +132,16 @@ class Study(OfKind):
         default_factory=dict, json_schema_extra={"accepts": "a table of kind and its options"}
     )
 
+    @field_validator("vary", mode="before", check_fields=False)
+    @classmethod
+    def _varied_in_their_units(cls, vary: Any, info: ValidationInfo) -> Any:
+        return vary_table.in_own_units(info.data.get("mechanism"), vary)
+
+    @field_validator("analysis", mode="before", check_fields=False)
+    @classmethod
+    def _keywords_in_their_units(cls, given: Any, info: ValidationInfo) -> Any:
+        return in_own_units(info.data.get("mechanism"), given) if isinstance(given, Mapping) else given
+
     @field_validator("vary", check_fields=False)  # some kinds have none
     @classmethod
     def _can_vary(cls, vary: dict[str, Any], info: ValidationInfo) -> dict[str, Any]:
@@ -157,6 +170,14 @@ class Study(OfKind):
         """Keywords of the analysis function, as records and plain values; what was left out stays out."""
         given = {**dict(self.integrator), **dict(self.analysis)}
         return {key: value for key, value in given.items() if value is not None}
+
+    def doubts(self) -> list[str]:
+        """Lines on what is probably meant otherwise, though it can be computed."""
+        given = self.keywords()
+        start, section = given.get("initial"), given.get("section")
+        several = (self.mechanism, largest(self.mechanism, vary_table.values(self.vary)))
+        found = [problem for mechanism in several for problem in doubts(mechanism, start, section)]
+        return list(dict.fromkeys(str(replace(problem, key=_place(problem.key))) for problem in found))
 
     def summary(self) -> str:
         """A few lines on what the study asks for."""

@@ -161,4 +161,6 @@ def with_provenance(study: Loaded, dataset: xr.Dataset, processors: Iterable[str
     """A copy that says which study it answers, where it comes from, and which kinds of processors ran it."""
     record = study.record
     titled = dataset.assign_attrs(study=record.name, title=record.heading)
+    if doubts := record.doubts():
+        titled = titled.assign_attrs(doubts="\n".join(doubts))
     return provenance.attach(titled, record.model_dump(mode="json"), study.text, processors)

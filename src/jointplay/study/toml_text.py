@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from jointplay.errors import InputError, Problem
+from jointplay.mechanism.measures import SMALLEST
 
 DEPTH = 16  # tables inside tables; no study needs more
 DOTS = 1000  # in one key, which takes time as their square
 LARGEST = 50_000_000  # bytes of a study file
-SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
 STEP = re.compile(r"(?:^|\.)(?P<name>[^.\[\]=\s]+)|\[(?P<index>\d{1,6})\]")
 
 

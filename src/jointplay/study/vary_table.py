@@ -24,9 +24,10 @@ from pydantic import (
     field_validator,
 )
 
-from jointplay.analysis.vary import Axis, axes, checked_axes
+from jointplay.analysis.vary import Axis, axes, checked_axes, units_of
 from jointplay.errors import InputError, Problem, join, refuse
 from jointplay.mechanism.base import Flag, Number, Record, measured
+from jointplay.mechanism.measures import in_si
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
@@ -139,6 +140,17 @@ Varied = Annotated[dict[str, _Any], BeforeValidator(_flat), AfterValidator(_chec
 def vary_field(**more: Any) -> Any:
     """Describe a field that holds a `[vary]` table."""
     return Field(json_schema_extra={"accepts": f"a table of parameters, each with {ACCEPTED},"}, **more)
+
+
+def in_own_units(mechanism: Any, table: Any) -> Any:
+    """Bring values written with a unit into that of their parameter; `InputError` where they have another."""
+    if not isinstance(mechanism, Mechanism | TestSystem) or not isinstance(table, Mapping):
+        return table
+    table = _flat(table)
+    cases = table["cases"] if isinstance(table.get("cases"), list | tuple) else ()
+    keys = {*table, *(key for case in cases if isinstance(case, Mapping) for key in case)} - {"cases", "zip"}
+    units = {key: units_of(mechanism, key) for key in keys}
+    return in_si(table, units | {"cases": units})
 
 
 def parsed(table: Any) -> dict[str, Values]:

@@ -136,7 +136,7 @@ def _request(base: Model, start: Model, drop: int, observation: Observation) -> 
     if base.structure.section is None:
         at = base.period * np.arange(drop + 1, turns + 1)
         return Request(at[-1], at=at, **limit)
-    fields = rules.section_fields(CrankAngle(angle=base.crank_angle), start, drop)
+    fields = rules.section_fields(CrankAngle(angle=math.fmod(base.crank_angle, math.tau)), start, drop)
     return Request(rules.SLACK * turns * base.period, stop_after=turns, **fields, **limit)
 
 

@@ -1,0 +1,37 @@
+"""What is probably meant in another unit: one line of warning for each, before anything is computed."""
+
+import xarray as xr
+
+from jointplay.cli import main
+from tests.support.study_samples import TEXT
+
+RPM = "analysis.initial.crank_speed=1500"
+
+
+def test_every_verb_that_reads_a_study_warns(tmp_path, capsys):
+    path = tmp_path / "a.toml"
+    path.write_text(TEXT)
+    for verb, code in (("check", 0), ("plan", 2)):  # there is nothing to plan here
+        assert main([verb, str(path), "--set", RPM]) == code
+        assert capsys.readouterr().err.startswith(
+            "warning analysis.initial.crank_speed: got 1500.0; 1500 rad/s are 14324 rpm, "
+            "17.9 times what the drive turns at; if 1500 rpm are meant, write '1500 rpm' or 157.08\n"
+        )
+    assert main(["check", str(path), "--set", "analysis.initial.crank_speed=1500 rpm"]) == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_what_varies_is_doubted_too_and_a_result_keeps_it(tmp_path, capsys):
+    path = tmp_path / "a.toml"
+    path.write_text(TEXT + "[vary]\nclearance = [1e-4, 4e-3]\n")
+    assert main(["check", str(path)]) == 0
+    said = capsys.readouterr().err
+    assert said.startswith(
+        "warning mechanism.joints[2].clearance: got 0.004; that is 0.13 of the shortest link"
+    )
+    path.write_text(TEXT)
+    short = ["--set", RPM, "analysis.turns=0.01", "--no-figure", "--out", str(tmp_path)]
+    main(["run", str(path), *short])
+    with xr.open_dataset(tmp_path / "a.nc") as result:
+        assert result.attrs["doubts"].startswith("analysis.initial.crank_speed: got 1500.0;")
+    assert capsys.readouterr().err.count("14324 rpm") == 1
