@@ -54,7 +54,8 @@ activate()
 
 def __getattr__(name: str):
     if name not in _HOME:
-        raise AttributeError(f"module 'jointplay' has no attribute {name!r}")
+        whole = sys.modules[__name__]  # by it Python suggests the nearest name
+        raise AttributeError(f"module 'jointplay' has no attribute {name!r}", name=name, obj=whole)
     home, _, attribute = _HOME[name].partition(":")
     module = import_module(f"jointplay.{home}")
     value = module if _HOME[name].endswith(":") else getattr(module, attribute or name)

@@ -35,9 +35,16 @@ class _Short(reprlib.Repr):
         digits = int(x.bit_length() / 3.3219)
         return repr(x) if abs(x) < 10**self.maxlong else f"<a number of {digits} digits>"
 
+    def repr_Dataset(self, x, level: int) -> str:  # xarray's own runs over many lines
+        return f"<Dataset of kind {x.attrs.get('kind')!r}>"
+
+    def repr_DataArray(self, x, level: int) -> str:
+        return f"<DataArray {x.name!r}>"
+
 
 _SHORT = _Short()
 _SHORT.maxstring = _SHORT.maxother = 120
+PARTLY = 3  # names suggested that have the unknown one as a part
 SHOWN = 100  # problems that a message names one by one
 
 
@@ -117,9 +124,13 @@ def refuse(given: Any, expected: str, key: str = "") -> InputError:
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """Suggest the nearest known name, as `` did you mean 'clearance'?``; empty if none is near."""
-    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.6) if isinstance(word, str) else []
-    return f" did you mean {near[0]!r}?" if near else ""
+    """Suggest the nearest known name, or those with this part, as `` did you mean 'clearance'?``."""
+    if not isinstance(word, str):
+        return ""
+    known = list(known)
+    near = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    near = near or [name for name in known if word.lower() in name.lower().split("_")][:PARTLY]
+    return f" did you mean {' or '.join(map(repr, near))}?" if near else ""
 
 
 def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str = "key") -> Problem:

@@ -64,6 +64,8 @@ def test_every_kind_draws_a_run_without_samples(kind):
     ("options", "key", "hint"),
     [
         ({"kind": "journal_orbits"}, "figure.kind", "did you mean 'journal_orbit'?"),
+        ({"kind": "orbit"}, "figure.kind", "did you mean 'journal_orbit'?"),
+        ({"kind": "time_history", "link": "CRANK"}, "figure.link", "did you mean 'crank'?"),
         ({"kind": "time_history", "variabels": ["x"]}, "figure.variabels", "did you mean 'variables'?"),
         ({"tunrs": 3}, "figure.tunrs", "did you mean 'turns'?"),
         (

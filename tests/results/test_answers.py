@@ -135,6 +135,27 @@ def test_a_diagram():
     assert said(diagram([[1], [1], [1], [1]])) == ["period 1 at all 4 values"]
 
 
+def test_many_words_and_stretches_are_counted():
+    many = said(diagram([[1], [1], [2], [3], [4], [5], [6], [8]]))[0]
+    assert many.startswith("period 1 at 2 of 8 values; period 2 at 1 (clearance ")
+    assert many.endswith("; 3 more at 3")
+    scattered = said(diagram([[1], [2]] * 4 + [[1]]))[0]
+    assert scattered.endswith("period 2 at 4 in 4 stretches of clearance 137.5 µm to 362.5 µm")
+
+
+def test_two_parameters():
+    flat = diagram([[1], [2], [2], [1], [1], [1]]).isel(direction=0, drop=True)
+    gap, cells = ("gap", [1.0, 2.0], {"units": "1"}), {"clearance": 3, "gap": 2}
+    grid = {
+        name: (tuple(cells), flat[name].values.reshape(3, 2), flat[name].attrs)
+        for name in ("period", "cell_status")
+    }
+    found = result("bifurcation", grid, {"gap": gap, "clearance": var("clearance", [1e-4, 2e-4, 3e-4], "m")})
+    assert said(found) == [
+        "period 1 at 4 of 6 values; period 2 at 2 (clearance 100 µm to 200 µm, gap 1 to 2)"
+    ]
+
+
 def test_directions_that_differ():
     lines = said(diagram([[1, 1], [1, 2], [1, 2], [1, 1]], directions=("up", "down")))
     assert lines == [

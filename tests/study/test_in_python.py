@@ -69,3 +69,14 @@ def test_no_study_at_all():
     for wrong in (3, None, "there_is_none.toml"):
         with pytest.raises(jp.InputError):
             jp.run(wrong)
+
+
+def test_a_name_that_is_not_there_and_a_result_where_none_is_accepted():
+    """Python suggests the nearest name; a result is no wall of text in a message."""
+    with pytest.raises(AttributeError) as caught:
+        jp.lyapunof
+    assert caught.value.obj is jp
+    assert caught.value.name == "lyapunof"
+    cut = jp.poincare(jp.catalog.duffing(), turns=2)
+    with pytest.raises(jp.InputError, match="over: got <Dataset of kind 'section'>"):
+        jp.figure(cut, over=cut)

@@ -28,10 +28,9 @@ def told(words: np.ndarray, axes: Sequence[DataArray]) -> str:
         return f"{found[0]} at {'all ' if words.size > 1 else ''}{words.size} value{'s' * (words.size > 1)}"
     first = f"{found[order[0]]} at {counts[order[0]]} of {words.size} values"
     rest = [f"{found[i]} at {counts[i]}{places(words == found[i], axes)}" for i in order[1:]]
-    left = (
-        [f"{len(rest) - NAMED} other words at {sum(counts[order[1 + NAMED :]])}"] if len(rest) > NAMED else []
-    )
-    return "; ".join([first, *rest[:NAMED], *left])
+    named = len(rest) if len(rest) <= NAMED + 1 else NAMED
+    left = [f"{len(rest) - named} more at {sum(counts[order[1 + named :]])}"] if len(rest) > named else []
+    return "; ".join([first, *rest[:named], *left])
 
 
 def places(chosen: np.ndarray, axes: Sequence[DataArray]) -> str:
