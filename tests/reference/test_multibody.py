@@ -152,6 +152,38 @@ def test_a_double_pendulum_on_springs_keeps_its_energy():
     assert system.energy(1.0, states[0]) == pytest.approx(system.energy(0.0, y), rel=1e-11)
 
 
+def test_springs_and_dampers_swing_as_their_closed_form():
+    """A block on a guide, by spring and damper; beside it a wheel, by torsion spring and damper."""
+    m, inertia, k, c, t = 0.8, 0.05, 90.0, 3.0, 0.7
+    guide = Marker(GROUND, (0.2, 0.1), 0.6)
+    d = np.array([math.cos(0.6), math.sin(0.6)])
+    block, wheel = Marker("block"), Marker("wheel", (0.0, 0.0), 0.3)
+    loads = [
+        spring(block, Marker(GROUND, tuple(guide.at + 0.5 * d)), k, 0.2, c),
+        torsion(
+            Marker(GROUND, direction=1.0), wheel, 2.0, -0.4, 0.1
+        ),  # free where the wheel's line is at 1.1
+    ]
+    joints = [Prismatic("G", block, guide), Revolute("O", wheel, Marker())]
+    system = System([Body("block", m, 1.0), Body("wheel", 1.0, inertia)], joints, loads=loads, gravity=0.0)
+    place = guide.at + 0.35 * d  # 0.05 beyond where the spring is free
+    y = assemble(system, {"block": (*place, 0.6), "wheel": 1.2}, speeds={"wheel": 2.0})
+    (state,), _, _ = follow(system, y, [t], rtol=1e-12)
+    x, _ = _damped(c / m, k / m, 0.05, 0.0, t)
+    turned, speed = _damped(0.1 / inertia, 2.0 / inertia, 0.1, 2.0, t)
+    assert state[:2] == pytest.approx(guide.at + (0.3 + x) * d, rel=1e-11)
+    assert state[[5, 11]] == pytest.approx([1.1 + turned, speed], rel=1e-10)
+
+
+def _damped(twice, square, x, v, t):
+    """Place and speed of ẍ + twice ẋ + square x = 0."""
+    half = twice / 2
+    w = math.sqrt(square - half**2)
+    a, b, fall = x, (v + half * x) / w, math.exp(-half * t)
+    c, s = math.cos(w * t), math.sin(w * t)
+    return fall * (a * c + b * s), fall * ((b * w - half * a) * c - (a * w + half * b) * s)
+
+
 def _slider_crank_motion(theta):
     """Closed form: rod angle and slider place by crank angle, with two derivatives."""
     sine = (E - R * math.sin(theta)) / L
