@@ -36,7 +36,7 @@ def drop(law, numbers, v_0, tension=True):
         atol=1e-18,
     )
     assert found.status == 1, found.message
-    (end,), ((u, v),) = found.t_events[0], found.y_events[0]
+    (end,), ((_, v),) = found.t_events[0], found.y_events[0]
     depth, force = found.y_events[1][0][0], np.array([pull(y) for y in found.y.T])
     return {
         "depth": depth,

@@ -1,8 +1,8 @@
 """Stiffness of a contact, from materials and radii.
 
 Reference: Hertz (1882), of balls: F = K u^(3/2) with K = 4/3 E* sqrt(R), 1/E* = (1 - nu_1^2)/E_1 +
-(1 - nu_2^2)/E_2 and 1/R = 1/R_1 + 1/R_2, the radius of a hollow ball being negative. Valid where the contact is
-small beside both radii; a journal in its bearing conforms more than that, and its K is an estimate.
+(1 - nu_2^2)/E_2 and 1/R = 1/R_1 + 1/R_2, the radius of a hollow ball being negative. Valid where the contact
+is small beside both radii; a journal in its bearing conforms more than that, and its K is an estimate.
 """
 
 from __future__ import annotations
