@@ -103,7 +103,7 @@ def test_text_forms_are_short_and_name_the_parts():
         (("joints", 2, "bearing", "link"), "coupler", "joints[2].bearing.link", "other than the journal's"),
         (("joints", 2, "clearance"), -2.9e-5, "joints[2].clearance", "radial clearance of at least 0 m"),
         (("joints", 2, "radius"), 0.0, "joints[2].radius", "journal radius greater than 0 m"),
-        (("joints", 2, "contact", "law"), "hertz", "joints[2].contact.law", "'kelvin_voigt'"),
+        (("joints", 2, "contact", "law"), "kelvin", "joints[2].contact.law", "'kelvin_voigt'"),
         (("joints", 2, "contact", "stiffness"), 0, "joints[2].contact.stiffness", "greater than 0 N/m"),
         (("joints", 2, "contact", "damping"), -1, "joints[2].contact.damping", "of at least 0 N s/m"),
         (("joints", 2, "contact", "tension"), "no", "joints[2].contact.tension", "true or false"),
