@@ -11,6 +11,7 @@ from jointplay.accepted import from_pydantic
 from jointplay.equations.friction import FRICTIONS, FrictionLaw, Quantity
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism.base import NonNegative, Record, is_number, measured
+from jointplay.mechanism.measures import in_si
 
 
 def _with_numbers(schema: dict[str, Any]) -> None:
@@ -62,6 +63,7 @@ class Friction(Record):
         given = {n: value for n, value in data.items() if n not in fields and value is not None}
         name = data.get("law", "coulomb")
         law = FRICTIONS.get(name) if isinstance(name, str) else None
+        given = in_si(given, {n: each.units for n, each in law.numbers.items()} if law else {})
         problems = list(_number_problems(name, law, fields, given))
         own = law.numbers.items() if law and not problems else ()
         try:
