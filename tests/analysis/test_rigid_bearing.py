@@ -1,0 +1,133 @@
+"""Rigid bearings: impacts with restitution, rebounds that end, lasting contact, tangents through them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis import trajectory
+from jointplay.analysis.quantities import EVENTS
+from jointplay.errors import InputError
+from jointplay.mechanism.assemble import assemble
+from tests.numerics.test_tangent import differences, distance, scaled
+from tests.support.multibody_records import from_mechanism
+
+E = 2.9e-4
+BALANCE = ["energy", "energy_residual", "joint_work", "drive_work"]
+TOUCH = ["penetration", "normal_velocity", "normal_force", "tangential_force", "mode"]
+
+
+def rigid(restitution, clearance=E, **changes):
+    """The paper's mechanism with rigid bearings."""
+    plain = jp.catalog.chunmei2002(clearance=clearance, **{"gear_ratio": 3.0} | changes)
+    law = jp.Contact(law="restitution", parameters={"restitution": restitution})
+    joints = tuple(joint.model_copy(update={"contact": law, "friction": None}) for joint in plain.joints)
+    return jp.Mechanism(**dict(plain) | {"joints": joints})
+
+
+def kinds(found):
+    return [EVENTS[kind] for kind in found.event_kind.values]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 0.8])
+def test_energy_is_lost_by_impacts_alone(restitution):
+    """The balance closes; rebounds end in lasting contact, which pushes and keeps the journal inside."""
+    found = jp.simulate(rigid(restitution), turns=3, rtol=1e-9, record=BALANCE + TOUCH)
+    assert found.status == 0
+    assert found.joint_work[-1] > 5e-3
+    assert np.abs(found.energy_residual).max() < 1e-7 * float(found.joint_work[-1])
+    assert {"impact", "rest", "separation"} == {*kinds(found)}
+    assert found.penetration.max() < 1e-11
+    held = found.normal_force.values[found["mode"].values == 6]
+    assert len(held) > 100
+    assert held.min() >= -1e-9
+    assert held.max() > 50
+    assert not np.any(found.normal_force.values[found["mode"].values == 0])
+    assert not np.any(found.tangential_force)
+
+
+def test_an_impact_is_that_of_rigid_bodies():
+    """Speeds of all links after it, by multipliers in full coordinates."""
+    mechanism = rigid(0.6)
+    found = jp.simulate(mechanism, turns=1, steps=True, rtol=1e-10, record=["angle", "angular_velocity"])
+    soft = jp.catalog.chunmei2002(clearance=E, gear_ratio=3.0, friction=0.0)
+    system, times = from_mechanism(soft), found.time.values
+    hits = found.event_time.values[[kind == "impact" for kind in kinds(found)]][:4]
+    for hit in hits:
+        before, after = np.flatnonzero(times == hit)
+        angles, speeds = found.angle.values[before], found.angular_velocity.values
+        y = _full(soft, angles, speeds[before])
+        now = system.solve(hit, y, [False]).now
+        G, W = system.constraints(now, system.ideal)[1], system.touches(now)[0][1].W_n
+        n, m = now.n, len(G)
+        matrix = np.zeros((n + m + 1, n + m + 1))
+        matrix[range(n), range(n)] = system.mass
+        matrix[:n, n:-1], matrix[n:-1, :n] = G.T, G
+        matrix[:n, -1] = matrix[-1, :n] = W
+        jump = np.linalg.solve(matrix, np.r_[np.zeros(n + m), -1.6 * W @ now.v])[:n]
+        wanted = speeds[before] + jump[2::3]
+        assert np.abs(jump[2::3]).max() > 1e-3
+        assert speeds[after] == pytest.approx(wanted, rel=1e-7, abs=1e-7)
+    assert len(hits) == 4
+
+
+def _full(mechanism, angles, speeds):
+    """Positions and speeds of all bodies' mass centres and angles; the coupler hangs on the crank."""
+    (crank, coupler, rocker), place, moving = mechanism.links, [], []
+    origins = {"crank": (0, 0j), "coupler": (0, 0j), "rocker": (mechanism.joint("C").bearing.point[0], 0j)}
+    for link, angle, speed in zip((crank, coupler, rocker), angles, speeds, strict=True):
+        along = np.exp(1j * angle)
+        origin, moves = origins[link.name]
+        if link is crank:
+            origins["coupler"] = (link.length * along, 1j * speed * link.length * along)
+        centre, rate = origin + link.centre * along, moves + 1j * speed * link.centre * along
+        place += [centre.real, centre.imag, angle]
+        moving += [rate.real, rate.imag, speed]
+    return np.array(place + moving)
+
+
+def test_restitution_is_asked_for_within_its_bounds_and_without_friction():
+    with pytest.raises(InputError, match="from 0 to 1"):
+        jp.Contact(law="restitution", parameters={"restitution": 1.2})
+    with pytest.raises(InputError, match="law restitution has no stiffness"):
+        jp.Contact(law="restitution", stiffness=1.0, parameters={"restitution": 0.5})
+    rubbing = jp.Friction(coefficient=0.1)
+    joints = tuple(joint.model_copy(update={"friction": rubbing}) for joint in rigid(0.5).joints)
+    with pytest.raises(InputError, match=r"joints\[2\].friction: .*whose impacts are without friction"):
+        jp.Mechanism(**dict(rigid(0.5)) | {"joints": joints})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("joints", ["B", "BC"])
+def test_ideal_rebounds_keep_the_energy(joints):
+    """Restitution 1, nothing driving: 1e-9 over dozens of impacts."""
+    mechanism = rigid(1.0, dict.fromkeys(joints, E), drive=None, gravity=0.0)
+    start = {"crank_angle": 0.0, "crank_speed": 20.0}
+    found = jp.simulate(mechanism, duration=0.6, rtol=1e-11, initial=start, record=["energy"])
+    assert found.status == 0
+    assert kinds(found).count("impact") > 30
+    assert found.energy.values == pytest.approx(float(found.energy[0]), rel=1e-9)
+
+
+@pytest.mark.long
+def test_tangents_through_impacts():
+    """Flights and impacts, against central differences of the motion itself."""
+    mechanism, compared = rigid(0.8), 0
+    model = assemble(mechanism)
+    at = np.linspace(0.3, 2.7, 9) * model.period
+    rows = trajectory.follow(model, trajectory.Request(at[-1] * 1.001, 1e-10, at=at)).samples
+    for row in rows:
+        if row[1 + len(model.state)] != 0:  # held: neighbours would begin outside
+            continue
+        begin = replace(model, state=row[1 : 1 + len(model.state)])
+        for duration in (0.01, 0.05):
+            exact = scaled(begin, duration * model.period)
+            for size in (3e-7, 3e-6):
+                found, met, same = differences(begin, duration * model.period, size, exact)
+                if same and len(met):
+                    compared += 1
+                    assert distance(found, exact) < 1e-4
+    assert compared > 2
