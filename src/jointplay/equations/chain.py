@@ -63,6 +63,6 @@ def beyond(pin: Pin, c: Coordinates, axis: int, gravity: bool) -> Expr:
     for k in pin.arms:
         moment = number(f"mu_{pin.name}_{k}")
         total += moment * (c.n(k)[axis] * c.acceleration[k] - c.e(k)[axis] * c.speed[k] ** 2)
-    if pin.chain is not None:
-        total += number(f"m_{pin.name}") * c.acceleration[pin.chain, axis]
+    for chain, mass in pin.bases:
+        total += number(mass) * c.acceleration[chain, axis]
     return total + number(f"m_{pin.name}") * GRAVITY if gravity and axis == 1 else total

@@ -21,7 +21,8 @@ from jointplay.mechanism.loop import find_four_bar
 
 def driven_link(drive: AnyDrive | None, links: Sequence[str], joints: Sequence[Joint]) -> str | None:
     """Name the link that a drive turns; without a drive the first link pinned to the ground, if any is."""
-    grounded = (name for name in links if {name, GROUND} in [joint.links for joint in joints])
+    turning = [joint.links for joint in joints if not joint.prismatic]
+    grounded = (name for name in links if {name, GROUND} in turning)
     return drive.link if drive else next(grounded, None)
 
 
@@ -35,11 +36,14 @@ class Draft:
         In the order given.
     drive : record or None
         None where there is no drive, or an invalid one.
+    guess : tuple
+        Names of which a rough position is given.
     """
 
     links: Sequence[tuple[Any, Link | None]]
     joints: Sequence[tuple[Any, Joint | None]]
     drive: AnyDrive | None
+    guess: tuple[Any, ...] = ()
 
     @classmethod
     def of(cls, data: Any) -> Draft:
@@ -47,7 +51,9 @@ class Draft:
         value = data.get if isinstance(data, Mapping) else lambda key: getattr(data, key, None)
         drive = value("drive")
         drives = filter(None, (_valid(kind, drive) for kind in DRIVES if drive is not None))
-        return cls(_parts(Link, value("links")), _parts(Joint, value("joints")), next(drives, None))
+        parts, guess = (_parts(Link, value("links")), _parts(Joint, value("joints"))), value("guess")
+        guessed = tuple(guess) if isinstance(guess, Mapping) else ()
+        return cls(*parts, next(drives, None), guessed)
 
     @property
     def names(self) -> list[str]:
@@ -59,7 +65,7 @@ class Draft:
         problems = [*_duplicates("links", self.links), *_duplicates("joints", self.joints)]
         if not self.links or len(set(self.names)) < len(self.links):
             return problems  # with a link's name unknown, none can be called missing
-        problems += self._misplaced_pins()
+        problems += [*self._misplaced_pins(), *self._strange_guesses()]
         if self.drive and self.drive.link not in self.names:
             problems.append(unknown("drive.link", self.drive.link, self.drive.link, self.names, "link"))
         joints = [joint for _, joint in self.joints if joint is not None]
@@ -76,6 +82,13 @@ class Draft:
                     yield unknown(f"{key}.link", pin.link, pin.link, [*self.names, GROUND], "link")
                 elif (link := known.get(pin.link)) and (limit := _limit(pin.at, link)):
                     yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+
+    def _strange_guesses(self) -> Iterator[Problem]:
+        slides = [name for name, joint in self.joints if joint is None or joint.prismatic]
+        known = [*self.names, *(name for name in slides if isinstance(name, str))]
+        for name in self.guess:
+            if name not in known:
+                yield unknown(f"guess.{name}", name, name, known, "link or prismatic joint")
 
     def _loose_links(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         connected, before = {GROUND}, set()

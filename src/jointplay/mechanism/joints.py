@@ -10,6 +10,7 @@ from jointplay.equations.laws import LAWS
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.base import (
     GROUND,
+    Angle,
     Flag,
     Name,
     NonNegative,
@@ -35,11 +36,14 @@ class Pin(Record):
         Distance from the link's origin along the link, m.
     point : tuple of float, shape (2,)
         Coordinates x and y, m; on the ground only, and needed there.
+    direction : float
+        Of a prismatic joint's line, rad: from the link's line, on the ground from +x.
     """
 
     link: Name = named("link name, or 'ground'")
     at: NonNegative = measured("distance along the link", "m", 0.0)
     point: _Point = None
+    direction: Angle = measured("direction of a line", "rad", 0.0)
 
     @field_validator("at")
     @classmethod
@@ -152,14 +156,16 @@ FRICTIONLESS = Friction(coefficient=0.0)
 
 
 class Joint(Record):
-    """A revolute joint: a journal on one link in a bearing on another.
+    """A joint between two links: revolute, a journal in a bearing, or prismatic, a slider on a guide.
 
     Parameters
     ----------
     name : str
         Name.
+    kind : {'revolute', 'prismatic'}
+        Prismatic: the journal's point moves along the bearing's line, and both lines stay parallel.
     journal, bearing : Pin
-        Where the journal and the bearing sit.
+        Where the journal and the bearing sit; of a prismatic joint, a point and line of slider and guide.
     clearance : float
         Radial clearance e, m; 0 makes the joint ideal, and contact data are then not used.
     radius : float, optional
@@ -171,6 +177,7 @@ class Joint(Record):
     """
 
     name: Name = named("joint name")
+    kind: Literal["revolute", "prismatic"] = "revolute"
     journal: Pin
     bearing: Pin
     clearance: NonNegative = measured("radial clearance", "m", 0.0)
@@ -184,6 +191,20 @@ class Joint(Record):
         if "journal" in info.data and info.data["journal"].link == bearing.link:
             raise refuse(bearing.link, "a link other than the journal's is accepted", "link")
         return bearing
+
+    @field_validator("journal", "bearing")
+    @classmethod
+    def _line(cls, pin: Pin, info: ValidationInfo) -> Pin:
+        if pin.direction and info.data.get("kind") == "revolute":
+            raise refuse(pin.direction, "a direction is accepted with kind = 'prismatic' only", "direction")
+        return pin
+
+    @field_validator("clearance")
+    @classmethod
+    def _of_bearings(cls, clearance: float, info: ValidationInfo) -> float:
+        if clearance and info.data.get("kind") == "prismatic":
+            raise refuse(clearance, "0 m is accepted: a prismatic joint is ideal")
+        return clearance
 
     @field_validator("radius")
     @classmethod
@@ -206,6 +227,11 @@ class Joint(Record):
         return not self.clearance
 
     @property
+    def prismatic(self) -> bool:
+        """Whether it is a slider on a guide."""
+        return self.kind == "prismatic"
+
+    @property
     def ends(self) -> tuple[tuple[Pin, Pin], tuple[Pin, Pin]]:
         """Each of its pins, and the pin on the other side."""
         return (self.journal, self.bearing), (self.bearing, self.journal)
@@ -226,9 +252,9 @@ class Joint(Record):
     @property
     def description(self) -> str:
         """The links that it connects, its clearance and laws, in a few words."""
-        links = f"{self.journal.link} in {self.bearing.link}"
+        links = f"{self.journal.link} {'on' if self.prismatic else 'in'} {self.bearing.link}"
         if self.ideal or self.contact is None:
-            return f"{links}, ideal"
+            return f"{links}, ideal{' guide' * self.prismatic}"
         units = (unit for _, unit in LAWS[self.contact.law].numbers.values())
         numbers = zip(self.contact.numbers.values(), units, strict=True)
         law = ", ".join(f"{value:g} {unit}" for value, unit in numbers)
