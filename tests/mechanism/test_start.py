@@ -30,12 +30,14 @@ def refused(mechanism, initial):
 )
 def test_the_ideal_mechanism_is_the_default_start(mechanism, initial):
     angle = (initial or {}).get("crank_angle", 0.0)
-    assert start(mechanism, initial) == ideal_state(mechanism, crank_angle=angle)
+    assert start(mechanism, initial)[:2] == ideal_state(mechanism, crank_angle=angle)
 
 
 def test_play_takes_any_start():
-    assert start(LOOSE, {"crank_speed": -3.0, "branch": "lower"}) == ideal_state(LOOSE, 0.0, -3.0, "lower")
-    assert start(LOOSE, {"angle": ANGLES, "angular_velocity": SPEEDS}) == (ANGLES, SPEEDS)
+    assert start(LOOSE, {"crank_speed": -3.0, "branch": "lower"})[:2] == ideal_state(
+        LOOSE, 0.0, -3.0, "lower"
+    )
+    assert start(LOOSE, {"angle": ANGLES, "angular_velocity": SPEEDS})[:2] == (ANGLES, SPEEDS)
 
 
 @pytest.mark.parametrize("mechanism", [CLOSED, STEADY], ids=["motor", "steady"])
@@ -44,20 +46,20 @@ def test_a_closed_loop_takes_no_angles_of_its_links(mechanism, key):
     found = refused(mechanism, {key: ANGLES})
     assert set(found) == {f"initial.{key}"}
     assert "crank_angle, crank_speed, branch" in found[f"initial.{key}"]
-    assert "the crank determines the other links" in found[f"initial.{key}"]
+    assert "links determine each other" in found[f"initial.{key}"]
 
 
 def test_a_closed_loop_keeps_its_branch():
-    assert start(CLOSED, {"branch": "upper"}) == ideal_state(CLOSED)
+    assert start(CLOSED, {"branch": "upper"})[:2] == ideal_state(CLOSED)
     found = refused(CLOSED, {"branch": "lower"})
     assert set(found) == {"initial.branch"}
     assert "'upper', the mechanism's own, is accepted here" in found["initial.branch"]
     lower = CLOSED.replace(branch="lower")
-    assert start(lower, None) == ideal_state(lower, branch="lower")
+    assert start(lower, None)[:2] == ideal_state(lower, branch="lower")
 
 
 def test_a_closed_loop_at_constant_speed_starts_with_it():
-    assert start(STEADY, {"crank_speed": 40.0, "crank_angle": 1.0}) == ideal_state(STEADY, 1.0)
+    assert start(STEADY, {"crank_speed": 40.0, "crank_angle": 1.0})[:2] == ideal_state(STEADY, 1.0)
     assert set(refused(STEADY, {"crank_speed": 41.0})) == {"initial.crank_speed"}
     assert start(CLOSED, {"crank_speed": 41.0})[1]["crank"] == 41.0
 

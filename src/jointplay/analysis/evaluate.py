@@ -54,10 +54,11 @@ class Quantities:
         }
         series = self._evaluated([key for name in keys if name not in RATES for key in keys[name]], self.rows)
         series |= self._evaluated([key for name in keys if name in RATES for key in keys[name]], self.sharp)
-        values = {name: np.stack([series[key] for key in ks], -1) for name, ks in keys.items() if ks}
+        none = np.zeros(len(self.rows))  # the moment at a revolute joint
+        values = {name: np.stack([series.get(k, none) for k in ks], -1) for name, ks in keys.items() if ks}
         values = {name: each[:, 0] if WORDS[name].of is None else each for name, each in values.items()}
         values |= {name: self._special(name) for name in wanted if name not in plain}
-        dims = {None: (dim,), "bending": (dim, "link")}
+        dims = {None: (dim,), "bending": (dim, "link"), "guided": (dim, "pin")}
         return {
             prefix + name: (dims.get(word.of, (dim, word.of)), values[name], attributes(name))
             for name, word in wanted.items()
@@ -66,13 +67,15 @@ class Quantities:
 
     def _evaluated(self, keys: list[str], rows: np.ndarray) -> dict[str, np.ndarray]:
         """Outputs of the structure's program, one value a row."""
+        keys = [key for key in keys if key in self.module.OUTPUTS]
         values = outputs.evaluate(self.module, keys, self._given(rows)) if keys else {}
         return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
 
     def _labels(self, of: str | None) -> tuple[str, ...]:
         model = self.model
         labels = {"link": model.links, "bending": model.bending, "joint": model.joints, "pin": model.pins}
-        return (labels | {"state": model.states}).get(of, ("",))
+        labels |= {"guide": model.guides, "guided": model.pins, "state": model.states}
+        return labels.get(of, ("",))
 
     @staticmethod
     def _key(name: str, label: str) -> str:
@@ -176,6 +179,7 @@ def coordinates(model: Model) -> dict[str, Any]:
         "link": ("link", model.links),
         "joint": ("joint with clearance", model.joints if model.links else ()),
         "pin": ("ideal joint", model.pins),
+        "guide": ("prismatic joint", model.guides),
         "state": ("state", model.states),
     }
     return {
@@ -201,4 +205,28 @@ def dataset(model: Model, variables: dict[str, Any], coords: dict[str, Any], kin
     """Dataset of a run, with the label coordinates that its variables use."""
     used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
     labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
-    return xr.Dataset(variables, coords | labels, {"Conventions": "CF-1.11", "kind": kind})
+    return on_joints(xr.Dataset(variables, coords | labels, {"Conventions": "CF-1.11", "kind": kind}))
+
+
+def on_joints(dataset: xr.Dataset) -> xr.Dataset:
+    """Put what prismatic joints have along ``joint``, after the joints with clearance.
+
+    What only joints with clearance have is not a number there; an ideal joint has clearance 0 and touches.
+    """
+    if "guide" not in dataset.dims:
+        return dataset
+    sliding = [name for name, each in dataset.data_vars.items() if "guide" in each.dims]
+    slides, rest = dataset[sliding].rename(guide="joint"), dataset.drop_dims("guide")
+    names = (
+        [*map(str, rest["joint"].values), *map(str, slides["joint"].values)] if "joint" in rest.dims else None
+    )
+    if names:
+        whole = {name: each.dtype for name, each in rest.data_vars.items() if "joint" in each.dims}
+        fill = {name: 0 for name, kind in whole.items() if kind.kind == "i"} | {"clearance": 0.0}
+        fill |= {name: int(Mode.CONTACT) for name in whole if name.split("_")[-1] == "mode"}
+        fill = {name: fill.get(name, "" if kind.kind in "UO" else np.nan) for name, kind in whole.items()}
+        text = {"long_name": "joint with clearance, or prismatic"}
+        rest = rest.reindex(joint=np.array(names, dtype=str), fill_value=fill)
+        slides = slides.reindex(joint=rest["joint"])
+        rest["joint"].attrs = slides["joint"].attrs = text
+    return rest.assign(slides.data_vars)

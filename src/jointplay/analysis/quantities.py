@@ -12,7 +12,8 @@ from jointplay.numerics.codes import Event, Mode, Status
 class Word:
     """A recorded quantity, with UDUNITS units and long name.
 
-    `of` says over what: link, joint, pin, state, bending (links where one bends, nothing else) or None.
+    `of` says over what: link, joint, pin, guide (a prismatic joint; in datasets along joint), state, bending
+    (links where one bends, nothing else) or None.
     """
 
     of: str | None
@@ -38,6 +39,11 @@ WORDS = {
     "reaction_x": Word("pin", "N", "force on the bearing of an ideal joint, x"),
     "reaction_y": Word("pin", "N", "force on the bearing of an ideal joint, y"),
     "reaction": Word("pin", "N", "force at an ideal joint"),
+    "reaction_moment": Word(
+        "guided", "N m", "moment on the bearing of an ideal joint about the journal's point"
+    ),
+    "slide_position": Word("guide", "m", "distance of a slider along its guide"),
+    "slide_velocity": Word("guide", "m s-1", "velocity of a slider along its guide"),
     "deflection": Word("bending", "m", "deflection of a link"),
     "drive_torque": Word(None, "N m", "drive torque"),
     "kinetic_energy": Word(None, "J", "kinetic energy"),
@@ -66,7 +72,8 @@ WORK = {  # integrals of power by what they count, with the sign of their part i
     "springs": ("spring_work", -1),
 }
 BALANCE = ("energy_residual", *(name for name, _ in WORK.values()))  # need integrals of power
-RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction", "drive_torque")
+RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction")
+RATES += ("reaction_moment", "drive_torque")
 ENERGIES = ("kinetic_energy", "potential_energy", "strain_energy", "energy")
 LINKAGE = tuple(name for name in WORDS if name not in (*BALANCE, *ENERGIES, "state_value"))
 
@@ -113,6 +120,10 @@ def _absent(mechanism: Mechanism) -> dict[str, str]:
         for of, missing, present in (
             ("joint", "a joint has clearance", any(joint.clearance > 0 for joint in joints)),
             ("pin", "a joint is ideal (clearance 0)", any(joint.clearance == 0 for joint in joints)),
+            *(
+                (of, "a joint is prismatic", any(joint.prismatic for joint in joints))
+                for of in ("guide", "guided")
+            ),
             ("bending", "a link is elastic", any(link.elastic for link in links)),
         )
         if not present

@@ -13,10 +13,10 @@ from jointplay.analysis.vary import changed
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
 from jointplay.mechanism.alike import unlike_turns
 from jointplay.mechanism.assemble import assemble, check_section
-from jointplay.mechanism.closure import closed_four_bar
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
 from jointplay.mechanism.section import ContactSection, SeparationSection
+from jointplay.mechanism.structure import linkage
 
 SLACK = 4  # nominal periods that a turn may take before the run gives up
 MOST = 20_000_000  # samples of a run, in memory
@@ -168,8 +168,8 @@ def _phase(system: TestSystem) -> str:
 
 def _plane(section: Plane, mechanism: Mechanism) -> str:
     follower = section.link not in (None, mechanism.crank)
-    if section.quantity == "angle" and follower and closed_four_bar(mechanism):
-        expected = f"the crank, {mechanism.crank}, is accepted: without clearance the other angles follow it"
+    if section.quantity == "angle" and follower and section.link in linkage(mechanism).dependent:
+        expected = f"the crank, {mechanism.crank}, is accepted: this link's angle follows others"
         raise InputError([Problem("section.link", section.link, expected)], "section")
     words = [name for name, word in WORDS.items() if name not in _NOT_SECTIONS]
     if section.quantity not in words:
@@ -180,12 +180,13 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
         "link": [each.name for each in mechanism.links],
         "bending": [each.name for each in mechanism.links if each.elastic],
         "joint": [j.name for j in mechanism.clearance_joints],
+        "guide": [j.name for j in mechanism.joints if j.prismatic],
     }
-    given = {"link": section.link, "bending": section.link, "joint": section.joint}.get(of)
+    given = section.link if of in ("link", "bending") else section.joint
     if of is None:
         return section.quantity
     if not names[of] or given not in (None, *names[of]):
-        whose = "an elastic link" if of == "bending" else f"a {of}"
+        whose = {"bending": "an elastic link", "guide": "a prismatic joint"}.get(of, f"a {of}")
         accepted = f"a quantity of {whose} is accepted: {', '.join(names[of]) or 'none here'}"
         raise InputError([Problem("section.quantity", section.quantity, accepted)], "section")
     if given is None and len(names[of]) > 1:
@@ -206,7 +207,7 @@ def _contacts(section: ContactSection | SeparationSection, model: Model) -> tupl
 
 
 _NOT_SECTIONS = ("mode", "reaction_x", "reaction_y", "reaction", "energy", "state_value", *BALANCE)
-_NOT_SECTIONS += ("contact_angle", "eccentricity_ratio")
+_NOT_SECTIONS += ("contact_angle", "eccentricity_ratio", "reaction_moment")
 
 
 def section_fields(section: Section | None, model: Model, skip: int) -> dict[str, Any]:

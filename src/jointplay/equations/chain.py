@@ -73,7 +73,7 @@ def beyond(structure: Linkage, pin: Pin, c: Coordinates, axis: int) -> Expr:
     for k in pin.arms:
         moment = number(f"mu_{pin.name}_{k}")
         total += moment * (c.n(k)[axis] * c.acceleration[k] - c.e(k)[axis] * c.speed[k] ** 2)
-    if pin.chain is not None:
-        total += number(f"m_{pin.name}") * c.acceleration[pin.chain, axis]
+    for chain, mass in pin.bases:
+        total += number(mass) * c.acceleration[chain, axis]
     weight = number(f"m_{pin.name}") * GRAVITY * height(structure, AXES[axis])
     return total + weight if structure.gravity else total

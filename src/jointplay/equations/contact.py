@@ -30,7 +30,8 @@ TINY = Float(1e-200)
 class Geometry:
     """Symbols of a joint's geometry and the assignments that define them, in order.
 
-    `on_drive` are dv_n/dz and dv_t/dz of the driven link, `spun` dv_t/dz of every freedom.
+    `on_drive` are dv_n/dz and dv_t/dz of the driven link, `pushed` dv_n/dz and `spun` dv_t/dz of every
+    freedom.
     """
 
     definitions: tuple[tuple[Symbol, Expr], ...]
@@ -44,6 +45,7 @@ class Geometry:
     normal: tuple[Expr, ...]
     tangential: tuple[Expr, ...]
     on_drive: tuple[Expr, Expr]
+    pushed: dict[Freedom, Expr]
     spun: dict[Freedom, Expr]
 
 
@@ -99,8 +101,11 @@ def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
     v_n, rows_n = _speed(let, c, columns[0], "N", "vn")
     v_t, rows_t = _speed(let, c, columns[1], "T", "vt")
     u, gap = let("u", rho - number(f"e_{name}")), r[0] ** 2 + r[1] ** 2 - number(f"e_{name}") ** 2
-    prescribed = tuple(column.get(driven, Integer(0)) for column in columns)
-    return Geometry(tuple(defs), r, rho, unit, u, gap, v_n, v_t, rows_n, rows_t, prescribed, columns[1])
+    prescribed = tuple(
+        sum((entry * c.leads[k].get(driven, 0) for k, entry in column.items()), Integer(0))
+        for column in columns
+    )
+    return Geometry(tuple(defs), r, rho, unit, u, gap, v_n, v_t, rows_n, rows_t, prescribed, *columns)
 
 
 def _speed(let, c: Coordinates, column: dict[Freedom, Expr], letter: str, word: str):

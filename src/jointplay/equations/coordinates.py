@@ -1,17 +1,19 @@
 """Freedoms of a linkage: which speeds there are, which of them are unknown, and how the others follow.
 
-A freedom is the angle of a link (its name), a coordinate of a floating chain's base (chain, axis), or an
-elastic mode (link, number). Its speed and acceleration are combinations of the unknown ones,
+A freedom is the angle of a link (its name), a coordinate of a chain's base (chain, axis), the slide of a
+prismatic joint (None, joint), or an elastic mode (link, number). Its speed and acceleration are combinations
+of the unknown ones,
 
     z = sum_i P_i z_i,     a = sum_i P_i a_i + bias,
 
-with P = 1 for an unknown, none for a prescribed motion, and the transmission functions of the loop where a
-closed four-bar leaves the crank alone free. So one set of tables serves every case: mass matrix and forces
-are written over all freedoms and projected here.
+with P = 1 for an unknown, none for a prescribed motion, and the transmission functions of loops and slides
+where a freedom follows others. So one set of tables serves every case: mass matrix and forces are written
+over all freedoms and projected here.
 """
 
 from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 
 from sympy import Expr, Integer, Symbol, atan2
 
@@ -25,8 +27,8 @@ Freedom = Hashable
 class Direction:
     """Sine and cosine of an angle that follows from others."""
 
-    sin: Symbol
-    cos: Symbol
+    sin: Expr
+    cos: Expr
 
     @property
     def value(self) -> Expr:
@@ -35,24 +37,33 @@ class Direction:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Symbols of a linkage's motion, by freedom; `positions` and `speeds` are the unknown ones, in order."""
+    """Symbols of a linkage's motion, by freedom; `positions` and `speeds` are the unknown ones, in order.
 
-    angle: dict[str, Angle | Direction] = field(default_factory=dict)
-    position: dict[Freedom, Symbol] = field(default_factory=dict)
+    `leads` says how a speed follows from the unknown and prescribed ones, `own` what the acceleration has
+    beside theirs, `drift` what prescribed accelerations give it. `tree` says how a freedom follows from
+    angles and slides when no loop is closed.
+    """
+
+    angle: dict[Freedom, Angle | Direction] = field(default_factory=dict)
+    position: dict[Freedom, Expr] = field(default_factory=dict)
     speed: dict[Freedom, Expr] = field(default_factory=dict)
     acceleration: dict[Freedom, Expr] = field(default_factory=dict)
     parts: dict[Freedom, tuple[tuple[int, Expr], ...]] = field(default_factory=dict)
     bias: dict[Freedom, Expr] = field(default_factory=dict)
+    drift: dict[Freedom, Expr] = field(default_factory=dict)
+    leads: dict[Freedom, dict[Freedom, Expr]] = field(default_factory=dict)
+    own: dict[Freedom, Expr] = field(default_factory=dict)
+    tree: dict[Freedom, dict[Freedom, Expr]] = field(default_factory=dict)
     positions: list[Symbol] = field(default_factory=list)
     speeds: list[Symbol] = field(default_factory=list)
     definitions: list[tuple[Symbol, Expr]] = field(default_factory=list)
 
-    def e(self, k: str) -> tuple[Expr, Expr]:
-        """Unit vector along link k."""
+    def e(self, k: Freedom) -> tuple[Expr, Expr]:
+        """Unit vector along link k, or along a guide."""
         return self.angle[k].cos, self.angle[k].sin
 
-    def n(self, k: str) -> tuple[Expr, Expr]:
-        """Unit vector across link k."""
+    def n(self, k: Freedom) -> tuple[Expr, Expr]:
+        """Unit vector across it."""
         return -self.angle[k].sin, self.angle[k].cos
 
     def cos(self, k: str, m: str) -> Expr:
@@ -69,6 +80,7 @@ class Coordinates:
         self.position[freedom], self.speed[freedom] = position, speed
         self.acceleration[freedom] = accelerations(place + 1)[place]
         self.parts[freedom], self.bias[freedom] = ((place, Integer(1)),), Integer(0)
+        self._leader(freedom, Integer(0))
         self.positions.append(position)
         self.speeds.append(speed)
 
@@ -76,16 +88,31 @@ class Coordinates:
         """Add a freedom whose motion is prescribed."""
         self.speed[freedom], self.acceleration[freedom] = speed, acceleration
         self.parts[freedom], self.bias[freedom] = (), acceleration
+        self._leader(freedom, acceleration)
 
-    def follow(self, freedom: Freedom, leader: Freedom, ratio: Expr, bias: Expr) -> None:
-        """Add a freedom with the speed `ratio` times the leader's, and `bias` beside that in acceleration."""
-        self.speed[freedom] = ratio * self.speed[leader]
-        self.acceleration[freedom] = ratio * self.acceleration[leader] + bias
-        self.parts[freedom] = tuple((i, ratio * part) for i, part in self.parts[leader])
-        self.bias[freedom] = ratio * self.bias[leader] + bias
+    def _leader(self, freedom: Freedom, drift: Expr) -> None:
+        self.leads[freedom] = self.tree[freedom] = {freedom: Integer(1)}
+        self.own[freedom], self.drift[freedom] = Integer(0), drift
 
-    def let(self, name: str, value: Expr) -> Symbol:
-        """Name a value that is computed before all else."""
+    def follow(self, freedom: Freedom, ratios: dict[Freedom, Expr], own: Expr, closes: bool = False) -> None:
+        """Add a freedom whose speed is a sum of ratios times others', and `own` beside that in acceleration.
+
+        `closes` says that it follows by a loop, so that the tree has it as an unknown.
+        """
+        sum_of = partial(_combined, ratios)
+        self.leads[freedom] = lead = _merged(ratios, self.leads)
+        self.tree[freedom] = {freedom: Integer(1)} if closes else _merged(ratios, self.tree)
+        self.speed[freedom] = sum_of(self.speed)
+        self.acceleration[freedom] = sum_of(self.acceleration) + own
+        self.own[freedom] = sum_of(self.own) + own
+        self.drift[freedom] = sum_of(self.drift)
+        self.parts[freedom] = tuple((i, lead[d] * part) for d in lead for i, part in self.parts[d])
+        self.bias[freedom] = self.own[freedom] + self.drift[freedom]
+
+    def let(self, name: str, value: Expr) -> Expr:
+        """Name a value that is computed before all else, unless it is a number or has a name."""
+        if value.is_Atom:
+            return value
         self.definitions.append((Symbol(name, real=True), value))
         return self.definitions[-1][0]
 
@@ -127,6 +154,18 @@ def dot(a: tuple[Expr, Expr], b: tuple[Expr, Expr]) -> Expr:
     return a[0] * b[0] + a[1] * b[1]
 
 
+def _combined(ratios: dict[Freedom, Expr], values: dict[Freedom, Expr]) -> Expr:
+    return sum((ratio * values[leader] for leader, ratio in ratios.items()), Integer(0))
+
+
+def _merged(ratios: dict[Freedom, Expr], leads: dict[Freedom, dict[Freedom, Expr]]) -> dict[Freedom, Expr]:
+    found: dict[Freedom, Expr] = {}
+    for leader, ratio in ratios.items():
+        for first, part in leads[leader].items():
+            found[first] = found.get(first, Integer(0)) + ratio * part
+    return found
+
+
 def coordinates(structure: Linkage) -> Coordinates:
     """Name the freedoms: elastic modes first (M is then eliminated without fill), angles, bases; memories."""
     c = Coordinates()
@@ -137,19 +176,24 @@ def coordinates(structure: Linkage) -> Coordinates:
                 c.given((beam.link, i), number(f"rate_{name}"), number(f"acc_{name}"))
             else:
                 c.free((beam.link, i), Symbol(f"eta_{name}", real=True), Symbol(f"deta_{name}", real=True))
+    dependent = structure.dependent
     for k in structure.links:
-        if structure.loop and k != structure.driven:
+        if k in dependent:
             continue
-        if structure.drive == "speed" and k == structure.driven and not structure.loop:
+        if structure.drive == "speed" and k == structure.driven and not structure.held:
             c.angle[k] = Angle(k, None, number("Omega"), number("theta_0"))
             c.given(k, number("Omega"), Integer(0))
         else:
             c.angle[k] = Angle(k, Symbol(f"theta_{k}", real=True))
             c.free(k, c.angle[k].position, Symbol(f"w_{k}", real=True))
-    for f in range(len(structure.floats)):
+    for f in structure.floating:
         for axis in (0, 1):
             x = "xy"[axis]
             c.free((f, axis), Symbol(f"{x}_{f}", real=True), Symbol(f"v{x}_{f}", real=True))
+    for slide in structure.slides:
+        if slide.freedom not in dependent:
+            names = (Symbol(f"{word}_{slide.name}", real=True) for word in ("slide", "vslide"))
+            c.free(slide.freedom, *names)
     c.speeds.extend(approach(joint.name) for joint in structure.joints if joint.remembers)
     return c
 

@@ -1,4 +1,4 @@
-"""A linkage: chains, elastic links, contacts, friction, closed loop and drive put together as one system."""
+"""A linkage: chains, elastic links, contacts, friction, loops and drive put together as one system."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -10,10 +10,10 @@ from sympy import Expr, Integer, Max, Symbol, atan2, sqrt, sympify
 from . import beam as elastic
 from . import chain, functions, loop, springs
 from .contact import Geometry, geometry
-from .coordinates import Coordinates, Freedom, approach, coordinates
+from .coordinates import Coordinates, Freedom, approach, coordinates, dot
 from .friction import FRICTIONS
 from .laws import LAWS
-from .structure import Clearance, Linkage, Pin, parameter_names
+from .structure import Clearance, Closure, Linkage, Pin, Slide, parameter_names
 from .system import Angle, Contact, Reset, System, number, traction
 
 Vector = tuple[Expr, Expr]
@@ -34,9 +34,8 @@ class Parts:
     def system(self) -> System:
         """The equations."""
         structure, c, outputs = self.structure, self.c, dict(self._outputs())
-        held = structure.loop is not None and structure.drive == "speed"
         mass, force = c.mass(self.inertia), list(c.force(self.force, self.inertia))
-        if held:  # a crank at constant speed in a closed loop: an unknown whose acceleration is none
+        if structure.held:  # the crank: an unknown whose acceleration is none
             (crank,) = (i for i, _ in c.parts[structure.driven])
             mass = {place: entry for place, entry in mass.items() if crank not in place}
             mass[crank, crank], force[crank] = Integer(1), Integer(0)
@@ -61,8 +60,7 @@ class Parts:
     def c(self) -> Coordinates:
         """The freedoms."""
         found = coordinates(self.structure)
-        if self.structure.loop:
-            loop.close(self.structure, found)
+        loop.complete(self.structure, found)
         return found
 
     @cached_property
@@ -122,6 +120,14 @@ class Parts:
                 total += entry * self.c.acceleration[m if freedom == k else k]
         return total
 
+    def _needed(self, freedom: Freedom) -> Expr:
+        """What ideal joints or a drive must supply on a freedom: its residual, and what contacts push."""
+        total = self.residual(freedom)
+        for name, (F_n, F_t) in self._tractions.items():
+            g = self.joints[name]
+            total += g.pushed.get(freedom, Integer(0)) * F_n + g.spun.get(freedom, Integer(0)) * F_t
+        return total
+
     @cached_property
     def _tractions(self) -> dict[str, Vector]:
         """Normal and tangential force of the joints with play; of a rigid one what holds the journal."""
@@ -132,16 +138,28 @@ class Parts:
         return found
 
     @cached_property
-    def _cut_joints(self) -> list[tuple[Clearance, Vector]]:
-        """Joints where the chains are cut, with the force on the bearing."""
+    def _cut_joints(self) -> list[tuple[Clearance | Closure, Vector]]:
+        """Joints where the chains are cut, with the force on the bearing; of closures the last one first."""
         found = []
         for joint in self.structure.joints:
             (F_n, F_t), (x, y) = self._tractions[joint.name], self.joints[joint.name].direction
             found.append((joint, (F_n * x - F_t * y, F_n * y + F_t * x)))
-        if self.structure.loop:
-            residuals = {k: self.residual(k) for k in self.structure.loop.links[1:]}
-            found.append((self.structure.loop, loop.closing_force(self.structure, self.c, residuals)))
+        for closure in reversed(self.structure.closures):
+            found.append((closure, self._closing_force(closure, found[len(self.structure.joints) :])))
         return found
+
+    def _closing_force(self, closure: Closure, later: list[tuple[Closure, Vector]]) -> Vector:
+        needed = {}
+        for unknown in closure.unknowns:
+            ratios = ((k, tree[unknown]) for k, tree in self.c.tree.items() if unknown in tree)
+            needed[unknown] = sum((ratio * self._needed(k) for k, ratio in ratios), Integer(0))
+            for other, F in later:
+                column = self._vectors(other).columns().get(unknown, loop.ZERO)
+                needed[unknown] += dot(column, F)
+        return loop.closing_force(self._vectors(closure), needed)
+
+    def _vectors(self, joint: Slide | Closure) -> loop.Vectors:
+        return loop.Vectors(self.structure, self.c, joint)
 
     def _powers(self, outputs: dict[str, Expr]) -> dict[str, Expr]:
         """Powers whose integrals close the energy balance: drive; what joints and elastic links take in."""
@@ -168,10 +186,12 @@ class Parts:
         stored = {contact.name: contact.stored for contact in self.contacts}
         for name, g in self.joints.items():
             yield from _contact_outputs(name, g, self._tractions[name], stored.get(name, Integer(0)))
-        for name, force in self._reactions():
+        reactions = dict(self._reactions())
+        for name, force in reactions.items():
             yield f"reaction_x:{name}", force[0]
             yield f"reaction_y:{name}", force[1]
             yield f"reaction:{name}", sqrt(force[0] ** 2 + force[1] ** 2)
+        yield from self._slides(reactions)
         yield "drive_torque", self._drive_torque()
         if structure.relaxed:
             yield from self._modal_loads()
@@ -218,10 +238,9 @@ class Parts:
         structure, c = self.structure, self.c
         if structure.drive != "speed":
             return _law_torque(structure.drive, c.speed[structure.driven])
-        if structure.loop:
-            crank = c.speed[structure.driven]
-            return sum((c.speed[k] / crank * self.residual(k) for k in structure.links), Integer(0))
-        total = self.residual(structure.driven)
+        driven = structure.driven
+        led = ((lead[driven], self.residual(k)) for k, lead in c.leads.items() if driven in lead)
+        total = sum((ratio * residual for ratio, residual in led), Integer(0))
         for name, g in self.joints.items():
             (F_n, F_t), (N, T) = self._tractions[name], g.on_drive
             total += N * F_n + T * F_t
@@ -231,8 +250,20 @@ class Parts:
         """Force on the bearing of every ideal joint."""
         for pin in self.structure.pins:
             yield pin.name, (self._reaction(pin, 0), self._reaction(pin, 1))
-        if self.structure.loop:
-            yield self.structure.loop.name, self._cut_joints[-1][1]
+        yield from ((cut.name, F) for cut, F in self._cut_joints if isinstance(cut, Closure))
+
+    def _slides(self, forces: dict[str, Vector]) -> Iterator[tuple[str, Expr]]:
+        """Where sliding links are and how fast, and the moments on their guides about the journal's point."""
+        c, cut = self.c, {one.name: F for one, F in self._cut_joints}
+        closing = [(self._vectors(closure), cut[closure.name]) for closure in self.structure.closures]
+        for slide in self.structure.slides:
+            needed = loop.moment(self.structure, slide, c, self._needed, closing)
+            d, s = c.e(slide.freedom), c.position[slide.freedom]
+            # needed on the outer link about its base: the journal's point, or the bearing's
+            moment = -needed if slide.sign > 0 else needed - s * loop.cross(d, forces[slide.name])
+            yield f"slide_position:{slide.name}", s
+            yield f"slide_velocity:{slide.name}", c.speed[slide.freedom]
+            yield f"reaction_moment:{slide.name}", moment
 
     def _reaction(self, pin: Pin, axis: int) -> Expr:
         """Momentum rate beyond a pin, less the forces at the cut joints that act there."""
@@ -266,7 +297,7 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     F_n, stored = law.force(g.u, g.v_n, *numbers, *remembered)
     push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
-    drift = sum((entry * c.bias[freedom] for freedom, entry in g.spun.items()), Integer(0))
+    drift = sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
     friction, slip, limit = FRICTIONS.get(joint.friction), None, None
     if friction:
         slip = friction.ratio(functions, g.v_t, *(number(f"{x}_{joint.name}") for x in friction.letters))

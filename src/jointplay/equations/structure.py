@@ -48,23 +48,54 @@ class Beam:
 
 
 @dataclass(frozen=True)
-class Loop:
-    """The joint at which a closed four-bar is cut, who carries its journal and bearing; the three links."""
+class Slide:
+    """An ideal prismatic joint in a chain: `link` roots a chain of its own, whose base runs along `guide`.
+
+    base = r0 + sum_k D_k e_k (k in `arms`, from the base of chain `inner`, or a fixed point) + sign s d, with
+    d along the guide, which turns with the link `guide` ("ground": not at all).
+    """
+
+    name: str
+    link: str
+    guide: str
+    chain: int
+    sign: int
+    arms: tuple[str, ...]
+    inner: int | None = None
+
+    @property
+    def freedom(self) -> tuple[None, str]:
+        """Its slide s among the freedoms."""
+        return None, self.name
+
+
+@dataclass(frozen=True)
+class Closure:
+    """An ideal revolute joint at which a loop is cut.
+
+    From bearing to journal 0 = r0 + sum_k D_k e_k + sum_s sign s d; `slides` are (joint, sign). `unknowns`
+    are the two freedoms that follow from it: angles of links by name, slides as (None, joint).
+    """
 
     name: str
     journal: str
     bearing: str
-    links: tuple[str, str, str]
+    arms: tuple[str, ...]
+    slides: tuple[tuple[str, int], ...]
+    unknowns: tuple[str | tuple[None, str], str | tuple[None, str]]
 
 
 @dataclass(frozen=True)
 class Pin:
-    """Ideal joint in a chain: `arms`, `links` move beyond it; `sign` +1: the outer link holds the bearing."""
+    """Ideal joint in a chain: `arms`, `links` move beyond it; `sign` +1: the outer link holds the bearing.
+
+    `bases` are the chains, other than grounded ones, of links beyond it, with the name of their mass there.
+    """
 
     name: str
     sign: int
     arms: tuple[str, ...]
-    chain: int | None
+    bases: tuple[tuple[int, str], ...]
     links: tuple[str, ...]
 
 
@@ -109,7 +140,8 @@ class Linkage:
     section: str | None = None
     powers: bool = False
     beams: tuple[Beam, ...] = ()
-    loop: Loop | None = None
+    slides: tuple[Slide, ...] = ()
+    closures: tuple[Closure, ...] = ()
     order: str = "consistent"
     relaxed: bool = False
     tilted: bool = False
@@ -124,6 +156,37 @@ class Linkage:
     def rigid_joints(self) -> tuple[Clearance, ...]:
         """Joints with play whose law is an impact's; they come after the others."""
         return tuple(joint for joint in self.joints if LAWS[joint.law].rigid)
+
+    @property
+    def held(self) -> bool:
+        """Whether a prescribed speed is that of an unknown without acceleration: all else may follow it."""
+        return self.drive == "speed" and bool(self.closures) and not self.joints
+
+    @property
+    def dependent(self) -> set[str | tuple[None, str]]:
+        """Angles and slides that follow from the closures, and angles of links on guides."""
+        found = {unknown for closure in self.closures for unknown in closure.unknowns}
+        return found | {slide.link for slide in self.slides}
+
+    @property
+    def floating(self) -> tuple[int, ...]:
+        """Chains whose base is free."""
+        led = {slide.chain for slide in self.slides}
+        return tuple(f for f in range(len(self.floats)) if f not in led)
+
+    def frame(self, link: str) -> str:
+        """The link with whose angle a link turns: itself, but for those on guides."""
+        return self._turning(link)[-1]
+
+    def turns_with(self, link: str, other: str) -> bool:
+        """Whether a link turns with another: it is that, or on a guide that turns with it."""
+        return other in self._turning(link)
+
+    def _turning(self, link: str) -> list[str]:
+        guides, found = {slide.link: slide.guide for slide in self.slides}, [link]
+        while found[-1] in guides:
+            found.append(guides[found[-1]])
+        return found
 
 
 @dataclass(frozen=True)
@@ -149,13 +212,19 @@ def parameter_names(structure: Linkage) -> list[str]:
         names += [f"D_{joint.name}_{k}" for k in joint.arms]
     for pin in structure.pins:
         names += [f"m_{pin.name}"] + [f"mu_{pin.name}_{k}" for k in pin.arms]
+        names += [name for _, name in pin.bases if name != f"m_{pin.name}"]
     for beam in structure.beams:
         names += _beam_names(beam, structure.relaxed)
     for spring in structure.springs:
         words = ("k", "c", "rest") if spring.damped else ("k", "rest")
         names += [f"{word}_{spring.span.name}" for word in words] + _span_names(spring.span, spring.twists)
-    if structure.loop:
-        names += _loop_names(structure.loop)
+    for slide in structure.slides:
+        fixed = [f"c_{slide.link}", f"s_{slide.link}"], [f"turn_c_{slide.link}", f"turn_s_{slide.link}"]
+        names += [*fixed[slide.guide != "ground"], f"dc_{slide.name}", f"ds_{slide.name}"]
+    for vector in (*structure.slides, *structure.closures):
+        names += [f"rx0_{vector.name}", f"ry0_{vector.name}", *(f"D_{vector.name}_{k}" for k in vector.arms)]
+    for closure in structure.closures:
+        names += [f"{word}_{closure.name}" for word in ("side", "one", "two")]
     return names + {"motor": ["a", "b"], "speed": ["Omega", "theta_0"], "none": []}[structure.drive]
 
 
@@ -176,8 +245,3 @@ def _beam_names(beam: Beam, relaxed: bool) -> list[str]:
 def _span_names(span: Span, nowhere: bool = False) -> list[str]:
     place = [] if nowhere else [f"x0_{span.name}", f"y0_{span.name}"]
     return place + [f"D_{span.name}_{k}" for k in span.arms]
-
-
-def _loop_names(loop: Loop) -> list[str]:
-    names = [f"{word}_{k}" for k in loop.links for word in ("d", f"D_{loop.name}")]
-    return [*names, "cx", "cy", "span_2", "span_3", "side"]

@@ -12,8 +12,9 @@ from jointplay.equations.structure import Linkage, parameter_names
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import oscillators
 from jointplay.mechanism.approach import approaches
+from jointplay.mechanism.bases import Bases
 from jointplay.mechanism.beam import line_density, modal
-from jointplay.mechanism.kinematic_chains import Angles, Forest, origins, place_of
+from jointplay.mechanism.kinematic_chains import Forest
 from jointplay.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -48,24 +49,25 @@ def assemble(
     Raises
     ------
     InputError
-        If ideal joints close a loop other than a four-bar's, or the start does not fit the mechanism.
+        If ideal loops do not close by two links at a time, or the start does not fit the mechanism.
     """
     if isinstance(mechanism, TestSystem):
         return oscillators.model(mechanism, initial, section)
     forest = Forest.of(mechanism)
     structure = linkage(mechanism, forest, section, powers, relaxed)
-    angles, speeds = start(mechanism, initial)
-    values = numbers(mechanism, forest, structure, angles)
+    bases = Bases(mechanism, forest, start(mechanism, initial, forest))
+    angles, speeds, _ = bases.state
+    values = numbers(mechanism, forest, structure, bases)
     loose = mechanism.clearance_joints
     driven = [mechanism.drive.nominal_speed] if mechanism.drive else speeds.values()
     nominal = max(map(abs, driven), default=0.0) or 1.0
-    rows = [*_positions(mechanism, structure, forest, angles, speeds, nominal)]
+    rows = [*_positions(mechanism, structure, bases, nominal)]
     position, velocity, unit, floor, turning, fold = np.array(rows, dtype=float).reshape(-1, 6).T.copy()
-    _check_journals(mechanism, forest, angles, position)
-    remembered = approaches(mechanism, forest, (angles, speeds), (position, velocity))
+    _check_journals(bases)
+    remembered = approaches(bases)
     velocity, floor = np.append(velocity, remembered[:, 0]), np.append(floor, remembered[:, 1])
     # some of the motion is no unknown whose error is watched
-    followed = structure.drive == "speed" or forest.loop
+    followed = structure.drive == "speed" or forest.cuts
     return Model(
         structure=structure,
         numbers=np.array([values[name] for name in parameter_names(structure)]),
@@ -77,11 +79,12 @@ def assemble(
         period=2 * math.pi / nominal,
         creep=SPEED_FLOOR * nominal * max((joint.radius for joint in loose), default=0.0),
         reach=sum(link.length for link in mechanism.links),
-        h_max=(0.3 if forest.loop else 0.7) / nominal if followed else math.inf,
+        h_max=(0.3 if forest.cuts else 0.7) / nominal if followed else math.inf,
         links=structure.links,
         joints=tuple(joint.name for joint in loose),
         clearances=tuple(joint.clearance for joint in loose),
         pins=tuple(joint.name for joint in mechanism.joints if joint.ideal),
+        guides=tuple(joint.name for joint in mechanism.joints if joint.prismatic),
         bending=structure.links if structure.beams else (),
         memories=len(remembered),
         crank=structure.driven,
@@ -90,11 +93,12 @@ def assemble(
     )
 
 
-def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, position: np.ndarray) -> None:
+def _check_journals(bases: Bases) -> None:
     """Refuse a start whose journals are nowhere near their bearings."""
-    distances, problems = _distances(mechanism, forest, angles, position), []
-    for joint in mechanism.clearance_joints:
-        if (apart := distances[joint.name]) > DEEP * joint.clearance:
+    angles, problems = bases.state.angles, []
+    for joint in bases.mechanism.clearance_joints:
+        apart = bases.apart(joint)
+        if apart > DEEP * joint.clearance:
             far = f"{apart / joint.clearance:.3g} clearances ({apart:.3g} m)"
             expected = f"at most {DEEP} clearances from its bearing's centre are accepted for the journal of"
             problems.append(Problem("initial.angle", angles, f"{expected} {joint.name}, here {far} away"))
@@ -102,30 +106,14 @@ def _check_journals(mechanism: Mechanism, forest: Forest, angles: Angles, positi
         raise InputError(problems, "initial")
 
 
-def _distances(
-    mechanism: Mechanism, forest: Forest, angles: Angles, position: np.ndarray
-) -> dict[str, float]:
-    """Distance of each journal's centre from its bearing's, m."""
-    bases = position[len(position) - 2 * len(forest.floats) :]
-
-    def centre(pin):
-        place = place_of(forest.places, pin)
-        x, y = (0.0, 0.0) if place.chain is None else bases[2 * place.chain : 2 * place.chain + 2]
-        arm, _ = place.motion(angles, dict.fromkeys(angles, 0.0))
-        return x + arm[0], y + arm[1]
-
-    loose = mechanism.clearance_joints
-    return {joint.name: math.dist(centre(joint.journal), centre(joint.bearing)) for joint in loose}
-
-
 def journal_distances(mechanism: Mechanism, initial: Any) -> dict[str, float]:
     """Distances of journals from their bearings' centres at a start, m, by joint."""
-    model, angles = assemble(mechanism, initial), start(mechanism, initial)[0]
-    return _distances(mechanism, Forest.of(mechanism), angles, model.state[: len(model.state) // 2])
+    bases = Bases(mechanism, Forest.of(mechanism), start(mechanism, initial))
+    return {joint.name: bases.apart(joint) for joint in mechanism.clearance_joints}
 
 
 def _positions(
-    mechanism: Mechanism, structure: Linkage, forest: Forest, angles: Angles, speeds: Angles, nominal: float
+    mechanism: Mechanism, structure: Linkage, bases: Bases, nominal: float
 ) -> Iterator[tuple[float, float, float, float, bool, bool]]:
     """Give each position in the equations' order.
 
@@ -134,6 +122,7 @@ def _positions(
     Beams start straight, floating chains as in the ideal mechanism. Errors are tolerated in units of 1 rad,
     lengths, small deflections.
     """
+    (angles, speeds, _), dependent = bases.state, structure.dependent
     length, slow = max(link.length for link in mechanism.links), SPEED_FLOOR * nominal
     for link in mechanism.elastic_links if not structure.relaxed else ():
         unit = DEFLECTION * length * math.sqrt(line_density(link) * link.length / 2)
@@ -141,14 +130,15 @@ def _positions(
             yield 0.0, 0.0, unit, max(slow / DEFLECTION, frequency) * unit, False, False
     wound = {link for spring in mechanism.springs if spring.twists for link in spring.links}
     for name in structure.links:
-        driven = name == structure.driven
-        if driven if structure.loop else not (driven and structure.drive == "speed"):
+        prescribed = name == structure.driven and structure.drive == "speed" and not structure.held
+        if name not in dependent and not prescribed:
             yield angles[name], speeds[name], 1.0, slow, True, name not in wound
-    ideal = origins(mechanism, mechanism.joints)
-    for chain in forest.floats:
-        root = next(name for name in chain if forest.places[name].parent is None)
-        for x, v in zip(*ideal[root].motion(angles, speeds), strict=True):
+    for chain in structure.floating:
+        for x, v in bases.of[chain].T:
             yield x, v, length, slow * length, False, False
+    for slide in structure.slides:
+        if slide.freedom not in dependent:
+            yield *bases.slide(slide.name), length, slow * length, False, False
 
 
 def check_section(section: Section, mechanism: Mechanism) -> None:
@@ -163,7 +153,9 @@ def check_section(section: Section, mechanism: Mechanism) -> None:
     links, problems = [each.name for each in mechanism.links], []
     if link is not None and link not in links:
         problems.append(unknown("section.link", link, link, links, "link"))
-    if joint is not None or section.kind in ("contact", "separation"):
+    guides = [each.name for each in mechanism.joints if each.prismatic]
+    on_guide = section.kind == "plane" and joint in guides
+    if not on_guide and (joint is not None or section.kind in ("contact", "separation")):
         problems += _joint_problems(joint, mechanism)
     if problems:
         raise InputError(problems, "section")

@@ -1,7 +1,8 @@
 """Mechanisms and test systems by name.
 
 Source of the linkage: Chunmei, Yang, Ling and Ling, "The non-linear dynamic behavior of an elastic linkage
-mechanism with clearances", J. Sound Vib. (2002), Table 1. The test systems are those of `mechanism.systems`.
+mechanism with clearances", J. Sound Vib. (2002), Table 1. Other linkages are those of
+`mechanism.presets`, test systems those of `mechanism.systems`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
+from jointplay.mechanism.presets import quick_return, slider_crank, stephenson, watt
 from jointplay.mechanism.records import Mechanism, MotorLine
 from jointplay.mechanism.signature import checked
 from jointplay.mechanism.systems import (  # noqa: F401  offered here by name
@@ -94,4 +96,7 @@ def _table_1() -> Mechanism:
     return Mechanism(name="chunmei2002", links=links, joints=joints, drive=drive, gravity=9.8)
 
 
-NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {"chunmei2002": chunmei2002} | SYSTEMS
+_LINKAGES = (chunmei2002, slider_crank, watt, stephenson, quick_return)
+NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
+    each.__name__: each for each in _LINKAGES
+} | SYSTEMS

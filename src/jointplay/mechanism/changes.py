@@ -34,7 +34,7 @@ _AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs")
 _OF_BEAMS = ("elements", "damping_ratio")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
 _LINKS = {"accepts": "a list of link names, as ['coupler'],"}
-_Clearance = Annotated[
+Clearance = Annotated[
     Annotated[NonNegative, Tag("number")] | Annotated[dict[Name, NonNegative], Tag("joints")],
     Discriminator(lambda value: "joints" if isinstance(value, Mapping) else "number"),
 ]
@@ -78,7 +78,7 @@ class Changes(Record):
     """
 
     root: ClassVar[str | None] = ""
-    clearance: _Clearance = measured("radial clearance", "m", 0.0)
+    clearance: Clearance = measured("radial clearance", "m", 0.0)
     gear_ratio: Positive = measured("gear ratio", "1", 1.0)
     friction: NonNegative = measured("friction coefficient", "1", 0.0)
     tension: Flag = True

@@ -20,11 +20,6 @@ BRANCHES = ("upper", "lower")
 _DEAD = 1e-12  # squared height of B over A–C, in squared lengths, below which its digits are mostly rounding
 
 
-def closed_four_bar(mechanism: Mechanism) -> FourBar | None:
-    """Find the four-bar loop of a mechanism without clearance; None of any other mechanism."""
-    return None if mechanism.clearance_joints else find_four_bar(mechanism.joints, mechanism.crank)
-
-
 def four_bar(mechanism: Mechanism) -> FourBar:
     """Find the four-bar loop of a mechanism.
 
@@ -83,7 +78,7 @@ def ideal_state(
     branch = mechanism.branch if branch is None else branch
     if crank_speed is None:
         crank_speed = mechanism.drive.nominal_speed if mechanism.drive else 0.0
-    _check(crank_angle, crank_speed, branch)
+    check_crank(crank_angle, crank_speed, branch)
     loop = four_bar(mechanism)
     angles = _angles(loop, crank_angle, branch)
     state = dict(zip(loop.links, zip(angles, _speeds(loop, angles, crank_speed), strict=True), strict=True))
@@ -91,7 +86,8 @@ def ideal_state(
     return {name: state[name][0] for name in names}, {name: state[name][1] for name in names}
 
 
-def _check(crank_angle: Any, crank_speed: Any, branch: Any) -> None:
+def check_crank(crank_angle: Any, crank_speed: Any, branch: Any = BRANCHES[0]) -> None:
+    """Refuse an angle, a speed or a branch that is none."""
     problems = []
     if not is_number(crank_angle) or abs(crank_angle) > FAR:
         problems.append(Problem("crank_angle", crank_angle, ANGLE))

@@ -23,7 +23,8 @@ from jointplay.mechanism.springs import Spring, TorsionSpring
 
 def driven_link(drive: AnyDrive | None, links: Sequence[str], joints: Sequence[Joint]) -> str | None:
     """Name the link that a drive turns; without a drive the first link pinned to the ground, if any is."""
-    grounded = (name for name in links if {name, GROUND} in [joint.links for joint in joints])
+    turning = [joint.links for joint in joints if not joint.prismatic]
+    grounded = (name for name in links if {name, GROUND} in turning)
     return drive.link if drive else next(grounded, None)
 
 
@@ -37,12 +38,15 @@ class Draft:
         In the order given.
     drive : record or None
         None where there is no drive, or an invalid one.
+    guess : tuple
+        Names of which a rough position is given.
     """
 
     links: Sequence[tuple[Any, Link | None]]
     joints: Sequence[tuple[Any, Joint | None]]
     drive: AnyDrive | None
     springs: Sequence[tuple[Any, Any]] = ()
+    guess: tuple[Any, ...] = ()
 
     @classmethod
     def of(cls, data: Any) -> Draft:
@@ -50,8 +54,9 @@ class Draft:
         value = data.get if isinstance(data, Mapping) else lambda key: getattr(data, key, None)
         drive = value("drive")
         drives = filter(None, (_valid(kind, drive) for kind in DRIVES if drive is not None))
-        parts = [_parts(value(key), *kinds) for key, kinds in _KINDS.items()]
-        return cls(*parts[:2], next(drives, None), *parts[2:])
+        parts, guess = [_parts(value(key), *kinds) for key, kinds in _KINDS.items()], value("guess")
+        guessed = tuple(guess) if isinstance(guess, Mapping) else ()
+        return cls(*parts[:2], next(drives, None), *parts[2:], guessed)
 
     @property
     def names(self) -> list[str]:
@@ -63,7 +68,7 @@ class Draft:
         problems = [p for key in _KINDS for p in _duplicates(key, getattr(self, key))]
         if not self.links or len(set(self.names)) < len(self.links):
             return problems  # with a link's name unknown, none can be called missing
-        problems += self._misplaced_pins()
+        problems += [*self._misplaced_pins(), *self._strange_guesses()]
         if self.drive and self.drive.link not in self.names:
             problems.append(unknown("drive.link", self.drive.link, self.drive.link, self.names, "link"))
         joints = [joint for _, joint in self.joints if joint is not None]
@@ -116,6 +121,13 @@ class Draft:
         for i, (_, spring) in enumerate(self.springs):
             ends = zip(("from", "to"), spring.links, strict=True) if spring and spring.twists else ()
             yield from ((f"springs[{i}].{end}", link) for end, link in ends)
+
+    def _strange_guesses(self) -> Iterator[Problem]:
+        slides = [name for name, joint in self.joints if joint is None or joint.prismatic]
+        known = [*self.names, *(name for name in slides if isinstance(name, str))]
+        for name in self.guess:
+            if name not in known:
+                yield unknown(f"guess.{name}", name, name, known, "link or prismatic joint")
 
     def _loose_links(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         connected, before = {GROUND}, set()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from jointplay.errors import NOTHING, refuse
 from jointplay.mechanism.base import (
     GROUND,
+    Angle,
     Name,
     NonNegative,
     Number,
@@ -35,11 +36,14 @@ class Pin(Record):
         Distance from the link's origin along the link, m.
     point : tuple of float, shape (2,)
         Coordinates x and y, m; on the ground only, and needed there.
+    direction : float
+        Of a prismatic joint's line, rad: from the link's line, on the ground from +x.
     """
 
     link: Name = named("link name, or 'ground'")
     at: NonNegative = measured("distance along the link", "m", 0.0)
     point: _Point = None
+    direction: Angle = measured("direction of a line", "rad", 0.0)
 
     @field_validator("at")
     @classmethod
@@ -61,14 +65,16 @@ class Pin(Record):
 
 
 class Joint(Record):
-    """A revolute joint: a journal on one link in a bearing on another.
+    """A joint between two links: revolute, a journal in a bearing, or prismatic, a slider on a guide.
 
     Parameters
     ----------
     name : str
         Name.
+    kind : {'revolute', 'prismatic'}
+        Prismatic: the journal's point moves along the bearing's line, and both lines stay parallel.
     journal, bearing : Pin
-        Where the journal and the bearing sit.
+        Where the journal and the bearing sit; of a prismatic joint, a point and line of slider and guide.
     clearance : float
         Radial clearance e, m; 0 makes the joint ideal, and contact data are then not used.
     radius : float, optional
@@ -80,6 +86,7 @@ class Joint(Record):
     """
 
     name: Name = named("joint name")
+    kind: Literal["revolute", "prismatic"] = "revolute"
     journal: Pin
     bearing: Pin
     clearance: NonNegative = measured("radial clearance", "m", 0.0)
@@ -93,6 +100,20 @@ class Joint(Record):
         if "journal" in info.data and info.data["journal"].link == bearing.link:
             raise refuse(bearing.link, "a link other than the journal's is accepted", "link")
         return bearing
+
+    @field_validator("journal", "bearing")
+    @classmethod
+    def _line(cls, pin: Pin, info: ValidationInfo) -> Pin:
+        if pin.direction and info.data.get("kind") == "revolute":
+            raise refuse(pin.direction, "a direction is accepted with kind = 'prismatic' only", "direction")
+        return pin
+
+    @field_validator("clearance")
+    @classmethod
+    def _of_bearings(cls, clearance: float, info: ValidationInfo) -> float:
+        if clearance and info.data.get("kind") == "prismatic":
+            raise refuse(clearance, "0 m is accepted: a prismatic joint is ideal")
+        return clearance
 
     @field_validator("radius")
     @classmethod
@@ -117,6 +138,11 @@ class Joint(Record):
         return not self.clearance
 
     @property
+    def prismatic(self) -> bool:
+        """Whether it is a slider on a guide."""
+        return self.kind == "prismatic"
+
+    @property
     def ends(self) -> tuple[tuple[Pin, Pin], tuple[Pin, Pin]]:
         """Each of its pins, and the pin on the other side."""
         return (self.journal, self.bearing), (self.bearing, self.journal)
@@ -135,8 +161,8 @@ class Joint(Record):
     @property
     def description(self) -> str:
         """The links that it connects, its clearance and laws, in a few words."""
-        links = f"{self.journal.link} in {self.bearing.link}"
+        links = f"{self.journal.link} {'on' if self.prismatic else 'in'} {self.bearing.link}"
         if self.ideal or self.contact is None:
-            return f"{links}, ideal"
+            return f"{links}, ideal{' guide' * self.prismatic}"
         friction = f", friction {self.friction.description}" if self.friction else ""
         return f"{links}, clearance {self.clearance:g} m, {self.contact.description}{friction}"

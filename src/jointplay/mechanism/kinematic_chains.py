@@ -1,7 +1,8 @@
 """A linkage cut at its clearance joints: a forest of open chains, and the constant tables of its equations.
 
 The model, section 1: every link's origin is P_j = base + sum_k L_jk e_k with constant L, in a chain that is
-grounded (base a fixed point) or floats (base a coordinate).
+grounded (base a fixed point), floats (base a coordinate) or slides (base on a guide). Ideal loops are cut as
+well.
 """
 
 from __future__ import annotations
@@ -15,15 +16,15 @@ from itertools import combinations_with_replacement
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.beam import Link
-from jointplay.mechanism.closure import closed_four_bar
+from jointplay.mechanism.dyads import Plan, Unknown, decompose
 from jointplay.mechanism.joints import Joint, Pin
-from jointplay.mechanism.loop import FourBar
 from jointplay.mechanism.records import Mechanism
 
 _LOOP = (
-    "these ideal joints close a loop; a four-bar without any clearance is accepted, or a mechanism with at "
-    "least one clearance joint in each loop (clearance greater than 0 m)"
+    "ideal loops that close by two links at a time (dyads) are accepted; these joints close loops that do "
+    "not, or hold links twice: clearance greater than 0 m at one of them opens a loop"
 )
+_DRIVEN = "a link that no ideal loop determines is accepted, one pinned to the ground by an ideal joint"
 
 
 Angles = Mapping[str, float]  # or angular velocities, by link
@@ -41,6 +42,11 @@ class Place:
     chain: int | None = None
     parent: Joint | None = None
     holder: str | None = None
+
+    @property
+    def sides(self) -> tuple[Pin, Pin]:
+        """Of a link's origin, the parent's pin on the holder and the one on the link."""
+        return next(pair for pair in self.parent.ends if pair[0].link == self.holder)
 
     def at(self, link: str, distance: float) -> Place:
         """A place on the link at a distance from its origin."""
@@ -60,8 +66,17 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Sum:
+    """A vector in a linkage cut open: r0 + sum_k D_k e_k + sum_s sign s d, the slides by joint name."""
+
+    arms: dict[str, float]
+    fixed: tuple[float, float]
+    slides: dict[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Forest:
-    """Where the links of a linkage lie when it is cut at its clearance joints.
+    """Where the links of a linkage lie when it is cut at its clearance joints, and at one joint of each loop.
 
     Parameters
     ----------
@@ -69,13 +84,13 @@ class Forest:
         By name, in the mechanism's order; point masses are in their own.
     places : dict of str to Place
         Origin of each link by its name, a holder before what it holds.
-    loop : FourBar or None
-        The closed loop of a four-bar, which is cut at the joint between coupler and rocker.
+    cuts : tuple of (Joint, tuple of Unknown)
+        Each joint at which an ideal loop is cut, with the angles and slides that follow from it, in order.
     """
 
     links: dict[str, Link]
     places: dict[str, Place]
-    loop: FourBar | None
+    cuts: tuple[tuple[Joint, tuple[Unknown, Unknown]], ...] = ()
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> Forest:
@@ -84,15 +99,63 @@ class Forest:
         Raises
         ------
         InputError
-            If ideal joints close a loop other than a four-bar's.
+            If ideal loops do not close by two links at a time, or one of them moves the driven link.
         """
-        loop = closed_four_bar(mechanism)
-        joints = [j for j in mechanism.joints if j.ideal and not (loop and j.name == loop.joints[2])]
+        links = {link.name: link.total for link in mechanism.links}
+        joints = [joint for joint in mechanism.joints if joint.ideal]
         places = origins(mechanism, joints)
         parents = [place.parent for place in places.values()]
-        if closing := [joint.name for joint in joints if joint not in parents]:
-            raise InputError([Problem("mechanism.joints", closing, _LOOP)], "mechanism")
-        return cls({link.name: link.total for link in mechanism.links}, places, loop)
+        if all(joint in parents for joint in joints):
+            return cls(links, places)
+        plan = decomposed(mechanism)
+        if plan is None:
+            problem = Problem("mechanism.joints", [joint.name for joint in _on_loops(joints)], _LOOP)
+            raise InputError([problem], "mechanism")
+        if mechanism.drive and mechanism.drive.link not in plan.free:
+            problem = Problem("mechanism.drive.link", mechanism.drive.link, _DRIVEN)
+            raise InputError([problem], "mechanism")
+        return cls(links, held(plan), plan.cuts)
+
+    @property
+    def slides(self) -> dict[str, str]:
+        """Links that hang on a guide, by the joint's name; a guide's own link before what slides on it."""
+        parents = ((name, place.parent) for name, place in self.places.items())
+        return {joint.name: name for name, joint in parents if joint is not None and joint.prismatic}
+
+    def base(self, link: str) -> Sum:
+        """Where the base of a sliding link's chain lies, from the base of its guide's chain."""
+        place = self.places[link]
+        inner, outer = place.sides
+        start = place_of(self.places, inner)
+        sign = 1 if outer is place.parent.journal else -1
+        return Sum(start.arms, start.fixed, {place.parent.name: sign})
+
+    def closure(self, joint: Joint) -> Sum:
+        """The vector from bearing to journal, with every slide on the way."""
+        arms: Counter[str] = Counter()
+        fixed, slides = [0.0, 0.0], Counter()
+        for pin, sign in ((joint.journal, 1), (joint.bearing, -1)):
+            place = place_of(self.places, pin)
+            while place is not None:
+                fixed = [x + sign * part for x, part in zip(fixed, place.fixed, strict=True)]
+                for k, arm in place.arms.items():
+                    arms[k] += sign * arm
+                root = self._sliding_root(place.chain)
+                place = None
+                if root is not None:
+                    base = self.base(root)
+                    slides.update({name: sign * own for name, own in base.slides.items()})
+                    place = Place(base.arms, base.fixed, self._inner(root))
+        return Sum(
+            {k: arm for k, arm in arms.items() if arm}, tuple(fixed), {k: n for k, n in slides.items() if n}
+        )
+
+    def _sliding_root(self, chain: int | None) -> str | None:
+        return next((name for name in self.slides.values() if self.places[name].chain == chain), None)
+
+    def _inner(self, root: str) -> int | None:
+        """The chain in which the guide of a sliding link lies."""
+        return place_of(self.places, self.places[root].sides[0]).chain
 
     @property
     def floats(self) -> tuple[tuple[str, ...], ...]:
@@ -116,6 +179,13 @@ class Forest:
                 names.append(name)
         return names
 
+    def bases(self, link: str) -> tuple[tuple[int, str], ...]:
+        """Chains with links beyond the joint that holds a link, and the name of their mass there."""
+        moved, pin = self.carried(link), self.places[link].parent.name
+        chains = dict.fromkeys(self.places[k].chain for k in moved)
+        alone = len(chains) == 1
+        return tuple((f, f"m_{pin}" if alone else f"m_{pin}_{f}") for f in chains if f is not None)
+
     def couplings(self) -> tuple[tuple[str, str], ...]:
         """Pairs of links (each once) whose angles share an entry of the mass matrix."""
         moving = [{*place.arms, name} for name, place in self.places.items()]  # that move its centre
@@ -138,19 +208,54 @@ class Forest:
         return self.places[j].arms.get(k, 0.0)
 
 
+def decomposed(mechanism: Mechanism) -> Plan | None:
+    """The order in which the ideal loops close; None where they do not by two links at a time.
+
+    Links that would be known first if clearances were 0 are free first: where that mechanism is away from its
+    dead centres, so is this.
+    """
+    names = [link.name for link in mechanism.links]
+    whole = decompose(names, mechanism.joints, mechanism.crank)
+    ideal = [joint for joint in mechanism.joints if joint.ideal]
+    return decompose(names, ideal, mechanism.crank, whole.order if whole else ())
+
+
+def _on_loops(joints: Sequence[Joint]) -> list[Joint]:
+    """The joints on loops: those left when links held by one joint are taken away."""
+    left = list(joints)
+    while True:
+        count = Counter(name for joint in left for name in joint.links)
+        inner = [joint for joint in left if all(name == GROUND or count[name] > 1 for name in joint.links)]
+        if len(inner) == len(left):
+            return left
+        left = inner
+
+
 def origins(mechanism: Mechanism, joints: Sequence[Joint]) -> dict[str, Place]:
     """Place every link's origin: from the ground outwards along these joints, then the chains that float.
 
     Of joints that would close a loop none is used: along all joints, the origins are the ideal mechanism's.
     """
-    places, floats = {}, 0
+    places: dict[str, Place] = {}
     _grow(places, joints)
     for link in mechanism.links:
         if link.name not in places:
-            places[link.name] = Place(chain=floats)
-            floats += 1
+            places[link.name] = Place(chain=_chains(places))
             _grow(places, joints)
     return places
+
+
+def held(plan: Plan) -> dict[str, Place]:
+    """Place every link's origin as a plan holds it."""
+    places: dict[str, Place] = {}
+    for link, joint, holder in plan.held:
+        places[link] = _hang(places, link, joint, holder) if joint else Place(chain=_chains(places))
+    return places
+
+
+def _chains(places: Mapping[str, Place]) -> int:
+    """How many chains have a base of their own."""
+    return len({place.chain for place in places.values()} - {None})
 
 
 def _grow(places: dict[str, Place], joints: Sequence[Joint]) -> None:
@@ -162,9 +267,16 @@ def _grow(places: dict[str, Place], joints: Sequence[Joint]) -> None:
             for inner, outer in joint.ends:
                 known = inner.link == GROUND or inner.link in places
                 if known and outer.link != GROUND and outer.link not in places:
-                    held = place_of(places, inner).at(outer.link, -outer.at)
-                    places[outer.link] = Place(held.arms, held.fixed, held.chain, joint, inner.link)
+                    places[outer.link] = _hang(places, outer.link, joint, inner.link)
                     grown = True
+
+
+def _hang(places: Mapping[str, Place], link: str, joint: Joint, holder: str) -> Place:
+    """Place a link on the other side of a joint; on a guide it is the first of its own chain."""
+    inner, outer = next(pair for pair in joint.ends if pair[0].link == holder)
+    start = Place(chain=_chains(places)) if joint.prismatic else place_of(places, inner)
+    origin = start.at(link, -outer.at)
+    return Place(origin.arms, origin.fixed, origin.chain, joint, holder)
 
 
 def place_of(places: Mapping[str, Place], pin: Pin) -> Place:

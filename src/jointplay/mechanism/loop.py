@@ -70,7 +70,8 @@ def find_four_bar(joints: Sequence[Joint], crank: str | None) -> FourBar | None:
     for joint in joints:
         for near, far in joint.ends:
             pins.setdefault(near.link, []).append((joint, near, far))
-    if len(joints) != 4 or len(pins) != 4 or any(len(pair) != 2 for pair in pins.values()):
+    turning = len(joints) == 4 and not any(joint.prismatic for joint in joints)
+    if not turning or len(pins) != 4 or any(len(pair) != 2 for pair in pins.values()):
         return None
     first = [end for end in pins.get(GROUND, ()) if end[2].link == crank]
     if len(first) != 1:

@@ -39,9 +39,9 @@ class Model:
         Scale of the tolerated error of a sliding speed, m/s.
     reach : float
         Length whose rounding is that of a gap, m.
-    links, joints, clearances, pins, states, resets : tuple
-        Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints; of the
-        states and of the resets of a test system.
+    links, joints, clearances, pins, guides, states, resets : tuple
+        Names of links, of joints with clearance (or contacts), their clearances (m), of ideal joints, of
+        prismatic ones; of the states and of the resets of a test system.
     bending : tuple of str
         The links, where at least one bends.
     memories : int
@@ -65,6 +65,7 @@ class Model:
     joints: tuple[str, ...] = ()
     clearances: tuple[float, ...] = ()
     pins: tuple[str, ...] = ()
+    guides: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
     crank: str | None = None
     crank_angle: float = 0.0

@@ -1,20 +1,19 @@
-"""Values of every parameter of a structure: the tables of its chains, joints, beams, loop and drive."""
+"""Values of every parameter of a structure: the tables of its chains, joints, beams, loops and drive."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 from jointplay.equations.structure import Linkage
 from jointplay.mechanism import actions
+from jointplay.mechanism.bases import Bases
 from jointplay.mechanism.beam import Link, modal
 from jointplay.mechanism.kinematic_chains import Forest, Place
+from jointplay.mechanism.loop_numbers import loop_numbers
 from jointplay.mechanism.records import Joint, Mechanism
 
 
-def numbers(
-    mechanism: Mechanism, forest: Forest, structure: Linkage, angles: Mapping[str, float]
-) -> dict[str, float]:
+def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bases) -> dict[str, float]:
     """Give the value of every parameter of a linkage's equations.
 
     Parameters
@@ -25,8 +24,8 @@ def numbers(
         The same, cut at its clearance joints.
     structure : Linkage
         Its structure.
-    angles : mapping of str to float
-        Link angles at time 0, rad.
+    bases : Bases
+        Its start.
 
     Returns
     -------
@@ -43,22 +42,21 @@ def numbers(
         values |= _joint(joint, forest)
     for pin in structure.pins:
         values[f"m_{pin.name}"] = sum(links[k].mass for k in pin.links)
+        for chain, name in pin.bases:
+            values[name] = sum(links[k].mass for k in pin.links if forest.places[k].chain == chain)
         values |= {f"mu_{pin.name}_{k}": forest.moment(k, pin.links) for k in pin.arms}
     for beam in structure.beams:
         values |= _beam(links[beam.link], forest.places[beam.link])
-    if forest.loop:
-        values |= _loop(mechanism, forest)
+    values |= loop_numbers(forest, bases)
+    angles = bases.state.angles
     return values | (mechanism.drive.numbers(angles[mechanism.drive.link]) if mechanism.drive else {})
 
 
 def _joint(joint: Joint, forest: Forest) -> dict[str, float]:
     x, y = forest.separation(joint).fixed
     values = joint.numbers | {"rx0": x, "ry0": y}
-    return {f"{word}_{joint.name}": value for word, value in values.items()} | _arms(joint, forest)
-
-
-def _arms(joint: Joint, forest: Forest) -> dict[str, float]:
-    return {f"D_{joint.name}_{k}": arm for k, arm in forest.separation(joint).arms.items()}
+    arms = {f"D_{joint.name}_{k}": arm for k, arm in forest.separation(joint).arms.items()}
+    return {f"{word}_{joint.name}": value for word, value in values.items()} | arms
 
 
 def _beam(link: Link, place: Place) -> dict[str, float]:
@@ -77,13 +75,3 @@ def _beam(link: Link, place: Place) -> dict[str, float]:
     }
     values = {f"{word}_{link.name}_{i}": float(v) for word, row in rows.items() for i, v in enumerate(row)}
     return values | {f"L_{link.name}_{k}": arm for k, arm in place.arms.items()}
-
-
-def _loop(mechanism: Mechanism, forest: Forest) -> dict[str, float]:
-    """The closed four-bar: spans, the vector from pivot to pivot, the side of the closing joint."""
-    loop = forest.loop
-    values = {f"d_{k}": span for k, span in zip(loop.links, loop.spans, strict=True)}
-    values |= _arms(mechanism.joint(loop.joints[2]), forest)
-    values |= {f"c{axis}": loop.pivot[i] - loop.origin[i] for i, axis in enumerate("xy")}
-    values |= {"span_2": abs(loop.spans[1]), "span_3": abs(loop.spans[2])}
-    return values | {"side": loop.side(mechanism.branch)}

@@ -53,6 +53,9 @@ class Mechanism(Record):
     order : {'consistent', 'paper'}
         Inertia terms of elastic links: all to second order in the deflection, or those of Chunmei et al.
         (2002), equations (3) to (12); unused while every link is rigid.
+    guess : dict of str to float
+        Rough angle of each link by name, rad (left out: those on guides; the driven one, 0), and where wanted
+        slides by joint name, m. The branch on which the mechanism is assembled, where it is no four-bar.
     """
 
     name: Name = "linkage"
@@ -64,6 +67,7 @@ class Mechanism(Record):
     gravity_direction: Angle = measured("direction of gravity", "rad", DOWNWARDS)
     branch: Literal["upper", "lower"] = "upper"
     order: Literal["consistent", "paper"] = "consistent"
+    guess: dict[Name, Number] = Field({}, json_schema_extra={"accepts": "a table of angles by link, in rad,"})
 
     @model_validator(mode="wrap")
     @classmethod
@@ -79,6 +83,9 @@ class Mechanism(Record):
         if problems or record is None:
             raise InputError(problems, more=more)
         return record
+
+    def __hash__(self) -> int:
+        return hash(tuple(tuple(each.items()) if isinstance(each, dict) else each for _, each in self))
 
     @property
     def clearance_joints(self) -> tuple[Joint, ...]:

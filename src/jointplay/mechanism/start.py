@@ -1,20 +1,25 @@
-"""Where a linkage starts: angles and speeds of its links."""
+"""Where a linkage starts: angles, speeds and places of its links."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from jointplay.errors import NOTHING, InputError, Problem, refuse
 from jointplay.mechanism.base import ANGLE, FAR, is_number
-from jointplay.mechanism.closure import closed_four_bar, ideal_state
+from jointplay.mechanism.closure import check_crank, ideal_state
+from jointplay.mechanism.ideal import State, ideal_configuration, placed
+from jointplay.mechanism.kinematic_chains import Forest, origins
+from jointplay.mechanism.loop import find_four_bar
 from jointplay.mechanism.records import Mechanism
 
 IDEAL, WRITTEN_OUT = ("crank_angle", "crank_speed", "branch"), ("angle", "angular_velocity")
 
 
-def start(mechanism: Mechanism, initial: Any) -> tuple[dict[str, float], dict[str, float]]:
-    """Give angles (rad) and speeds (rad/s) of every link at the start.
+def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> State:
+    """Give angles (rad), speeds (rad/s) and places of every link at the start.
 
     Parameters
     ----------
@@ -23,23 +28,24 @@ def start(mechanism: Mechanism, initial: Any) -> tuple[dict[str, float], dict[st
     initial : mapping or None
         ``crank_angle``, ``crank_speed`` and ``branch`` of the ideal mechanism, or ``angle`` and
         ``angular_velocity`` by link; None: the ideal mechanism at crank angle 0 and no-load speed.
+    forest : Forest, optional
+        The same, cut at its clearance joints and ideal loops.
 
     Raises
     ------
     InputError
         Naming every key that does not fit.
     """
-    if initial is None:
-        return ideal_state(mechanism)
+    initial = {} if initial is None else initial
+    closed = bool((forest or Forest.of(mechanism)).cuts)
     if not isinstance(initial, Mapping):
         raise refuse(
             initial,
             "a table of crank_angle and crank_speed, or of angle and angular_velocity by link, is accepted",
             "initial",
         )
-    closed = closed_four_bar(mechanism) is not None
     known = IDEAL if closed else (*IDEAL, *WRITTEN_OUT)
-    why = ": with every joint ideal the crank determines the other links" if closed else ""
+    why = ": in ideal loops links determine each other" if closed else ""
     accepted = f"keys {', '.join(known)} are accepted{why}"
     problems = [Problem(f"initial.{key}", initial[key], accepted) for key in initial if key not in known]
     for key, value in _fixed(mechanism).items() if closed and not problems else ():
@@ -49,8 +55,37 @@ def start(mechanism: Mechanism, initial: Any) -> tuple[dict[str, float], dict[st
     if problems:
         raise InputError(problems, "initial")
     if not initial.keys().isdisjoint(WRITTEN_OUT):
-        return _written_out(mechanism, initial)
-    return ideal_state(mechanism, **initial)
+        return _located(mechanism, *_written_out(mechanism, initial))
+    if find_four_bar(mechanism.joints, mechanism.crank):
+        return _located(mechanism, *ideal_state(mechanism, **initial))
+    return _found(mechanism, **initial)
+
+
+def _found(
+    mechanism: Mechanism,
+    crank_angle: float | None = None,
+    crank_speed: float | None = None,
+    branch: str | None = None,
+) -> State:
+    """The ideal state of a mechanism that is no four-bar."""
+    if branch is not None:
+        raise refuse(
+            branch, "a branch is accepted of a four-bar only; guess names that of others", "initial.branch"
+        )
+    angle = 0.0 if crank_angle is None else crank_angle
+    usual = mechanism.drive.nominal_speed if mechanism.drive else 0.0
+    speed = usual if crank_speed is None else crank_speed
+    check_crank(angle, speed)
+    return ideal_configuration(mechanism, angle, speed)
+
+
+def _located(mechanism: Mechanism, angles: dict[str, float], speeds: dict[str, float]) -> State:
+    """The places of links along the joints as if these were ideal."""
+    if any(joint.prismatic for joint in mechanism.joints):
+        return placed(mechanism, angles, speeds)
+    along = origins(mechanism, mechanism.joints)
+    points = {name: np.array(place.motion(angles, speeds)) for name, place in along.items()}
+    return State(angles, speeds, points)
 
 
 def _fixed(mechanism: Mechanism) -> dict[str, Any]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from jointplay.equations.structure import Beam, Clearance, Linkage, Loop, Pin
+from jointplay.equations.structure import Beam, Clearance, Closure, Linkage, Pin, Slide
 from jointplay.mechanism import actions
 from jointplay.mechanism.base import DOWNWARDS
 from jointplay.mechanism.beam import Link
+from jointplay.mechanism.dyads import Unknown
 from jointplay.mechanism.friction import FRICTIONLESS
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.kinematic_chains import Forest, place_of
@@ -33,7 +34,7 @@ def linkage(
     Raises
     ------
     InputError
-        If ideal joints close a loop other than a four-bar's.
+        If ideal loops do not close by two links at a time.
     """
     forest = forest or Forest.of(mechanism)
     links, places = tuple(forest.links), forest.places
@@ -49,7 +50,8 @@ def linkage(
         section=section,
         powers=powers,
         beams=tuple(_beam(link, forest) for link in mechanism.elastic_links),
-        loop=_loop(mechanism, forest),
+        slides=tuple(_slide(name, link, forest) for name, link in forest.slides.items()),
+        closures=tuple(_closure(joint, unknowns, forest) for joint, unknowns in forest.cuts),
         order="paper" if relaxed else mechanism.order,
         relaxed=relaxed,
         tilted=mechanism.gravity_direction != DOWNWARDS,
@@ -81,7 +83,7 @@ def _pin(link: str, forest: Forest) -> Pin:
     place, moved = forest.places[link], forest.carried(link)
     arms = dict.fromkeys(k for j in moved for k in (*forest.places[j].arms, j))
     sign = 1 if place.parent.bearing.link == link else -1
-    return Pin(place.parent.name, sign, tuple(arms), place.chain, tuple(moved))
+    return Pin(place.parent.name, sign, tuple(arms), forest.bases(link), tuple(moved))
 
 
 def _beam(link: Link, forest: Forest) -> Beam:
@@ -89,8 +91,13 @@ def _beam(link: Link, forest: Forest) -> Beam:
     return Beam(link.name, link.beam.size, tuple(place.arms), place.chain, link.beam.damping_ratio > 0)
 
 
-def _loop(mechanism: Mechanism, forest: Forest) -> Loop | None:
-    if forest.loop is None:
-        return None
-    joint = mechanism.joint(forest.loop.joints[2])
-    return Loop(joint.name, joint.journal.link, joint.bearing.link, forest.loop.links)
+def _slide(name: str, link: str, forest: Forest) -> Slide:
+    place, base = forest.places[link], forest.base(link)
+    inner = place_of(forest.places, place.sides[0]).chain
+    return Slide(name, link, place.holder, place.chain, base.slides[name], tuple(base.arms), inner)
+
+
+def _closure(joint: Joint, unknowns: tuple[Unknown, Unknown], forest: Forest) -> Closure:
+    vector = forest.closure(joint)
+    names = joint.name, joint.journal.link, joint.bearing.link
+    return Closure(*names, tuple(vector.arms), tuple(vector.slides.items()), unknowns)

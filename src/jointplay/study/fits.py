@@ -86,7 +86,8 @@ def _unknown_parts(mechanism: Mechanism | TestSystem, options: Mapping[str, Any]
     if not isinstance(mechanism, Mechanism):
         return
     ideal = tuple(joint for joint in mechanism.joints if not joint.clearance)
-    parts = {"link": (mechanism.links, "link"), "joint": (mechanism.clearance_joints, "joint with clearance")}
+    shown = tuple(joint for joint in mechanism.joints if joint.prismatic or not joint.ideal)
+    parts = {"link": (mechanism.links, "link"), "joint": (shown, "joint with clearance, or prismatic")}
     for key, (those, what) in (parts | {"pin": (ideal, "ideal joint")}).items():
         names = [part.name for part in those]
         if key in options and options[key] not in names:

@@ -56,8 +56,13 @@ class MechanismSchema:
 def _form(name: str, function: Callable[..., Any]) -> type[Record]:
     """The table of one entry of the catalog, as a record that only lends its schema."""
     hints, catalog_key = get_type_hints(function, include_extras=True), (Literal[name], ...)
-    if hints["return"] is Mechanism:  # its keywords are the changes that every linkage knows
-        return create_model(f"catalog_{name}", __base__=Changes, catalog=catalog_key)
-    arguments = signature(function).parameters.values()
-    own = {a.name: (hints[a.name], ... if a.default is a.empty else a.default) for a in arguments}
-    return create_model(f"catalog_{name}", __base__=Record, catalog=catalog_key, **own)  # type: ignore[call-overload]
+    # a linkage's keywords are the changes that every linkage knows, and what the entry has beside
+    linkage = hints["return"] is Mechanism
+    base, known = (Changes, Changes.model_fields) if linkage else (Record, {})
+    arguments = [a for a in signature(function).parameters.values() if a.kind is not a.VAR_KEYWORD]
+    own = {
+        a.name: (hints[a.name], ... if a.default is a.empty else a.default)
+        for a in arguments
+        if a.name not in known
+    }
+    return create_model(f"catalog_{name}", __base__=base, catalog=catalog_key, **own)  # type: ignore[call-overload]

@@ -58,7 +58,9 @@ def observable(mechanism: Mechanism | TestSystem, quantity: str, key: str = "qua
 def _labels(mechanism: Mechanism, of: str | None) -> tuple[str, ...]:
     if of in ("link", "bending"):
         return tuple(link.name for link in mechanism.links)
-    loose = {"joint": True, "pin": False}.get(of or "")
+    if of == "guide":
+        return tuple(joint.name for joint in mechanism.joints if joint.prismatic)
+    loose = {"joint": True, "pin": False, "guided": False}.get(of or "")
     return tuple(joint.name for joint in mechanism.joints if (joint.clearance > 0) is loose)
 
 

@@ -23,6 +23,7 @@ from jointplay.analysis.exponents.stretching import leading
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
+from jointplay.analysis.sweeps.points import LABELLED
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.mechanism.model import Model
@@ -203,7 +204,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         "trouble": "",
         "n_steps": records.counts["n_steps"],
         "end": End(state_names(model), _state(model, plan, last), model.crank_angle),
-        "labels": {"link": model.links, "joint": model.joints, "pin": model.pins, "state": model.states},
+        "labels": {dim: getattr(model, f"{dim}s") for dim in LABELLED},
         "points": points.variables(plan.record, "point"),
         "values": values,
     }

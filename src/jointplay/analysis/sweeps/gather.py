@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Read
-from jointplay.analysis.evaluate import flags, status_code
+from jointplay.analysis.evaluate import flags, on_joints, status_code
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.sweeps.survey import Survey
 from jointplay.errors import NOTHING, InputError, Problem
@@ -110,7 +110,8 @@ class _Stack:
             "kind": kind,
             "swept": " ".join(self.grid.dims),
         }
-        return xr.Dataset(fields | self._counts() | self._ends(), coords | self.grid.coordinates, attributes)
+        fields |= self._counts() | self._ends()
+        return on_joints(xr.Dataset(fields, coords | self.grid.coordinates, attributes))
 
     def _free(self, name: str, own: bool = False) -> str:
         return OWN + name if own or name in self.taken else name

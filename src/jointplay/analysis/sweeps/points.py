@@ -10,7 +10,8 @@ from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
 
 NOT_KNOWN = -1  # of whole numbers, as a period
-LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "state": "state"}
+LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}
+LABELLED |= {"state": "state"}
 ATTRIBUTES = {
     "period": ("1", "period in section points"),
     "turn_period": ("s", "mean period of a turn"),

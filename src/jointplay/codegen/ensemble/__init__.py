@@ -14,7 +14,7 @@ def known(structure: Linkage | Oscillator) -> bool:
         return False
     (joint,), crank = structure.joints, structure.links[0]
     free = structure.drive != "speed" and structure.driven == crank
-    open_chains = not (structure.beams or structure.floats or structure.loop)
+    open_chains = not (structure.beams or structure.floats or structure.closures)
     plain = not structure.powers and structure.section in (None, f"angle:{crank}")
     plain = plain and not (structure.tilted or structure.springs)
     return joint.law in LAWS and joint.friction in FRICTION and free and open_chains and plain
