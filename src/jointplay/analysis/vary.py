@@ -19,11 +19,8 @@ from jointplay.mechanism.records import Contact, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 EXAMPLE = "joints.B.contact.stiffness"
-PARTS = {
-    "joints": "joint",
-    "links": "link",
-    "springs": "spring",
-}  # tuples of named records: what each holds
+# tuples of named records, and what each holds
+PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load"}
 TAKEN = {*WORDS, "direction", "start", "point", "link", "joint", "pin", "state", "exponent", "period"}
 _POWERS = str.maketrans("²³⁴", "234")
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 
 from sympy import Expr, Integer, Symbol, atan2
 
+from .drives import DRIVES
 from .structure import Linkage
-from .system import Angle, accelerations, number
+from .system import TIME, Angle, accelerations, number
 
 Freedom = Hashable
 
@@ -35,7 +36,10 @@ class Direction:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Symbols of a linkage's motion, by freedom; `positions` and `speeds` are the unknown ones, in order."""
+    """Symbols of a linkage's motion, by freedom; `positions` and `speeds` are the unknown ones, in order.
+
+    `imposed` are accelerations of unknowns that no force changes, by their places.
+    """
 
     angle: dict[str, Angle | Direction] = field(default_factory=dict)
     position: dict[Freedom, Symbol] = field(default_factory=dict)
@@ -46,6 +50,7 @@ class Coordinates:
     positions: list[Symbol] = field(default_factory=list)
     speeds: list[Symbol] = field(default_factory=list)
     definitions: list[tuple[Symbol, Expr]] = field(default_factory=list)
+    imposed: dict[int, Expr] = field(default_factory=dict)
 
     def e(self, k: str) -> tuple[Expr, Expr]:
         """Unit vector along link k."""
@@ -76,6 +81,11 @@ class Coordinates:
         """Add a freedom whose motion is prescribed."""
         self.speed[freedom], self.acceleration[freedom] = speed, acceleration
         self.parts[freedom], self.bias[freedom] = (), acceleration
+
+    def impose(self, freedom: Freedom, acceleration: Expr) -> None:
+        """Make an unknown that was added last one whose acceleration is prescribed."""
+        self.imposed[len(self.speeds) - 1] = self.let(f"imposed_{freedom}", acceleration)
+        self.given(freedom, self.speed[freedom], self.imposed[len(self.speeds) - 1])
 
     def follow(self, freedom: Freedom, leader: Freedom, ratio: Expr, bias: Expr) -> None:
         """Add a freedom with the speed `ratio` times the leader's, and `bias` beside that in acceleration."""
@@ -146,6 +156,9 @@ def coordinates(structure: Linkage) -> Coordinates:
         else:
             c.angle[k] = Angle(k, Symbol(f"theta_{k}", real=True))
             c.free(k, c.angle[k].position, Symbol(f"w_{k}", real=True))
+            drive = DRIVES[structure.drive]
+            if drive.acceleration and k == structure.driven:
+                c.impose(k, drive.acceleration(TIME, *map(number, drive.letters)))
     for f in range(len(structure.floats)):
         for axis in (0, 1):
             x = "xy"[axis]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from jointplay.errors import Problem
@@ -12,6 +13,16 @@ _HERE = "accepted here, where each turn starts anew from the state at the end of
 
 def unlike_turns(mechanism: Mechanism) -> Iterator[Problem]:
     """Yield a problem for each part that tells one turn from the next."""
+    drive = mechanism.drive
+    if drive and drive.transient:
+        text = "a drive that does the same in each turn is"
+        yield Problem("mechanism.drive.kind", drive.kind, f"{text} {_HERE}")
+    speed = drive.imposed_speed if drive else None
+    for i, load in enumerate(mechanism.loads):
+        ratio = load.frequency / abs(speed) if load.timed and speed else 0.5
+        if load.timed and not math.isclose(ratio, round(ratio), rel_tol=1e-9):
+            text = "a whole multiple of a constant speed that drives the crank is"
+            yield Problem(f"mechanism.loads[{i}].frequency", load.frequency, f"{text} {_HERE}")
     for i, spring in enumerate(mechanism.springs):
         if spring.twists and mechanism.crank in spring.links:
             text = f"a torsion spring between links other than the turning {mechanism.crank} is {_HERE}"

@@ -16,6 +16,7 @@ from jointplay.mechanism.base import GROUND, MOST, Record
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import DRIVES, AnyDrive
 from jointplay.mechanism.joints import Joint, Pin
+from jointplay.mechanism.loads import Force, Torque
 from jointplay.mechanism.loop import find_four_bar
 from jointplay.mechanism.springs import Spring, TorsionSpring
 
@@ -32,7 +33,7 @@ class Draft:
 
     Parameters
     ----------
-    links, joints, springs : list of (str or None, record or None)
+    links, joints, springs, loads : list of (str or None, record or None)
         In the order given.
     drive : record or None
         None where there is no drive, or an invalid one.
@@ -42,6 +43,7 @@ class Draft:
     joints: Sequence[tuple[Any, Joint | None]]
     drive: AnyDrive | None
     springs: Sequence[tuple[Any, Any]] = ()
+    loads: Sequence[tuple[Any, Any]] = ()
 
     @classmethod
     def of(cls, data: Any) -> Draft:
@@ -89,25 +91,33 @@ class Draft:
             elif (link := known.get(pin.link)) and (limit := _limit(pin.at, link)):
                 yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
         for key, name in self._twisted():
-            if name not in (*self.names, GROUND):
-                yield unknown(key, name, name, [*self.names, GROUND], "link")
+            accepted = [*self.names, GROUND] if key.startswith("springs") else self.names
+            if name not in accepted:
+                yield unknown(key, name, name, accepted, "link")
             elif name in known and known[name].elastic:
                 text = "a rigid link is accepted: a moment on an elastic one would bend it"
                 yield Problem(key, name, text)
+        for i, (_, load) in enumerate(self.loads):
+            if load and load.angle not in (None, *self.names):
+                yield unknown(f"loads[{i}].angle", load.angle, load.angle, self.names, "link")
 
     def _pins(self) -> Iterator[tuple[str, Pin]]:
         """Every pin with its key."""
         for i, (_, joint) in enumerate(self.joints):
             for side in ("journal", "bearing") if joint else ():
                 yield f"joints[{i}].{side}", getattr(joint, side)
-        for i, (_, spring) in enumerate(self.springs):
-            yield from ((f"springs[{i}].{end}", pin) for end, pin in (spring.pins if spring else {}).items())
+        for kind in ("springs", "loads"):
+            for i, (_, part) in enumerate(getattr(self, kind)):
+                yield from ((f"{kind}[{i}].{end}", pin) for end, pin in (part.pins if part else {}).items())
 
     def _twisted(self) -> Iterator[tuple[str, str]]:
         """Every link that feels a moment, with its key."""
         for i, (_, spring) in enumerate(self.springs):
             ends = zip(("from", "to"), spring.links, strict=True) if spring and spring.twists else ()
             yield from ((f"springs[{i}].{end}", link) for end, link in ends)
+        for i, (_, load) in enumerate(self.loads):
+            if load and load.twists:
+                yield f"loads[{i}].link", load.link
 
     def _loose_links(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         connected, before = {GROUND}, set()
@@ -135,7 +145,12 @@ class Draft:
             yield Problem("links", loop.lengths, text)
 
 
-_KINDS = {"links": (Link,), "joints": (Joint,), "springs": (Spring, TorsionSpring)}
+_KINDS = {
+    "links": (Link,),
+    "joints": (Joint,),
+    "springs": (Spring, TorsionSpring),
+    "loads": (Force, Torque),
+}
 
 
 def _parts(given: Any, *kinds: type[Record]) -> list[tuple[Any, Any]]:
