@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.vary import changed
+from jointplay.analysis.vary import axes, changed
 from jointplay.codegen.ensemble import known
 from jointplay.mechanism import catalog
 from jointplay.mechanism.alike import unlike_turns
@@ -20,6 +20,7 @@ FORCE = {"name": "press", "kind": "force", "on": {"link": "rocker", "at": 0.1}, 
 FORCE |= {"constant": 5.0, "harmonics": [{"order": 2, "cosine": 3.0}], "angle": "crank"}
 TORQUE = {"name": "shake", "kind": "torque", "link": "coupler", "frequency": 50.0}
 TORQUE |= {"harmonics": [{"order": 1, "sine": 0.2}, {"order": 3, "cosine": 0.1}]}
+SPRING = {"name": "hinge", "kind": "torsion", "from": "coupler", "to": "rocker", "stiffness": 0.4}
 PROFILE = {"kind": "profile", "link": "crank", "start": 0.0, "end": -60.0, "time": 0.2}
 
 
@@ -36,6 +37,20 @@ def test_numbers_are_found_by_their_paths():
     assert changed(given, {"loads.press.constant": 7.0}).loads[0].constant == 7.0
     assert changed(given, {"loads.shake.harmonics.3.cosine": 7.0}).loads[1].harmonics[1].cosine == 7.0
     assert changed(given, {"loads.shake.factor": 2.0}).loads[1].course_numbers("x")["b_x_1"] == 0.4
+
+
+def test_units_of_what_varies():
+    given = catalog.chunmei2002(loads=[FORCE, TORQUE], springs=[SPRING])
+    keys = {
+        "loads.press.constant": "N",
+        "loads.press.harmonics.2.sine": "N",
+        "loads.shake.harmonics.3.cosine": "N m",
+        "loads.shake.frequency": "rad s-1",
+        "springs.hinge.stiffness": "N m rad-1",
+    }
+    found = axes(given, {key: [1.0, 2.0] for key in keys})
+    assert {axis.key: axis.units for axis in found} == keys
+    assert found[0].long_name == "constant part of load press"
 
 
 JUMP = [0.0] * 20 + [1.0] * 20

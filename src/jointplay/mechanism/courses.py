@@ -16,6 +16,7 @@ from jointplay.mechanism.fourier import MOST_ORDERS, Series, series
 
 LEAST, MOST = 3, 1000  # values of a table
 _TABLE = f"a list of {LEAST} to {MOST} finite numbers, evenly spaced over one period and not all alike,"
+FORCES = "N or N m"  # units of what is a force or a torque, as its whole is
 _STEP = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
 
 
@@ -31,8 +32,8 @@ class Harmonic(Record):
     """
 
     order: Annotated[int, Field(strict=True, ge=1, le=MOST_ORDERS)]
-    cosine: Number = measured("cosine's amplitude", "N or N m", 0.0)
-    sine: Number = measured("sine's amplitude", "N or N m", 0.0)
+    cosine: Number = measured("cosine's amplitude", FORCES, 0.0)
+    sine: Number = measured("sine's amplitude", FORCES, 0.0)
 
     @property
     def name(self) -> str:
@@ -60,7 +61,7 @@ class Course(Record):
 
     units: ClassVar[str] = "N m"
     phases: ClassVar[tuple[str, ...]] = ()  # keys of which one says what it varies with
-    constant: Number = measured("constant part", "N or N m", 0.0)
+    constant: Number = measured("constant part", FORCES, 0.0)
     harmonics: Few[Harmonic] = ()
     table: Annotated[tuple[Number, ...] | None, Field(json_schema_extra={"accepts": _TABLE})] = None
     tolerance: Annotated[Positive, Field(le=1)] = measured("tolerance of the table", "1", 0.01)

@@ -49,10 +49,12 @@ def not_drawable(mechanism: Any) -> list[Problem]:
     if isinstance(mechanism, Mechanism) and isinstance(mechanism.drive, MotorLine):
         loop = find_four_bar(mechanism.joints, mechanism.crank)
         joint = mechanism.joint(loop.joints[2]) if loop else None
-        if joint and joint.name == MAIN_JOINT and joint.contact and loop.coupler == "coupler":
+        bare = not (mechanism.springs or mechanism.loads)
+        if bare and joint and joint.name == MAIN_JOINT and joint.contact and loop.coupler == "coupler":
             return []
     expected = (
-        "a linkage like catalog.chunmei2002() is accepted: a motor-driven four-bar with contact data at B"
+        "a linkage like catalog.chunmei2002() is accepted: a motor-driven four-bar with contact data at B, "
+        "without springs or loads"
     )
     return [Problem("mechanism", mechanism, expected)]
 
