@@ -122,7 +122,8 @@ def test_turns_alike():
     """A load over time is the same in every turn where its frequency is a multiple of a constant speed."""
     assert not list(unlike_turns(catalog.chunmei2002(loads=[TORQUE, FORCE], speed=25.0)))
     assert not list(unlike_turns(catalog.chunmei2002(loads=[FORCE])))
-    for changes in ({"speed": 30.0}, {"speed": 100.0}, {}, {"drive": None}):
+    closed = {"speed": 25.0, "clearance": {}}
+    for changes in ({"speed": 30.0}, {"speed": 100.0}, {}, {"drive": None}, closed):
         (problem,) = unlike_turns(catalog.chunmei2002(loads=[FORCE, TORQUE], **changes))
         assert problem.key == "mechanism.loads[1].frequency"
     (problem,) = unlike_turns(catalog.chunmei2002(drive=PROFILE))
