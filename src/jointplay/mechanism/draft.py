@@ -64,7 +64,7 @@ class Draft:
         problems = [p for key in _KINDS for p in _duplicates(key, getattr(self, key))]
         if not self.links or len(set(self.names)) < len(self.links):
             return problems  # with a link's name unknown, none can be called missing
-        problems += self._misplaced_pins()
+        problems += [*self._misplaced_pins(), *self._misnamed_links()]
         if self.drive and self.drive.link not in self.names:
             problems.append(unknown("drive.link", self.drive.link, self.drive.link, self.names, "link"))
         joints = [joint for _, joint in self.joints if joint is not None]
@@ -90,6 +90,10 @@ class Draft:
                 yield unknown(f"{key}.link", pin.link, pin.link, [*self.names, GROUND], "link")
             elif (link := known.get(pin.link)) and (limit := _limit(pin.at, link)):
                 yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+
+    def _misnamed_links(self) -> Iterator[Problem]:
+        """Problems of links that are named by springs and loads: which feel a moment, whose angle counts."""
+        known = {name: link for name, link in self.links if link is not None}
         for key, name in self._twisted():
             accepted = [*self.names, GROUND] if key.startswith("springs") else self.names
             if name not in accepted:
