@@ -28,8 +28,9 @@ from jointplay.kinds import KINDS
 __version__ = "0.1.0"
 
 _RECORDS = (
-    "Mechanism Link PointMass Beam Joint Pin Contact Friction Spring TorsionSpring MotorLine ConstantSpeed "
-    "TestSystem CrankAngle ContactSection SeparationSection Plane"
+    "Mechanism Link PointMass Beam Joint Pin Contact Friction Spring TorsionSpring Force Torque Harmonic "
+    "MotorLine ConstantSpeed PrescribedTorque SpeedProfile TestSystem "
+    "CrankAngle ContactSection SeparationSection Plane"
 )
 _HOME = {
     **{row.home.partition(":")[2]: row.home.removeprefix(".") for row in KINDS.values()},

@@ -23,10 +23,11 @@ def pendulum(link=None, **more):
     return Mechanism(links=(link or bar("arm"),), joints=(joint,), **{"gravity": 0.0} | more)
 
 
-def double(**more):
-    """Two links, one on the other."""
+def double(clearance=0.0, **more):
+    """Two links, one on the other; with a clearance the two together float."""
+    play = {"clearance": clearance, "radius": 0.01, "contact": {"stiffness": 1e6, "damping": 1.0}}
     joints = (
-        Joint(name="O", journal=Pin(link="arm"), bearing=Pin(link="ground", point=(0.1, -0.2))),
+        Joint(name="O", journal=Pin(link="arm"), bearing=Pin(link="ground", point=(0.1, -0.2)), **play),
         Joint(name="A", journal=Pin(link="hand"), bearing=Pin(link="arm", at=0.4)),
     )
     return Mechanism(links=(bar("arm"), bar("hand", inertia=0.06)), joints=joints, **{"gravity": 0.0} | more)

@@ -55,6 +55,7 @@ WORDS = {
     "joint_work": Word(None, "J", "work taken in by the contacts since the start"),
     "structural_work": Word(None, "J", "work taken in by elastic links' damping since the start"),
     "spring_work": Word(None, "J", "work taken in by springs' dampers since the start"),
+    "load_work": Word(None, "J", "work of the loads since the start"),
     "state_value": Word("state", "1", "state"),
 }
 COUNTERS = {  # of a run, in order
@@ -70,6 +71,7 @@ WORK = {  # integrals of power by what they count, with the sign of their part i
     "joints": ("joint_work", -1),
     "links": ("structural_work", -1),
     "springs": ("spring_work", -1),
+    "loads": ("load_work", 1),
 }
 BALANCE = ("energy_residual", *(name for name, _ in WORK.values()))  # need integrals of power
 RATES = ("angular_acceleration", "tangential_force", "reaction_x", "reaction_y", "reaction")

@@ -215,7 +215,7 @@ def section_fields(section: Section | None, model: Model, skip: int) -> dict[str
     if section is None:
         return {}
     if isinstance(section, CrankAngle):
-        forward = 1 if model.crank_speed >= 0 else -1
+        forward = model.forward
         turns = (section.angle - model.crank_angle) * forward / math.tau
         first = model.crank_angle + forward * math.tau * (turns - math.ceil(turns) + 1)
         return {"level": first, "period": math.tau, "direction": forward, "skip": skip}

@@ -16,15 +16,13 @@ from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, join, refuse, unknown
 from jointplay.mechanism.base import Record, is_number
 from jointplay.mechanism.changes import Changes
+from jointplay.mechanism.courses import FORCES
 from jointplay.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 EXAMPLE = "joints.B.contact.stiffness"
-PARTS = {
-    "joints": "joint",
-    "links": "link",
-    "springs": "spring",
-}  # tuples of named records: what each holds
+# tuples of named records, and what each holds
+PARTS = {"joints": "joint", "links": "link", "springs": "spring", "loads": "load"}
 TAKEN = {*WORDS, "direction", "start", "point", "link", "joint", "pin", "state", "exponent", "period"}
 _POWERS = str.maketrans("²³⁴", "234")
 
@@ -249,17 +247,18 @@ def _declared(mechanism: Any, key: str) -> tuple[str, str]:
     if isinstance(mechanism, TestSystem):
         return "1", key.replace("_", " ")
     *path, last = key.split(".")
-    record, law = mechanism, {}
+    record, law, own = mechanism, {}, "1"
     for step in path:
         record = _below(record)[step]
         law = LAWS[record.law].numbers if isinstance(record, Contact) else law
         if isinstance(record, Friction):
             law = {name: ("", each.units) for name, each in FRICTIONS[record.law].numbers.items()}
+        own = getattr(record, "units", own)
     field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
     whose = f" of {PARTS[path[0]]} {path[1]}" if path and path[0] in PARTS else ""
     units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
-    _, units = law.get(last, ("", units))
-    return units, (getattr(field, "description", None) or last.replace("_", " ")) + whose
+    _, units = law.get(last, ("", own if units == FORCES else units))
+    return cf_units(units), (getattr(field, "description", None) or last.replace("_", " ")) + whose
 
 
 def cf_units(units: str) -> str:

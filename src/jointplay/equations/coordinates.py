@@ -17,8 +17,9 @@ from functools import partial
 
 from sympy import Expr, Integer, Symbol, atan2
 
+from .drives import DRIVES
 from .structure import Linkage
-from .system import Angle, accelerations, number
+from .system import TIME, Angle, accelerations, number
 
 Freedom = Hashable
 
@@ -41,7 +42,8 @@ class Coordinates:
 
     `leads` says how a speed follows from the unknown and prescribed ones, `own` what the acceleration has
     beside theirs, `drift` what prescribed accelerations give it. `tree` says how a freedom follows from
-    angles and slides when no loop is closed.
+    angles and slides when no loop is closed. `imposed` are accelerations of unknowns that no force changes,
+    by their places.
     """
 
     angle: dict[Freedom, Angle | Direction] = field(default_factory=dict)
@@ -57,6 +59,7 @@ class Coordinates:
     positions: list[Symbol] = field(default_factory=list)
     speeds: list[Symbol] = field(default_factory=list)
     definitions: list[tuple[Symbol, Expr]] = field(default_factory=list)
+    imposed: dict[int, Expr] = field(default_factory=dict)
 
     def e(self, k: Freedom) -> tuple[Expr, Expr]:
         """Unit vector along link k, or along a guide."""
@@ -93,6 +96,11 @@ class Coordinates:
     def _leader(self, freedom: Freedom, drift: Expr) -> None:
         self.leads[freedom] = self.tree[freedom] = {freedom: Integer(1)}
         self.own[freedom], self.drift[freedom] = Integer(0), drift
+
+    def impose(self, freedom: Freedom, acceleration: Expr) -> None:
+        """Make an unknown that was added last one whose acceleration is prescribed."""
+        self.imposed[len(self.speeds) - 1] = self.let(f"imposed_{freedom}", acceleration)
+        self.given(freedom, self.speed[freedom], self.imposed[len(self.speeds) - 1])
 
     def follow(self, freedom: Freedom, ratios: dict[Freedom, Expr], own: Expr, closes: bool = False) -> None:
         """Add a freedom whose speed is a sum of ratios times others', and `own` beside that in acceleration.
@@ -186,6 +194,9 @@ def coordinates(structure: Linkage) -> Coordinates:
         else:
             c.angle[k] = Angle(k, Symbol(f"theta_{k}", real=True))
             c.free(k, c.angle[k].position, Symbol(f"w_{k}", real=True))
+            drive = DRIVES[structure.drive]
+            if drive.acceleration and k == structure.driven:
+                c.impose(k, drive.acceleration(TIME, *map(number, drive.letters)))
     for f in structure.floating:
         for axis in (0, 1):
             x = "xy"[axis]

@@ -8,11 +8,13 @@ from functools import cached_property
 from sympy import Expr, Integer, Max, Symbol, atan2, sqrt, sympify
 
 from . import beam as elastic
-from . import chain, functions, loop, springs
+from . import chain, functions, loads, loop, springs
 from .contact import Geometry, geometry
 from .coordinates import Coordinates, Freedom, approach, coordinates, dot
+from .drives import DRIVES
 from .friction import FRICTIONS
 from .laws import LAWS
+from .springs import Action
 from .structure import Clearance, Closure, Linkage, Pin, Slide, parameter_names
 from .system import Angle, Contact, Reset, System, number, traction
 
@@ -41,6 +43,8 @@ class Parts:
             mass[crank, crank], force[crank] = Integer(1), Integer(0)
         memories = [place for place in range(len(c.speeds)) if c.speeds[place] in self.memories]
         mass |= {(place, place): Integer(1) for place in memories}
+        for place, acceleration in c.imposed.items():
+            mass[place, place], force[place] = Integer(1), acceleration
         return System(
             positions=tuple(c.positions),
             speeds=tuple(c.speeds),
@@ -48,7 +52,7 @@ class Parts:
             definitions=(*c.definitions, *(d for g in self.joints.values() for d in g.definitions)),
             mass=mass,
             force=tuple(force),
-            angles=tuple(angle for angle in c.angle.values() if isinstance(angle, Angle)),
+            angles=(*(angle for angle in c.angle.values() if isinstance(angle, Angle)), *self._phases()),
             contacts=self.contacts,
             resets=tuple(_wall(joint, self.joints[joint.name]) for joint in structure.rigid_joints),
             powers=self._powers(outputs) if structure.powers else {},
@@ -101,16 +105,35 @@ class Parts:
         for beam in structure.beams if not structure.relaxed else ():
             for freedom, value in elastic.force(structure, beam, self.c):
                 found[freedom] += value
-        found[driven] += _law_torque(structure.drive, self.c.speed[driven])
-        for each in (*self.springs,):
+        found[driven] += self._law_torque
+        for each in (*self.springs, *self.loads):
             for freedom, entry in each.column.items():
                 found[freedom] += each.amount * entry
         return dict(found)
 
     @cached_property
-    def springs(self) -> tuple[springs.Action, ...]:
+    def springs(self) -> tuple[Action, ...]:
         """What the springs do."""
         return tuple(springs.action(spring, self.c) for spring in self.structure.springs)
+
+    @cached_property
+    def loads(self) -> tuple[Action, ...]:
+        """What the loads do."""
+        return tuple(loads.action(load, self.c) for load in self.structure.loads)
+
+    def _phases(self) -> Iterator[Angle]:
+        """Phases of what varies with time."""
+        courses = (load.course for load in self.structure.loads)
+        yield from (loads.phase(course) for course in courses if course.timed)
+
+    @cached_property
+    def _law_torque(self) -> Expr:
+        """Torque of the drive on the crank where it is a law; 0 where it is an outcome."""
+        structure, drive = self.structure, DRIVES[self.structure.drive]
+        if structure.torque:
+            return loads.value(structure.torque, self.c)
+        w = self.c.speed[structure.driven]
+        return drive.torque(w, *map(number, drive.letters)) if drive.torque else Integer(0)
 
     def residual(self, freedom: Freedom) -> Expr:
         """Inertia less applied forces on a freedom, contacts left out: what joints or a drive must supply."""
@@ -174,6 +197,8 @@ class Parts:
             powers["links"] = sum(lost, Integer(0))
         if self.springs:
             powers["springs"] = sum((each.lost for each in self.springs), Integer(0))
+        if self.loads:
+            powers["loads"] = sum((each.power for each in self.loads), Integer(0))
         return powers
 
     def _outputs(self) -> Iterator[tuple[str, Expr]]:
@@ -236,8 +261,8 @@ class Parts:
     def _drive_torque(self) -> Expr:
         """The motor's law, or what a prescribed speed costs."""
         structure, c = self.structure, self.c
-        if structure.drive != "speed":
-            return _law_torque(structure.drive, c.speed[structure.driven])
+        if not DRIVES[structure.drive].imposed:
+            return self._law_torque
         driven = structure.driven
         led = ((lead[driven], self.residual(k)) for k, lead in c.leads.items() if driven in lead)
         total = sum((ratio * residual for ratio, residual in led), Integer(0))
@@ -274,18 +299,9 @@ class Parts:
                 total += elastic.momentum_rate(structure, beam, self.c, axis)
         for joint, force in self._cut_joints:
             total += force[axis] * ((joint.journal in pin.links) - (joint.bearing in pin.links))
-        for each in self.springs:
+        for each in (*self.springs, *self.loads):
             total -= sum((force[axis] for link, force in each.pulls if link in pin.links), Integer(0))
         return pin.sign * total
-
-
-def _law_torque(drive: str, w: Expr) -> Expr:
-    """Torque of the drive on the crank as a law of its speed; 0 where the torque is no law but an outcome.
-
-    Motor line: T(w) = a - b w, equations (1) and (2) of Chunmei et al. (2002). It is stiff: b/J reaches 1e6
-    1/s. A prescribed speed makes the crank's angle a phase, Omega t + theta_0, and its torque an outcome.
-    """
-    return number("a") - number("b") * w if drive == "motor" else Integer(0)
 
 
 def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:

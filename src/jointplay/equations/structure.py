@@ -7,6 +7,7 @@ here: a structure whose equations have been written before needs none.
 
 from dataclasses import dataclass
 
+from .drives import DRIVES
 from .friction import parameter_letters
 from .laws import LAWS
 
@@ -119,14 +120,34 @@ class Spring:
 
 
 @dataclass(frozen=True)
+class Course:
+    """A value that varies with time (`timed`), with the angle of `link`, or not: orders of harmonics."""
+
+    name: str
+    orders: tuple[int, ...] = ()
+    timed: bool = False
+    link: str = ""
+
+
+@dataclass(frozen=True)
+class Load:
+    """A load on `link`: a force on the point of a `span` along a direction that may turn, or a torque."""
+
+    course: Course
+    link: str
+    span: Span | None = None
+    turning: bool = False
+
+
+@dataclass(frozen=True)
 class Linkage:
     """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and what is recorded.
 
-    `driven` is the crank; `drive` says how: "motor", "speed" (prescribed) or "none". `section` names a
-    quantity whose level crossings are wanted, as word:label; `powers` asks for the work integrals of the
-    energy balance. `order` says which inertia terms of the `beams` are kept: "consistent" or "paper"
-    (equations.beam); `relaxed` makes the modes' motion numbers, given from outside. `tilted`: gravity does
-    not point along -y.
+    `driven` is the crank; `drive` says how, a key of `equations.drives.DRIVES`; `torque` is its course, if
+    prescribed. `section` names a quantity whose level crossings are wanted, as word:label; `powers` asks for
+    the work integrals of the energy balance. `order` says which inertia terms of the `beams` are kept,
+    "consistent" or "paper" (equations.beam); `relaxed` makes the modes' motion numbers, given from outside.
+    `tilted`: gravity does not point along -y.
     """
 
     links: tuple[str, ...]
@@ -146,6 +167,8 @@ class Linkage:
     relaxed: bool = False
     tilted: bool = False
     springs: tuple[Spring, ...] = ()
+    loads: tuple[Load, ...] = ()
+    torque: Course | None = None
 
     @property
     def soft_joints(self) -> tuple[Clearance, ...]:
@@ -225,14 +248,19 @@ def parameter_names(structure: Linkage) -> list[str]:
         names += [f"rx0_{vector.name}", f"ry0_{vector.name}", *(f"D_{vector.name}_{k}" for k in vector.arms)]
     for closure in structure.closures:
         names += [f"{word}_{closure.name}" for word in ("side", "one", "two")]
-    return names + {"motor": ["a", "b"], "speed": ["Omega", "theta_0"], "none": []}[structure.drive]
+    for load in structure.loads:
+        names += _course_names(load.course)
+        if load.span:
+            names += [f"d{axis}_{load.span.name}" for axis in "xy"] + _span_names(load.span, nowhere=True)
+    names += _course_names(structure.torque) if structure.torque else []
+    return [*names, *DRIVES[structure.drive].letters]
 
 
 def powers(structure: Linkage | Oscillator) -> list[str]:
     """Name the powers whose integrals close a linkage's energy balance, in order."""
     if isinstance(structure, Oscillator):
         return []
-    present = {"links": structure.beams, "springs": structure.springs}
+    present = {"links": structure.beams, "springs": structure.springs, "loads": structure.loads}
     return ["drive", "joints", *(word for word, parts in present.items() if parts)]
 
 
@@ -240,6 +268,11 @@ def _beam_names(beam: Beam, relaxed: bool) -> list[str]:
     words = ("S", "I", "k", "c", "start", "end", "gauge", *(("rate", "acc") if relaxed else ()))
     names = [f"{word}_{beam.link}_{i}" for word in words for i in range(beam.modes)]
     return names + [f"L_{beam.link}_{k}" for k in beam.arms]
+
+
+def _course_names(course: Course) -> list[str]:
+    names = [f"mean_{course.name}"] + [f"nu_{course.name}"] * course.timed
+    return names + [f"{letter}_{course.name}_{n}" for n in course.orders for letter in "ab"]
 
 
 def _span_names(span: Span, nowhere: bool = False) -> list[str]:

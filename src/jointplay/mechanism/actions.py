@@ -8,7 +8,10 @@ from typing import Any
 from jointplay.equations import structure
 from jointplay.mechanism.joints import Pin
 from jointplay.mechanism.kinematic_chains import Forest, place_of
+from jointplay.mechanism.loads import Force, Torque
 from jointplay.mechanism.springs import Spring, TorsionSpring
+
+Part = Spring | TorsionSpring | Force | Torque
 
 
 def springs(mechanism: Any, forest: Forest) -> tuple[structure.Spring, ...]:
@@ -19,13 +22,25 @@ def springs(mechanism: Any, forest: Forest) -> tuple[structure.Spring, ...]:
     )
 
 
+def loads(mechanism: Any, forest: Forest) -> tuple[structure.Load, ...]:
+    """Give the structure of a mechanism's loads."""
+    names = [f"load{i}" for i in range(len(mechanism.loads))]
+    return tuple(
+        load.structure(name, None if load.twists else _span(name, load, forest))
+        for name, load in zip(names, mechanism.loads, strict=True)
+    )
+
+
 def numbers(mechanism: Any, forest: Forest) -> dict[str, float]:
-    """Give the parameters of springs by name, SI units."""
+    """Give the parameters of springs and loads by name, SI units."""
     values: dict[str, float] = {}
     for i, spring in enumerate(mechanism.springs):
         own = {"k": spring.stiffness, "c": spring.damping, "rest": spring.rest}
         values |= {f"{word}_spring{i}": value for word, value in own.items()}
         values |= _places(f"spring{i}", spring, forest)
+    for i, load in enumerate(mechanism.loads):
+        values |= {f"{word}_load{i}": value for word, value in load.numbers.items()}
+        values |= load.course_numbers(f"load{i}") | _places(f"load{i}", load, forest)
     return values
 
 
@@ -35,7 +50,7 @@ def _ends(pins: Mapping[str, Pin], forest: Forest) -> list[tuple[Any, int]]:
     return [(place_of(forest.places, pin), signs.get(key, 1)) for key, pin in pins.items()]
 
 
-def _span(name: str, part: Spring | TorsionSpring, forest: Forest) -> structure.Span:
+def _span(name: str, part: Part, forest: Forest) -> structure.Span:
     ends = _ends(part.pins, forest)
     chains = [place.chain for place, _ in ends]
     bases = tuple((place.chain, sign) for place, sign in ends if place.chain is not None)
@@ -51,7 +66,7 @@ def _arms(ends: list[tuple[Any, int]]) -> dict[str, float]:
     return arms
 
 
-def _places(name: str, part: Spring | TorsionSpring, forest: Forest) -> dict[str, float]:
+def _places(name: str, part: Part, forest: Forest) -> dict[str, float]:
     ends = _ends(part.pins, forest)
     fixed = {f"{axis}0_{name}": sum(sign * p.fixed[i] for p, sign in ends) for i, axis in enumerate("xy")}
     return fixed | {f"D_{name}_{k}": arm for k, arm in _arms(ends).items()}

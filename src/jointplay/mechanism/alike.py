@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from jointplay.errors import Problem
+from jointplay.mechanism.closure import closed_four_bar
 from jointplay.mechanism.records import Mechanism
 
 _HERE = "accepted here, where each turn starts anew from the state at the end of the one before"
@@ -12,6 +14,18 @@ _HERE = "accepted here, where each turn starts anew from the state at the end of
 
 def unlike_turns(mechanism: Mechanism) -> Iterator[Problem]:
     """Yield a problem for each part that tells one turn from the next."""
+    drive = mechanism.drive
+    if drive and drive.transient:
+        text = "a drive that does the same in each turn is"
+        yield Problem("mechanism.drive.kind", drive.kind, f"{text} {_HERE}")
+    # in a closed loop the crank's angle is a state, and a section at another angle would begin at time 0 too
+    speed = drive.imposed_speed if drive and not closed_four_bar(mechanism) else None
+    for i, load in enumerate(mechanism.loads):
+        ratio = load.frequency / abs(speed) if load.timed and speed else 0.5
+        if load.timed and not math.isclose(ratio, round(ratio), rel_tol=1e-9):
+            text = "a load over the crank's angle, or over time where a joint has clearance and the frequency"
+            multiple = "is a whole multiple of a constant speed of the crank, is"
+            yield Problem(f"mechanism.loads[{i}].frequency", load.frequency, f"{text} {multiple} {_HERE}")
     for i, spring in enumerate(mechanism.springs):
         if spring.twists and mechanism.crank in spring.links:
             text = f"a torsion spring between links other than the turning {mechanism.crank} is {_HERE}"

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.equations.drives import DRIVES
 from jointplay.equations.structure import Linkage, parameter_names
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import oscillators
@@ -59,15 +60,18 @@ def assemble(
     angles, speeds, _ = bases.state
     values = numbers(mechanism, forest, structure, bases)
     loose = mechanism.clearance_joints
-    driven = [mechanism.drive.nominal_speed] if mechanism.drive else speeds.values()
-    nominal = max(map(abs, driven), default=0.0) or 1.0
+    driven = [mechanism.drive.nominal_speed] if mechanism.drive else [*speeds.values()]
+    timed = [load for load in mechanism.loads if load.timed]
+    nominal = max(map(abs, driven), default=0.0) or max((load.frequency for load in timed), default=1.0)
     rows = [*_positions(mechanism, structure, bases, nominal)]
     position, velocity, unit, floor, turning, fold = np.array(rows, dtype=float).reshape(-1, 6).T.copy()
     _check_journals(bases)
     remembered = approaches(bases)
     velocity, floor = np.append(velocity, remembered[:, 0]), np.append(floor, remembered[:, 1])
     # some of the motion is no unknown whose error is watched
-    followed = structure.drive == "speed" or forest.cuts
+    followed = DRIVES[structure.drive].imposed or forest.cuts
+    varying = (load for load in mechanism.loads if load.varies)
+    spans = [load.step / (load.frequency if load.timed else nominal) for load in varying]
     return Model(
         structure=structure,
         numbers=np.array([values[name] for name in parameter_names(structure)]),
@@ -79,7 +83,7 @@ def assemble(
         period=2 * math.pi / nominal,
         creep=SPEED_FLOOR * nominal * max((joint.radius for joint in loose), default=0.0),
         reach=sum(link.length for link in mechanism.links),
-        h_max=(0.3 if forest.cuts else 0.7) / nominal if followed else math.inf,
+        h_max=min([(0.3 if forest.cuts else 0.7) / nominal if followed else math.inf, *spans]),
         links=structure.links,
         joints=tuple(joint.name for joint in loose),
         clearances=tuple(joint.clearance for joint in loose),
@@ -90,6 +94,7 @@ def assemble(
         crank=structure.driven,
         crank_angle=angles[structure.driven],
         crank_speed=speeds[structure.driven],
+        forward=1 if (speeds[structure.driven] or driven[0]) >= 0 else -1,
     )
 
 

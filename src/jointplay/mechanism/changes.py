@@ -25,12 +25,13 @@ from jointplay.mechanism.draft import too_wide
 from jointplay.mechanism.drive import AnyDrive, ConstantSpeed, Drive
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.joints import Joint
+from jointplay.mechanism.loads import AnyLoad
 from jointplay.mechanism.signature import first
 from jointplay.mechanism.springs import AnySpring
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"
-_AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs")
+_AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs", "loads")
 _OF_BEAMS = ("elements", "damping_ratio")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
 _LINKS = {"accepts": "a list of link names, as ['coupler'],"}
@@ -71,6 +72,8 @@ class Changes(Record):
         Where it points to, rad.
     springs : tuple of Spring or TorsionSpring
         Springs, in place of those that there are.
+    loads : tuple of Force or Torque
+        Loads, in place of those that there are.
     drive : MotorLine, ConstantSpeed or None
         Another drive, or none.
     speed : float
@@ -91,6 +94,7 @@ class Changes(Record):
     gravity: Number = measured("gravity", "m/s²", 9.8)
     gravity_direction: Angle = measured("direction of gravity", "rad", DOWNWARDS)
     springs: Few[AnySpring] = ()
+    loads: Few[AnyLoad] = ()
     drive: Annotated[Drive | None, Field()] = None
     speed: Number = measured("speed", "rad/s", 0.0)
 

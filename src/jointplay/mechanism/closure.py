@@ -54,7 +54,7 @@ def ideal_state(
     crank_angle : float
         Angle of the driven link, rad.
     crank_speed : float, optional
-        Its angular velocity, rad/s. Left out: the drive's no-load or constant speed, 0 without a drive.
+        Its angular velocity, rad/s. Left out: that at which the drive starts, 0 without one.
     branch : {'upper', 'lower'}, optional
         Which of the two ways to assemble the loop; the mechanism's own if left out. Seen along the line
         from the crank's end to the rocker's pivot, ``upper`` puts the joint between coupler and rocker on
@@ -77,7 +77,7 @@ def ideal_state(
     """
     branch = mechanism.branch if branch is None else branch
     if crank_speed is None:
-        crank_speed = mechanism.drive.nominal_speed if mechanism.drive else 0.0
+        crank_speed = mechanism.drive.start_speed if mechanism.drive else 0.0
     check_crank(crank_angle, crank_speed, branch)
     loop = four_bar(mechanism)
     angles = _angles(loop, crank_angle, branch)

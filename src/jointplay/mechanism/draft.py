@@ -17,6 +17,7 @@ from jointplay.mechanism.base import GROUND, MOST, Record, in_millimetres
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import DRIVES, AnyDrive
 from jointplay.mechanism.joints import Joint, Pin
+from jointplay.mechanism.loads import Force, Torque
 from jointplay.mechanism.loop import find_four_bar
 from jointplay.mechanism.springs import Spring, TorsionSpring
 
@@ -34,7 +35,7 @@ class Draft:
 
     Parameters
     ----------
-    links, joints, springs : list of (str or None, record or None)
+    links, joints, springs, loads : list of (str or None, record or None)
         In the order given.
     drive : record or None
         None where there is no drive, or an invalid one.
@@ -46,6 +47,7 @@ class Draft:
     joints: Sequence[tuple[Any, Joint | None]]
     drive: AnyDrive | None
     springs: Sequence[tuple[Any, Any]] = ()
+    loads: Sequence[tuple[Any, Any]] = ()
     guess: tuple[Any, ...] = ()
 
     @classmethod
@@ -68,7 +70,8 @@ class Draft:
         problems = [p for key in _KINDS for p in _duplicates(key, getattr(self, key))]
         if not self.links or len(set(self.names)) < len(self.links):
             return problems  # with a link's name unknown, none can be called missing
-        problems += [*self._misplaced_pins(), *self._strange_guesses()]
+        problems += [*self._misplaced_pins(), *self._misnamed_links()]
+        problems += self._strange_guesses()
         if self.drive and self.drive.link not in self.names:
             problems.append(unknown("drive.link", self.drive.link, self.drive.link, self.names, "link"))
         joints = [joint for _, joint in self.joints if joint is not None]
@@ -101,26 +104,38 @@ class Draft:
                 yield unknown(f"{key}.link", pin.link, pin.link, [*self.names, GROUND], "link")
             elif (link := known.get(pin.link)) and (limit := _limit(pin.at, link)):
                 yield Problem(f"{key}.at", pin.at, f"a distance along the link {limit} is accepted")
+
+    def _misnamed_links(self) -> Iterator[Problem]:
+        """Problems of links that are named by springs and loads: which feel a moment, whose angle counts."""
+        known = {name: link for name, link in self.links if link is not None}
         for key, name in self._twisted():
-            if name not in (*self.names, GROUND):
-                yield unknown(key, name, name, [*self.names, GROUND], "link")
+            accepted = [*self.names, GROUND] if key.startswith("springs") else self.names
+            if name not in accepted:
+                yield unknown(key, name, name, accepted, "link")
             elif name in known and known[name].elastic:
                 text = "a rigid link is accepted: a moment on an elastic one would bend it"
                 yield Problem(key, name, text)
+        for i, (_, load) in enumerate(self.loads):
+            if load and load.angle not in (None, *self.names):
+                yield unknown(f"loads[{i}].angle", load.angle, load.angle, self.names, "link")
 
     def _pins(self) -> Iterator[tuple[str, Pin]]:
         """Every pin with its key."""
         for i, (_, joint) in enumerate(self.joints):
             for side in ("journal", "bearing") if joint else ():
                 yield f"joints[{i}].{side}", getattr(joint, side)
-        for i, (_, spring) in enumerate(self.springs):
-            yield from ((f"springs[{i}].{end}", pin) for end, pin in (spring.pins if spring else {}).items())
+        for kind in ("springs", "loads"):
+            for i, (_, part) in enumerate(getattr(self, kind)):
+                yield from ((f"{kind}[{i}].{end}", pin) for end, pin in (part.pins if part else {}).items())
 
     def _twisted(self) -> Iterator[tuple[str, str]]:
         """Every link that feels a moment, with its key."""
         for i, (_, spring) in enumerate(self.springs):
             ends = zip(("from", "to"), spring.links, strict=True) if spring and spring.twists else ()
             yield from ((f"springs[{i}].{end}", link) for end, link in ends)
+        for i, (_, load) in enumerate(self.loads):
+            if load and load.twists:
+                yield f"loads[{i}].link", load.link
 
     def _strange_guesses(self) -> Iterator[Problem]:
         slides = [name for name, joint in self.joints if joint is None or joint.prismatic]
@@ -155,7 +170,12 @@ class Draft:
             yield Problem("links", loop.lengths, text)
 
 
-_KINDS = {"links": (Link,), "joints": (Joint,), "springs": (Spring, TorsionSpring)}
+_KINDS = {
+    "links": (Link,),
+    "joints": (Joint,),
+    "springs": (Spring, TorsionSpring),
+    "loads": (Force, Torque),
+}
 
 
 def _rubbed(joints: Sequence[Joint]) -> Iterator[Problem]:

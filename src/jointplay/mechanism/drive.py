@@ -1,4 +1,4 @@
-"""What drives a linkage: a motor's torque line, or a constant speed.
+"""What drives a linkage: a motor's torque line, a prescribed torque, a constant speed, or a profile of speed.
 
 A drive's `kind` is what the structure of the equations calls it; its `numbers` are their parameters.
 """
@@ -10,8 +10,10 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from jointplay.equations.structure import Course as Structure
 from jointplay.errors import refuse
 from jointplay.mechanism.base import Flag, Fraction, Name, Number, Positive, Record, measured, named
+from jointplay.mechanism.courses import Course
 
 
 class MotorLine(Record):
@@ -36,6 +38,8 @@ class MotorLine(Record):
     """
 
     imposed_speed: ClassVar[None] = None
+    structure: ClassVar[None] = None
+    transient: ClassVar[bool] = False
     kind: Literal["motor"] = "motor"
     link: Name = named("link name")
     gear_ratio: Positive = measured("gear ratio", "1")
@@ -80,7 +84,7 @@ class MotorLine(Record):
         """Speed a/b of the link at which the torque is 0, rad/s."""
         return self.stall_torque / self.slope
 
-    nominal_speed = no_load_speed  # by which turns are counted beforehand
+    nominal_speed = start_speed = no_load_speed  # by which turns are counted beforehand
 
     def numbers(self, angle: float) -> dict[str, float]:
         """Parameters of the equations, where the link starts at an angle (rad)."""
@@ -91,6 +95,12 @@ class MotorLine(Record):
         """The drive in a few words."""
         ratio = f"motor, gear ratio {self.gear_ratio:g}"
         return f"{ratio} on {self.link}, no load at {self.no_load_speed:.6g} rad/s"
+
+
+def _turns(speed: float) -> float:
+    if speed == 0:
+        raise refuse(speed, "a finite speed in rad/s other than 0 is accepted")
+    return speed
 
 
 class ConstantSpeed(Record):
@@ -104,23 +114,20 @@ class ConstantSpeed(Record):
         Angular velocity, rad/s; not 0, positive turns anticlockwise.
     """
 
+    structure: ClassVar[None] = None
+    transient: ClassVar[bool] = False
     kind: Literal["speed"] = "speed"
     link: Name = named("link name")
     speed: Number = measured("speed", "rad/s")
 
-    @field_validator("speed")
-    @classmethod
-    def _turns(cls, speed: float) -> float:
-        if speed == 0:
-            raise refuse(speed, "a finite speed in rad/s other than 0 is accepted")
-        return speed
+    _turns = field_validator("speed")(_turns)
 
     @property
     def nominal_speed(self) -> float:
         """Speed by which turns are counted beforehand, rad/s."""
         return self.speed
 
-    imposed_speed = nominal_speed
+    imposed_speed = start_speed = nominal_speed
 
     def numbers(self, angle: float) -> dict[str, float]:
         """Parameters of the equations, where the link starts at an angle (rad)."""
@@ -132,6 +139,104 @@ class ConstantSpeed(Record):
         return f"{self.link} at {self.speed:g} rad/s"
 
 
-AnyDrive = MotorLine | ConstantSpeed
+class PrescribedTorque(Course):
+    """A torque on a link that is constant or varies with the link's own angle.
+
+    Parameters
+    ----------
+    link : str
+        The driven link.
+    constant, harmonics, table, tolerance, factor
+        The torque over the link's angle, N m: see `Course`.
+    nominal_speed : float
+        Speed by which turns are counted beforehand and at which a run starts unless it says otherwise, rad/s;
+        not 0, positive turns anticlockwise.
+    """
+
+    root: ClassVar[str | None] = "drive"
+    imposed_speed: ClassVar[None] = None
+    transient: ClassVar[bool] = False
+    kind: Literal["torque"] = "torque"
+    link: Name = named("link name")
+    nominal_speed: Number = measured("nominal speed", "rad/s")
+
+    _turns = field_validator("nominal_speed")(_turns)
+
+    @property
+    def start_speed(self) -> float:
+        """Speed at which a run starts, rad/s."""
+        return self.nominal_speed
+
+    @property
+    def structure(self) -> Structure:
+        """Its structure in the equations."""
+        return self.course("drive", link=self.link)
+
+    def numbers(self, angle: float) -> dict[str, float]:
+        """Parameters of the equations, where the link starts at an angle (rad)."""
+        return self.course_numbers("drive")
+
+    @property
+    def description(self) -> str:
+        """The drive in a few words."""
+        over = " over its angle" if self.varies else ""
+        return f"torque on {self.link}, {self.course_description}{over}"
+
+
+class SpeedProfile(Record):
+    """A smooth change of a link's speed from one value to another in a given time, whatever torque it takes.
+
+    The speed is ω₀ + (ω₁ − ω₀) S(t/T), S(x) = 35 x⁴ − 84 x⁵ + 70 x⁶ − 20 x⁷, and ω₁ from T on: speed,
+    acceleration and its first two derivatives are continuous. Time counts from the start of a run.
+
+    Parameters
+    ----------
+    link : str
+        The driven link.
+    start, end : float
+        ω₀ and ω₁, rad/s; positive turns anticlockwise, and not both 0. Turns are counted by the faster.
+    time : float
+        T, s.
+    """
+
+    root: ClassVar[str | None] = "drive"
+    structure: ClassVar[None] = None
+    transient: ClassVar[bool] = True
+    kind: Literal["profile"] = "profile"
+    link: Name = named("link name")
+    start: Number = measured("speed at the start", "rad/s")
+    end: Number = measured("speed at the end", "rad/s")
+    time: Positive = measured("duration", "s")
+
+    @field_validator("end")
+    @classmethod
+    def _turns_at_all(cls, end: float, info: ValidationInfo) -> float:
+        if end == 0 and info.data.get("start") == 0:
+            raise refuse(end, "a finite speed in rad/s other than 0 is accepted where start is 0")
+        return end
+
+    @property
+    def nominal_speed(self) -> float:
+        """Speed by which turns are counted beforehand, rad/s."""
+        return max(self.end, self.start, key=abs)
+
+    @property
+    def start_speed(self) -> float:
+        """Speed at which a run starts, rad/s."""
+        return self.start
+
+    imposed_speed = start_speed
+
+    def numbers(self, angle: float) -> dict[str, float]:
+        """Parameters of the equations, where the link starts at an angle (rad)."""
+        return {"w_0": self.start, "w_1": self.end, "T": self.time}
+
+    @property
+    def description(self) -> str:
+        """The drive in a few words."""
+        return f"{self.link} from {self.start:g} to {self.end:g} rad/s in {self.time:g} s"
+
+
+AnyDrive = MotorLine | ConstantSpeed | PrescribedTorque | SpeedProfile
 DRIVES: tuple[type[AnyDrive], ...] = get_args(AnyDrive)
 Drive = Annotated[AnyDrive, Field(discriminator="kind")]

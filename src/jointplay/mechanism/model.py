@@ -48,6 +48,8 @@ class Model:
         How many of the last speeds are what laws of contact remember.
     crank, crank_angle, crank_speed
         Name of the driven link, its angle and speed at time 0.
+    forward : int
+        Sense in which it turns, 1 or -1: at time 0 or, where it is at rest then, as it is driven.
     """
 
     structure: Linkage | Oscillator
@@ -70,6 +72,7 @@ class Model:
     crank: str | None = None
     crank_angle: float = 0.0
     crank_speed: float = 0.0
+    forward: int = 1
     resets: tuple[str, ...] = ()
     bending: tuple[str, ...] = ()
     memories: int = 0

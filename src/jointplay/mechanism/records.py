@@ -18,9 +18,11 @@ from jointplay.errors import InputError, unknown
 from jointplay.mechanism.base import DOWNWARDS, GROUND, Angle, Few, Name, Number, Record, Several, measured
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
+from jointplay.mechanism.courses import Harmonic
 from jointplay.mechanism.draft import Draft, driven_link
-from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine
+from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine, PrescribedTorque, SpeedProfile
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
+from jointplay.mechanism.loads import AnyLoad, Force, Torque
 from jointplay.mechanism.masses import PointMass
 from jointplay.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.mechanism.signature import checked
@@ -43,6 +45,8 @@ class Mechanism(Record):
         What turns the driven link; None: nothing does.
     springs : tuple of Spring or TorsionSpring
         Springs with dampers between links, or between a link and the ground.
+    loads : tuple of Force or Torque
+        Forces and torques on links.
     gravity : float
         Acceleration, m/s².
     gravity_direction : float
@@ -63,6 +67,7 @@ class Mechanism(Record):
     joints: Several[Joint] = Field(json_schema_extra={"accepts": "a list of at least one joint"})
     drive: Annotated[Drive | None, Field()] = None
     springs: Few[AnySpring] = ()
+    loads: Few[AnyLoad] = ()
     gravity: Number = measured("gravity", "m/s²", 9.8)
     gravity_direction: Angle = measured("direction of gravity", "rad", DOWNWARDS)
     branch: Literal["upper", "lower"] = "upper"
@@ -126,7 +131,7 @@ class Mechanism(Record):
         ----------
         **changes
             `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `elastic`, `elements`,
-            `damping_ratio`, `order`, `branch`, `gravity`, `gravity_direction`, `springs`, `drive`,
+            `damping_ratio`, `order`, `branch`, `gravity`, `gravity_direction`, `springs`, `loads`, `drive`,
             `speed`: see `Changes`.
 
         Raises
@@ -141,10 +146,11 @@ class Mechanism(Record):
         links = [f"  link {link.name}: {link.description}" for link in self.links]
         joints = [f"  joint {joint.name}: {joint.description}" for joint in self.joints]
         springs = [f"  spring {spring.name}: {spring.description}" for spring in self.springs]
+        loads = [f"  load {load.name}: {load.description}" for load in self.loads]
         order = f", {self.order} order" if self.elastic_links else ""
         towards = f" towards {self.gravity_direction:g} rad" if self.gravity_direction != DOWNWARDS else ""
         last = f"  gravity {self.gravity:g} m/s²{towards}, {self.branch} branch{order}"
-        return "\n".join([self.name, *links, *joints, *springs, f"  drive: {self._drive}", last])
+        return "\n".join([self.name, *links, *joints, *springs, *loads, f"  drive: {self._drive}", last])
 
     def __repr__(self) -> str:
         clearances = ", ".join(f"{j.name} {j.clearance:g} m" for j in self.clearance_joints) or "none"

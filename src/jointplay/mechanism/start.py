@@ -48,7 +48,7 @@ def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> S
     why = ": in ideal loops links determine each other" if closed else ""
     accepted = f"keys {', '.join(known)} are accepted{why}"
     problems = [Problem(f"initial.{key}", initial[key], accepted) for key in initial if key not in known]
-    for key, value in _fixed(mechanism).items() if closed and not problems else ():
+    for key, value in _fixed(mechanism, closed).items() if not problems else ():
         if initial.get(key) not in (None, value):
             accepted = f"{value!r}, the mechanism's own, is accepted here"
             problems.append(Problem(f"initial.{key}", initial[key], accepted))
@@ -73,7 +73,7 @@ def _found(
             branch, "a branch is accepted of a four-bar only; guess names that of others", "initial.branch"
         )
     angle = 0.0 if crank_angle is None else crank_angle
-    usual = mechanism.drive.nominal_speed if mechanism.drive else 0.0
+    usual = mechanism.drive.start_speed if mechanism.drive else 0.0
     speed = usual if crank_speed is None else crank_speed
     check_crank(angle, speed)
     return ideal_configuration(mechanism, angle, speed)
@@ -88,10 +88,12 @@ def _located(mechanism: Mechanism, angles: dict[str, float], speeds: dict[str, f
     return State(angles, speeds, points)
 
 
-def _fixed(mechanism: Mechanism) -> dict[str, Any]:
-    """What a closed loop starts with in any case: its own branch, and the speed that drives it."""
+def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:
+    """What a closed loop starts with in any case, its own branch, and the speed that drives a linkage."""
     speed = mechanism.drive.imposed_speed if mechanism.drive else None
-    return {"branch": mechanism.branch} | ({} if speed is None else {"crank_speed": speed})
+    given = closed or (mechanism.drive and mechanism.drive.transient)
+    own = {"branch": mechanism.branch} if closed else {}
+    return own | ({"crank_speed": speed} if given and speed is not None else {})
 
 
 def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -107,6 +109,10 @@ def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any,
     problems = problems or [
         Problem(f"initial.angle.{name}", angle, ANGLE) for name, angle in given[0].items() if abs(angle) > FAR
     ]
+    drive = mechanism.drive
+    if not problems and drive and drive.transient and given[1][drive.link] != drive.imposed_speed:
+        accepted = f"{drive.imposed_speed:g}, at which its drive starts, is accepted"
+        problems = [Problem(f"initial.angular_velocity.{drive.link}", given[1][drive.link], accepted)]
     if problems:
         raise InputError(problems, "initial")
     return given[0], given[1]

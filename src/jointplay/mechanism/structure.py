@@ -56,6 +56,8 @@ def linkage(
         relaxed=relaxed,
         tilted=mechanism.gravity_direction != DOWNWARDS,
         springs=actions.springs(mechanism, forest),
+        loads=actions.loads(mechanism, forest),
+        torque=mechanism.drive.structure if mechanism.drive else None,
     )
 
 

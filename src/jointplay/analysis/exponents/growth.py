@@ -71,7 +71,7 @@ class Turn:
     def records(self, state: np.ndarray, turns: int, skip: int = 0, events: bool = False) -> Records:
         """Follow a state for whole turns; keep the passages after the first `skip`, and events if asked."""
         model = replace(self.model, state=state)
-        forward = 1 if model.crank_speed >= 0 else -1
+        forward = model.forward
         request = Request(
             duration=rules.SLACK * turns * model.period,
             rtol=self.rtol,

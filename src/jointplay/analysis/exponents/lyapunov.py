@@ -52,6 +52,12 @@ def _directions(model: Model) -> int:
     return len(model.state) - model.memories
 
 
+def _steady(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
+    if isinstance(mechanism, Mechanism) and mechanism.drive and mechanism.drive.transient:
+        expected = "a drive that imposes no passing motion is accepted: exponents are of what goes on"
+        yield Problem("mechanism.drive.kind", mechanism.drive.kind, expected)
+
+
 def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[Problem]:
     if twin_turns and isinstance(mechanism, TestSystem) and mechanism.period is None:
         yield Problem("twin_turns", twin_turns, "0 is accepted for a system that nothing forces")
@@ -59,7 +65,7 @@ def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[P
         yield from rules.turns_alike(mechanism)
 
 
-@analysis(rules.length_fits, _exponents_fit, _twins_fit, deferred=[rules.start_fits])
+@analysis(rules.length_fits, _exponents_fit, _steady, _twins_fit, deferred=[rules.start_fits])
 def lyapunov(
     mechanism: Moving,
     *,

@@ -259,6 +259,5 @@ def section_map(
         sense = 1 if section.direction == "up" else -1
         place = state_names(model).index(section.quantity)
         return SectionMap(model, turns, section.value, place, sense, True, rtol, max_steps)
-    forward = 1 if model.crank_speed >= 0 else -1
     phase = section.angle % math.tau
-    return SectionMap(model, turns, phase, crank_place(model), forward, False, rtol, max_steps)
+    return SectionMap(model, turns, phase, crank_place(model), model.forward, False, rtol, max_steps)

@@ -127,7 +127,7 @@ class Divergence:
         end = self.turns * model.period
         if not cut:
             return Request(end, at=np.linspace(0, end, many + 1)[1:], **limit)
-        forward, part = (1 if model.crank_speed >= 0 else -1), math.tau / self.samples_per_turn
+        forward, part = model.forward, math.tau / self.samples_per_turn
         level = {"level": model.crank_angle + forward * part, "period": part, "direction": forward}
         return Request(rules.SLACK * end, stop_after=many, **level, **limit)
 

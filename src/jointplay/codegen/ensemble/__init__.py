@@ -13,8 +13,8 @@ def known(structure: Linkage | Oscillator) -> bool:
     if isinstance(structure, Oscillator) or len(structure.joints) != 1 or len(structure.links) != 3:
         return False
     (joint,), crank = structure.joints, structure.links[0]
-    free = structure.drive != "speed" and structure.driven == crank
+    free = structure.drive in ("none", "motor") and structure.driven == crank
     open_chains = not (structure.beams or structure.floats or structure.closures)
     plain = not structure.powers and structure.section in (None, f"angle:{crank}")
-    plain = plain and not (structure.tilted or structure.springs)
+    plain = plain and not (structure.tilted or structure.springs or structure.loads)
     return joint.law in LAWS and joint.friction in FRICTION and free and open_chains and plain

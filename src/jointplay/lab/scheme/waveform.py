@@ -65,6 +65,9 @@ def elastic_mechanism(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
     elif not mechanism.elastic_links:
         names = ", ".join(link.name for link in mechanism.links)
         yield Problem("mechanism.elastic", [], f"at least one elastic link is accepted, of {names}")
+    elif (mechanism.drive and mechanism.drive.transient) or any(load.timed for load in mechanism.loads):
+        text = "a drive and loads that do not depend on time are accepted: a pass of the scheme begins at 0"
+        yield Problem("mechanism", mechanism, text)
 
 
 @analysis(elastic_mechanism, start_fits)

@@ -49,11 +49,13 @@ def not_drawable(mechanism: Any) -> list[Problem]:
     if isinstance(mechanism, Mechanism) and isinstance(mechanism.drive, MotorLine):
         loop = find_four_bar(mechanism.joints, mechanism.crank)
         joint = mechanism.joint(loop.joints[2]) if loop else None
+        bare = not (mechanism.springs or mechanism.loads)
         drawn = joint and joint.name == MAIN_JOINT and joint.contact and joint.contact.law == "kelvin_voigt"
-        if drawn and loop.coupler == "coupler":
+        if bare and drawn and loop.coupler == "coupler":
             return []
     expected = (
-        "a linkage like catalog.chunmei2002() is accepted: a motor-driven four-bar, kelvin_voigt contact at B"
+        "a linkage like catalog.chunmei2002() is accepted: a motor-driven four-bar with kelvin_voigt contact "
+        "at B, without springs or loads"
     )
     return [Problem("mechanism", mechanism, expected)]
 

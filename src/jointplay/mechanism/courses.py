@@ -1,0 +1,148 @@
+"""Values that vary with time or with an angle: a constant, harmonics, or a table over one period."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from jointplay.equations import structure
+from jointplay.errors import NOTHING, InputError, Problem
+from jointplay.mechanism.base import Few, Number, Positive, Record, measured
+from jointplay.mechanism.fourier import MOST_ORDERS, Series, series
+
+LEAST, MOST = 3, 1000  # values of a table
+_TABLE = f"a list of {LEAST} to {MOST} finite numbers, evenly spaced over one period and not all alike,"
+FORCES = "N or N m"  # units of what is a force or a torque, as its whole is
+_STEP = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
+
+
+class Harmonic(Record):
+    """One term A cos nφ + B sin nφ.
+
+    Parameters
+    ----------
+    order : int
+        n, 1 to 24.
+    cosine, sine : float
+        A and B, in the units of the whole.
+    """
+
+    order: Annotated[int, Field(strict=True, ge=1, le=MOST_ORDERS)]
+    cosine: Number = measured("cosine's amplitude", FORCES, 0.0)
+    sine: Number = measured("sine's amplitude", FORCES, 0.0)
+
+    @property
+    def name(self) -> str:
+        """Its order, by which a sweep finds it."""
+        return str(self.order)
+
+
+class Course(Record):
+    """A constant, and harmonics or a table, times a factor.
+
+    Parameters
+    ----------
+    constant : float
+        N or N m.
+    harmonics : tuple of Harmonic
+        Terms of different orders.
+    table : tuple of float
+        Values over one period, evenly spaced, the first at phase 0; in the place of harmonics. A series of as
+        few harmonics as will do stands for it.
+    tolerance : float
+        Error of that series, as a share of the values' range, up to which it is accepted.
+    factor : float
+        By which all of it is multiplied.
+    """
+
+    units: ClassVar[str] = "N m"
+    phases: ClassVar[tuple[str, ...]] = ()  # keys of which one says what it varies with
+    constant: Number = measured("constant part", FORCES, 0.0)
+    harmonics: Few[Harmonic] = ()
+    table: Annotated[tuple[Number, ...] | None, Field(json_schema_extra={"accepts": _TABLE})] = None
+    tolerance: Annotated[Positive, Field(le=1)] = measured("tolerance of the table", "1", 0.01)
+    factor: Number = measured("factor", "1", 1.0)
+
+    @model_validator(mode="after")
+    def _one_course(self) -> Self:
+        if problems := [*self._forms(), *self._phase_problems()]:
+            raise InputError(problems)
+        return self
+
+    def _forms(self) -> Iterator[Problem]:
+        orders = [harmonic.order for harmonic in self.harmonics]
+        for i, order in enumerate(orders):
+            if order in orders[:i]:
+                text = "an order that no other of the harmonics has is accepted"
+                yield Problem(f"harmonics[{i}].order", order, text)
+        if self.harmonics and self.table is not None:
+            yield Problem("table", self.table, "either harmonics or a table is accepted, not both")
+        elif self.table is not None:
+            yield from self._table_problems(self.table)
+        elif not self.harmonics and not self.constant:
+            yield Problem("constant", NOTHING, "a constant other than 0, harmonics or a table is needed")
+
+    def _table_problems(self, table: tuple[float, ...]) -> Iterator[Problem]:
+        if not LEAST <= len(table) <= MOST or not 0 < np.ptp(table) < math.inf:
+            yield Problem("table", table, f"{_TABLE} is accepted")
+        elif (error := series(table, self.tolerance).error) > self.tolerance:
+            reach = f"{MOST_ORDERS} and a spline through these values differ by {error:.3g} of their range"
+            text = f"values that few harmonics join smoothly are accepted: {reach}, the tolerance is"
+            yield Problem("table", table, f"{text} {self.tolerance:g}")
+
+    def _phase_problems(self) -> Iterator[Problem]:
+        given = [key for key in self.phases if getattr(self, key) is not None]
+        words, keys = f"{' or '.join(self.phases)}", ", ".join(self.phases)
+        if not self.phases:
+            return
+        if self.varies and not given:
+            yield Problem(self.phases[0], NOTHING, f"one of {keys} is needed: what the load varies with")
+        elif len(given) > 1:
+            yield Problem(given[1], getattr(self, given[1]), f"either {words} is accepted, not both")
+        elif given and not self.varies:
+            yield Problem(given[0], getattr(self, given[0]), "accepted beside harmonics or a table only")
+
+    @property
+    def varies(self) -> bool:
+        """Whether it is more than a constant."""
+        return bool(self.harmonics) or self.table is not None
+
+    @property
+    def terms(self) -> Series:
+        """Mean and harmonics, without the factor."""
+        if self.table is not None:
+            found = series(self.table, self.tolerance)
+            return found._replace(mean=found.mean + self.constant)
+        return Series(self.constant, tuple((h.order, h.cosine, h.sine) for h in self.harmonics), 0.0)
+
+    def course(self, name: str, timed: bool = False, link: str = "") -> structure.Course:
+        """Its structure in the equations."""
+        return structure.Course(name, tuple(n for n, _, _ in self.terms.harmonics), timed, link)
+
+    def course_numbers(self, name: str) -> dict[str, float]:
+        """Parameters of the equations."""
+        mean, harmonics, _ = self.terms
+        values = {f"mean_{name}": self.factor * mean}
+        for n, a, b in harmonics:
+            values |= {f"a_{name}_{n}": self.factor * a, f"b_{name}_{n}": self.factor * b}
+        return values
+
+    @property
+    def step(self) -> float:
+        """Longest step in the phase, rad: at least one in a period of the highest harmonic."""
+        return min([_STEP, *(2 * math.pi / n for n, _, _ in self.terms.harmonics)])
+
+    @property
+    def course_description(self) -> str:
+        """Its values in a few words."""
+        mean, harmonics, error = self.terms
+        text = [f"{self.factor * mean:g} {self.units}"]
+        if harmonics:
+            text.append(f"harmonics {', '.join(str(n) for n, _, _ in harmonics)}")
+        if self.table is not None:
+            text.append(f"of {len(self.table)} values, to {error:.2g} of their range")
+        return " ".join(text)

@@ -1,0 +1,150 @@
+"""Records of loads and drives: what is accepted, what they tell of themselves, what analyses refuse."""
+
+import math
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.vary import axes, changed
+from jointplay.codegen.ensemble import known
+from jointplay.mechanism import catalog
+from jointplay.mechanism.alike import unlike_turns
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.drive import PrescribedTorque, SpeedProfile
+from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.structure import linkage
+from tests.mechanism.wrong import listed, only, problems_of
+
+FORCE = {"name": "press", "kind": "force", "on": {"link": "rocker", "at": 0.1}, "direction": 0.3}
+FORCE |= {"constant": 5.0, "harmonics": [{"order": 2, "cosine": 3.0}], "angle": "crank"}
+TORQUE = {"name": "shake", "kind": "torque", "link": "coupler", "frequency": 50.0}
+TORQUE |= {"harmonics": [{"order": 1, "sine": 0.2}, {"order": 3, "cosine": 0.1}]}
+SPRING = {"name": "hinge", "kind": "torsion", "from": "coupler", "to": "rocker", "stiffness": 0.4}
+PROFILE = {"kind": "profile", "link": "crank", "start": 0.0, "end": -60.0, "time": 0.2}
+
+
+def test_what_a_mechanism_tells_of_its_loads():
+    given = catalog.chunmei2002(loads=[FORCE, TORQUE])
+    assert Mechanism(**listed(given.model_dump())) == given
+    text = given.summary()
+    assert "press: force on rocker at 0.1 m, 0.3 rad in the ground, 5 N harmonics 2 over the angle" in text
+    assert "shake: torque on coupler, 0 N m harmonics 1, 3 over time at 50 rad/s" in text
+
+
+def test_numbers_are_found_by_their_paths():
+    given = catalog.chunmei2002(loads=[FORCE, TORQUE])
+    assert changed(given, {"loads.press.constant": 7.0}).loads[0].constant == 7.0
+    assert changed(given, {"loads.shake.harmonics.3.cosine": 7.0}).loads[1].harmonics[1].cosine == 7.0
+    assert changed(given, {"loads.shake.factor": 2.0}).loads[1].course_numbers("x")["b_x_1"] == 0.4
+
+
+def test_units_of_what_varies():
+    given = catalog.chunmei2002(loads=[FORCE, TORQUE], springs=[SPRING])
+    keys = {
+        "loads.press.constant": "N",
+        "loads.press.harmonics.2.sine": "N",
+        "loads.shake.harmonics.3.cosine": "N m",
+        "loads.shake.frequency": "rad s-1",
+        "springs.hinge.stiffness": "N m rad-1",
+    }
+    found = axes(given, {key: [1.0, 2.0] for key in keys})
+    assert {axis.key: axis.units for axis in found} == keys
+    assert found[0].long_name == "constant part of load press"
+
+
+JUMP = [0.0] * 20 + [1.0] * 20
+WRONG = [
+    (FORCE | {"on": {"link": "ground", "point": [0.0, 0.0]}}, "loads[0].on.link", "a moving link"),
+    (FORCE | {"on": {"link": "rocker", "at": 1.0}}, "loads[0].on.at", "rocker's length"),
+    (FORCE | {"angle": "crank", "frequency": 3.0}, "loads[0].angle", "not both"),
+    (FORCE | {"angle": "cranck"}, "loads[0].angle", "did you mean 'crank'"),
+    (FORCE | {"harmonics": []}, "loads[0].angle", "accepted beside harmonics or a table only"),
+    (FORCE | {"table": [0.0, 1.0, 0.0]}, "loads[0].table", "either harmonics or a table"),
+    (FORCE | {"harmonics": [], "table": [0.0, 1.0]}, "loads[0].table", "a list of 3 to 1000 finite numbers"),
+    (FORCE | {"harmonics": [], "table": [2.0, 2.0, 2.0]}, "loads[0].table", "not all alike"),
+    (FORCE | {"harmonics": [], "table": JUMP}, "loads[0].table", "differ by 0.0"),
+    (TORQUE | {"frequency": None}, "loads[0].frequency", "what the load varies with"),
+    (TORQUE | {"frequency": 0.0}, "loads[0].frequency", "greater than 0 rad/s"),
+    (TORQUE | {"link": "rod"}, "loads[0].link", "no such link"),
+    (TORQUE | {"link": "ground"}, "loads[0].link", "accepted: crank, coupler, rocker"),
+    (TORQUE | {"harmonics": [{"order": 1}] * 2}, "loads[0].harmonics[1].order", "no other of the harmonics"),
+    (TORQUE | {"harmonics": [{"order": 25}]}, "loads[0].harmonics[0].order", "at most 24"),
+    (TORQUE | {"harmonics": [], "frequency": None}, "loads[0].constant", "is needed"),
+    (TORQUE | {"kind": "moment"}, "loads[0].kind", "force, torque"),
+]
+
+
+@pytest.mark.parametrize(("load", "key", "expected"), WRONG)
+def test_wrong_loads(load, key, expected):
+    load = {name: value for name, value in load.items() if value is not None}
+    given = listed(catalog.chunmei2002().model_dump()) | {"loads": [load]}
+    assert expected in str(only(problems_of(Mechanism, **given), f"mechanism.{key}").expected)
+
+
+def test_a_torque_on_an_elastic_link_is_refused():
+    found = problems_of(catalog.chunmei2002, elastic=["coupler"], loads=[TORQUE])
+    assert "would bend it" in only(found, "mechanism.loads[0].link").expected
+
+
+DRIVES = [
+    (PrescribedTorque, {"nominal_speed": 0.0, "constant": 1.0}, "drive.nominal_speed"),
+    (PrescribedTorque, {"nominal_speed": 9.0}, "drive.constant"),
+    (SpeedProfile, {"start": 0.0, "end": 0.0, "time": 1.0}, "drive.end"),
+    (SpeedProfile, {"start": 0.0, "end": 1.0, "time": 0.0}, "drive.time"),
+]
+
+
+@pytest.mark.parametrize(("kind", "given", "key"), DRIVES)
+def test_wrong_drives(kind, given, key):
+    only(problems_of(kind, link="crank", **given), key)
+
+
+def test_a_start_is_the_profile_s_own():
+    turned = catalog.chunmei2002(drive=PROFILE)
+    model = assemble(turned)
+    assert (model.crank_speed, model.forward) == (0.0, -1)
+    assert model.period == pytest.approx(math.tau / 60.0)
+    only(problems_of(jp.simulate, turned, turns=1, initial={"crank_speed": 5.0}), "initial.crank_speed")
+    links = ("crank", "coupler", "rocker")
+    start = {"angle": dict.fromkeys(links, 0.0), "angular_velocity": dict.fromkeys(links, 1.0)}
+    only(problems_of(jp.simulate, turned, turns=1, initial=start), "initial.angular_velocity.crank")
+
+
+def test_steps_do_not_pass_over_a_load():
+    fast = TORQUE | {"harmonics": [{"order": 20, "sine": 1.0}]}
+    assert assemble(catalog.chunmei2002(loads=[TORQUE])).h_max == pytest.approx(0.7 / 50.0)
+    assert assemble(catalog.chunmei2002(loads=[fast])).h_max == pytest.approx(math.tau / 20 / 50.0)
+    assert np.isinf(assemble(catalog.chunmei2002()).h_max)
+
+
+def test_turns_alike():
+    """A load over time is the same in every turn where its frequency is a multiple of a constant speed."""
+    assert not list(unlike_turns(catalog.chunmei2002(loads=[TORQUE, FORCE], speed=25.0)))
+    assert not list(unlike_turns(catalog.chunmei2002(loads=[FORCE])))
+    closed = {"speed": 25.0, "clearance": {}}
+    for changes in ({"speed": 30.0}, {"speed": 100.0}, {}, {"drive": None}, closed):
+        (problem,) = unlike_turns(catalog.chunmei2002(loads=[FORCE, TORQUE], **changes))
+        assert problem.key == "mechanism.loads[1].frequency"
+    (problem,) = unlike_turns(catalog.chunmei2002(drive=PROFILE))
+    assert problem.key == "mechanism.drive.kind"
+
+
+def test_sweeps_look_at_every_value():
+    """At 25 rad/s the load repeats with each turn, at 30 rad/s not."""
+    given = catalog.chunmei2002(loads=[TORQUE], speed=25.0)
+    found = problems_of(jp.bifurcation, given, over={"speed": [25.0, 30.0]})
+    only(found, "mechanism.loads[0].frequency")
+
+
+def test_exponents_are_not_of_a_passing_motion():
+    turned = catalog.chunmei2002(drive=PROFILE)
+    only(problems_of(jp.lyapunov, turned, turns=3), "mechanism.drive.kind")
+
+
+def test_ensembles_step_aside():
+    plain = catalog.chunmei2002()
+    assert known(linkage(plain))
+    torque = {"kind": "torque", "link": "crank", "constant": 1.0, "nominal_speed": 9.0}
+    for changes in ({"loads": [FORCE]}, {"gravity_direction": 0.0}, {"drive": PROFILE}, {"drive": torque}):
+        assert not known(linkage(plain.replace(**changes)))
