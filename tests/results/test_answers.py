@@ -132,6 +132,7 @@ def test_a_diagram():
     assert "no period found at 1" in said(diagram(period))[0]
     unsure = [[-1.0], [-0.2], [0.2], [-0.3]]
     assert "no period found at 1" in said(diagram(period, unsure))[0]
+    assert "not known at 1" in said(diagram([[1], [1], [-1], [1]], exponent))[0]
     assert said(diagram([[1], [1], [1], [1]])) == ["period 1 at all 4 values"]
 
 

@@ -188,6 +188,7 @@ def test_who_keeps_the_time(mechanism, expected):
         ((0.0, -0.2, -2.0), 6, (-0.2, -2.0)),
         ((1.0, 0.0), 6, (1.0,)),  # the neutral one is the last that was followed
         ((2.0, 1.0), 6, (2.0,)),  # it comes later
+        ((1.0, 2.0), 6, (2.0,)),
         ((2.0, 0.0, -math.inf), 6, (2.0, -math.inf)),
         ((math.nan, math.nan), 6, (math.nan,)),
     ],
