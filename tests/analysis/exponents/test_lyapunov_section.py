@@ -165,6 +165,9 @@ def test_a_motion_that_comes_to_rest_has_no_section():
     found = jp.lyapunov(catalog.lorenz(rho=0.5), duration=100)
     assert float(found.lyapunov_exponent[0]) < -0.1
     assert np.all(np.isnan(found.section_exponent))
+    still = jp.lyapunov(catalog.lorenz(), duration=2, initial=(0.0, 0.0, 0.0))
+    assert float(still.lyapunov_exponent[0]) > 10  # of the unstable equilibrium
+    assert np.all(np.isnan(still.section_exponent))
 
 
 @pytest.mark.parametrize(

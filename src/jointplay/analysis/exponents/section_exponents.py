@@ -59,8 +59,9 @@ def rows_of_the_section(rows: np.ndarray, logs: slice, states: int) -> tuple[np.
         Number of states.
     """
     growth, means, count = rows[:, logs], batch_means.growth(rows, logs), logs.stop - logs.start - 1
-    at_rest = rows[-1, ALONG] - rows[0, ALONG] < STILL
-    if len(rows) < 2 or np.any(np.isnan(means)) or at_rest:
+    with np.errstate(invalid="ignore"):
+        moves = rows[-1, ALONG] - rows[0, ALONG] >= STILL  # an equilibrium has -inf at both
+    if len(rows) < 2 or np.any(np.isnan(means)) or not moves:
         columns = np.full((len(rows), count), np.nan)
     elif (nearest := int(np.argmin(np.abs(means)))) == count or _later(rows, logs, nearest, states):
         columns = np.delete(growth, nearest, axis=1)
