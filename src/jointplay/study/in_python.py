@@ -5,22 +5,27 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
-from os import PathLike
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 import xarray as xr
 
 from jointplay.errors import refuse
+from jointplay.mechanism.base import Natural, accepts
+from jointplay.mechanism.signature import checked
 from jointplay.study import run as runner
 from jointplay.study.file import load
 from jointplay.terminal import Progress
 
 
+@checked()
 def run(
-    study: str | PathLike[str],
+    study: Annotated[Path | str, accepts("the name of a study file")],
     *,
-    progress: bool | Callable[[float], None] = False,
-    jobs: int | None = None,
+    progress: Annotated[
+        bool | Callable[[float], None], accepts("true, false, or a function of the fraction done")
+    ] = False,
+    jobs: Natural | None = None,
     **changes: Any,
 ) -> xr.Dataset:
     """Run a study file, as `jointplay run` does, and give the result.
@@ -52,10 +57,6 @@ def run(
     >>> import jointplay as jp
     >>> motion = jp.run("studies/quickstart.toml", analysis={"turns": 3})  # doctest: +SKIP
     """
-    if not isinstance(study, str | PathLike):
-        raise refuse(study, "the name of a study file is accepted", "study")
-    if not isinstance(progress, bool) and not callable(progress):
-        raise refuse(progress, "true, false, or a function of the fraction done is accepted", "progress")
     loaded = load(study, [f"{path}={_text(path, value)}" for path, value in _flat(changes)])
     shown = Progress(loaded.record.name) if progress is True else nullcontext(progress or None)
     with shown as tell:

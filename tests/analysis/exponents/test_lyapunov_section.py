@@ -166,6 +166,9 @@ def test_a_motion_that_comes_to_rest_has_no_section():
     found = jp.lyapunov(catalog.lorenz(rho=0.5), duration=100)
     assert float(found.lyapunov_exponent[0]) < -0.1
     assert np.all(np.isnan(found.section_exponent))
+    still = jp.lyapunov(catalog.lorenz(), duration=2, initial=(0.0, 0.0, 0.0))
+    assert float(still.lyapunov_exponent[0]) > 10  # of the unstable equilibrium
+    assert np.all(np.isnan(still.section_exponent))
 
 
 @pytest.mark.parametrize(
@@ -189,6 +192,7 @@ def test_who_keeps_the_time(mechanism, expected):
         ((0.0, -0.2, -2.0), 6, (-0.2, -2.0)),
         ((1.0, 0.0), 6, (1.0,)),  # the neutral one is the last that was followed
         ((2.0, 1.0), 6, (2.0,)),  # it comes later
+        ((1.0, 2.0), 6, (2.0,)),
         ((2.0, 0.0, -math.inf), 6, (2.0, -math.inf)),
         ((math.nan, math.nan), 6, (math.nan,)),
     ],

@@ -59,11 +59,12 @@ def rows_of_the_section(rows: np.ndarray, logs: slice, states: int) -> tuple[np.
         Number of states.
     """
     growth, means, count = rows[:, logs], batch_means.growth(rows, logs), logs.stop - logs.start - 1
-    at_rest = rows[-1, ALONG] - rows[0, ALONG] < STILL
-    if len(rows) < 2 or np.any(np.isnan(means)) or at_rest:
+    with np.errstate(invalid="ignore"):
+        moves = rows[-1, ALONG] - rows[0, ALONG] >= STILL  # an equilibrium has -inf at both
+    if len(rows) < 2 or np.any(np.isnan(means)) or not moves:
         columns = np.full((len(rows), count), np.nan)
-    elif (nearest := _neutral(means, batch_means.standard_error(rows, logs), states)) == count:
-        columns = growth[:, :-1]
+    elif (nearest := int(np.argmin(np.abs(means)))) == count or _later(rows, logs, nearest, states):
+        columns = np.delete(growth, nearest, axis=1)
     else:
         both = growth[:, nearest] + growth[:, nearest + 1] - rows[:, ALONG]
         columns = np.column_stack([growth[:, :nearest], both, growth[:, nearest + 2 :]])
@@ -71,11 +72,10 @@ def rows_of_the_section(rows: np.ndarray, logs: slice, states: int) -> tuple[np.
     return np.column_stack([rows[:, :begin], columns]), slice(begin, begin + count)
 
 
-def _neutral(means: np.ndarray, errors: np.ndarray, states: int) -> int:
-    """Index of the neutral exponent; the last one's where all are larger, and it was not followed."""
-    nearest = int(np.argmin(np.abs(means)))
-    later = means[nearest] > ERRORS * errors[nearest] and len(means) < states
-    return len(means) - 1 if later else nearest
+def _later(rows: np.ndarray, logs: slice, nearest: int, states: int) -> bool:
+    """Whether even the exponent nearest to 0 is positive, so that the neutral one was not followed."""
+    mean, error = (of(rows, logs)[nearest] for of in (batch_means.growth, batch_means.standard_error))
+    return bool(mean > ERRORS * error) and logs.stop - logs.start < states
 
 
 def estimates(

@@ -73,7 +73,7 @@ def _at_rest(dataset: Dataset) -> str:
     if math.isnan(float(value)):
         return ""
     said = f"largest exponent of the flow {signed(float(value), float(error))} per second"
-    return f"{said}; the motion comes to rest, and a section's map has none"
+    return f"{said}; the motion rests or comes to rest: no section"
 
 
 def _why(dataset: Dataset, value: float, error: float) -> str:
