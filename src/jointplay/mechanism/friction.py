@@ -63,9 +63,10 @@ class Friction(Record):
         name = data.get("law", "coulomb")
         law = FRICTIONS.get(name) if isinstance(name, str) else None
         problems = list(_number_problems(name, law, fields, given))
-        own = law.numbers.items() if law and not problems else ()
+        if law and not problems:
+            given = {n: float(given.get(n, each.usual)) for n, each in law.numbers.items()}
         try:
-            record = handler(fields | {n: float(given.get(n, each.usual)) for n, each in own})
+            record = handler(fields | given)
         except ValidationError as error:
             problems = [*from_pydantic(error, cls).problems, *problems]
         if problems:
