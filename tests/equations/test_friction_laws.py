@@ -19,7 +19,7 @@ from jointplay.errors import InputError
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.records import Mechanism
 from jointplay.numerics.modes import STICKS
-from tests.mechanism.wrong import only, problems_of
+from tests.mechanism.wrong import listed, only, problems_of
 from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
 from tests.support.friction_claims import rows
 from tests.support.plain import Point, plain
@@ -59,9 +59,12 @@ def test_every_law_is_tried_here():
 
 
 def test_no_two_numbers_of_a_joint_share_a_letter():
-    for normal, friction in itertools.product(NORMAL.values(), FRICTIONS):
-        words = ["e", "R", "rx0", "ry0", "D", *normal.letters, *parameter_letters(friction)]
-        assert len(set(words)) == len(words), (normal, friction)
+    for normal, (name, law) in itertools.product(NORMAL.values(), FRICTIONS.items()):
+        own = [each.letter for key, each in law.numbers.items() if key != "velocity"]
+        words = ["e", "R", "rx0", "ry0", "D", *normal.letters, "f", "v", "Ct", *own]
+        assert len(set(words)) == len(words), (normal, name)
+        assert {*law.letters, "f", "v", "Ct"} == set(parameter_letters(name))
+        assert law.numbers.get("velocity", Quantity("v", "m/s")).letter == "v"
 
 
 @pytest.mark.parametrize("name", LAWS)
@@ -196,6 +199,16 @@ def test_all_problems_of_a_law_at_once():
 )
 def test_wrong_friction(given, key, words):
     assert words in str(only(problems_of(Friction, **given), f"friction.{key}"))
+
+
+def test_problems_inside_a_mechanism_are_told_once():
+    table = listed(linkage(LAWS["stribeck"]).model_dump())
+    rubbing = table["joints"][2]["friction"]
+    del rubbing["stribeck_velocity"]
+    rubbing |= {"static_coefficient": 0.1, "viscous": -1.0, "velocity": 2.0}
+    found = problems_of(Mechanism, **table)
+    keys = ("stribeck_velocity", "static_coefficient", "viscous", "velocity")
+    assert set(found) == {f"mechanism.joints[2].friction.{key}" for key in keys}
 
 
 def test_records_of_friction():

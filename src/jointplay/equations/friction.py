@@ -28,7 +28,7 @@ class Quantity:
     Parameters
     ----------
     letter : str
-        How it is called in the equations; none of a law of the normal force may have it.
+        How it is called in the equations: v for ``velocity``, else one that no other number of a joint has.
     units : str
         As ``m/s``.
     usual : float, optional
@@ -62,7 +62,8 @@ class FrictionLaw:
     numbers : mapping of str to Quantity
         What it has beside ``coefficient`` and ``viscous``, by name.
     limit : str
-        Of a law with true sticking, the name of the number f_s in |F_t| <= f_s F_n; mu(0) is not above it.
+        Of a law with true sticking, the name of the number f_s in |F_t| <= f_s F_n. It must be mu(0): the
+        force does not jump where sticking ends.
     """
 
     ratio: Callable

@@ -65,9 +65,10 @@ class Friction(Record):
         law = FRICTIONS.get(name) if isinstance(name, str) else None
         given = in_si(given, {n: each.units for n, each in law.numbers.items()} if law else {})
         problems = list(_number_problems(name, law, fields, given))
-        own = law.numbers.items() if law and not problems else ()
+        if law and not problems:
+            given = {n: float(given.get(n, each.usual)) for n, each in law.numbers.items()}
         try:
-            record = handler(fields | {n: float(given.get(n, each.usual)) for n, each in own})
+            record = handler(fields | given)
         except ValidationError as error:
             problems = [*from_pydantic(error, cls).problems, *problems]
         if problems:
