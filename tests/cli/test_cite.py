@@ -140,3 +140,16 @@ def test_the_program_is_cited_as_its_file_says():
     said = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
     assert f'title: "{cite.PROGRAM["title"]}"' in said
     assert f"- name: {cite.PROGRAM['author']}" in said
+
+
+def test_each_part_that_rests_on_a_reference_is_named():
+    study = {
+        "kind": "lyapunov",
+        "name": "a",
+        "mechanism": {"catalog": "chunmei2002"},
+        "analysis": {"turns": 1},
+    }
+    reasons = cite.cited(validate(study))
+    assert reasons["filippov1988"] == ["modes of contact", "friction law coulomb"]
+    assert "kind lyapunov" in reasons["benettin1980"]
+    assert "kind lyapunov" in reasons["flyvbjerg_petersen1989"]

@@ -99,6 +99,15 @@ def build_parser() -> ArgumentParser:
         _option("--bibtex", action="store_true", help="as BibTeX entries"),
         example="studies/quickstart.toml --bibtex",
     )
+    add(
+        "import",
+        verbs.import_linkage,
+        _option("file", metavar="FILE", help="ends in .json (of pylinkage) or .csv (links and joints)"),
+        _option("--out", metavar="STUDY.toml", help="default: beside the file"),
+        _option("--unit", help="of the lengths in a file of pylinkage, such as mm"),
+        _option("--bar", metavar="MASS/LENGTH", help="take links as uniform bars, such as '0.8 kg/m'"),
+        example="linkage.json --unit mm --bar '0.8 kg/m' --out linkage.toml",
+    )
     folder = _option("folder", nargs="?", default="studies", metavar="DIR")
     add("list", verbs.list_studies, folder, _folder("results", "where results are"))
     add("schema", verbs.print_schema)

@@ -148,6 +148,25 @@ def cite_study(arguments: Namespace) -> int:
     return DONE
 
 
+def import_linkage(arguments: Namespace) -> int:
+    """Write the study file of a linkage that another program stored: pylinkage's JSON, or a table (CSV)."""
+    from jointplay.results.store import check_writable
+    from jointplay.study.import_file import imported
+
+    text, missing = imported(arguments.file, arguments.unit, arguments.bar)
+    target = Path(arguments.out) if arguments.out else Path(arguments.file).with_suffix(".toml")
+    check_writable(target.parent, files=[target.name])
+    if target.exists():
+        raise InputError(
+            [Problem("--out", str(target), "the name of a file that is not there yet is accepted")]
+        )
+    target.write_text(text, encoding="utf-8")
+    print(f"written {target}")
+    for key in missing:
+        print(f"fill in {key}")
+    return DONE
+
+
 def draw_result(arguments: Namespace) -> int:
     """Draw a stored result again."""
     from jointplay.results.store import check_writable, open_result

@@ -1,0 +1,90 @@
+"""A linkage as a table (CSV) of its links and joints, a row each.
+
+Columns, in any order, of which ``part`` and ``name`` are needed; empty cells are left out:
+
+part          ``link`` or ``joint``
+name          name of the link or joint
+length, mass, inertia, centre      of a link, as in a study file
+journal, journal_at                of a joint: link of the journal, and the distance along it
+bearing, bearing_at, x, y          link of the bearing, and the distance along it; or ``ground`` and the place
+
+Values are in SI units, or written with theirs, as ``30 mm``.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.mechanism.base import GROUND
+from jointplay.study.pylinkage_file import Drawing
+
+OF_LINKS = ("length", "mass", "inertia", "centre")
+OF_JOINTS = ("journal", "journal_at", "bearing", "bearing_at", "x", "y")
+COLUMNS = ("part", "name", *OF_LINKS, *OF_JOINTS)
+PARTS = {"link": OF_LINKS, "joint": OF_JOINTS}
+
+
+def read(text: str, unit: str | None) -> Drawing:
+    """Read a table's text; `InputError` with everything that is wrong, by the lines of the file."""
+    reader = csv.reader(io.StringIO(text), skipinitialspace=True)
+    try:
+        lines = [(f"line {reader.line_num}", [cell.strip() for cell in row]) for row in reader if any(row)]
+    except csv.Error as error:
+        raise refuse(f"line {reader.line_num}", f"a table (CSV) is accepted; {error}", "file") from None
+    columns = lines[0][1] if lines else []
+    if not {"part", "name"} <= {*columns}:
+        accepted = f"a first line that names columns is accepted, part and name among {', '.join(COLUMNS)}"
+        raise refuse(columns, accepted, "line 1")
+    problems = [unknown("line 1", each, each, COLUMNS, "column") for each in columns if each not in COLUMNS]
+    if unit is not None:
+        accepted = "accepted for files of pylinkage; here each cell may say its own, as 30 mm"
+        problems.append(Problem("--unit", unit, accepted))
+    table: dict[str, Any] = {"links": [], "joints": []}
+    for place, cells in lines[1:]:
+        row = {column: cell for column, cell in zip(columns, cells, strict=False) if cell}
+        problems += _wrong_row(place, row, len(cells) > len(columns))
+        if row.get("part") == "link":
+            values = {key: _value(row[key]) for key in OF_LINKS if key in row}
+            table["links"].append({"name": row.get("name"), **values})
+        else:
+            table["joints"].append(_joint(row))
+    if problems:
+        raise InputError(problems)
+    return Drawing(table)
+
+
+def _wrong_row(place: str, row: Mapping[str, str], longer: bool) -> Iterator[Problem]:
+    part = row.get("part", NOTHING)
+    if longer:
+        yield Problem(place, dict(row), "no more cells than columns are accepted")
+    if part not in PARTS:
+        yield unknown(f"{place}, part", part, part, PARTS, "part")
+        return
+    needed = ("name", "length") if part == "link" else ("name", "journal", "bearing")
+    for key in (*needed, *(("x", "y") if row.get("bearing") == GROUND else ())):
+        if key not in row:
+            yield Problem(f"{place}, {key}", NOTHING, f"a {part} needs it")
+    for key in row.keys() - {"part", "name", *PARTS[part]}:
+        yield Problem(f"{place}, {key}", row[key], f"of a {part}, {', '.join(PARTS[part])} are accepted")
+
+
+def _joint(row: Mapping[str, str]) -> dict[str, Any]:
+    sides = {
+        side: {"link": row.get(side)} | ({"at": _value(row[f"{side}_at"])} if f"{side}_at" in row else {})
+        for side in ("journal", "bearing")
+    }
+    if {"x", "y"} & row.keys():
+        sides["bearing"]["point"] = [_value(row.get(key, "")) for key in ("x", "y")]
+    return {"name": row.get("name"), **sides}
+
+
+def _value(cell: str) -> float | str:
+    """A cell as a number, or else the text: a name, or a number with its unit."""
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
