@@ -8,8 +8,8 @@ import pytest
 from jointplay.codegen import outputs
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import Mechanism
-from tests.support.full_coordinates import Full
+from jointplay.mechanism.records import Mechanism, MotorLine
+from tests.support.full_coordinates import Full, Loose
 from tests.support.plain import plain
 
 NAMES = ("slider_crank", "watt", "stephenson", "quick_return")
@@ -27,8 +27,12 @@ def seen(mechanism, angle, speed=None):
 
 
 def check(mechanism, angle, speed):
-    full = Full(mechanism, angle, speed)
-    found, (a, loads, torque) = seen(mechanism, angle, speed), full.solve()
+    same(Full(mechanism, angle, speed), seen(mechanism, angle, speed))
+
+
+def same(full, found):
+    """Both have the same speeds, accelerations, reactions and torque."""
+    mechanism, (a, loads, torque) = full.mechanism, full.solve()
     place = full.closure.place
     scale = np.abs(a).max()
     for link in mechanism.links:
@@ -38,7 +42,7 @@ def check(mechanism, angle, speed):
         )
         assert found[f"angular_acceleration:{link.name}"] == pytest.approx(a[at], abs=1e-8 * scale)
     size = max(np.abs(load).max() for load in loads)
-    for joint, load in zip(mechanism.joints, loads, strict=True):
+    for joint, load in zip(full.closure.mechanism.joints, loads, strict=True):
         x, y, moment = full.on_bearing(joint, load)
         assert found[f"reaction_x:{joint.name}"] == pytest.approx(x, abs=1e-8 * size)
         assert found[f"reaction_y:{joint.name}"] == pytest.approx(y, abs=1e-8 * size)
@@ -149,3 +153,53 @@ def test_every_dyad(name, swapped):
     mechanism = linkage(turned(joints, swapped), guess)
     for angle in (-0.4, 0.5, 1.1):
         check(mechanism, angle, 3.0)
+
+
+PLAY = [
+    ("slider_crank", "O"),
+    ("slider_crank", "A"),
+    ("slider_crank", "B"),
+    ("watt", "B"),
+    ("stephenson", "B"),
+    ("stephenson", "D"),
+    ("quick_return", "C"),
+]
+
+
+@pytest.mark.parametrize("drive", ["speed", "motor"])
+@pytest.mark.parametrize(("name", "loose"), PLAY)
+def test_clearance_beside_ideal_loops(name, loose, drive):
+    """At states out of the ideal mechanism's, in contact and slipping."""
+    motor = MotorLine(
+        link="crank", gear_ratio=3, efficiency=1, synchronous_speed=314, rated_speed=290, rated_torque=2
+    )
+    changes = {"friction": 0.3, "gravity": 9.8} | ({"drive": motor} if drive == "motor" else {})
+    mechanism = getattr(catalog, name)(clearance={loose: 1e-4}, **changes)
+    model = assemble(mechanism, {"crank_angle": 0.9})
+    functions, random = plain(model.structure), np.random.default_rng(3)
+    n = len(model.turning)
+    state = model.state + np.r_[1e-3 * random.standard_normal(n), 0.5 * random.standard_normal(n)]
+    given = dict(zip(functions.STATE, [0.0, *state], strict=True))
+    given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True))
+    given |= {f"touch_{loose}": 1.0, f"slip_{loose}": 1.0, f"stick_{loose}": 0.0}
+    found = {k: float(v) for k, v in outputs.evaluate(functions, functions.OUTPUTS, given).items()}
+    contacts = {loose: [found[f"{word}_force:{loose}"] for word in ("normal", "tangential")]}
+    assert all(contacts[loose])
+    held = free(model, mechanism, functions.STATE[1:], state)
+    same(Loose(mechanism, held, contacts), found)
+
+
+def free(model, mechanism, names, state):
+    """Values and speeds of the free coordinates."""
+    n, found = len(model.turning), {}
+    roots = [chain[0] for chain in model.structure.floats]
+    for i, name in enumerate(names[:n]):
+        word, _, rest = name.partition("_")
+        if word == "theta":
+            key = rest
+        else:
+            key = (None, rest) if word == "slide" else (roots[int(rest)], "xy".index(word))
+        found[key] = state[i], state[n + i]
+    if mechanism.drive.kind == "speed":
+        found |= {"crank": (model.crank_angle, mechanism.drive.speed)}
+    return found

@@ -130,6 +130,8 @@ class Coordinates:
         for (k, m), entry in entries.items():
             for i, part in self.parts[k]:
                 for j, other in self.parts[m]:
+                    if k == m and j > i:
+                        continue  # its mirror image is taken
                     twice = 2 if k != m and i == j else 1
                     place = (max(i, j), min(i, j))
                     found[place] = found.get(place, Integer(0)) + twice * part * other * entry
