@@ -103,31 +103,33 @@ def test_a_force_that_may_not_pull_ends_and_comes_back_within_the_gap():
     assert held[1, EVENT] == Event.CONTACT
 
 
-@pytest.mark.parametrize("law", NUMBERS)
+@pytest.mark.parametrize("law", ["flores", pytest.param("hunt_crossley", marks=pytest.mark.long)])
 def test_tangents_through_entry_and_release_are_those_of_neighbours(law):
     start = at(body(law, centre=0.02), 2e-4, -3e-4, w=3.0, vx=1.0, vy=-0.8)
     times = np.array([0.0, 7.0e-4, 1.05e-3, 1.6e-3])
     rows = follow(start, Request(2e-3, 1e-13, at=times)).samples
-    touched, compared = set(), 0
+    touched, entered = set(), 0
     for row in rows:
         model = replace(start, state=row[1 : 1 + len(start.state)])
         touched.add(bool(row[1 + len(start.state)]))
-        for duration in (8e-4, 1.9e-3):
+        for duration in (8e-4, 3.9e-3):
             exact = scaled(model, duration)
-            lost = np.all(exact == 0.0, axis=0)
-            found = [differences(model, duration, size, exact) for size in (3e-7, 3e-6, 3e-5)]
-            close = [
-                (distance(one[:, ~lost], other[:, ~lost]), other)
-                for (one, _, same), (other, _, too) in pairwise(found)
-                if same and too
-            ]
-            assert all(not np.any(other[:, lost]) for _, other in close)
-            spread, best = min(close, key=lambda pair: pair[0], default=(math.inf, None))
-            if spread < 5e-7:
-                assert distance(exact[:, ~lost], best[:, ~lost]) < 1e-6
-                compared += 1
+            best, kinds = _quotients(model, duration, exact)
+            if best is not None:
+                kept = np.any(best != 0.0, axis=0)
+                assert np.array_equal(kept, np.any(exact != 0.0, axis=0))
+                assert distance(exact[:, kept], best[:, kept]) < 1e-6
+                entered += (0, Event.CONTACT) in kinds
     assert touched == {False, True}
-    assert compared >= 5
+    assert entered >= 4
+
+
+def _quotients(model, duration, exact):
+    """The best of the difference quotients, or None where they do not agree among themselves; the events."""
+    found = [differences(model, duration, size, exact) for size in (1e-6, 3e-6, 1e-5)]
+    pairs = [(np.linalg.norm(a - b), b) for (a, _, one), (b, _, other) in pairwise(found) if one and other]
+    spread, best = min(pairs, key=lambda pair: pair[0], default=(math.inf, None))
+    return best if spread < 5e-7 * np.linalg.norm(exact) else None, found[0][1]
 
 
 def test_what_is_remembered_is_lost_at_the_next_entry_alone():
@@ -146,9 +148,9 @@ def test_a_start_in_contact_remembers_its_normal_speed():
     ideal = assemble(mechanism)
     assert ideal.state[-1] == 1e-3
     names = ("crank", "coupler", "rocker")
-    angles = dict(zip(names, ideal.state[:3] + [0.0, 3e-4, 0.0], strict=True))
+    angles = dict(zip(names, ideal.state[:3] + np.array([0.0, 3e-4, 0.0]), strict=True))
     for turn in (1.0, -1.0):
-        speeds = dict(zip(names, turn * ideal.state[3:6] + [0.0, 4.0, 0.0], strict=True))
+        speeds = dict(zip(names, turn * ideal.state[3:6] + np.array([0.0, 4.0, 0.0]), strict=True))
         model = assemble(mechanism, {"angle": angles, "angular_velocity": speeds})
         u, v_n, *_ = Point(plain(model.structure), model.numbers, model.state, ("slip+",)).contacts()[0]
         assert u > 0
