@@ -8,7 +8,7 @@ contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the l
                                   reset: gap, 0, its rate, 0, F_t, the rate's own rate (codegen.variants)
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls;
-                                  beyond these, the beginning of a contact that a law remembers
+                                  beyond these, contacts that a law remembers: beginnings, then ends
 CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS, REMEMBERS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
@@ -178,7 +178,7 @@ def _reset(layout: Layout) -> str:
     parts, resets = [], layout.system.resets
     jumps = [[(Symbol(f"new_{z}"), value) for z, value in jump.speeds.items()] for jump in resets]
     programs = dict(enumerate(jumps + [_settling(layout.system, k) for k in range(len(resets))]))
-    programs |= {k: _beginning(layout.system, jump) for k, jump in beginnings(layout.system).items()}
+    programs |= {k: _remembering(layout.system, jump) for k, jump in remembered(layout.system).items()}
     for k, program in programs.items():
         stores = {f"new_{z}": place for z, place in layout.base.items()}
         own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
@@ -192,15 +192,16 @@ def _settling(system: System, k: int) -> Program:
     return dynamics.tape.program({f"new_{x}": value for x, value in settled(dynamics, k).items()})
 
 
-def _beginning(system: System, jump: dict[Symbol, Expr]) -> Program:
-    """What a law remembers of the beginning of a contact."""
+def _remembering(system: System, jump: dict[Symbol, Expr]) -> Program:
+    """What a law remembers from here on."""
     return Tape(system).program({f"new_{z}": value for z, value in jump.items()})
 
 
-def beginnings(system: System) -> dict[int, dict[Symbol, Expr]]:
-    """Jumps where contacts begin that a law remembers, by their number."""
-    first = 2 * len(system.resets)
-    return {first + j: contact.entry for j, contact in enumerate(system.contacts) if contact.entry}
+def remembered(system: System) -> dict[int, dict[Symbol, Expr]]:
+    """Jumps where contacts begin, then where they end, that a law remembers, by their number."""
+    contacts, first = system.contacts, 2 * len(system.resets)
+    jumps = [contact.entry for contact in contacts] + [contact.exit for contact in contacts]
+    return {first + j: jump for j, jump in enumerate(jumps) if jump}
 
 
 def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:

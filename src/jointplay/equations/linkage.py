@@ -235,9 +235,7 @@ def _law_torque(drive: str, w: Expr) -> Expr:
 def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     law = LAWS[joint.law]
     numbers = [number(f"{letter}_{joint.name}") for letter in law.letters]
-    remembered, entry = [approach(joint.name)] * joint.remembers, {}
-    if joint.remembers:
-        entry[approach(joint.name)] = Max(g.v_n, number(f"{law.floor}_{joint.name}"))
+    remembered, floor = [approach(joint.name)] * joint.remembers, number(f"{law.floor}_{joint.name}")
     F_n, stored = law.force(g.u, g.v_n, *numbers, *remembered)
     push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
@@ -259,7 +257,8 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         g.gap,
         drift,
         push,
-        entry,
+        {v_0: Max(g.v_n, floor) for v_0 in remembered},
+        dict.fromkeys(remembered, floor),
     )
 
 

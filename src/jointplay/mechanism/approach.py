@@ -20,7 +20,8 @@ def approaches(
     """Give what each law that remembers has for the speed with which a contact began, at the start.
 
     A joint that starts in contact has no beginning to remember: it counts as begun with the size of the
-    normal speed that it has there, or with the smallest speed of its law, whichever is larger.
+    normal speed that it has there, or with the smallest speed of its law, whichever is larger; one that
+    starts in flight has the smallest speed.
 
     Parameters
     ----------
@@ -44,7 +45,8 @@ def approaches(
             slowest = joint.contact.coefficients[LAWS[joint.contact.law].floor]
             r, v = _relative(forest, joint, turning, state)
             distance = math.hypot(*r)
-            along = abs(r[0] * v[0] + r[1] * v[1]) / distance if distance else 0.0
+            touches = distance >= joint.clearance
+            along = abs(r[0] * v[0] + r[1] * v[1]) / distance if touches else 0.0
             rows.append((max(along, slowest), slowest))
     return np.array(rows, dtype=float).reshape(-1, 2)
 
