@@ -9,7 +9,7 @@ contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the l
                                   (codegen.variants)
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls;
-                                  beyond these, the beginning of a contact that a law remembers
+                                  beyond these, contacts that a law remembers: beginnings, then ends
 CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS, REMEMBERS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
@@ -185,7 +185,7 @@ def _reset(layout: Layout) -> str:
     parts, resets = [], layout.system.resets
     programs = [_jumping(layout.system, k) for k in range(len(resets))]
     programs = dict(enumerate(programs + [_settling(layout.system, k) for k in range(len(resets))]))
-    programs |= {k: _beginning(layout.system, jump) for k, jump in beginnings(layout.system).items()}
+    programs |= {k: _remembering(layout.system, jump) for k, jump in remembered(layout.system).items()}
     for k, program in programs.items():
         stores = {f"new_{z}": place for z, place in layout.base.items()}
         own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
@@ -215,15 +215,16 @@ def jumped(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
     return _pushed(dynamics.system.speeds, 1 + reset.restitution, *_impulse(dynamics, k))
 
 
-def _beginning(system: System, jump: dict[Symbol, Expr]) -> Program:
-    """What a law remembers of the beginning of a contact."""
+def _remembering(system: System, jump: dict[Symbol, Expr]) -> Program:
+    """What a law remembers from here on."""
     return Tape(system).program({f"new_{z}": value for z, value in jump.items()})
 
 
-def beginnings(system: System) -> dict[int, dict[Symbol, Expr]]:
-    """Jumps where contacts begin that a law remembers, by their number."""
-    first = 2 * len(system.resets)
-    return {first + j: contact.entry for j, contact in enumerate(system.contacts) if contact.entry}
+def remembered(system: System) -> dict[int, dict[Symbol, Expr]]:
+    """Jumps where contacts begin, then where they end, that a law remembers, by their number."""
+    contacts, first = system.contacts, 2 * len(system.resets)
+    jumps = [contact.entry for contact in contacts] + [contact.exit for contact in contacts]
+    return {first + j: jump for j, jump in enumerate(jumps) if jump}
 
 
 def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:

@@ -6,7 +6,7 @@ divergence(w)                     trace of d rate / d speeds, into the last row 
 gradient(guard, s, p, m, out)     d guard / d (time, state) at the base point; guards as in the lane rows,
                                   those of resets last
 turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th reset, row by row; beyond the
-                                  last, of coming to rest on the walls; then of contacts that begin
+                                  last, of coming to rest on the walls; then of contacts that a law remembers
 ROWS                              rows of w: the structure's own, then those of its derivatives
 
 Only models that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
@@ -20,7 +20,7 @@ from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System
 from .dynamics import Dynamics
-from .module import HEADER, beginnings, jumped, settled
+from .module import HEADER, jumped, remembered, settled
 from .source import LANES, Layout, dispatch, entry, importing, lanes, point
 from .variants import variants
 
@@ -45,7 +45,7 @@ def text(system: System, method: int, planned: bool) -> str:
     gradients = dict(_gradients(layout))
     parts += gradients.values()
     parts.append(dispatch("gradient", "guard, s, p, m, out", {g: f"gradient_{g}" for g in gradients}))
-    jumps = [*range(2 * len(system.resets)), *beginnings(system)]
+    jumps = [*range(2 * len(system.resets)), *remembered(system)]
     parts += [_turned(layout, k) for k in jumps]
     parts.append(dispatch("turned", "k, s, p, out", {k: f"turned_{k}" for k in jumps}))
     return importing("\n".join(parts))
@@ -191,7 +191,7 @@ def _turned(layout: Layout, k: int) -> str:
     dynamics, resets = Dynamics(layout.system, "free"), layout.system.resets
     tape = dynamics.tape
     if k >= 2 * len(resets):
-        jump = beginnings(layout.system)[k]
+        jump = remembered(layout.system)[k]
     else:
         jump = jumped(dynamics, k) if k < len(resets) else settled(dynamics, k - len(resets))
     new = [jump.get(z, z) for z in layout.system.speeds]

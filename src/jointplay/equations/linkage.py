@@ -307,9 +307,7 @@ class Parts:
 def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     law = LAWS[joint.law]
     numbers = [number(f"{letter}_{joint.name}") for letter in law.letters]
-    remembered, entry = [approach(joint.name)] * joint.remembers, {}
-    if joint.remembers:
-        entry[approach(joint.name)] = Max(g.v_n, number(f"{law.floor}_{joint.name}"))
+    remembered, floor = [approach(joint.name)] * joint.remembers, number(f"{law.floor}_{joint.name}")
     F_n, stored = law.force(g.u, g.v_n, *numbers, *remembered)
     push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
@@ -337,7 +335,8 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         drift,
         limit,
         push,
-        entry,
+        {v_0: Max(g.v_n, floor) for v_0 in remembered},
+        dict.fromkeys(remembered, floor),
     )
 
 

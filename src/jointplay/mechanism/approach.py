@@ -14,7 +14,8 @@ def approaches(bases: Bases) -> np.ndarray:
     """Give what each law that remembers has for the speed with which a contact began, at the start.
 
     A joint that starts in contact has no beginning to remember: it counts as begun with the size of the
-    normal speed that it has there, or with the smallest speed of its law, whichever is larger.
+    normal speed that it has there, or with the smallest speed of its law, whichever is larger; one that
+    starts in flight has the smallest speed.
 
     Returns
     -------
@@ -27,5 +28,7 @@ def approaches(bases: Bases) -> np.ndarray:
             slowest = joint.contact.coefficients[LAWS[joint.contact.law].floor]
             r, v = bases.between(joint)
             distance = math.hypot(*r)
-            rows.append((max(abs(r @ v) / distance if distance else 0.0, slowest), slowest))
+            touches = distance >= joint.clearance
+            along = abs(r @ v) / distance if touches else 0.0
+            rows.append((max(along, slowest), slowest))
     return np.array(rows, dtype=float).reshape(-1, 2)

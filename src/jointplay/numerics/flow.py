@@ -110,9 +110,12 @@ def _event(f, k, x, o, guard):
         note(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
     j, kind, lasting = guard // 4, SEPARATION, -1.0
     if j < len(x.flags):
-        if x.modes[j] == FREE and x.flags[j] & REMEMBERS:
+        before = x.modes[j]
+        if before == FREE and x.flags[j] & REMEMBERS:
             f.reset(2 * walls_of(x) + j, x.s, x.p)
         kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, o.rest, k.contact)
+        if before != FREE and x.modes[j] == FREE and x.flags[j] & REMEMBERS:
+            f.reset(2 * walls_of(x) + len(x.flags) + j, x.s, x.p)
     else:
         j = guard - 4 * len(x.flags)
         kind, lasting = strike(f, j, k, x, o)

@@ -6,11 +6,11 @@ other side's rate:
     d+ = d- + (F+ - F-) (grad h . d-) / h',                 h' = dh/dt + grad h . F-
     d+ = D d- + (F+ - D F- - dR/dt) (grad h . d-) / h'      where the state is reset by R, D = dR/dx.
 
-Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so does
-the beginning of a contact that a law remembers: what it remembered before is of no account. Coming to
-rest on a rigid wall loses two, those of the gap and of its rate: both are projected away along the wall's
-impulse. The time at which that happens is of no account: on average over the rebounds before it, the wall
-pushes as it does afterwards. References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv
+Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so do
+the beginning and the end of a contact that a law remembers: what it remembered before is of no account.
+Coming to rest on a rigid wall loses two, those of the gap and of its rate: both are projected away along the
+wall's impulse. The time at which that happens is of no account: on average over the rebounds before it, the
+wall pushes as it does afterwards. References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv
 2306.06862.
 """
 
@@ -23,6 +23,9 @@ from .interface import inner
 from .modes import FREE, REMEMBERS, RESTING, STICK, mask, variant_of
 from .tangent import GRAZING, HELD, JUMPS, ONSET, SALTATION, TURNED, VOLUME
 from .walls import walls_of
+
+# What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
+ENTERS, MAY_LEAVE = 2, 3
 
 
 @inner
@@ -59,16 +62,19 @@ def before_event(f, g, variant, x, o, y, guard):
     elif wall >= 0:
         g.turned(wall, x.s, x.p, y.D)
         y.count[TURNED] = 1
-    elif x.modes[guard // 4] == FREE and x.flags[guard // 4] & REMEMBERS:
-        g.turned(2 * walls_of(x) + guard // 4, x.s, x.p, y.D)
-        y.count[TURNED] = 1
+    elif x.flags[guard // 4] & REMEMBERS:
+        y.count[TURNED] = ENTERS if x.modes[guard // 4] == FREE else MAY_LEAVE
 
 
 @inner
 def jump(f, g, x, o, y, guard):
     """Take the tangents through an event that has just been handled."""
     n_x, wall, real = o.n_q + o.n, guard - 4 * len(x.flags), y.real
-    width, reset = 1 + n_x, y.count[TURNED] == 1
+    width, turned = 1 + n_x, y.count[TURNED]
+    leaves = turned == MAY_LEAVE and x.modes[guard // 4] == FREE
+    if turned == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
+        g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
+    reset = turned == 1 or turned == ENTERS or leaves
     if reset and wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
         project_at_rest(g, x, o, y)
         return

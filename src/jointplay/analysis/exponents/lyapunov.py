@@ -141,9 +141,9 @@ def lyapunov(
     followed to zero, but not at its true rate; there the last exponent of a whole spectrum is what the volume
     leaves for it, and ``volume_share`` is the share of time in which that was so. An exponent is minus
     infinity where sticking loses a dimension. A law of contact that remembers the speed at entry adds a
-    state, whose exponent is minus infinity too and is left out; then there is no ``sum_residual``.
-    ``grazing`` is the smallest approach speed of a guard at an event relative to the terms that it is a sum
-    of: near 0, exponents are uncertain.
+    state, whose exponent is minus infinity too and is left out; then there is no whole spectrum, no
+    ``sum_residual``, and the last of "all" may be too large. ``grazing`` is the smallest approach speed of a
+    guard at an event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
     model = rules.model_for(mechanism, initial)
     count = _directions(model) if exponents == "all" else int(exponents)
