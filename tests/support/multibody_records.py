@@ -2,26 +2,87 @@
 
 from __future__ import annotations
 
-from tests.support.multibody import GROUND, Body, Marker, Play, Revolute, System
-from tests.support.multibody_loads import constant_speed, kelvin_voigt, motor, tanh_friction
+import math
 
-MECHANISM = ("name", "links", "joints", "drive", "gravity", "branch", "order")
-LINK = ("name", "length", "mass", "centre", "inertia", "beam")
-JOINT = ("name", "journal", "bearing", "clearance", "radius", "contact", "friction")
+import numpy as np
+
+from tests.support.multibody import GROUND, Body, Marker, Play, Prismatic, Revolute, System
+from tests.support.multibody_loads import (
+    Driven,
+    constant_speed,
+    force,
+    kelvin_voigt,
+    motor,
+    spring,
+    tanh_friction,
+    torque,
+    torsion,
+)
+
+MECHANISM = ("name", "links", "joints", "drive", "springs", "loads")
+MECHANISM += ("gravity", "gravity_direction", "branch", "order", "guess")
+LINK = ("name", "length", "mass", "centre", "inertia", "inertia_centre", "masses", "beam")
+JOINT = ("name", "kind", "journal", "bearing", "clearance", "radius", "contact", "friction")
 
 
 def from_mechanism(mechanism, crank_angle: float = 0.0) -> System:
     """Bodies and joints of a `Mechanism` of rigid links; a constant speed starts at an angle of the crank."""
     _only(mechanism, MECHANISM)
-    drive, drives, loads = mechanism.drive, [], []
-    if drive and drive.kind == "speed":
-        drives = [constant_speed(drive.link, drive.speed, crank_angle)]
-    elif drive and drive.kind == "motor":
-        loads = [motor(drive.link, drive.stall_torque, drive.slope)]
-    elif drive:
-        raise ValueError(f"a drive {drive.kind} is not known here")
+    drives, loads = _drive(mechanism.drive, crank_angle)
+    loads += [_spring(each) for each in mechanism.springs] + [_load(each) for each in mechanism.loads]
     bodies, joints = [_body(link) for link in mechanism.links], [_joint(joint) for joint in mechanism.joints]
-    return System(bodies, joints, drives, loads, mechanism.gravity)
+    return System(bodies, joints, drives, loads, mechanism.gravity, mechanism.gravity_direction)
+
+
+def _drive(drive, start) -> tuple[list, list]:
+    """What a drive holds, and what it loads."""
+    if drive is None:
+        return [], []
+    if drive.kind == "speed":
+        return [constant_speed(drive.link, drive.speed, start)], []
+    if drive.kind == "profile":
+        return [Driven("drive", drive.link, lambda t: _profile(drive, start, t))], []
+    if drive.kind == "torque":
+        return [], [torque(drive.link, lambda now: _course(drive, now.turn(Marker(drive.link))[0]))]
+    if drive.kind == "motor":
+        return [], [motor(drive.link, drive.stall_torque, drive.slope)]
+    raise ValueError(f"a drive {drive.kind} is not known here")
+
+
+def _profile(drive, start, t) -> tuple[float, float, float]:
+    """Angle, speed and acceleration of a smooth change of speed."""
+    x, T, more = min(t / drive.time, 1.0), drive.time, drive.end - drive.start
+    run = T * x**5 * (7 + x * (-14 + x * (10 - 2.5 * x))) + max(t - T, 0.0)
+    rise, steep = x**4 * (35 + x * (-84 + x * (70 - 20 * x))), 140 * x**3 * (1 - x) ** 3 / T
+    return start + drive.start * t + more * run, drive.start + more * rise, more * steep
+
+
+def _course(record, phase) -> float:
+    """A constant and harmonics at a phase."""
+    if record.table is not None:
+        raise ValueError("a table is not known here")
+    terms = (
+        h.cosine * math.cos(h.order * phase) + h.sine * math.sin(h.order * phase) for h in record.harmonics
+    )
+    return record.factor * (record.constant + sum(terms))
+
+
+def _load(record):
+    """A force or torque over time or over an angle."""
+
+    def size(now) -> float:
+        phase = now.turn(Marker(record.angle))[0] if record.angle else (record.frequency or 0.0) * now.t
+        return _course(record, phase)
+
+    if record.kind == "torque":
+        return torque(record.link, size)
+    place = _marker(record.on)
+
+    def pull(now) -> np.ndarray:
+        angle = record.direction + (now.turn(place)[0] if record.fixed == "link" else 0.0)
+        return size(now) * np.array([math.cos(angle), math.sin(angle)])
+
+    return force(place, pull)
 
 
 def _only(record, known) -> None:
@@ -32,18 +93,33 @@ def _only(record, known) -> None:
 
 
 def _body(link) -> Body:
+    """A link with its point masses, about the mass centre of all."""
     _only(link, LINK)
-    return Body(link.name, link.mass, link.inertia - link.mass * link.centre**2, link.centre)
+    parts = [(link.mass, link.centre, link.inertia - link.mass * link.centre**2)]
+    parts += [(point.mass, point.at, 0.0) for point in link.masses]
+    mass = sum(m for m, _, _ in parts)
+    centre = sum(m * s for m, s, _ in parts) / mass
+    return Body(link.name, mass, sum(J + m * (s - centre) ** 2 for m, s, J in parts), centre)
 
 
-def _joint(joint) -> Revolute:
+def _joint(joint) -> Revolute | Prismatic:
     _only(joint, JOINT)
-    return Revolute(joint.name, _marker(joint.journal), _marker(joint.bearing), _play(joint))
+    kind = {"revolute": Revolute, "prismatic": Prismatic}[joint.kind]
+    return kind(joint.name, _marker(joint.journal), _marker(joint.bearing), _play(joint))
+
+
+def _spring(record):
+    first, second = getattr(record, "from"), record.to
+    if record.kind == "torsion":
+        return torsion(Marker(first), Marker(second), record.stiffness, record.angle, record.damping)
+    ends = _marker(first), _marker(second)
+    return spring(*ends, record.stiffness, record.free_length, record.damping)
 
 
 def _marker(pin) -> Marker:
-    _only(pin, ("link", "at", "point"))
-    return Marker(GROUND, tuple(pin.point)) if pin.link == GROUND else Marker(pin.link, (pin.at, 0.0))
+    _only(pin, ("link", "at", "point", "direction"))
+    at = tuple(pin.point) if pin.link == GROUND else (pin.at, 0.0)
+    return Marker(pin.link, at, pin.direction)
 
 
 def _play(joint) -> Play | None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from jointplay.errors import Problem
-from jointplay.mechanism.closure import closed_four_bar
+from jointplay.mechanism.kinematic_chains import Forest
 from jointplay.mechanism.records import Mechanism
 
 _HERE = "accepted here, where each turn starts anew from the state at the end of the one before"
@@ -18,8 +18,9 @@ def unlike_turns(mechanism: Mechanism) -> Iterator[Problem]:
     if drive and drive.transient:
         text = "a drive that does the same in each turn is"
         yield Problem("mechanism.drive.kind", drive.kind, f"{text} {_HERE}")
-    # in a closed loop the crank's angle is a state, and a section at another angle would begin at time 0 too
-    speed = drive.imposed_speed if drive and not closed_four_bar(mechanism) else None
+    # without clearance in a loop the crank's angle is a state, and another section would begin at time 0 too
+    held = not mechanism.clearance_joints and Forest.of(mechanism).cuts
+    speed = drive.imposed_speed if drive and not held else None
     for i, load in enumerate(mechanism.loads):
         ratio = load.frequency / abs(speed) if load.timed and speed else 0.5
         if load.timed and not math.isclose(ratio, round(ratio), rel_tol=1e-9):

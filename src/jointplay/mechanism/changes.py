@@ -47,7 +47,7 @@ class Changes(Record):
     Parameters
     ----------
     clearance : float or dict of str to float
-        Radial clearance, m: a number is joint B's; a dict names several. 0 or unnamed: ideal.
+        Radial clearance, m: a number is joint B's; a dict names several. 0 or unnamed: ideal; 0 alone: all.
     gear_ratio : float
         Of the motor's gear.
     friction : float
@@ -154,7 +154,7 @@ def _valid(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
         record = Changes(**{name: value for name, value in changes.items() if name not in invalid})
     values = {name: getattr(record, name) for name in record.model_fields_set}
     if isinstance(values.get("clearance"), float):
-        values["clearance"] = {MAIN_JOINT: values["clearance"]}
+        values["clearance"] = {MAIN_JOINT: values["clearance"]} if values["clearance"] else {}
     return values, problems
 
 

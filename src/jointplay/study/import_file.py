@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from jointplay.errors import InputError, Problem
-from jointplay.mechanism.closure import BRANCHES, closed_four_bar, ideal_state
+from jointplay.mechanism.closure import BRANCHES, ideal_state
+from jointplay.mechanism.loop import find_four_bar
 from jointplay.mechanism.measures import in_si
 from jointplay.mechanism.records import Mechanism
 from jointplay.study import parts_table, pylinkage_file
@@ -117,7 +118,7 @@ def _complete(drawing: Drawing) -> Mechanism:
 
 def _branch(mechanism: Mechanism, angles: Mapping[str, float]) -> str | None:
     """On which branch of a four-bar its links have these angles; None of another linkage."""
-    if closed_four_bar(mechanism) is None or not angles:
+    if find_four_bar(mechanism.joints, mechanism.crank) is None or not angles:
         return None
     for branch in BRANCHES:
         try:
