@@ -52,7 +52,7 @@ def evaluate(
         Keys of its OUTPUTS.
     given : mapping
         Value of every symbol of its STATE and PARAMETERS, and of the masks touch_j, slip_j, stick_j; arrays
-        of one shape or numbers.
+        of one shape or numbers; complex ones give complex values.
 
     Returns
     -------
@@ -62,7 +62,8 @@ def evaluate(
     scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh}
     scope |= {"exp": np.exp, "copysign": np.copysign, **given}
     exec(_needed(module, names), scope)
-    return {name: np.asarray(scope[module.OUTPUTS[name]], dtype=float) for name in names}
+    values = {name: np.asarray(scope[module.OUTPUTS[name]]) for name in names}
+    return {name: each if each.dtype.kind == "c" else each.astype(float) for name, each in values.items()}
 
 
 @lru_cache(maxsize=256)

@@ -107,13 +107,12 @@ class Forest:
         parents = [place.parent for place in places.values()]
         if all(joint in parents for joint in joints):
             return cls(links, places)
-        plan = decomposed(mechanism)
-        if plan is None:
+        plan = decomposed(mechanism, mechanism.crank)
+        if plan is None and decomposed(mechanism, None) is None:
             problem = Problem("mechanism.joints", [joint.name for joint in _on_loops(joints)], _LOOP)
             raise InputError([problem], "mechanism")
-        if mechanism.drive and mechanism.drive.link not in plan.free:
-            problem = Problem("mechanism.drive.link", mechanism.drive.link, _DRIVEN)
-            raise InputError([problem], "mechanism")
+        if plan is None or (mechanism.drive and mechanism.drive.link not in plan.free):
+            raise InputError([Problem("mechanism.drive.link", mechanism.crank, _DRIVEN)], "mechanism")
         return cls(links, held(plan), plan.cuts)
 
     @property
@@ -208,16 +207,16 @@ class Forest:
         return self.places[j].arms.get(k, 0.0)
 
 
-def decomposed(mechanism: Mechanism) -> Plan | None:
-    """The order in which the ideal loops close; None where they do not by two links at a time.
+def decomposed(mechanism: Mechanism, first: str | None) -> Plan | None:
+    """The order in which the ideal loops close after one link; None where they do not by two links at a time.
 
     Links that would be known first if clearances were 0 are free first: where that mechanism is away from its
     dead centres, so is this.
     """
     names = [link.name for link in mechanism.links]
-    whole = decompose(names, mechanism.joints, mechanism.crank)
+    whole = decompose(names, mechanism.joints, first)
     ideal = [joint for joint in mechanism.joints if joint.ideal]
-    return decompose(names, ideal, mechanism.crank, whole.order if whole else ())
+    return decompose(names, ideal, first, whole.order if whole else ())
 
 
 def _on_loops(joints: Sequence[Joint]) -> list[Joint]:

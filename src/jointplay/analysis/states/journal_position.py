@@ -2,14 +2,13 @@
 
 The vector from bearing to journal is r = const + sum_k D_k e_k (+ bases). With the crank held, other links'
 angles that give every journal its position solve r(q) = r* by Newton's method, and their speeds then
-A q' = r*' - A_crank q'_crank with A = dr/dq. A is exact without derivatives: e_k(a + pi/2) - e_k(a - pi/2)
-is twice de_k/da, and bases enter linearly. Where journals leave more links free than they determine, the
-smallest change is taken. Bending moves no journal (beams are pinned at both ends). Units: m, rad, s.
+A q' = r*' - A_crank q'_crank with A = dr/dq. A is exact without derivatives, by complex steps: r(q + i h) has
+the imaginary part h dr/dq, and no difference is taken. Where journals leave more links free than they
+determine, the smallest change is taken. Bending moves no journal (beams are pinned at both ends). Units: m,
+rad, s.
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from jointplay.codegen import cache, outputs
 from jointplay.mechanism.model import Model
 
 ITERATIONS = 30
+STEP = 1e-30  # of the imaginary part, rad or m
 TOLERANCE = 1e-10  # of a journal's position, relative to the smallest clearance
 
 
@@ -41,7 +41,7 @@ class Journals:
         """Clearance of each journal's two coordinates, m."""
         return np.repeat(self.model.clearances, 2)
 
-    def positions(self, states: np.ndarray, crank: float = 0.0) -> np.ndarray:
+    def positions(self, states: np.ndarray, crank: complex = 0.0) -> np.ndarray:
         """Journal centres relative to their bearings, m: (x, y) of each joint in turn.
 
         Parameters
@@ -67,9 +67,8 @@ class Journals:
     def derivative(self, state: np.ndarray, columns: list[int]) -> np.ndarray:
         """Derivative of the journals' positions by some coordinates, shape (positions, columns)."""
         steps = np.zeros((len(columns), len(state)))
-        steps[np.arange(len(columns)), columns] = np.where(self.model.turning, math.pi / 2, 1.0)[columns]
-        both = self.positions(np.concatenate([state + steps, state - steps]))
-        return (both[: len(columns)] - both[len(columns) :]).T / 2
+        steps[np.arange(len(columns)), columns] = STEP
+        return self.positions(state + 1j * steps).imag.T / STEP
 
     def velocities(self, state: np.ndarray) -> np.ndarray:
         """Velocities of the journal centres relative to their bearings, m/s: (x, y) of each joint in turn."""
@@ -82,8 +81,8 @@ class Journals:
         if self.crank is not None:
             speed = state[len(self.model.turning) + self.crank]
             return self.derivative(state, [self.crank])[:, 0] * speed
-        row, speed = state[None, :], self._numbers.get("Omega", 0.0)
-        return (self.positions(row, math.pi / 2) - self.positions(row, -math.pi / 2))[0] / 2 * speed
+        speed = self._numbers.get("Omega", 0.0)
+        return self.positions(state[None, :], 1j * STEP)[0].imag / STEP * speed
 
     @property
     def _numbers(self) -> dict[str, float]:

@@ -35,6 +35,7 @@ JOURNAL = {
     "journal_velocity_y": ("m s-1", "journal velocity y"),
 }
 UNITS = {"theta": "rad", "w": "rad s-1", "x": "m", "y": "m", "vx": "m s-1", "vy": "m s-1"}
+UNITS |= {"slide": "m", "vslide": "m s-1"}
 MOST_NODES = 1_000_000
 INSIDE = 1 + 1e-9  # of the clearance
 CRASHED = STATUS.index("crashed")

@@ -1,0 +1,149 @@
+"""Starts of any mechanism: found from rough angles, refused where nothing closes; refusals of loops."""
+
+import math
+
+import numpy as np
+import pytest
+
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.closure import ideal_state
+from jointplay.mechanism.ideal import ideal_configuration
+from jointplay.mechanism.records import Joint, Mechanism, Pin
+from tests.mechanism.wrong import only, problems_of
+
+PAPER = catalog.chunmei2002(clearance=0, speed=40.0)
+
+
+def told(mechanism, **changes):
+    """The mechanism with other fields."""
+    return Mechanism(**{name: getattr(mechanism, name) for name in Mechanism.model_fields} | changes)
+
+
+@pytest.mark.parametrize(("branch", "coupler", "rocker"), [("upper", 0.7, 1.5), ("lower", -0.7, -1.5)])
+def test_newton_finds_the_four_bar_s_closed_form(branch, coupler, rocker):
+    guessed = told(PAPER, guess={"crank": 0.2, "coupler": coupler, "rocker": rocker})
+    for angle in (-3.0, 0.0, 2.2, 12.0):
+        found = ideal_configuration(guessed, angle, 40.0)
+        angles, speeds = ideal_state(PAPER, angle, 40.0, branch)
+        for k in angles:
+            assert found.angles[k] == pytest.approx(angles[k], abs=1e-12)
+            assert found.speeds[k] == pytest.approx(speeds[k], rel=1e-11)
+
+
+def test_a_mirrored_mechanism_starts_as_the_mirror_image():
+    here = catalog.slider_crank(offset=0.02, clearance=0)
+    there = told(catalog.slider_crank(offset=-0.02, clearance=0), drive=None)
+    one = ideal_configuration(here, 0.8, 5.0)
+    other = ideal_configuration(there, -0.8, -5.0)
+    assert other.angles["rod"] == pytest.approx(-one.angles["rod"], abs=1e-13)
+    assert other.speeds["rod"] == pytest.approx(-one.speeds["rod"], rel=1e-12)
+    assert other.points["slider"] == pytest.approx(one.points["slider"] * [1, -1], abs=1e-12)
+
+
+def test_clearance_moves_no_start():
+    firm, loose = (assemble(catalog.slider_crank(clearance=e), {"crank_angle": 1.0}) for e in (0, 1e-4))
+    assert loose.crank_angle == firm.crank_angle == 1.0
+    assert len(loose.state) > len(firm.state)
+
+
+def test_the_branch_that_is_guessed():
+    mechanism = catalog.slider_crank(clearance=0)
+    left = told(mechanism, guess={"crank": 0.0, "rod": math.pi})
+    x = [ideal_configuration(each, 0.5, 1.0).points["slider"][0][0] for each in (mechanism, left)]
+    middle, reach = 0.05 * math.cos(0.5), math.sqrt(0.12**2 - (0.05 * math.sin(0.5)) ** 2)
+    assert x == pytest.approx([middle + reach, middle - reach], abs=1e-13)
+
+
+def test_what_does_not_close_says_how_far_it_misses():
+    short = catalog.slider_crank(rod=0.04, clearance=0)
+    found = only(problems_of(assemble, short, {"crank_angle": math.pi / 2}), "initial.crank_angle")
+    assert "miss by 0.01 m" in found.expected
+    far = catalog.slider_crank(rod=0.04, offset=0.1, clearance=0)
+    found = only(problems_of(assemble, far), "mechanism.guess")
+    assert "miss by 0.06 m" in found.expected
+
+
+def test_a_dead_centre_is_no_start():
+    dead = catalog.slider_crank(
+        crank=0.05, rod=0.05 * math.sqrt(2), offset=-0.05 * (math.sqrt(2) - 1), clearance=0
+    )
+    found = problems_of(assemble, dead, {"crank_angle": math.pi / 2})
+    assert set(found) == {"initial.crank_angle"}
+
+
+def test_a_missing_guess_says_what_to_write():
+    found = only(
+        problems_of(assemble, told(catalog.watt(), guess={"crank": 0.0, "rod": 1.0})), "mechanism.guess"
+    )
+    assert "coupler, rocker, output" in found.expected
+    assert "guess = { coupler = …, rocker = …, output = … }" in found.expected
+
+
+def test_a_guess_of_nothing_there():
+    found = problems_of(
+        Mechanism, **dict(catalog.slider_crank()) | {"guess": {"road": 0.1, "G": 0.17, "B": 1.0}}
+    )
+    assert set(found) == {"mechanism.guess.road", "mechanism.guess.B"}
+    assert "did you mean 'rod'" in found["mechanism.guess.road"].expected
+
+
+def test_an_open_chain_starts_as_guessed_at_rest():
+    """Two freedoms: the second link of a double pendulum stays where it was guessed."""
+    arm = {"length": 1.0, "mass": 1.0, "inertia": 0.5}
+    joints = [
+        {"name": "O", "journal": {"link": "one"}, "bearing": {"link": "ground", "point": [0, 0]}},
+        {"name": "A", "journal": {"link": "one", "at": 1.0}, "bearing": {"link": "two"}},
+    ]
+    double = Mechanism(links=[{"name": k} | arm for k in ("one", "two")], joints=joints, guess={"two": 0.4})
+    model = assemble(double, {"crank_angle": 0.1, "crank_speed": 2.0})
+    assert model.state == pytest.approx([0.1, 0.4, 2.0, 0.0], abs=1e-12)
+
+
+def test_loops_that_are_no_dyads():
+    """A driven link and three links on a triangle: class III."""
+    bar = {"length": 1.0, "mass": 1.0, "inertia": 0.5}
+    ends = [("P", "one", [1, 0], 0.0), ("Q", "two", [2, 1], 0.5), ("R", "three", [0, 2], 1.0)]
+    joints = [{"name": "O", "journal": {"link": "crank"}, "bearing": {"link": "ground", "point": [0, 0]}}]
+    for name, link, point, at in ends:
+        base = {"link": "crank", "at": 0.3} if link == "one" else {"link": "ground", "point": point}
+        joints.append({"name": name, "journal": {"link": link}, "bearing": base})
+        joints.append(
+            {
+                "name": f"{name}2",
+                "journal": {"link": link, "at": 1.0},
+                "bearing": {"link": "triangle", "at": at},
+            }
+        )
+    links = [{"name": k} | bar for k in ("crank", "one", "two", "three", "triangle")]
+    third = Mechanism(
+        links=links, joints=joints, guess=dict.fromkeys(("one", "two", "three", "triangle"), 0.5)
+    )
+    found = only(problems_of(assemble, third), "mechanism.joints")
+    assert "two links at a time" in found.expected
+    assert set(found.given) == {joint["name"] for joint in joints}
+
+
+def test_a_driven_link_that_a_loop_determines():
+    coupler = told(PAPER, drive={"kind": "speed", "link": "coupler", "speed": 1.0})
+    found = only(problems_of(assemble, coupler), "mechanism.drive.link")
+    assert "no ideal loop determines" in found.expected
+
+
+def test_what_a_prismatic_joint_refuses():
+    slider, guide = {"link": "slider"}, {"link": "ground", "point": (0.0, 0.0)}
+    loose = {"name": "G", "kind": "prismatic", "journal": slider, "bearing": guide, "clearance": 1e-4}
+    found = problems_of(Joint, **loose)
+    assert "a prismatic joint is ideal" in found["joint.clearance"].expected
+    line = {"name": "G", "journal": slider | {"direction": 0.3}, "bearing": guide}
+    assert "'prismatic' only" in problems_of(Joint, **line)["joint.journal.direction"].expected
+    assert Pin(link="slider", direction=0.3).direction == 0.3
+
+
+def test_the_state_of_a_slider_crank_with_play():
+    """Crank given, rod free, slider free on its guide: each from the ideal mechanism."""
+    model = assemble(catalog.slider_crank(), {"crank_angle": 0.6})
+    angle = -math.asin(0.05 * math.sin(0.6) / 0.12)
+    reach = 0.05 * math.cos(0.6) + 0.12 * math.cos(angle)
+    assert model.state[:2] == pytest.approx([angle, reach], abs=1e-13)
+    assert np.array_equal(model.turning, [1, 0])
