@@ -8,17 +8,39 @@ is small beside both radii; a journal in its bearing conforms more than that, an
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Iterator
+from typing import Annotated, Any
 
-from jointplay.errors import InputError, Problem
-from jointplay.mechanism.base import is_number
+from jointplay.errors import Problem
+from jointplay.mechanism.base import Positive, is_number, unit
+from jointplay.mechanism.signature import checked
 
 Pair = float | tuple[float, float]
 
 
+def _pair(given: Any) -> tuple[Any, ...]:
+    """One number for each body."""
+    return tuple(given) if isinstance(given, tuple | list) else (given, given)
+
+
+def _pairs_fit(modulus: Any, poisson_ratio: Any) -> Iterator[Problem]:
+    """Yield a problem where there are not two moduli, or not two ratios, that a material can have."""
+    fits = {
+        "modulus": (modulus, lambda E: E > 0, "greater than 0 Pa"),
+        "poisson_ratio": (poisson_ratio, lambda nu: -1 < nu <= 0.5, "above -1, up to 0.5"),
+    }
+    for name, (given, fit, accepted) in fits.items():
+        pair = _pair(given)
+        if len(pair) != 2 or not all(is_number(each) and fit(each) for each in pair):
+            yield Problem(name, given, f"a number {accepted}, or a pair of them, is accepted")
+
+
+@checked(_pairs_fit)
 def contact_stiffness(
-    radius: float, clearance: float, modulus: Pair = 2.07e11, poisson_ratio: Pair = 0.3
+    radius: Annotated[Positive, unit("radius", "m")],
+    clearance: Annotated[Positive, unit("clearance", "m")],
+    modulus: Pair = 2.07e11,
+    poisson_ratio: Pair = 0.3,
 ) -> float:
     """Give Hertz's stiffness of a ball of a journal's radius in a hollow ball of its bearing's.
 
@@ -43,24 +65,6 @@ def contact_stiffness(
     InputError
         Listing what makes no sense.
     """
-    problems = [
-        Problem(name, value, f"a {name} greater than 0 m is accepted")
-        for name, value in (("radius", radius), ("clearance", clearance))
-        if not (is_number(value) and value > 0)
-    ]
-    moduli = _pair("modulus", modulus, lambda E: E > 0, "greater than 0 Pa", problems)
-    ratios = _pair("poisson_ratio", poisson_ratio, lambda nu: -1 < nu <= 0.5, "above -1, up to 0.5", problems)
-    if problems:
-        raise InputError(problems)
-    compliance = sum((1 - nu**2) / E for E, nu in zip(moduli, ratios, strict=True))
+    materials = zip(_pair(modulus), _pair(poisson_ratio), strict=True)
+    compliance = sum((1 - nu**2) / E for E, nu in materials)
     return 4 / (3 * compliance) * math.sqrt(radius * (radius + clearance) / clearance)
-
-
-def _pair(
-    name: str, given: Any, fits: Callable[[float], bool], accepted: str, problems: list[Problem]
-) -> tuple[Any, ...]:
-    """One number for each body; what is wrong with them goes to `problems`."""
-    pair = tuple(given) if isinstance(given, tuple | list) else (given, given)
-    if len(pair) != 2 or not all(is_number(each) and fits(each) for each in pair):
-        problems.append(Problem(name, given, f"a number {accepted}, or a pair of them, is accepted"))
-    return pair
