@@ -22,7 +22,7 @@ TOUCH = ["penetration", "normal_velocity", "normal_force", "tangential_force", "
 
 def rigid(restitution, clearance=E, **changes):
     """The paper's mechanism with rigid bearings."""
-    plain = jp.catalog.chunmei2002(clearance=clearance, **{"gear_ratio": 3.0} | changes)
+    plain = jp.catalog.chunmei2002(clearance=clearance, gear_ratio=3.0).replace(**changes)
     law = jp.Contact(law="restitution", parameters={"restitution": restitution})
     joints = tuple(joint.model_copy(update={"contact": law, "friction": None}) for joint in plain.joints)
     return jp.Mechanism(**dict(plain) | {"joints": joints})
@@ -115,9 +115,9 @@ def test_ideal_rebounds_keep_the_energy(joints):
 @pytest.mark.long
 def test_tangents_through_impacts():
     """Flights and impacts, against central differences of the motion itself."""
-    mechanism, compared = rigid(0.8), 0
+    mechanism, compared = rigid(0.95), 0
     model = assemble(mechanism)
-    at = np.linspace(0.3, 2.7, 9) * model.period
+    at = np.linspace(0.05, 0.6, 12) * model.period
     rows = trajectory.follow(model, trajectory.Request(at[-1] * 1.001, 1e-10, at=at)).samples
     for row in rows:
         if row[1 + len(model.state)] != 0:  # held: neighbours would begin outside

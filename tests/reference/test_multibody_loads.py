@@ -1,7 +1,4 @@
-"""Springs, point masses and gravity in any direction: the package against the second program.
-
-To be wired as tests/reference/test_loads_twin.py, with multibody_records.py of this folder.
-"""
+"""Springs, point masses and gravity in any direction: the package against the second program."""
 
 from __future__ import annotations
 
