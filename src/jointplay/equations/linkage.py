@@ -260,7 +260,7 @@ def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     law = LAWS[joint.law]
     F_n, stored = law.force(g.u, g.v_n, *(number(f"{letter}_{joint.name}") for letter in law.letters))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
-    drift = sum((entry * c.bias[freedom] for freedom, entry in g.spun.items()), Integer(0))
+    drift = sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
     if joint.friction == "tanh":
         drag += number(f"f_{joint.name}") * F_n * tanh(g.v_t / number(f"v_{joint.name}"))
     return Contact(
