@@ -124,10 +124,11 @@ def test_tangents_through_impacts():
             continue
         begin = replace(model, state=row[1 : 1 + len(model.state)])
         for duration in (0.01, 0.05):
-            exact = scaled(begin, duration * model.period)
-            for size in (3e-7, 3e-6):
+            exact, apart = scaled(begin, duration * model.period), []
+            for size in (3e-8, 3e-7, 3e-6):  # rounding on one side, what is not linear on the other
                 found, met, same = differences(begin, duration * model.period, size, exact)
-                if same and len(met):
-                    compared += 1
-                    assert distance(found, exact) < 1e-4
-    assert compared > 2
+                apart += [distance(found, exact)] if same and len(met) else []
+            if apart:
+                compared += 1
+                assert min(apart) < 1e-5
+    assert compared > 5

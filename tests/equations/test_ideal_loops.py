@@ -10,7 +10,7 @@ from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, MotorLine
 from tests.support.full_coordinates import Full, Loose
-from tests.support.plain import plain
+from tests.support.plain import Point, plain
 
 NAMES = ("slider_crank", "watt", "stephenson", "quick_return")
 
@@ -307,3 +307,20 @@ def free(model, mechanism, names, state):
     if mechanism.drive.kind == "speed":
         found |= {"crank": (model.crank_angle, mechanism.drive.speed)}
     return found
+
+
+@pytest.mark.parametrize(
+    ("name", "loose"), [("slider_crank", "B"), pytest.param("stephenson", "D", marks=SLOW)]
+)
+def test_the_sliding_speed_s_rate(name, loose):
+    """What decides on sticking, against the difference of the sliding speed along the flow."""
+    model = assemble(getattr(catalog, name)(clearance={loose: 1e-4}), {"crank_angle": 0.9})
+    functions, random, n = plain(model.structure), np.random.default_rng(1), len(model.turning)
+    state = model.state + np.r_[1e-3 * random.standard_normal(n), 0.3 * random.standard_normal(n)]
+
+    def at(h):
+        place = state + h * np.r_[state[n:], rate]
+        return Point(functions, model.numbers, place, ["slip+"], t=h).contacts()[0]
+
+    rate = Point(functions, model.numbers, state, ["slip+"]).rate()[:, 0]
+    assert at(0.0)[5] == pytest.approx((at(1e-7)[2] - at(-1e-7)[2]) / 2e-7, rel=1e-5)

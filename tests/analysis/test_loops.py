@@ -1,0 +1,51 @@
+"""Ideal loops and slides in motion: energy kept, balanced in contact; clearance that vanishes."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+
+pytestmark = pytest.mark.long
+EXAMPLES = ("slider_crank", "watt", "stephenson", "quick_return")
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_energy_is_kept_without_a_drive(name):
+    """Over five turns of the crank, gravity and all."""
+    free = getattr(jp.catalog, name)(clearance={}, gravity=9.8, drive=None)
+    run = {"initial": {"crank_angle": 0.3, "crank_speed": 50.0}, "rtol": 1e-12}
+    motion = jp.simulate(free, duration=1.0, record=["energy", "kinetic_energy", "angle"], **run)
+    assert abs(float(motion.angle.sel(link="crank")[-1])) > 10 * np.pi
+    drift = np.abs(motion.energy - motion.energy[0]).max() / motion.kinetic_energy.max()
+    assert float(drift) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "loose"), [*(("slider_crank", k) for k in "OAB"), ("stephenson", "B"), ("quick_return", "E")]
+)
+def test_energy_is_balanced_in_contact(name, loose):
+    """Work of the drive, work taken in by the joint and energy: nothing is left over."""
+    mechanism = getattr(jp.catalog, name)(clearance={loose: 1e-4}, gravity=9.8)
+    motion = jp.simulate(
+        mechanism, turns=1, rtol=1e-10, record=["energy_residual", "drive_work", "joint_work"]
+    )
+    assert int(motion.status) == 0
+    assert motion.sizes["event"] > 3
+    assert float(motion.joint_work.max()) > 1e-4
+    assert float(np.abs(motion.energy_residual).max()) < 1e-7 * float(np.abs(motion.drive_work).max())
+
+
+def test_clearance_that_vanishes_leaves_the_ideal_slider_crank():
+    """The slider is off by the clearance and what it goes in: half of both, half as far."""
+    run = {"turns": 0.5, "rtol": 1e-9, "samples_per_turn": 360}
+    words = ["slide_position"]
+    off = []
+    firm = jp.simulate(jp.catalog.slider_crank(clearance=0), record=words, **run)
+    for e in (2e-5, 1e-5):
+        loose = jp.catalog.slider_crank(clearance=e, stiffness=1e9, damping=1e4)
+        found = jp.simulate(loose, record=words, **run)
+        off.append(
+            float(np.abs(found.slide_position.sel(joint="G") - firm.slide_position.sel(joint="G")).max())
+        )
+    assert off[0] < 1.2 * 2e-5
+    assert off[0] / off[1] == pytest.approx(2.0, abs=0.2)
