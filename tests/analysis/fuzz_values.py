@@ -202,6 +202,22 @@ CALLS = {  # a call that is right
     "ContactSection": {},
     "SeparationSection": {},
     "Plane": {"quantity": "angle", "value": 1.0},
+    "catalog.slider_crank": {},
+    "catalog.watt": {},
+    "catalog.stephenson": {},
+    "catalog.quick_return": {},
+    "Spring": {"name": "s", "from": {"link": "a"}, "to": {"link": "b"}, "stiffness": 1.0, "free_length": 0.1},
+    "TorsionSpring": {"name": "s", "from": "a", "to": "b", "stiffness": 1.0},
+    "Force": {"name": "f", "on": {"link": "a"}, "direction": 0.0, "constant": 1.0},
+    "Torque": {"name": "t", "link": "a", "constant": 1.0},
+    "Harmonic": {"order": 1, "cosine": 1.0},
+    "PointMass": {"at": 0.1, "mass": 1.0},
+    "PrescribedTorque": {"link": "crank", "nominal_speed": 3.0, "constant": 1.0},
+    "SpeedProfile": {"link": "crank", "start": 1.0, "end": 3.0, "time": 0.1},
+    "contact_stiffness": {"radius": 0.01, "clearance": 1e-4},
+    "run": {"study": "none.toml"},
+    "summary": {"dataset": xr.Dataset()},
+    "words": {"dataset": xr.Dataset()},
 }
 WEIGHTS = [1 + 3 * name.islower() for name in CALLS]  # analyses more often than records
 FIGURES = (

@@ -73,7 +73,7 @@ def _at(name, depth=None):
 
 
 def test_every_law_is_tried_here(added):
-    assert set(LAWS) == set(TRIED)
+    assert {name for name, law in LAWS.items() if not law.rigid} == set(TRIED)
 
 
 @pytest.mark.parametrize("name", TRIED)

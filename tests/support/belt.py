@@ -73,6 +73,7 @@ def belt(friction, state, *, m=2.0, k=50.0, V=0.1, N=20.0, load=0.0):
         absolute=np.full(2, 1e-3),
         relative=np.ones(2),
         turning=np.zeros(1),
+        fold=np.zeros(1),
         period=2 * math.pi * math.sqrt(m / k) if k else 1.0,
         h_max=math.inf,
         creep=1e-3,

@@ -258,7 +258,7 @@ def _declared(mechanism: Any, key: str) -> tuple[str, str]:
     whose = f" of {PARTS[path[0]]} {path[1]}" if path and path[0] in PARTS else ""
     units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
     _, units = law.get(last, ("", own if units == FORCES else units))
-    return cf_units(units), (getattr(field, "description", None) or last.replace("_", " ")) + whose
+    return units, (getattr(field, "description", None) or last.replace("_", " ")) + whose
 
 
 def cf_units(units: str) -> str:

@@ -57,6 +57,7 @@ def model(system: TestSystem, initial: Any = None, section: str | None = None) -
         joints=tuple(module.CONTACTS),
         states=states,
         crank_speed=rate,
+        forward=1 if rate >= 0 else -1,
         resets=tuple(module.RESETS),
     )
 

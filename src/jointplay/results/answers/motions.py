@@ -15,7 +15,7 @@ from jointplay.results.answers import stretches
 from jointplay.results.answers.exponents import CHAOTIC, FOLLOWING, decided
 
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
-TOUCHING = ("slip_positive", "slip_negative", "stick", "contact", "rest")
+APART = ("free", "released")
 BEGINS = ("contact", "impact")
 ROUNDING = 1e-12
 
@@ -62,7 +62,7 @@ def _contacts(dataset: Dataset) -> str:
         begun = np.isin(codes.words(dataset["event_kind"]).values, BEGINS)
         parts.append(f"contacts begun per nominal turn: {plain(np.count_nonzero(begun) / turns, 3)}")
     if "mode" in dataset and dataset["mode"].size:
-        share = np.isin(codes.words(dataset["mode"]).values, TOUCHING).mean(axis=0)
+        share = np.isin(codes.words(dataset["mode"]).values, APART, invert=True).mean(axis=0)
         names = dataset["joint"].values
         each = (f"{name} {plain(100 * s, 3)} %" for name, s in zip(names, share, strict=True))
         parts.append(f"in contact {', '.join(each)} of the time")
