@@ -184,7 +184,9 @@ def test_angles_of_many_turns_are_refused():
     assert int(jp.simulate(LOOSE, turns=0.01, initial={"crank_angle": -6.28}).status) == 0
 
 
-@pytest.mark.parametrize("clearance", [2.9e-4, {"A": 1e-4, "B": 2.9e-4}])
+@pytest.mark.parametrize(
+    "clearance", [2.9e-4, pytest.param({"A": 1e-4, "B": 2.9e-4}, marks=pytest.mark.long)]
+)
 def test_a_start_far_outside_a_bearing_is_refused(clearance):
     """With clearance at two joints a link floats: its place is that of the ideal mechanism."""
     mechanism = LOOSE.replace(clearance=clearance)

@@ -64,7 +64,9 @@ def balance(joints="B", elastic=("coupler",), turns=5, smooth=None, damping=0.05
     return found, np.abs(found.energy_residual).max() / np.abs(np.diff(found.drive_work)).sum()
 
 
-@pytest.mark.parametrize("changes", [{}, {"f": 0.3}, {"f": 0.3, "e": LARGE}], ids=str)
+@pytest.mark.parametrize(
+    "changes", [pytest.param({}, marks=pytest.mark.long), {"f": 0.3}, {"f": 0.3, "e": LARGE}], ids=str
+)
 def test_balance_with_friction_and_damping(changes):
     found, residual = balance(**changes)
     assert residual < 1e-12

@@ -62,7 +62,7 @@ def events(model, duration, rtol=1e-12):
     return found.events, found.status
 
 
-@pytest.mark.parametrize("law", NUMBERS)
+@pytest.mark.parametrize("law", ["flores", pytest.param("hunt_crossley", marks=pytest.mark.long)])
 @pytest.mark.parametrize("v_0", [1e-2, 1e-1, 1.0, 10.0])
 def test_impacts_have_the_restitution_of_their_law(law, v_0):
     model = at(body(law), vx=0.6 * v_0, vy=0.8 * v_0)
@@ -90,6 +90,7 @@ def test_slow_entries_count_as_those_of_the_smallest_speed():
     assert speed[1] / speed[0] == pytest.approx(page.restitution(0.1 * FACTOR["flores"](1.0)), abs=1e-9)
 
 
+@pytest.mark.long
 def test_a_force_that_may_not_pull_ends_and_comes_back_within_the_gap():
     def run(tension):
         model = at(body("flores", tension=tension), x=1.02e-3, vx=-2.0, vy=0.3, v_0=1.0)

@@ -100,6 +100,28 @@ def test_restitution_is_asked_for_within_its_bounds_and_without_friction():
         jp.Mechanism(**dict(rigid(0.5)) | {"joints": joints})
 
 
+def test_a_section_at_contact_is_one_at_impacts():
+    found = jp.poincare(
+        rigid(0.5), jp.ContactSection(joint="B"), turns=3, record=["penetration", "normal_velocity"]
+    )
+    assert found.status == 0
+    assert found.sizes["turn"] == 3
+    assert np.abs(found.penetration.values).max() < 1e-11
+    assert found.normal_velocity.values.min() > 0
+
+
+def test_a_start_outside_a_rigid_bearing_is_refused():
+    ideal = jp.simulate(rigid(0.5, clearance=0), turns=0.01, at=[0.0], record=["angle", "angular_velocity"])
+    words = {name: ideal[name].isel(time=0) for name in ("angle", "angular_velocity")}
+    start = {
+        name: dict(zip(row.link.values.tolist(), row.values.tolist(), strict=True))
+        for name, row in words.items()
+    }
+    start["angle"]["coupler"] += 2 * E / 0.181
+    with pytest.raises(InputError, match=r"at most 1 clearances .* journal of B, here .* away"):
+        jp.simulate(rigid(0.5), turns=0.1, initial=start)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("joints", ["B", "BC"])
 def test_ideal_rebounds_keep_the_energy(joints):

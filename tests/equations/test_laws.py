@@ -173,6 +173,7 @@ IN_LANES = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("law", "friction"), [*IN_LANES, ("test_hunt_crossley", "none")])
 def test_lanes_know_a_law_or_step_aside(added, law, friction):
     mechanism = linkage(law, FRICTION[friction], clearance=5e-5)

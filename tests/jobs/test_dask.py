@@ -130,7 +130,8 @@ def test_the_death_of_a_worker_costs_the_fatal_cell_alone(nursery, tmp_path):
     assert crashed == {"key5", "link3"}
     assert len(journal.index()) == 16
     begun = log.read_text().split()
-    assert begun.count("key5") == 2 * (1 + ALLOWED)
+    # twice as often where the task itself is begun again; a worker may die before it has noted that
+    assert 1 + ALLOWED <= begun.count("key5") <= 2 * (1 + ALLOWED)
     assert begun.count("key2") >= 2
     counts = [journal.load([key])[key].get("count") for key in chain]
     assert counts == [1, 2, 3, None, 4, 5]

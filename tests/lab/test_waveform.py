@@ -88,6 +88,7 @@ def test_with_clearance_whole_turns_diverge():
     assert found.sizes["time"] == 0
 
 
+@pytest.mark.long
 def test_with_clearance_short_windows_converge():
     for step, most in ((1e-5, 0.04), (2e-6, 0.01)):
         found = jp.waveform(LOOSE, step=step, passes=40, tolerance=2e-4, windows_per_turn=144)

@@ -197,9 +197,11 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
 
 def _contacts(section: ContactSection | SeparationSection, model: Model) -> tuple[tuple[str, ...], str]:
     """Names of the joints (or walls) that can make such a section, and the kind of event that does."""
-    names, kind = model.joints, section.kind
-    if model.resets and kind == "contact":
-        names, kind = model.resets, "impact"
+    names, kind = model.joints or model.resets, section.kind
+    if kind == "contact" and (
+        section.joint in model.walls if section.joint else len(model.walls) == len(names)
+    ):
+        kind = "impact"
     if not names or section.joint not in (None, *names):
         problem = unknown("section.joint", section.joint, section.joint, names, "contact")
         raise InputError([problem], "section")

@@ -5,18 +5,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from sympy import Expr, Integer, Max, Symbol, atan2, sqrt, sympify
+from sympy import Expr, Integer, Symbol, sqrt
 
 from . import beam as elastic
-from . import chain, functions, loads, loop, springs
+from . import chain, loads, loop, play, springs
 from .contact import Geometry, geometry
-from .coordinates import Coordinates, Freedom, approach, coordinates, dot
+from .coordinates import Coordinates, Freedom, coordinates, dot
 from .drives import DRIVES
-from .friction import FRICTIONS
-from .laws import LAWS
 from .springs import Action
 from .structure import Clearance, Closure, Linkage, Pin, Slide, parameter_names
-from .system import Angle, Contact, Reset, System, number, traction
+from .system import Angle, Contact, System, number, traction
 
 Vector = tuple[Expr, Expr]
 
@@ -54,7 +52,7 @@ class Parts:
             force=tuple(force),
             angles=(*(angle for angle in c.angle.values() if isinstance(angle, Angle)), *self._phases()),
             contacts=self.contacts,
-            resets=tuple(_wall(joint, self.joints[joint.name]) for joint in structure.rigid_joints),
+            resets=tuple(play.wall(joint, self.joints[joint.name]) for joint in structure.rigid_joints),
             powers=self._powers(outputs) if structure.powers else {},
             outputs=outputs,
             section=outputs[structure.section] if structure.section else None,
@@ -77,7 +75,7 @@ class Parts:
     def contacts(self) -> tuple[Contact, ...]:
         """Laws of the joints with play."""
         soft = self.structure.soft_joints
-        return tuple(_contact(joint, self.joints[joint.name], self.c) for joint in soft)
+        return tuple(play.contact(joint, self.joints[joint.name], self.c) for joint in soft)
 
     @cached_property
     def memories(self) -> set[Symbol]:
@@ -210,7 +208,7 @@ class Parts:
             yield f"angular_acceleration:{k}", c.acceleration[k]
         stored = {contact.name: contact.stored for contact in self.contacts}
         for name, g in self.joints.items():
-            yield from _contact_outputs(name, g, self._tractions[name], stored.get(name, Integer(0)))
+            yield from play.outputs(name, g, self._tractions[name], stored.get(name, Integer(0)))
         reactions = dict(self._reactions())
         for name, force in reactions.items():
             yield f"reaction_x:{name}", force[0]
@@ -302,59 +300,3 @@ class Parts:
         for each in (*self.springs, *self.loads):
             total -= sum((force[axis] for link, force in each.pulls if link in pin.links), Integer(0))
         return pin.sign * total
-
-
-def _contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
-    law = LAWS[joint.law]
-    numbers = [number(f"{letter}_{joint.name}") for letter in law.letters]
-    remembered, floor = [approach(joint.name)] * joint.remembers, number(f"{law.floor}_{joint.name}")
-    F_n, stored = law.force(g.u, g.v_n, *numbers, *remembered)
-    push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
-    drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
-    drift = sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
-    friction, slip, limit = FRICTIONS.get(joint.friction), None, None
-    if friction:
-        slip = friction.ratio(functions, g.v_t, *(number(f"{x}_{joint.name}") for x in friction.letters))
-    if friction and friction.limit:
-        limit = number(f"{friction.limit_letter}_{joint.name}")
-    elif friction:
-        drag, slip = drag + slip * F_n, None
-    return Contact(
-        joint.name,
-        g.u,
-        g.v_n,
-        F_n,
-        g.normal,
-        joint.tension or not law.pulls,
-        g.v_t,
-        g.tangential,
-        slip,
-        drag,
-        stored,
-        g.gap,
-        drift,
-        limit,
-        push,
-        {v_0: Max(g.v_n, floor) for v_0 in remembered},
-        dict.fromkeys(remembered, floor),
-    )
-
-
-def _wall(joint: Clearance, g: Geometry) -> Reset:
-    """A rigid bearing: its gap (e^2 - rho^2)/(2 e) is e - rho where it closes, and smooth everywhere."""
-    e, r = number(f"e_{joint.name}"), number(f"r_{joint.name}")
-    return Reset(joint.name, -g.gap / (2 * e), restitution=r)
-
-
-def _contact_outputs(name: str, g: Geometry, force: Vector, stored: Expr) -> Iterator[tuple[str, Expr]]:
-    yield f"journal_x:{name}", g.r[0]
-    yield f"journal_y:{name}", g.r[1]
-    yield f"eccentricity:{name}", g.rho
-    yield f"eccentricity_ratio:{name}", g.rho / number(f"e_{name}")
-    yield f"penetration:{name}", g.u
-    yield f"normal_velocity:{name}", g.v_n
-    yield f"tangential_velocity:{name}", g.v_t
-    yield f"contact_angle:{name}", atan2(g.r[1], g.r[0])
-    yield f"normal_force:{name}", force[0]
-    yield f"tangential_force:{name}", force[1]
-    yield f"stored_energy:{name}", stored

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.equations.drives import DRIVES
+from jointplay.equations.laws import LAWS
 from jointplay.equations.structure import Linkage, parameter_names
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import oscillators
@@ -102,10 +103,10 @@ def _check_journals(bases: Bases) -> None:
     """Refuse a start whose journals are nowhere near their bearings."""
     angles, problems = bases.state.angles, []
     for joint in bases.mechanism.clearance_joints:
-        apart = bases.apart(joint)
-        if apart > DEEP * joint.clearance:
+        apart, most = bases.apart(joint), 1 if LAWS[joint.contact.law].rigid else DEEP
+        if apart > most * joint.clearance * (1 + 1e-9):
             far = f"{apart / joint.clearance:.3g} clearances ({apart:.3g} m)"
-            expected = f"at most {DEEP} clearances from its bearing's centre are accepted for the journal of"
+            expected = f"at most {most} clearances from its bearing's centre are accepted for the journal of"
             problems.append(Problem("initial.angle", angles, f"{expected} {joint.name}, here {far} away"))
     if problems:
         raise InputError(problems, "initial")

@@ -76,3 +76,8 @@ class Model:
     resets: tuple[str, ...] = ()
     bending: tuple[str, ...] = ()
     memories: int = 0
+
+    @property
+    def walls(self) -> tuple[str, ...]:
+        """Names of what is met in impacts: rigid walls, and joints whose law is one of impacts."""
+        return tuple(joint.name for joint in self.structure.rigid_joints) if self.links else self.resets

@@ -123,9 +123,9 @@ def accepted_step(model: Model, step: float | None) -> float:
     InputError
         If the step is too long; or if the speeds of the system jump.
     """
-    if model.resets:
+    if model.walls:
         expected = "a system whose speeds do not jump is accepted: fixed steps would pass over its impacts"
-        raise InputError([Problem("mechanism", model.resets, expected)])
+        raise InputError([Problem("mechanism", model.walls, expected)])
     bound = step_bound(model)
     if step is None:
         return SHARE * min(bound.step, model.period / SAMPLES)
