@@ -6,7 +6,7 @@ import math
 import pytest
 
 from jointplay.errors import NOTHING
-from jointplay.mechanism import catalog, presets, systems
+from jointplay.mechanism import catalog, presets, six_bars, systems
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
 
@@ -199,8 +199,15 @@ def test_replace_recomputes_what_follows_from_the_parameters():
 def test_names_are_complete():
     assert isinstance(catalog.NAMES["chunmei2002"](), Mechanism)
     functions = [
-        f for home in (catalog, presets, systems) for f in vars(home).values() if inspect.isfunction(f)
+        f
+        for home in (catalog, presets, six_bars, systems)
+        for f in vars(home).values()
+        if inspect.isfunction(f)
     ]
-    here = [f for f in functions if f.__module__ in (catalog.__name__, presets.__name__, systems.__name__)]
+    here = [
+        f
+        for f in functions
+        if f.__module__ in (catalog.__name__, presets.__name__, six_bars.__name__, systems.__name__)
+    ]
     public = {f.__name__: f for f in here if not f.__name__.startswith("_")}
     assert catalog.NAMES == public == {name: getattr(catalog, name) for name in public}

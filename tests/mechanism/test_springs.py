@@ -6,6 +6,7 @@ import jointplay as jp
 from jointplay.analysis.vary import changed
 from jointplay.mechanism import catalog
 from jointplay.mechanism.alike import unlike_turns
+from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.beam import modal
 from jointplay.mechanism.records import Link, Mechanism
 from tests.mechanism.wrong import listed, only, problems_of
@@ -124,3 +125,11 @@ def test_a_beam_is_of_the_link_s_own_mass():
     assert modal(bent.total).frequency == pytest.approx(modal(alone).frequency, rel=1e-14)
     wrong = problems_of(Link, **BAR, inertia=0.4, elastic=True, masses=[{"at": 0.5, "mass": 3.0}])
     only(wrong, "link.masses[0].at")
+
+
+def test_a_torsion_spring_needs_an_angle_that_is_followed():
+    coil = {"kind": "torsion", "name": "coil", "from": "output", "to": "ground", "stiffness": 3.0}
+    mechanism = Mechanism(**dict(catalog.watt()) | {"springs": [coil]})
+    problem = only(problems_of(assemble, mechanism), "mechanism.springs[0].from")
+    assert "known up to whole turns only" in problem.expected
+    assert assemble(catalog.watt(springs=[coil | {"from": "crank"}]))

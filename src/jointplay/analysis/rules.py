@@ -197,10 +197,9 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
 
 def _contacts(section: ContactSection | SeparationSection, model: Model) -> tuple[tuple[str, ...], str]:
     """Names of the joints (or walls) that can make such a section, and the kind of event that does."""
-    names, kind = model.joints or model.resets, section.kind
-    if kind == "contact" and (
-        section.joint in model.walls if section.joint else len(model.walls) == len(names)
-    ):
+    walls, kind = model.walls, section.kind
+    names = model.resets if kind == "contact" and not model.joints else model.joints
+    if kind == "contact" and (section.joint in walls or (section.joint is None and len(walls) == len(names))):
         kind = "impact"
     if not names or section.joint not in (None, *names):
         problem = unknown("section.joint", section.joint, section.joint, names, "contact")

@@ -2,7 +2,7 @@
 
 Source of the linkage: Chunmei, Yang, Ling and Ling, "The non-linear dynamic behavior of an elastic linkage
 mechanism with clearances", J. Sound Vib. (2002), Table 1. Other linkages are those of
-`mechanism.presets`, test systems those of `mechanism.systems`.
+`mechanism.presets` and `mechanism.six_bars`, test systems those of `mechanism.systems`.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from typing import Any
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
-from jointplay.mechanism.presets import quick_return, slider_crank, stephenson, watt
+from jointplay.mechanism.presets import quick_return, slider_crank
 from jointplay.mechanism.records import Mechanism, MotorLine
 from jointplay.mechanism.signature import checked
+from jointplay.mechanism.six_bars import stephenson, watt
 from jointplay.mechanism.systems import (  # noqa: F401  offered here by name
     SYSTEMS,
     TestSystem,

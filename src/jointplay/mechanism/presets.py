@@ -1,4 +1,4 @@
-"""Linkages that everybody knows, to start from: slider-crank, two six-bars, quick-return.
+"""Linkages that everybody knows, to start from: slider-crank and quick-return.
 
 Their numbers are examples, no publication's: every one is a keyword. All revolute joints carry the same
 contact data, so that any of them can be given clearance.
@@ -7,59 +7,40 @@ contact data, so that any of them can be given clearance.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import Field
 
 from jointplay.errors import InputError, unknown
-from jointplay.mechanism.base import GROUND, Name, NonNegative, Number, Positive, unit
+from jointplay.mechanism.base import Name, Number, Positive, unit
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.changes import Clearance
 from jointplay.mechanism.drive import ConstantSpeed
-from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
+from jointplay.mechanism.preset_parts import (
+    Coefficient,
+    Damping,
+    Density,
+    Gravity,
+    Length,
+    Offset,
+    Radius,
+    Speed,
+    Stiffness,
+    bars,
+    example,
+    fixed,
+    joined,
+    on,
+)
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 
-Length = Annotated[Positive, unit("length", "m")]
-Offset = Annotated[Number, unit("offset", "m")]
-Density = Annotated[Positive, unit("mass of a metre", "kg/m")]
-Radius = Annotated[Positive, unit("journal radius", "m")]
-Stiffness = Annotated[Positive, unit("contact stiffness", "N/m")]
-Damping = Annotated[NonNegative, unit("contact damping", "N s/m")]
-Coefficient = Annotated[NonNegative, unit("friction coefficient", "1")]
-Speed = Annotated[Number, unit("speed", "rad/s")]
-Gravity = Annotated[Number, unit("gravity", "m/s²")]
 _ByLink = Annotated[dict[Name, Number], Field(json_schema_extra={"accepts": "a table of numbers by link"})]
 
 _Numbers = dict[str, float]
 MASS = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
 INERTIA = {"crank": 1e-5, "rod": 2.5e-4, "slider": 1e-5}
-
-
-def _joints(pins: Mapping[str, tuple[Pin, Pin]], guides: Iterable[str], **laws: float) -> tuple[Joint, ...]:
-    """Joints from journal and bearing: revolute ones with contact data, and guides."""
-    contact = Contact(stiffness=laws["stiffness"], damping=laws["damping"])
-    friction = Friction(coefficient=laws["friction"]) if laws["friction"] else None
-    revolute = {"radius": laws["radius"], "contact": contact, "friction": friction}
-    return tuple(
-        Joint(name=k, journal=one, bearing=two, **({"kind": "prismatic"} if k in guides else revolute))
-        for k, (one, two) in pins.items()
-    )
-
-
-def _bars(lengths: Mapping[str, float], density: float) -> tuple[Link, ...]:
-    """Uniform bars."""
-    rows = ((name, length, density * length) for name, length in lengths.items())
-    return tuple(Link(name=n, length=l, mass=m, inertia=m * l**2 / 3) for n, l, m in rows)
-
-
-def _fixed(x: float, y: float) -> Pin:
-    return Pin(link=GROUND, point=(x, y))
-
-
-def _on(link: str, at: float = 0.0) -> Pin:
-    return Pin(link=link, at=at)
 
 
 def _by_link(tables: Mapping[str, tuple[Mapping[str, float] | None, _Numbers]]) -> list[_Numbers]:
@@ -126,10 +107,10 @@ def slider_crank(
         for k in lengths
     )
     pins = {
-        "O": (_on("crank"), _fixed(0.0, 0.0)),
-        "A": (_on("crank", crank), _on("rod")),
-        "B": (_on("rod", rod), _on("slider")),
-        "G": (_on("slider"), _fixed(0.0, offset)),
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", crank), on("rod")),
+        "B": (on("rod", rod), on("slider")),
+        "G": (on("slider"), fixed(0.0, offset)),
     }
     laws = {"radius": radius, "stiffness": stiffness, "damping": damping, "friction": friction}
     guess = {"crank": 0.0, "rod": math.asin(max(-1.0, min(1.0, offset / rod)))}
@@ -137,96 +118,12 @@ def slider_crank(
     made = Mechanism(
         name="slider_crank",
         links=links,
-        joints=_joints(pins, "G", **laws),
+        joints=joined(pins, "G", **laws),
         drive=drive,
         gravity=gravity,
         guess=guess,
     )
     return made.replace(clearance=clearance, **changes)
-
-
-@checked()
-def watt(
-    crank: Length = 0.04,
-    coupler: Length = 0.12,
-    rocker: Length = 0.1,
-    arm: Length = 0.15,
-    rod: Length = 0.18,
-    output: Length = 0.12,
-    ground: Length = 0.13,
-    pivot: Length = 0.28,
-    density: Density = 1.0,
-    speed: Speed = 50.0,
-    gravity: Gravity = 9.8,
-    **changes: Any,
-) -> Mechanism:
-    """Give a Watt six-bar: the rocker of the four-bar O A B C, longer than C–B, drives another, C D E F.
-
-    Links crank O–A, coupler A–B, rocker C–B–D, rod D–E, output F–E; O, C and F on the ground along +x.
-
-    Parameters
-    ----------
-    crank, coupler, rocker, rod, output : float
-        Distances O–A, A–B, C–B, D–E, F–E, m.
-    arm : float
-        Distance C–D on the rocker, m; at least C–B.
-    ground, pivot : float
-        Distances O–C and O–F, m.
-    density : float
-        Mass of a metre of the uniform links, kg/m.
-    speed : float
-        Constant speed of the crank, rad/s.
-    gravity : float
-        Along −y, m/s².
-    **changes
-        As in `Mechanism.replace`.
-    """
-    lengths = {"crank": crank, "coupler": coupler, "rocker": arm, "rod": rod, "output": output}
-    pins = _four_bar(crank, coupler, rocker, ground) | _dyad("rocker", arm, rod, output, pivot)
-    guess = {"coupler": 0.95, "rocker": 1.8, "rod": -0.15, "output": 1.6}
-    return _six_bar("watt", lengths, pins, density, speed, gravity, guess).replace(**changes)
-
-
-@checked()
-def stephenson(
-    crank: Length = 0.04,
-    coupler: Length = 0.12,
-    arm: Length = 0.17,
-    rocker: Length = 0.1,
-    rod: Length = 0.14,
-    output: Length = 0.12,
-    ground: Length = 0.13,
-    pivot: Length = 0.2,
-    density: Density = 1.0,
-    speed: Speed = 50.0,
-    gravity: Gravity = 9.8,
-    **changes: Any,
-) -> Mechanism:
-    """Give a Stephenson six-bar: the coupler of the four-bar O A B C, longer than A–B, drives D–E and F–E.
-
-    Links crank O–A, coupler A–B–D, rocker C–B, rod D–E, output F–E; O, C and F on the ground along +x.
-
-    Parameters
-    ----------
-    crank, coupler, rocker, rod, output : float
-        Distances O–A, A–B, C–B, D–E, F–E, m.
-    arm : float
-        Distance A–D on the coupler, m; at least A–B.
-    ground, pivot : float
-        Distances O–C and O–F, m.
-    density : float
-        Mass of a metre of the uniform links, kg/m.
-    speed : float
-        Constant speed of the crank, rad/s.
-    gravity : float
-        Along −y, m/s².
-    **changes
-        As in `Mechanism.replace`.
-    """
-    lengths = {"crank": crank, "coupler": arm, "rocker": rocker, "rod": rod, "output": output}
-    pins = _four_bar(crank, coupler, rocker, ground) | _dyad("coupler", arm, rod, output, pivot)
-    guess = {"coupler": 0.9, "rocker": 1.9, "rod": -0.5, "output": 0.8}
-    return _six_bar("stephenson", lengths, pins, density, speed, gravity, guess).replace(**changes)
 
 
 @checked()
@@ -267,62 +164,19 @@ def quick_return(
     **changes
         As in `Mechanism.replace`.
     """
-    bars = _bars({"crank": crank, "arm": arm, "rod": rod}, density)
+    rods = bars({"crank": crank, "arm": arm, "rod": rod}, density)
     small = [
         Link(name=k, length=crank / 2, mass=m, centre=0.0, inertia=m * crank**2 / 12)
         for k, m in (("block", block), ("ram", ram))
     ]
     pins = {
-        "O": (_on("crank"), _fixed(0.0, 0.0)),
-        "A": (_on("crank", crank), _on("block")),
-        "S": (_on("block"), _on("arm")),
-        "C": (_on("arm"), _fixed(0.0, -pivot)),
-        "D": (_on("arm", arm), _on("rod")),
-        "E": (_on("rod", rod), _on("ram")),
-        "G": (_on("ram"), _fixed(0.0, height)),
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", crank), on("block")),
+        "S": (on("block"), on("arm")),
+        "C": (on("arm"), fixed(0.0, -pivot)),
+        "D": (on("arm", arm), on("rod")),
+        "E": (on("rod", rod), on("ram")),
+        "G": (on("ram"), fixed(0.0, height)),
     }
     guess = {"crank": 0.0, "arm": math.atan2(pivot, crank), "rod": 0.0}
-    return _example("quick_return", (*bars, *small), pins, "SG", speed, gravity, guess).replace(**changes)
-
-
-def _four_bar(crank: float, coupler: float, rocker: float, ground: float) -> dict[str, tuple[Pin, Pin]]:
-    return {
-        "O": (_on("crank"), _fixed(0.0, 0.0)),
-        "A": (_on("crank", crank), _on("coupler")),
-        "B": (_on("coupler", coupler), _on("rocker", rocker)),
-        "C": (_on("rocker"), _fixed(ground, 0.0)),
-    }
-
-
-def _dyad(link: str, at: float, rod: float, output: float, pivot: float) -> dict[str, tuple[Pin, Pin]]:
-    return {
-        "D": (_on(link, at), _on("rod")),
-        "E": (_on("rod", rod), _on("output", output)),
-        "F": (_on("output"), _fixed(pivot, 0.0)),
-    }
-
-
-def _six_bar(
-    name: str,
-    lengths: Mapping[str, float],
-    pins: Mapping[str, tuple[Pin, Pin]],
-    density: float,
-    speed: float,
-    gravity: float,
-    guess: Mapping[str, float],
-) -> Mechanism:
-    return _example(name, _bars(lengths, density), pins, "", speed, gravity, guess)
-
-
-def _example(
-    name: str,
-    links: tuple[Link, ...],
-    pins: Mapping[str, tuple[Pin, Pin]],
-    guides: str,
-    speed: float,
-    gravity: float,
-    guess: Mapping[str, float],
-) -> Mechanism:
-    joints = _joints(pins, guides, radius=0.01, stiffness=1e7, damping=200.0, friction=0.05)
-    drive = ConstantSpeed(link="crank", speed=speed)
-    return Mechanism(name=name, links=links, joints=joints, drive=drive, gravity=gravity, guess=dict(guess))
+    return example("quick_return", (*rods, *small), pins, "SG", speed, gravity, guess).replace(**changes)

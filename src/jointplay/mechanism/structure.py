@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from jointplay.equations.structure import Beam, Clearance, Closure, Linkage, Pin, Slide
+from jointplay.errors import InputError, Problem
 from jointplay.mechanism import actions
 from jointplay.mechanism.base import DOWNWARDS
 from jointplay.mechanism.beam import Link
@@ -34,11 +37,11 @@ def linkage(
     Raises
     ------
     InputError
-        If ideal loops do not close by two links at a time.
+        If ideal loops do not close by two links at a time, or a torsion spring turns one of their links.
     """
     forest = forest or Forest.of(mechanism)
     links, places = tuple(forest.links), forest.places
-    return Linkage(
+    structure = Linkage(
         links=links,
         couplings=forest.couplings(),
         floats=forest.floats,
@@ -59,6 +62,20 @@ def linkage(
         loads=actions.loads(mechanism, forest),
         torque=mechanism.drive.structure if mechanism.drive else None,
     )
+    if problems := [*_unwound(mechanism, structure)]:
+        raise InputError(problems, "mechanism")
+    return structure
+
+
+def _unwound(mechanism: Mechanism, structure: Linkage) -> Iterator[Problem]:
+    """Torsion springs on links whose angle follows from a loop, and so is known up to whole turns only."""
+    for i, spring in enumerate(mechanism.springs):
+        for end, link in zip(("from", "to"), spring.links, strict=True):
+            if spring.twists and link in structure.dependent:
+                text = (
+                    "a link whose angle follows from no ideal loop or guide is accepted: this one's is known"
+                )
+                yield Problem(f"mechanism.springs[{i}].{end}", link, f"{text} up to whole turns only")
 
 
 def _clearance(joint: Joint, forest: Forest) -> Clearance:
