@@ -267,10 +267,10 @@ def test_spectrum_dimension_sensitivity():
     ]
 
 
-def history(**variables):
+def history(joints=("B",), **variables):
     time = var("time", np.linspace(0.0, 0.2, 5), "s")
     return result(
-        "response", variables, {"time": time, "joint": ("joint", ["B"]), "pin": ("pin", ["O", "A"])}
+        "response", variables, {"time": time, "joint": ("joint", [*joints]), "pin": ("pin", ["O", "A"])}
     )
 
 
@@ -287,6 +287,14 @@ def test_a_response():
     speed = {"angular_velocity": var(("time", "joint"), [[1.0], [-80.0], [2], [3], [4]], "rad s-1")}
     assert said(history(**speed)) == ["largest size of x: B 80 rad/s"]
     assert said(history()) == ["5 samples over 200 ms"]
+
+
+def test_a_guide_without_clearance_has_no_part_in_contacts():
+    force = var(("time", "joint"), np.column_stack([np.arange(5.0), np.full(5, np.nan)]), "N")
+    modes = coded(("time", "joint"), [[0, 5], [2, 5], [2, 5], [0, 5], [0, 5]], Mode.words())
+    clearance = var("joint", [1e-4, 0.0], "m")
+    found = history("BG", normal_force=force, mode=modes, clearance=clearance)
+    assert said(found) == ["largest forces: contact B 4 N", "in contact B 40 % of the time"]
 
 
 def test_section_points():

@@ -36,7 +36,8 @@ def _forces(dataset: Dataset) -> str:
     for name, dim, kind in (("normal_force", "joint", "contact"), ("reaction", "pin", "ideal joints")):
         if name in dataset and dim in dataset[name].dims and np.isfinite(dataset[name].values).any():
             peaks = dataset[name].max("time")
-            each = (f"{peaks[dim].values[i]} {measure(float(peaks[i]), 'N', 3)}" for i in range(peaks.size))
+            known = peaks[np.isfinite(peaks.values)]  # guides without clearance have none
+            each = (f"{known[dim].values[i]} {measure(float(known[i]), 'N', 3)}" for i in range(known.size))
             found.append(f"{kind} {', '.join(each)}")
     return f"largest forces: {'; '.join(found)}" if found else ""
 
@@ -62,8 +63,9 @@ def _contacts(dataset: Dataset) -> str:
         begun = np.isin(codes.words(dataset["event_kind"]).values, BEGINS)
         parts.append(f"contacts begun per nominal turn: {plain(np.count_nonzero(begun) / turns, 3)}")
     if "mode" in dataset and dataset["mode"].size:
-        share = np.isin(codes.words(dataset["mode"]).values, APART, invert=True).mean(axis=0)
-        names = dataset["joint"].values
+        loose = dataset if "clearance" not in dataset else dataset.isel(joint=dataset["clearance"].values > 0)
+        share = np.isin(codes.words(loose["mode"]).values, APART, invert=True).mean(axis=0)
+        names = loose["joint"].values
         each = (f"{name} {plain(100 * s, 3)} %" for name, s in zip(names, share, strict=True))
         parts.append(f"in contact {', '.join(each)} of the time")
     return "; ".join(parts)
