@@ -211,3 +211,9 @@ def test_names_are_complete():
     ]
     public = {f.__name__: f for f in here if not f.__name__.startswith("_")}
     assert catalog.NAMES == public == {name: getattr(catalog, name) for name in public}
+
+
+def test_presets_take_values_with_units():
+    found = catalog.slider_crank(clearance="0.2 mm", speed="1500 rpm", crank="5 cm")
+    assert found == catalog.slider_crank(clearance=2e-4, speed=50 * math.pi, crank=0.05)
+    assert catalog.slider_crank(clearance={"A": "20 um"}).joint("A").clearance == 2e-5

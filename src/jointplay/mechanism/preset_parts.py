@@ -7,11 +7,13 @@ from typing import Annotated
 
 from jointplay.mechanism.base import GROUND, NonNegative, Number, Positive, unit
 from jointplay.mechanism.beam import Link
+from jointplay.mechanism.changes import Clearance
 from jointplay.mechanism.drive import ConstantSpeed
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.records import Mechanism
 
 Length = Annotated[Positive, unit("length", "m")]
+Play = Annotated[Clearance, unit("radial clearance", "m")]
 Offset = Annotated[Number, unit("offset", "m")]
 Density = Annotated[Positive, unit("mass of a metre", "kg/m")]
 Radius = Annotated[Positive, unit("journal radius", "m")]

@@ -15,7 +15,6 @@ from pydantic import Field
 from jointplay.errors import InputError, unknown
 from jointplay.mechanism.base import Name, Number, Positive, unit
 from jointplay.mechanism.beam import Link
-from jointplay.mechanism.changes import Clearance
 from jointplay.mechanism.drive import ConstantSpeed
 from jointplay.mechanism.preset_parts import (
     Coefficient,
@@ -24,6 +23,7 @@ from jointplay.mechanism.preset_parts import (
     Gravity,
     Length,
     Offset,
+    Play,
     Radius,
     Speed,
     Stiffness,
@@ -64,7 +64,7 @@ def slider_crank(
     mass: _ByLink | None = None,
     inertia_centre: _ByLink | None = None,
     centre: _ByLink | None = None,
-    clearance: Clearance = {"B": 1e-4},  # noqa: B006  read only
+    clearance: Play = {"B": 1e-4},  # noqa: B006  read only
     radius: Radius = 0.01,
     stiffness: Stiffness = 1e7,
     damping: Damping = 200.0,
