@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from jointplay.mechanism.joints import Pin
@@ -50,7 +49,8 @@ def watt(
     lengths = {"crank": crank, "coupler": coupler, "rocker": arm, "rod": rod, "output": output}
     pins = _four_bar(crank, coupler, rocker, ground) | _dyad("rocker", arm, rod, output, pivot)
     guess = {"coupler": 0.95, "rocker": 1.8, "rod": -0.15, "output": 1.6}
-    return _six_bar("watt", lengths, pins, density, speed, gravity, guess).replace(**changes)
+    links = bars(lengths, density)
+    return example("watt", links, pins, "", speed, gravity, guess).replace(**changes)
 
 
 @checked()
@@ -92,7 +92,8 @@ def stephenson(
     lengths = {"crank": crank, "coupler": arm, "rocker": rocker, "rod": rod, "output": output}
     pins = _four_bar(crank, coupler, rocker, ground) | _dyad("coupler", arm, rod, output, pivot)
     guess = {"coupler": 0.9, "rocker": 1.9, "rod": -0.5, "output": 0.8}
-    return _six_bar("stephenson", lengths, pins, density, speed, gravity, guess).replace(**changes)
+    links = bars(lengths, density)
+    return example("stephenson", links, pins, "", speed, gravity, guess).replace(**changes)
 
 
 def _four_bar(crank: float, coupler: float, rocker: float, ground: float) -> dict[str, tuple[Pin, Pin]]:
@@ -110,15 +111,3 @@ def _dyad(link: str, at: float, rod: float, output: float, pivot: float) -> dict
         "E": (on("rod", rod), on("output", output)),
         "F": (on("output"), fixed(pivot, 0.0)),
     }
-
-
-def _six_bar(
-    name: str,
-    lengths: Mapping[str, float],
-    pins: Mapping[str, tuple[Pin, Pin]],
-    density: float,
-    speed: float,
-    gravity: float,
-    guess: Mapping[str, float],
-) -> Mechanism:
-    return example(name, bars(lengths, density), pins, "", speed, gravity, guess)
