@@ -174,6 +174,7 @@ CALLS = {  # a call that is right
     "scheme_comparison": {"mechanism": LOOSE, "passes": 1, "repeats": 1},
     "stress": {"scenes": 1, "variants": ["none"], "turns": 1},
     "work_precision": {"mechanism": PAIR, "tolerances": [1e-4], "peers": [], "rounds": 0, "budget": 0.01},
+    "benchmark": {"mechanism": PAIR},
     "open": {"path": "none.nc"},
     "cell": {"dataset": xr.Dataset()},
     "figure": {"dataset": xr.Dataset()},
