@@ -236,5 +236,14 @@ _ROWS = (
         varies=False,
         summary=".lab.precision.precision_answer:precision_answer",
     ),
+    Kind(
+        "benchmark",
+        ".lab.benchmarks.benchmark:benchmark",
+        ("benchmark",),
+        "to where the published answer stands",
+        varies=False,
+        table=".lab.benchmarks.benchmark_table:benchmark_table",
+        summary=".lab.benchmarks.benchmark_table:benchmark_answer",
+    ),
 )
 KINDS: dict[str, Kind] = {row.name: row for row in _ROWS}

@@ -35,17 +35,18 @@ def test_energy_is_balanced_in_contact(name, loose):
     assert float(np.abs(motion.energy_residual).max()) < 1e-7 * float(np.abs(motion.drive_work).max())
 
 
-def test_clearance_that_vanishes_leaves_the_ideal_slider_crank():
+@pytest.mark.parametrize("joint", "OAB")
+def test_clearance_that_vanishes_leaves_the_ideal_slider_crank(joint):
     """The slider is off by the clearance and what it goes in: half of both, half as far."""
     run = {"turns": 0.5, "rtol": 1e-9, "samples_per_turn": 360}
     words = ["slide_position"]
     off = []
     firm = jp.simulate(jp.catalog.slider_crank(clearance=0), record=words, **run)
     for e in (2e-5, 1e-5):
-        loose = jp.catalog.slider_crank(clearance=e, stiffness=1e9, damping=1e4)
+        loose = jp.catalog.slider_crank(clearance={joint: e}, stiffness=1e9, damping=1e4)
         found = jp.simulate(loose, record=words, **run)
         off.append(
             float(np.abs(found.slide_position.sel(joint="G") - firm.slide_position.sel(joint="G")).max())
         )
-    assert off[0] < 1.2 * 2e-5
+    assert off[0] < 1.4 * 2e-5
     assert off[0] / off[1] == pytest.approx(2.0, abs=0.2)

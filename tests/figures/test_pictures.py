@@ -41,6 +41,17 @@ def stressed() -> xr.Dataset:
     return xr.Dataset(data, attrs={"kind": "stress"})
 
 
+def compared() -> xr.Dataset:
+    """Three quantities of a benchmark, one of them met to the last bit."""
+    off = np.array([1e-9, 0.0, 3e-12])
+    data = {"published": ("quantity", np.ones(3)), "computed": ("quantity", 1 + off)}
+    data |= {
+        "relative_difference": ("quantity", off),
+        "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
+    }
+    return xr.Dataset(data, {"quantity": ["angle", "speed", "force"]}, {"kind": "benchmark"})
+
+
 PICTURES = {
     "time_history": lambda: (response(), {"kind": "time_history"}),
     "time_history of turns": lambda: (response(), {"kind": "time_history", "turns": [1, 3], "axis": "angle"}),
@@ -72,6 +83,7 @@ PICTURES = {
     "floquet of a branch": lambda: (branches(), {"kind": "floquet"}),
     "stress": lambda: (stressed(), {}),
     "work_precision": lambda: (works(), {}),
+    "benchmark": lambda: (compared(), {}),
     "sweep": lambda: (swept("clearance"), {"kind": "sweep"}),
     "sweep over two": lambda: (swept("clearance", "gear_ratio"), {"kind": "sweep"}),
     "sweep of cases": lambda: (cases(), {"kind": "sweep"}),

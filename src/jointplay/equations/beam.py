@@ -10,14 +10,15 @@ the acceleration of the link's origin, virtual work gives, beside the rigid term
     on the origin   S.eta'' n_j - (2 w_j sigma' + a_j sigma) e_j - w_j^2 sigma n_j.
 
 `order` "paper" keeps only what is linear in eta'' and the beam's own vibration, as equations (3)-(12) of
-Chunmei et al. (2002) do: S.eta'', I.eta'', and no w_j^2 eta_i. Assumptions: small deflections, no stretch,
-the drive acts on the link's frame. Units: eta in m kg^1/2.
+Chunmei et al. (2002) do: S.eta'', I.eta'', and no w_j^2 eta_i. Assumptions: small deflections, no stretch but
+that of equations.stretch, the drive acts on the link's frame. Units: eta in m kg^1/2.
 """
 
 from collections.abc import Iterator
 
 from sympy import Expr, Integer
 
+from . import stretch
 from .chain import GRAVITY, height
 from .coordinates import Coordinates, Freedom
 from .structure import Beam, Linkage
@@ -62,6 +63,8 @@ def inertia(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Fr
         yield j, j, sum(c.position[mode] ** 2 for mode in modes(beam))
         for k, _, along in _origin(beam, c):
             yield j, k, -sigma * along * (2 if k == j else 1)
+    if beam.axial:
+        yield from stretch.inertia(beam, c, list(_origin(beam, c)))
 
 
 def _sway(beam: Beam, c: Coordinates) -> tuple[Expr, Expr]:
@@ -94,21 +97,27 @@ def force(structure: Linkage, beam: Beam, c: Coordinates) -> Iterator[tuple[Free
     yield j, sigma * (_sway(beam, c)[1] + heave) - 2 * w * turning
     for k, across, along in _origin(beam, c):
         yield k, 2 * w * rate * along + w**2 * sigma * across
+    if beam.axial:
+        weight = GRAVITY * height(structure, c.n(j)) if structure.gravity else Integer(0)
+        yield from stretch.force(beam, c, list(_origin(beam, c)), _sway(beam, c), (weight, heave))
 
 
 def strain_energy(beam: Beam, c: Coordinates) -> Expr:
-    """sum_i omega_i^2 eta_i^2 / 2."""
-    return _squares(beam, "k", c.position, Integer(1) / 2)
+    """sum_i omega_i^2 eta_i^2 / 2, and the same of what stretches."""
+    half = Integer(1) / 2
+    return _squares(beam, "k", c.position, half) + stretch.squares(beam, "axial", c.position, half)
 
 
 def weight_energy(structure: Linkage, beam: Beam, c: Coordinates) -> Expr:
     """Gravity's energy of the deflection."""
-    return GRAVITY * height(structure, c.n(beam.link)) * combined(beam, "S", c.position)
+    bent = height(structure, c.n(beam.link)) * combined(beam, "S", c.position)
+    return GRAVITY * (bent + height(structure, c.e(beam.link)) * stretch.combined(beam, "along", c.position))
 
 
 def dissipated_power(beam: Beam, c: Coordinates) -> Expr:
     """Power that structural damping takes."""
-    return _squares(beam, "c", c.speed, Integer(1))
+    one = Integer(1)
+    return _squares(beam, "c", c.speed, one) + stretch.squares(beam, "axial_c", c.speed, one)
 
 
 def _squares(beam: Beam, word: str, values: dict[Freedom, Expr], share: Expr) -> Expr:
@@ -125,4 +134,4 @@ def momentum_rate(structure: Linkage, beam: Beam, c: Coordinates, axis: int) -> 
         w, sigma, rate = c.speed[j], combined(beam, "S", c.position), combined(beam, "S", c.speed)
         along = 2 * w * rate + c.acceleration[j] * sigma
         total -= along * c.e(j)[axis] + w**2 * sigma * c.n(j)[axis]
-    return total
+    return total + stretch.momentum_rate(beam, c, axis) if beam.axial else total

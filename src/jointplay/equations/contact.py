@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 from sympy import Expr, Float, Integer, Symbol, sqrt
 
-from .coordinates import Coordinates, Freedom
+from .coordinates import Coordinates, Freedom, dot
 from .structure import Clearance
 from .system import number
 
@@ -55,8 +55,9 @@ def _column(
     """Derivatives of `along`.r' plus spins with respect to the speed of every freedom."""
     column: dict[Freedom, Expr] = {}
     for k in joint.arms:
-        n = c.n(k)
-        column[k] = number(f"D_{joint.name}_{k}") * (n[0] * along[0] + n[1] * along[1])
+        D = number(f"D_{joint.name}_{k}")
+        column[k] = D * c.longer(k) * dot(c.n(k), along)
+        column |= {mode: D * share * dot(c.e(k), along) for mode, share in c.stretch.get(k, {}).items()}
     for f, sign in joint.bases:
         for axis in (0, 1):
             column[f, axis] = sign * along[axis]
@@ -88,7 +89,7 @@ def geometry(joint: Clearance, c: Coordinates, driven: str) -> Geometry:
         let(
             f"r{'xy'[axis]}",
             number(f"r{'xy'[axis]}0_{name}")
-            + sum(number(f"D_{name}_{k}") * c.e(k)[axis] for k in joint.arms)
+            + sum(number(f"D_{name}_{k}") * c.longer(k) * c.e(k)[axis] for k in joint.arms)
             + sum(sign * c.position[f, axis] for f, sign in joint.bases),
         )
         for axis in (0, 1)

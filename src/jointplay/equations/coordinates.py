@@ -1,8 +1,8 @@
 """Freedoms of a linkage: which speeds there are, which of them are unknown, and how the others follow.
 
 A freedom is the angle of a link (its name), a coordinate of a chain's base (chain, axis), the slide of a
-prismatic joint (None, joint), or an elastic mode (link, number). Its speed and acceleration are combinations
-of the unknown ones,
+prismatic joint (None, joint), or an elastic mode, across (link, number) or along (None, link, number). Its
+speed and acceleration are combinations of the unknown ones,
 
     z = sum_i P_i z_i,     a = sum_i P_i a_i + bias,
 
@@ -43,7 +43,7 @@ class Coordinates:
     `leads` says how a speed follows from the unknown and prescribed ones, `own` what the acceleration has
     beside theirs, `drift` what prescribed accelerations give it. `tree` says how a freedom follows from
     angles and slides when no loop is closed. `imposed` are accelerations of unknowns that no force changes,
-    by their places.
+    by their places. `stretch` says by how much a mode along lengthens a link, over its length.
     """
 
     angle: dict[Freedom, Angle | Direction] = field(default_factory=dict)
@@ -60,6 +60,7 @@ class Coordinates:
     speeds: list[Symbol] = field(default_factory=list)
     definitions: list[tuple[Symbol, Expr]] = field(default_factory=list)
     imposed: dict[int, Expr] = field(default_factory=dict)
+    stretch: dict[str, dict[Freedom, Expr]] = field(default_factory=dict)
 
     def e(self, k: Freedom) -> tuple[Expr, Expr]:
         """Unit vector along link k, or along a guide."""
@@ -68,6 +69,14 @@ class Coordinates:
     def n(self, k: Freedom) -> tuple[Expr, Expr]:
         """Unit vector across it."""
         return -self.angle[k].sin, self.angle[k].cos
+
+    def longer(self, k: str) -> Expr:
+        """Length of link k over that of the unstretched one: 1, but for a link that stretches."""
+        return 1 + _combined(self.stretch.get(k, {}), self.position)
+
+    def longer_rate(self, k: str) -> Expr:
+        """Its rate."""
+        return _combined(self.stretch.get(k, {}), self.speed)
 
     def cos(self, k: str, m: str) -> Expr:
         """cos(theta_k - theta_m)."""
@@ -186,6 +195,10 @@ def coordinates(structure: Linkage) -> Coordinates:
                 c.given((beam.link, i), number(f"rate_{name}"), number(f"acc_{name}"))
             else:
                 c.free((beam.link, i), Symbol(f"eta_{name}", real=True), Symbol(f"deta_{name}", real=True))
+        for mode in beam.stretches:
+            name = f"{beam.link}_{mode[2]}"
+            c.free(mode, Symbol(f"zeta_{name}", real=True), Symbol(f"dzeta_{name}", real=True))
+            c.stretch.setdefault(beam.link, {})[mode] = number(f"stretch_{name}")
     dependent = structure.dependent
     for k in structure.links:
         if k in dependent:

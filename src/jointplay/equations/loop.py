@@ -16,7 +16,8 @@ unknowns u, v solve J_u u' + J_v v' = -J_known z and the same with centripetal t
 force on the bearing of the cut joint closes their equations, J_u.F = -R_u, J_v.F = -R_v, R what these lack.
 
 A link on a guide has the guide's angle but for a constant; its chain's base is the same kind of sum.
-Singular where J_u and J_v are parallel, a dead centre. Deflections do not move the joints: closure is rigid.
+Singular where J_u and J_v are parallel, a dead centre. Deflections do not move the joints; a link that
+stretches (equations.stretch) has D_k times its lengthening, whose modes are among the known freedoms.
 """
 
 from collections.abc import Callable, Iterator
@@ -67,7 +68,10 @@ class Vectors:
         return ((named[name], sign) for name, sign in pairs)
 
     def _arm(self, k: str) -> Vector:
-        return scaled(number(f"D_{self.of.name}_{k}"), self.c.e(k))
+        return scaled(self._length(k), self.c.e(k))
+
+    def _length(self, k: str) -> Expr:
+        return number(f"D_{self.of.name}_{k}") * self.c.longer(k)
 
     def _run(self, slide: Slide, sign: int) -> Vector:
         return scaled(sign * self.c.position[slide.freedom], self.c.e(slide.freedom))
@@ -92,6 +96,8 @@ class Vectors:
 
         for k in self.of.arms:
             add(k, self._arm(k))
+            for mode, share in self.c.stretch.get(k, {}).items():
+                found[mode] = scaled(number(f"D_{self.of.name}_{k}") * share, self.c.e(k))
         for slide, sign in self.slides:
             add(slide.guide, self._run(slide, sign))
             found[slide.freedom] = scaled(Integer(sign), self.c.e(slide.freedom))
@@ -101,7 +107,11 @@ class Vectors:
         """Second derivative by time where no angle and no slide accelerates: Coriolis terms of slides too."""
         total, speed = ZERO, self.c.speed
         for k in self.of.arms:
-            total = _plus(total, self._arm(k), -(speed.get(self.structure.frame(k), Integer(0)) ** 2))
+            w = speed.get(self.structure.frame(k), Integer(0))
+            total = _plus(total, self._arm(k), -(w**2))
+            if k in self.c.stretch:
+                rate = number(f"D_{self.of.name}_{k}") * self.c.longer_rate(k)
+                total = _plus(total, self.c.n(k), 2 * w * rate)
         for slide, sign in self.slides:
             w = speed.get(self.structure.frame(slide.link), Integer(0))
             total = _plus(total, self._run(slide, sign), -(w**2))
@@ -251,7 +261,10 @@ def _point(c: Coordinates, k: str, v: Vector, length: Expr) -> None:
 
 def _two_circles(closure: Closure, F: Vector, angles: list[str], c: Coordinates) -> None:
     name, (x, y) = closure.name, F
-    one, two, side = (number(f"{word}_{name}") for word in ("one", "two", "side"))
+    one, two = (
+        number(f"{word}_{name}") * c.longer(k) for word, k in zip(("one", "two"), angles, strict=True)
+    )
+    side = number(f"side_{name}")
     gap2 = c.let(f"gap2_{name}", x**2 + y**2)
     gap = c.let(f"gap_{name}", sqrt(gap2))
     along = c.let(f"along_{name}", (gap2 + (one - two) * (one + two)) / (2 * gap))
@@ -261,16 +274,16 @@ def _two_circles(closure: Closure, F: Vector, angles: list[str], c: Coordinates)
     bx = c.let(f"reach_x_{name}", (along * x - height * y) / gap)
     by = c.let(f"reach_y_{name}", (along * y + height * x) / gap)
     for k, v in zip(angles, ((bx, by), (x - bx, y - by)), strict=True):
-        _point(c, k, v, number(f"D_{name}_{k}"))
+        _point(c, k, v, number(f"D_{name}_{k}") * c.longer(k))
 
 
 def _circle_and_line(closure: Closure, F: Vector, k: str, slide: Slide, sign: int, c: Coordinates) -> None:
     name, d, n = closure.name, c.e(slide.freedom), c.n(slide.freedom)
-    one, side = number(f"one_{name}"), number(f"side_{name}")
+    one, side = number(f"one_{name}") * c.longer(k), number(f"side_{name}")
     height = c.let(f"across_{name}", dot(F, n))
     along = c.let(f"along_{name}", side * sqrt((one - height) * (one + height)))
     c.position[slide.freedom] = c.let(f"slide_{slide.name}", sign * (dot(F, d) - along))
-    _point(c, k, _plus(scaled(along, d), n, height), number(f"D_{name}_{k}"))
+    _point(c, k, _plus(scaled(along, d), n, height), number(f"D_{name}_{k}") * c.longer(k))
 
 
 def _own_guide(closure: Closure, F: Vector, k: str, slide: Slide, sign: int, c: Coordinates) -> None:

@@ -39,13 +39,22 @@ class Clearance:
 
 @dataclass(frozen=True)
 class Beam:
-    """An elastic link: how many modes, and which links (`arms`) or floating chain move its origin."""
+    """An elastic link: how many modes, and which links (`arms`) or floating chain move its origin.
+
+    `modes` are those across; `axial` more stretch it, and move its far end along (equations.stretch).
+    """
 
     link: str
     modes: int
     arms: tuple[str, ...]
     chain: int | None
     damped: bool
+    axial: int = 0
+
+    @property
+    def stretches(self) -> list[tuple[None, str, int]]:
+        """Its modes along, among the freedoms."""
+        return [(None, self.link, a) for a in range(self.axial)]
 
 
 @dataclass(frozen=True)
@@ -267,6 +276,9 @@ def powers(structure: Linkage | Oscillator) -> list[str]:
 def _beam_names(beam: Beam, relaxed: bool) -> list[str]:
     words = ("S", "I", "k", "c", "start", "end", "gauge", *(("rate", "acc") if relaxed else ()))
     names = [f"{word}_{beam.link}_{i}" for word in words for i in range(beam.modes)]
+    along = ("along", "lever", "axial", "axial_c", "stretch")
+    names += [f"{word}_{beam.link}_{a}" for word in along for a in range(beam.axial)]
+    names += [f"G_{beam.link}_{i}_{a}" for i in range(beam.modes) for a in range(beam.axial)]
     return names + [f"L_{beam.link}_{k}" for k in beam.arms]
 
 

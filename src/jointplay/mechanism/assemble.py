@@ -22,6 +22,7 @@ from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.section import Section
 from jointplay.mechanism.start import start
+from jointplay.mechanism.stretching import along
 from jointplay.mechanism.structure import linkage
 
 
@@ -132,7 +133,8 @@ def _positions(
     length, slow = max(link.length for link in mechanism.links), SPEED_FLOOR * nominal
     for link in mechanism.elastic_links if not structure.relaxed else ():
         unit = DEFLECTION * length * math.sqrt(line_density(link) * link.length / 2)
-        for frequency in modal(link).frequency:
+        stretches = along(link).frequency if link.beam.axial else ()
+        for frequency in (*modal(link).frequency, *stretches):
             yield 0.0, 0.0, unit, max(slow / DEFLECTION, frequency) * unit, False, False
     wound = {link for spring in mechanism.springs if spring.twists for link in spring.links}
     for name in structure.links:

@@ -34,6 +34,7 @@ from jointplay.mechanism.shapes import Modes, hermites, sines
 
 _MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
 MOST_ELEMENTS = 20
+_STRETCHED = 8 / 9  # of a beam's mass that its two modes along move as one
 _SINES = 4  # as many modes as the paper's two elements have
 
 
@@ -52,7 +53,7 @@ class Beam(Record):
     """Beam of an elastic link: uniform, Euler–Bernoulli, both of its ends on the link's line.
 
     Valid for deflections that are small against the length, of links that are long against their thickness:
-    shear, rotary inertia of the section and stretching are left out.
+    shear and rotary inertia of the section are left out, and stretching, unless it is asked for.
 
     Parameters
     ----------
@@ -77,6 +78,9 @@ class Beam(Record):
         Structural damping ξ of every mode, 0 to 1, dimensionless.
     gauge : float
         Where the deflection is recorded, as a fraction of the length between 0 and 1.
+    axial : bool
+        Whether the link stretches too, in two quadratic shapes (`jointplay.mechanism.stretching`): a joint at
+        its far end moves along with it.
     """
 
     shapes: Literal["hermite", "sine"] = "hermite"
@@ -89,6 +93,7 @@ class Beam(Record):
     second_moment: Positive | None = measured("second moment of area", "m⁴", None)
     damping_ratio: DampingRatio = damping_field()
     gauge: Annotated[Positive, Field(lt=1)] = measured("gauge", "1", 0.5, accepts=_BETWEEN_ENDS)
+    axial: Flag = False
 
     @field_validator("elements")
     @classmethod
@@ -203,6 +208,7 @@ class Link(Record):
         if not self.elastic:
             return rigid
         shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"
+        shapes += ", stretching" if self.beam.axial else ""
         return f"{rigid}, elastic: {shapes}, {self.beam.size} modes, damping {self.beam.damping_ratio:g}"
 
 
@@ -216,6 +222,7 @@ def modal(link: Link) -> Modes:
         frequency=unit.frequency * np.sqrt(stiffness(link) / (mass * length * length * length)),
         force=unit.force * weight,
         moment=unit.moment * (weight * length),
+        second=unit.second * (weight * length**2),
         slope_start=unit.slope_start / (weight * length),
         slope_end=unit.slope_end / (weight * length),
         gauge=unit.gauge / weight,
@@ -256,8 +263,9 @@ def bending_problems(link: Link) -> list[Problem]:
         given = {name: getattr(link.beam, name) for name in ("modulus", "density", "area", "second_moment")}
         return [Problem("beam", given, "numbers that give finite frequencies other than 0 are accepted")]
     beam_mass = float(modes.force @ modes.force)
-    if not link.mass - beam_mass > _MARGIN * link.mass:
-        most = area(link) * link.mass / beam_mass
+    moved = max(beam_mass, _STRETCHED * line_density(link) * link.length * link.beam.axial)
+    if not link.mass - moved > _MARGIN * link.mass:
+        most = area(link) * link.mass / moved
         weights = f"{line_density(link) * link.length:.6g} kg, the whole link {link.mass:g} kg"
         text = f"an area less than {most:.6g} m² is accepted: this beam weighs {weights}"
         return [Problem("beam.area", area(link), text)]

@@ -26,8 +26,8 @@ class Modes:
         ω_i, rad/s, rising.
     force : numpy.ndarray
         S_i = ∫ρA φ_i dx, √kg.
-    moment : numpy.ndarray
-        I_i = ∫ρA x φ_i dx, √kg m.
+    moment, second : numpy.ndarray
+        I_i = ∫ρA x φ_i dx, √kg m; ∫ρA x² φ_i dx, √kg m².
     slope_start, slope_end : numpy.ndarray
         φ_i′ at the link's origin and far end, 1/(√kg m); positive at the origin.
     gauge : numpy.ndarray
@@ -37,6 +37,7 @@ class Modes:
     frequency: Array
     force: Array
     moment: Array
+    second: Array
     slope_start: Array
     slope_end: Array
     gauge: Array
@@ -51,6 +52,7 @@ def sines(count: int, gauge: float) -> Modes:
         frequency=wave**2,
         force=root * (1 - sign) / wave,
         moment=-root * sign / wave,
+        second=root * (2 * (sign - 1) / wave**2 - sign) / wave,
         slope_start=root * wave,
         slope_end=root * wave * sign,
         gauge=root * np.sin(wave * gauge),
@@ -59,24 +61,24 @@ def sines(count: int, gauge: float) -> Modes:
 
 def hermites(elements: int, count: int, gauge: float) -> Modes:
     """Modes of cubic elements of the beam of unit length, mass and stiffness."""
-    squares, shapes, force, moment = _solved(elements)
+    squares, shapes, *moments = _solved(elements)
     e = min(int(gauge * elements), elements - 1)
     deflection = _cubics(gauge * elements - e, 1 / elements) @ shapes[2 * e : 2 * e + 4]
-    modes = (np.sqrt(squares), force, moment, shapes[1], shapes[-1], deflection)
+    modes = (np.sqrt(squares), *moments, shapes[1], shapes[-1], deflection)
     return Modes(*(values[:count] for values in modes))
 
 
 @lru_cache(maxsize=32)
-def _solved(elements: int) -> tuple[Array, Array, Array, Array]:
-    """Solve K_f v = ω² M_f v: squares of the frequencies, coordinates of all modes as columns, S and I."""
+def _solved(elements: int) -> tuple[Array, ...]:
+    """Solve K_f v = ω² M_f v: squares of the frequencies, coordinates of all modes as columns, moments."""
     from scipy.linalg import eigh  # takes long to import, and rigid mechanisms go without
 
-    mass, bending, force, moment = _assembled(elements)
+    mass, bending, *moments = _assembled(elements)
     inner = np.delete(np.arange(2 * elements + 2), [0, 2 * elements])
     squares, vectors = eigh(bending[np.ix_(inner, inner)], mass[np.ix_(inner, inner)])
     shapes = np.zeros((2 * elements + 2, 2 * elements))
     shapes[inner] = vectors * np.sign(vectors[0])
-    return squares, shapes, force @ shapes, moment @ shapes
+    return squares, shapes, *(moment @ shapes for moment in moments)
 
 
 def _cubics(s: float, h: float) -> Array:
@@ -89,8 +91,8 @@ def _cubics(s: float, h: float) -> Array:
     )
 
 
-def _assembled(elements: int) -> tuple[Array, Array, Array, Array]:
-    """Assemble M_f, K_f, ∫N dx and ∫x N dx of equal elements on unit length, both end deflections kept.
+def _assembled(elements: int) -> tuple[Array, ...]:
+    """Assemble M_f, K_f, ∫N dx, ∫x N dx and ∫x² N dx of equal elements, both end deflections kept.
 
     Coordinates are deflection and slope at each node in turn: shapes (2n + 2, 2n + 2) and (2n + 2,).
     """
@@ -99,15 +101,17 @@ def _assembled(elements: int) -> tuple[Array, Array, Array, Array]:
     scale = np.outer(unit, unit)
     even = np.array([1 / 2, 1 / 12, 1 / 2, -1 / 12]) * unit * h
     rising = np.array([3 / 20, 1 / 30, 7 / 20, -1 / 20]) * unit * h * h
+    squared = np.array([1 / 15, 1 / 60, 4 / 15, -1 / 30]) * unit * h**3
     mass, bending = np.zeros((size, size)), np.zeros((size, size))
-    force, moment = np.zeros(size), np.zeros(size)
+    force, moment, second = np.zeros(size), np.zeros(size), np.zeros(size)
     for e in range(elements):
         at = slice(2 * e, 2 * e + 4)
         mass[at, at] += _MASS * scale * h
         bending[at, at] += _BENDING * scale / h**3
         force[at] += even
         moment[at] += e * h * even + rising
-    return mass, bending, force, moment
+        second[at] += (e * h) ** 2 * even + 2 * e * h * rising + squared
+    return mass, bending, force, moment, second
 
 
 _MASS = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420

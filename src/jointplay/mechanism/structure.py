@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from jointplay.equations.structure import Beam, Clearance, Closure, Linkage, Pin, Slide
 from jointplay.errors import InputError, Problem
-from jointplay.mechanism import actions
+from jointplay.mechanism import actions, stretching
 from jointplay.mechanism.base import DOWNWARDS
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.dyads import Unknown
@@ -62,7 +62,8 @@ def linkage(
         loads=actions.loads(mechanism, forest),
         torque=mechanism.drive.structure if mechanism.drive else None,
     )
-    if problems := [*_unwound(mechanism, structure)]:
+    stretched = stretching.problems(mechanism, forest, structure.beams, structure.order)
+    if problems := [*_unwound(mechanism, structure), *stretched]:
         raise InputError(problems, "mechanism")
     return structure
 
@@ -107,7 +108,8 @@ def _pin(link: str, forest: Forest) -> Pin:
 
 def _beam(link: Link, forest: Forest) -> Beam:
     place = forest.places[link.name]
-    return Beam(link.name, link.beam.size, tuple(place.arms), place.chain, link.beam.damping_ratio > 0)
+    beam, modes_along = link.beam, 2 * link.beam.axial
+    return Beam(link.name, beam.size, tuple(place.arms), place.chain, beam.damping_ratio > 0, modes_along)
 
 
 def _slide(name: str, link: str, forest: Forest) -> Slide:

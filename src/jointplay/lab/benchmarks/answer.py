@@ -1,0 +1,24 @@
+"""What a benchmark gives: quantities computed, and as published."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Digits:
+    """A quantity of a benchmark, in SI units, computed and as it was published."""
+
+    quantity: str
+    units: str
+    computed: float
+    published: float
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A benchmark that was run: its rows, how the run ended, and what its equations were evaluated."""
+
+    rows: tuple[Digits, ...]
+    status: int
+    counts: dict[str, int]
