@@ -7,6 +7,7 @@ from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
+from scipy.special import lambertw
 from sympy import Integer, symbols
 
 from jointplay.equations import functions
@@ -17,7 +18,9 @@ from jointplay.equations.system import Contact, System, number, traction
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.model import Model
 
-NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, power=np.power, side=lambda x: np.copysign(1.0, x))
+NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, log=np.log, sqrt=np.sqrt, power=np.power)
+NUMPY.side = lambda x: np.copysign(1.0, x)
+NUMPY.lambert = lambda x: np.where(x < math.exp(-1), -lambertw(-x, -1).real, math.nan)
 LAWS = {  # every law, with numbers that all differ
     "coulomb": Friction(coefficient=0.3),
     "tanh": Friction(law="tanh", coefficient=0.3, velocity=0.02),

@@ -16,9 +16,9 @@ from .system import Contact, Reset, number
 def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     """The contact of a bearing that gives, under its laws."""
     law = LAWS[joint.law]
-    numbers = [number(f"{letter}_{joint.name}") for letter in law.letters]
+    numbers = [number(f"{letter}_{joint.name}") for letter in law.arguments]
     remembered, floor = [approach(joint.name)] * joint.remembers, number(f"{law.floor}_{joint.name}")
-    F_n, stored = law.force(g.u, g.v_n, *numbers, *remembered)
+    F_n, stored = law.force(functions, g.u, g.v_n, *numbers, *remembered)
     push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
     drift = sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
