@@ -194,10 +194,11 @@ def test_lanes_know_a_law_or_step_aside(added, law, friction):
 
 
 def test_every_friction_is_tried_in_lanes():
-    assert {*FRICTIONS, "none"} == set(TRIED_FRICTION) <= set(FRICTION)
+    assert {*FRICTIONS, "none"} - {"lugre"} == set(TRIED_FRICTION) <= set(FRICTION)
     assert set(TRIED_LAWS) <= set(TRIED)
 
 
+@pytest.mark.long
 def test_a_start_beyond_where_a_law_ends_is_refused_and_a_motion_near_it_warned_of():
     soft = {"length": 0.02, "journal_modulus": 1e7}
     plain = linkage("johnson", clearance=2.9e-4)
