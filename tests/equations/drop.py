@@ -3,7 +3,10 @@
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from tests.support.belt import NUMPY
+
 MASS = 0.3  # kg
+JOINT = {"e": 4e-3, "R": 1e-2}  # m, of laws that depend on them
 
 
 def drop(law, numbers, v_0, tension=True):
@@ -11,11 +14,11 @@ def drop(law, numbers, v_0, tension=True):
 
     Without `tension`, to where the force ends.
     """
-    coefficients = law.coefficients(*numbers)
+    coefficients = arguments(law, numbers)
     remembered = [v_0] if law.floor else []
 
     def pull(y):
-        return law.force(y[0], y[1], *coefficients, *remembered)[0]
+        return law.force(NUMPY, y[0], y[1], *coefficients, *remembered)[0]
 
     def opens(t, y):
         return y[0] if tension or t == 0 else pull(y)
@@ -48,9 +51,14 @@ def drop(law, numbers, v_0, tension=True):
     }
 
 
+def arguments(law, numbers):
+    """What a law takes, of its numbers and the joint's."""
+    return (*law.coefficients(*numbers), *(JOINT[letter] for letter in law.joint))
+
+
 def _time(law, coefficients, v_0):
     """Time scale: that in which the spring at the depth of an undamped impact stops the body."""
     depth, energy = 1e-12, MASS * v_0**2 / 2
-    while law.force(depth, 0.0, *coefficients, *([v_0] if law.floor else []))[1] < energy:
+    while law.force(NUMPY, depth, 0.0, *coefficients, *([v_0] if law.floor else []))[1] < energy:
         depth *= 1.1
     return depth / v_0

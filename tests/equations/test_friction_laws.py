@@ -20,7 +20,7 @@ from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.records import Mechanism
 from jointplay.numerics.modes import STICKS
 from tests.mechanism.wrong import listed, only, problems_of
-from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
+from tests.support.belt import LAWS, LUGRE, REGULARISED, STICKING, belt, ratio
 from tests.support.friction_claims import rows
 from tests.support.plain import Point, plain
 
@@ -54,8 +54,10 @@ def published(f, v):
 
 
 def test_every_law_is_tried_here():
-    assert set(LAWS) == set(FRICTIONS)
-    assert {*FRICTIONS, "none"} == set(TRIED)
+    bristles = {name for name, law in FRICTIONS.items() if law.bristles}  # tests.analysis.test_lugre
+    assert {*LAWS, LUGRE.law} == set(FRICTIONS)
+    assert {LUGRE.law} == bristles
+    assert {*FRICTIONS, "none"} - bristles == set(TRIED)
 
 
 def test_no_two_numbers_of_a_joint_share_a_letter():

@@ -19,7 +19,9 @@ from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.joints import Contact, Friction
 from jointplay.numerics.codes import Event
+from tests.equations.drop import JOINT
 from tests.support.belt import LAWS as RUBBING
+from tests.support.belt import NUMPY
 
 SPEED = 0.3  # m/s, with which a contact began
 ROUND = 1e-10  # m, where the power of a penetration is rounded off
@@ -32,7 +34,7 @@ FRICTION["tanh"] = Friction(law="tanh", coefficient=0.2, velocity=0.01)
 FRICTION = RUBBING | FRICTION
 
 
-def _hunt_crossley(u, v_n, K, C, n):
+def _hunt_crossley(_, u, v_n, K, C, n):
     """F_n = K |u|^(n - 1) u (1 + C v_n), rounded off at u = 0; it stores K |u|^(n + 1) / (n + 1)."""
     square = u**2 + ROUND**2
     return K * square ** ((n - 1) / 2) * u * (1 + C * v_n), K * square ** ((n + 1) / 2) / (n + 1)
@@ -46,6 +48,8 @@ HUNT_CROSSLEY = Law(
 TRIED = {"kelvin_voigt": (7.15e6, 228.0), "test_hunt_crossley": (2.3e9, 0.5, 1.5)}
 TRIED |= {"hertz": (2.3e9, 1.5), "hunt_crossley": (2.3e9, 1.5, 0.5)}
 TRIED |= dict.fromkeys(FACTORS, (2300000000.0, 0.7, 1.5, 0.001))
+CYLINDERS = ("johnson", "dubowsky_freudenstein", "liu")
+TRIED |= dict.fromkeys(CYLINDERS, (0.02, 2.07e11, 0.3, 1.1e11, 0.34, 0.7, 0.001))
 
 
 @pytest.fixture
@@ -66,10 +70,10 @@ def linkage(law="kelvin_voigt", friction=None, **changes):
 def _at(name, depth=None):
     """A law's force and numbers; of one that remembers with a speed, or its slopes up to a depth."""
     law = LAWS[name]
-    given = law.coefficients(*TRIED[name])
+    given = *law.coefficients(*TRIED[name]), *(JOINT[letter] for letter in law.joint)
     if depth is not None:
         return law.slopes(depth, *given)
-    return lambda u, v: law.force(u, v, *given, *([SPEED] if law.floor else []))
+    return lambda u, v: law.force(NUMPY, u, v, *given, *([SPEED] if law.floor else []))
 
 
 def test_every_law_is_tried_here(added):
@@ -122,7 +126,7 @@ def test_a_motion_has_the_forces_of_its_law_and_balances_its_energy():
     assert touching.sum() > 30
     assert not touching.all()
     assert np.ptp(v_0) > 0.05
-    force = LAWS["flores"].force(u, v, *LAWS["flores"].coefficients(*TRIED["flores"]), v_0)[0]
+    force = LAWS["flores"].force(NUMPY, u, v, *LAWS["flores"].coefficients(*TRIED["flores"]), v_0)[0]
     assert np.allclose(found.normal_force.values[touching], force, rtol=1e-9)
     assert np.abs(found.energy_residual.values).max() < 1e-9 * np.abs(found.energy.values).max()
 
@@ -190,5 +194,23 @@ def test_lanes_know_a_law_or_step_aside(added, law, friction):
 
 
 def test_every_friction_is_tried_in_lanes():
-    assert {*FRICTIONS, "none"} == set(TRIED_FRICTION) <= set(FRICTION)
+    assert {*FRICTIONS, "none"} - {"lugre"} == set(TRIED_FRICTION) <= set(FRICTION)
     assert set(TRIED_LAWS) <= set(TRIED)
+
+
+@pytest.mark.long
+def test_a_start_beyond_where_a_law_ends_is_refused_and_a_motion_near_it_warned_of():
+    soft = {"length": 0.02, "journal_modulus": 1e7}
+    plain = linkage("johnson", clearance=2.9e-4)
+    contact = Contact(law="johnson", parameters=soft)
+    joints = [joint.model_copy(update={"contact": contact}) for joint in plain.joints]
+    mechanism = jp.Mechanism(**dict(plain) | {"joints": tuple(joints)})
+    end = 4 * 2.9e-4 / np.exp(2)
+    assert mechanism.joint("B").deepest == pytest.approx(end)
+    with pytest.warns(jp.ModelWarning, match=r"whose law ends at 0\.541"):
+        found = jp.simulate(mechanism, turns=1, rtol=1e-6, record=["penetration"])
+    assert jp.words(found).status == "not_converged"
+    assert 0.5 * end < found.penetration.max() <= end
+    angle = {"crank": 0.0, "coupler": 0.3, "rocker": 1.2}
+    with pytest.raises(InputError, match=r"at most 1\.541 clearances"):
+        assemble(mechanism, {"angle": angle, "angular_velocity": dict.fromkeys(angle, 0.0)})

@@ -7,7 +7,8 @@ from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
-from sympy import Integer, symbols
+from scipy.special import lambertw
+from sympy import Integer, Symbol, symbols
 
 from jointplay.equations import functions
 from jointplay.equations.friction import FRICTIONS
@@ -17,7 +18,9 @@ from jointplay.equations.system import Contact, System, number, traction
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.model import Model
 
-NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, power=np.power, side=lambda x: np.copysign(1.0, x))
+NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, log=np.log, sqrt=np.sqrt, power=np.power)
+NUMPY.side = lambda x: np.copysign(1.0, x)
+NUMPY.lambert = lambda x: np.where(x < math.exp(-1), -lambertw(-x, -1).real, math.nan)
 LAWS = {  # every law, with numbers that all differ
     "coulomb": Friction(coefficient=0.3),
     "tanh": Friction(law="tanh", coefficient=0.3, velocity=0.02),
@@ -30,6 +33,14 @@ LAWS = {  # every law, with numbers that all differ
     "brown_mcphee": Friction(law="brown_mcphee", coefficient=0.3, velocity=0.02, static_coefficient=0.5),
     "stribeck": Friction(law="stribeck", coefficient=0.3, static_coefficient=0.5, stribeck_velocity=0.1),
 }
+LUGRE = Friction(
+    law="lugre",
+    coefficient=0.3,
+    static_coefficient=0.5,
+    stribeck_velocity=0.1,
+    bristle_stiffness=1e4,
+    bristle_damping=3.0,
+)
 STICKING = [name for name in LAWS if FRICTIONS[name].limit]
 REGULARISED = [name for name in LAWS if not FRICTIONS[name].limit]
 
@@ -44,20 +55,25 @@ def _system(law):
     """m x'' = load - k x - F_t, F_n = N, sliding at x' - V."""
     x, v, u, v_t = symbols("x v u_block vt_block", real=True)
     m, k, V, N, load = map(number, ("mass", "spring", "belt", "N", "load"))
-    mu = law.ratio(functions, v_t, *(number(f"{letter}_block") for letter in law.letters))
+    z = [Symbol("z", real=True)] * bool(law.bristles)
+    given = functions, v_t, *z, *(number(f"{letter}_block") for letter in law.letters)
+    mu, zeros = law.ratio(*given), [Integer(0)] * len(z)
     limit = number(f"{law.limit_letter}_block") if law.limit else None
     slip, drag = (mu, Integer(0)) if law.limit else (None, mu * N)
-    rubbing = {"v_t": v_t, "tangential": (Integer(1),), "coulomb": slip, "drag": drag, "limit": limit}
-    block = Contact("block", u, Integer(0), N, (Integer(0),), **rubbing)
+    rubbing = {"v_t": v_t, "tangential": (Integer(1), *zeros), "coulomb": slip, "drag": drag, "limit": limit}
+    rubbing["rates"] = {each: law.bristles(*given) for each in z}
+    block = Contact("block", u, Integer(0), N, (Integer(0), *zeros), **rubbing)
     return System(
         positions=(x,),
-        speeds=(v,),
+        speeds=(v, *z),
         parameters=(m, k, V, N, load, *(number(f"{letter}_block") for letter in law.letters)),
         definitions=((u, Integer(1)), (v_t, v - V)),
-        mass={(0, 0): m},
-        force=(load - k * x,),
+        mass={(0, 0): m} | dict.fromkeys([(1, 1)] * len(z), Integer(1)),
+        force=(load - k * x, *zeros),
         contacts=(block,),
-        outputs={"state:x": x, "state:v": v, "tangential_force:block": traction(block)[1]},
+        outputs={"state:x": x, "state:v": v}
+        | dict(zip(["state:z"], z, strict=False))
+        | {"tangential_force:block": traction(block)[1]},
     )
 
 
@@ -70,13 +86,13 @@ def belt(friction, state, *, m=2.0, k=50.0, V=0.1, N=20.0, load=0.0):
         structure=Oscillator(name),
         numbers=np.array([m, k, V, N, load, *rubbing]),
         state=np.array(state, dtype=float),
-        absolute=np.full(2, 1e-3),
-        relative=np.ones(2),
+        absolute=np.array([1e-3, 1e-3, 1e-6])[: len(state)],
+        relative=np.ones(len(state)),
         turning=np.zeros(1),
         fold=np.zeros(1),
         period=2 * math.pi * math.sqrt(m / k) if k else 1.0,
         h_max=math.inf,
         creep=1e-3,
         joints=("block",),
-        states=("x", "v"),
+        states=("x", "v", "z")[: len(state)],
     )

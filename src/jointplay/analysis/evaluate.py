@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from jointplay.analysis.guard_tolerances import ends
 from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, STATUS, WORDS, WORK
 from jointplay.codegen import cache, outputs
 from jointplay.equations.structure import powers
@@ -16,6 +17,7 @@ from jointplay.errors import warn
 from jointplay.mechanism.model import DEEP, Model
 from jointplay.numerics.codes import Mode
 
+NEAR = 0.5  # share of the penetration at which a law ends that is told: it is made for far less
 STRANGE = re.compile(r"[^\w.+@-]")  # what a word of flags cannot hold
 
 
@@ -130,11 +132,14 @@ def beyond_the_model(history: Quantities) -> dict[str, str]:
     model = history.model
     if not model.clearances or not len(history.rows):
         return {}
-    depth = history.variables(["penetration"], "row")["penetration"][1] / np.array(model.clearances)
+    depth = history.variables(["penetration"], "row")["penetration"][1]
     deep = [
-        f"the journal of {name} goes {deepest:.3g} clearances into its bearing"
-        for name, deepest in zip(model.joints, np.nanmax(depth, axis=0, initial=0.0), strict=True)
-        if deepest > DEEP
+        f"the journal of {name} goes {deepest / e:.3g} clearances into its bearing"
+        + (f", whose law ends at {end / e:.3g}" if end < np.inf else "")
+        for name, deepest, e, end in zip(
+            model.joints, np.nanmax(depth, axis=0, initial=0.0), model.clearances, ends(model), strict=True
+        )
+        if deepest > min(DEEP * e, NEAR * end)
     ]
     if not deep:
         return {}

@@ -59,8 +59,16 @@ def _laws(structure: Linkage | Oscillator) -> list[tuple[Law, list[int], int]]:
     found = []
     for joint in structure.soft_joints:
         law, friction = LAWS[joint.law], FRICTIONS.get(joint.friction, FRICTIONS["coulomb"])
-        numbers = [place[f"{letter}_{joint.name}"] for letter in law.letters]
+        numbers = [place[f"{letter}_{joint.name}"] for letter in law.arguments]
         found.append((law, numbers, place[f"{friction.limit_letter}_{joint.name}"]))
+    return found
+
+
+def ends(model: Model) -> np.ndarray:
+    """Penetration at which the law of each joint ends, m; infinite of one that holds at any."""
+    found = np.full(len(model.joints), np.inf)
+    for j, (law, places, _) in enumerate(_laws(model.structure)):
+        found[j] = law.deepest(*model.numbers[places]) if law.deepest else np.inf
     return found
 
 

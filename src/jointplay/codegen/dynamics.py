@@ -75,6 +75,8 @@ class Dynamics:
                 pairs.append((contact.tangential, self.slipping[j]))
             for row, F in pairs:
                 Q = [q - entry * F for q, entry in zip(Q, row, strict=True)] if row else Q
+            for symbol, rate in contact.rates.items():
+                Q[self.system.speeds.index(symbol)] += self.masks[j].touch * rate
         return [self.tape.let(f"Q_{k}", value) for k, value in enumerate(Q)]
 
     def _solve(self, push: list[Expr], hold: list[Expr], name: str) -> tuple[list[Expr], dict[int, Expr]]:

@@ -13,6 +13,8 @@ from types import CodeType, ModuleType
 
 import numpy as np
 
+from .lambert import LAMBERT
+
 
 def text(system) -> str:
     """The program as source of constants: OUTPUTS (name: symbol), PROGRAM (symbol, expression, reads)."""
@@ -60,8 +62,12 @@ def evaluate(
     """
     names = tuple(names)
     scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh}
-    scope |= {"exp": np.exp, "copysign": np.copysign, **given}
-    exec(_needed(module, names), scope)
+    scope |= {"exp": np.exp, "copysign": np.copysign, "log": np.log, "compiled": lambda f: f}
+    if any("lambert(" in source for _, source, _ in module.PROGRAM):
+        exec(LAMBERT, scope)
+    scope |= given
+    with np.errstate(invalid="ignore"):  # beyond where a law ends there is no number
+        exec(_needed(module, names), scope)
     values = {name: np.asarray(scope[module.OUTPUTS[name]]) for name in names}
     return {name: each if each.dtype.kind == "c" else each.astype(float) for name, each in values.items()}
 

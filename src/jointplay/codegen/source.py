@@ -16,6 +16,7 @@ from sympy.printing.str import StrPrinter
 
 from ..equations.system import TIME, System
 from ..numerics.memory import method_rows
+from .lambert import LAMBERT
 
 LANES = 8
 MAX_TURN = 0.75
@@ -113,11 +114,14 @@ class Layout:
 
 
 Program = list[tuple[Symbol, Expr]]
-SELDOM = ("copysign", "exp")  # functions that few laws need
+SELDOM = ("copysign", "exp", "log")  # functions that few laws need
 
 
 def importing(source: str) -> str:
-    """A module's text, whose import of functions brings in also the seldom ones that it calls."""
+    """A module's text with the seldom functions that it calls: imported, or written out."""
+    if "lambert(" in source:  # after what the text imports
+        head, imported, rest = source.partition("import SIGNATURES, compiled, entry\n\n")
+        source = head + imported + LAMBERT + rest
     names = "".join(f"{name}, " for name in SELDOM if f"{name}(" in source)
     return source.replace("from math import ", f"from math import {names}", 1)
 

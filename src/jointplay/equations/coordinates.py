@@ -221,9 +221,15 @@ def coordinates(structure: Linkage) -> Coordinates:
             names = (Symbol(f"{word}_{slide.name}", real=True) for word in ("slide", "vslide"))
             c.free(slide.freedom, *names)
     c.speeds.extend(approach(joint.name) for joint in structure.joints if joint.remembers)
+    c.speeds.extend(bristle(joint.name) for joint in structure.joints if joint.bends)
     return c
 
 
 def approach(joint: str) -> Symbol:
     """The speed with which a contact began: no freedom has it, and it stays until the next one begins."""
     return Symbol(f"approach_{joint}", real=True)
+
+
+def bristle(joint: str) -> Symbol:
+    """The deflection of a joint's bristles: no freedom has it, and it changes in contact alone."""
+    return Symbol(f"bristle_{joint}", real=True)

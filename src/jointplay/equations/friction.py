@@ -5,7 +5,8 @@
 A regularised law is mu(v_t) itself: smooth or with kinks, odd, 0 at rest. It never sticks; under a load below
 its limit it creeps at the speed where mu(v_t) F_n balances the load. A law with true sticking is a slip
 coefficient mu(|v_t|) > 0, which takes the sign of the sliding, and a limit: at rest any |F_t| <= limit F_n
-holds (Filippov; the numerics locate onset and end of sticking as roots).
+holds (Filippov; the numerics locate onset and end of sticking as roots). A law of bristles has a state of
+its own, their deflection z, in the place of sticking: 0 in flight, and from where contact begins anew.
 
 All of them are for dry contact at F_n >= 0. Where the normal force pulls, friction follows its sign and
 drives. Stages of a step look beyond the surface (u < 0): F_n is continued there by its own law, and mu does
@@ -64,11 +65,17 @@ class FrictionLaw:
     limit : str
         Of a law with true sticking, the name of the number f_s in |F_t| <= f_s F_n. It must be mu(0): the
         force does not jump where sticking ends.
+    bristles : callable, optional
+        Of a law with a state z, its rate; arguments as of `ratio`. Both then take z behind v_t.
+    deflection : callable, optional
+        Of such a law, the largest |z| in steady sliding, m, of the coefficient and further numbers.
     """
 
     ratio: Callable
     numbers: Mapping[str, Quantity] = field(default_factory=lambda: MappingProxyType({}))
     limit: str = ""
+    bristles: Callable | None = None
+    deflection: Callable | None = None
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -127,6 +134,14 @@ def _brown_mcphee(m, v_t, f, v_0, f_s):
     return f * m.tanh(4 * x) + (f_s - f) * x / (x**2 / 4 + 3 / 4) ** 2
 
 
+def _bending(m, v_t, z, f, s_0, s_1, f_s, v_s, delta):
+    return v_t - s_0 * v_t * m.side(v_t) / _falling(m, v_t, f, f_s, v_s, delta) * z
+
+
+def _lugre(m, v_t, z, f, s_0, s_1, *further):
+    return s_0 * z + s_1 * _bending(m, v_t, z, f, s_0, s_1, *further)
+
+
 _VELOCITY = Quantity("v", "m/s")  # v_0
 _STATIC = Quantity("fs", "1", above="coefficient", or_equal=True)  # f_s >= f
 _STRIBECK = {
@@ -169,4 +184,19 @@ FRICTIONS = {
     # mu = f + (f_s - f) exp(-(|v_t|/v_s)^delta). Steady sliding is unstable where mu falls. With v_s -> 0
     # Coulomb's law of two coefficients.
     "stribeck": FrictionLaw(_falling, _STRIBECK, limit="static_coefficient"),
+    # LuGre (Canudas de Wit, Olsson, Astrom and Lischinsky 1995, IEEE Trans. Autom. Control 40), times the
+    # normal force, which there is constant: mu = s_0 z + s_1 z', z' = v_t - s_0 |v_t| z/g(v_t), g being
+    # Stribeck's curve, theirs with delta = 2. Steady sliding has |mu| = g, rest the stiffness s_0 F_n: a
+    # joint under load moves, and creeps where the load changes. Valid for |z| far below the joint's size.
+    # s_1 takes energy for sure only where C_t > s_1 F_n (f_s - f)/f (Barabanov and Ortega 2000).
+    "lugre": FrictionLaw(
+        _lugre,
+        {
+            "bristle_stiffness": Quantity("s0", "1/m"),
+            "bristle_damping": Quantity("s1", "s/m", usual=0.0, least=0.0),
+            **_STRIBECK,
+        },
+        bristles=_bending,
+        deflection=lambda f, s_0, s_1, f_s, v_s, delta: f_s / s_0,
+    ),
 }

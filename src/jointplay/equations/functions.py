@@ -4,9 +4,9 @@
 delta functions into slopes, and branches into the loops over lanes.
 """
 
-from sympy import Expr, Function, Integer, exp, tanh
+from sympy import Expr, Function, Integer, exp, log, sqrt, tanh
 
-__all__ = ["exp", "power", "side", "tanh"]
+__all__ = ["exp", "lambert", "log", "power", "side", "sqrt", "tanh"]
 
 
 class side(Function):
@@ -31,3 +31,14 @@ class power(Function):
         """Slope by x; exponents are numbers, and have none."""
         x, n = self.args
         return n * power(x, n - 1) if argindex == 1 else Integer(0)
+
+
+class lambert(Function):
+    """The root y > 1 of y exp(-y) = x, 0 < x < 1/exp(1): -W(-x) of Lambert's W on its lower branch."""
+
+    nargs = 1
+
+    def fdiff(self, _argindex: int = 1) -> Expr:
+        """Slope, which is infinite at the branch's end."""
+        (x,) = self.args
+        return -self / (x * (self - 1))

@@ -1,11 +1,15 @@
 """Laws of the normal force at a contact, each one object: a law that stands in `LAWS` can be used everywhere.
 
-No SymPy here: what is written with arithmetic alone takes symbols as well as numbers.
+No SymPy here: a law takes the functions that it needs beside arithmetic (those of equations.functions, or of
+NumPy) as its first argument.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import exp
+
+from . import cylinders
+from .cylinders import ROUND
 
 
 @dataclass(frozen=True)
@@ -15,7 +19,8 @@ class Law:
     It must be defined and smooth for u < 0 too, and for v_n of either sign: stages of a step lie beyond the
     surface, and where nothing touches the force is multiplied by 0, which makes no 0 of what is not finite.
     It must vanish with u and v_n, and push (F_n > 0) where u > 0 = v_n. Compiled equations are found by the
-    law's name: a law from outside this package that changes needs another one.
+    law's name: a law from outside this package that changes needs another one. A law that ends at a depth has
+    no force beyond it, but what is not a number, and no step gets there.
 
     A law may remember the speed of approach v_0 with which a contact began, from a smallest one on: then v_0
     is the last argument of `force` and `push`.
@@ -23,16 +28,16 @@ class Law:
     Parameters
     ----------
     force : callable
-        F_n, and the energy that it stores, of u, v_n and the law's coefficients in their order.
+        F_n, and the energy that it stores, of the functions, u, v_n and the law's arguments in their order.
     slopes : callable
-        Bounds of |dF_n/du| and |dF_n/dv_n| up to a penetration, of that and the coefficients: what rounding
+        Bounds of |dF_n/du| and |dF_n/dv_n| up to a penetration, of that and the arguments: what rounding
         makes of a force.
     numbers : mapping of str to tuple of str
         Letter and units of each number by its name: ``stiffness``, ``damping``, and what it has beside these.
     source : str
         Where it was published, or what it is called after.
     push : callable, optional
-        Of v_n and the coefficients, what has the sign of F_n where u > 0, is smooth and linear in v_n: of a
+        Of v_n and the arguments, what has the sign of F_n where u > 0, is smooth and linear in v_n: of a
         law whose force vanishes with u.
     coefficients : callable, optional
         What the equations take, of the numbers in their order; the same if left out.
@@ -46,6 +51,10 @@ class Law:
         Whether the force can be negative at all.
     rigid : bool
         Whether it is a law of impacts, which has no force.
+    joint : tuple of str
+        Letters of the joint's own numbers that it takes: ``e``, its clearance, ``R``, its journal's radius.
+    deepest : callable, optional
+        Penetration at which the law ends, m, of the arguments; None: it holds at any.
     """
 
     force: Callable | None
@@ -59,11 +68,18 @@ class Law:
     floor: str = ""
     pulls: bool = True
     rigid: bool = False
+    joint: tuple[str, ...] = ()
+    deepest: Callable | None = None
 
     @property
     def letters(self) -> tuple[str, ...]:
         """Letters of its numbers, in order."""
         return tuple(letter for letter, _ in self.numbers.values())
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """Letters of what its equations take, in order: its coefficients, and numbers of the joint."""
+        return self.letters + self.joint
 
     @property
     def further(self) -> tuple[str, ...]:
@@ -75,7 +91,7 @@ class Law:
 # jumps by C_n v_n at entry and may pull just before separation. Valid for small penetration; the restitution
 # that it gives does not depend on the impact speed.
 _kelvin_voigt = Law(
-    force=lambda u, v_n, K, C: (K * u + C * v_n, K * u**2 / 2),
+    force=lambda m, u, v_n, K, C: (K * u + C * v_n, K * u**2 / 2),
     slopes=lambda depth, K, C: (K, C),
     numbers={"stiffness": ("K", "N/m"), "damping": ("C", "N s/m")},
     source="Kelvin and Voigt; Chunmei et al. (2002)",
@@ -84,7 +100,6 @@ _kelvin_voigt = Law(
 # Power laws: F_n = K u^n (1 + chi v_n), stored K u^(n + 1) / (n + 1), n >= 1; n = 3/2 is that of Hertz for
 # balls. F_n is continuous at entry, and pushes while 1 + chi v_n > 0. u^n is continued to u < 0 as an odd
 # function and rounded off within ROUND of 0, so that its slope is finite and grows with |u| on both sides.
-ROUND = 1e-12  # m: above the rounding of a gap, below every penetration that matters
 
 
 def _power(u, K, n):
@@ -93,7 +108,7 @@ def _power(u, K, n):
     return K * square ** ((n - 1) / 2) * u, K * square ** ((n + 1) / 2) / (n + 1)
 
 
-def _damped(u, v_n, K, n, chi):
+def _damped(_, u, v_n, K, n, chi):
     spring, stored = _power(u, K, n)
     return spring * (1 + chi * v_n), stored
 
@@ -110,7 +125,7 @@ _AT_LEAST_ONE = (lambda n: n >= 1, "an exponent of at least 1 is accepted")
 # Hertz (1882): no damping, so a restitution of 1. Valid for elastic bodies whose contact is small beside
 # their radii; a shaft in a bearing of nearly its own radius conforms more than that.
 _hertz = Law(
-    force=lambda u, v_n, K, n: _power(u, K, n),
+    force=lambda m, u, v_n, K, n: _power(u, K, n),
     slopes=lambda depth, K, n: _steepest(depth, K, n, 0.0),
     numbers=_STIFFNESS | _EXPONENT,
     source="Hertz (1882)",
@@ -154,17 +169,19 @@ FACTORS = {
     "hu_guo": (lambda e: 3 * (1 - e) / (2 * e), "Hu and Guo (2015)"),
 }
 SLOWEST = 1e-3  # m/s
+_UP_TO_ONE = (lambda e: 0 <= e <= 1, "a restitution from 0 to 1 is accepted")
+_MOVING = (lambda v: v > 0, "a speed above 0 m/s is accepted")
 
 
 def _remembering(factor: Callable, source: str) -> Law:
     """A law whose damping depends on the speed at entry and the restitution wanted, by a factor d(e)."""
     try:
         factor(0.0)
-        limit = lambda e: 0 <= e <= 1, "a restitution from 0 to 1 is accepted"
+        limit = _UP_TO_ONE
     except ZeroDivisionError:
         limit = lambda e: 0 < e <= 1, "a restitution above 0, up to 1, is accepted"
     return Law(
-        force=lambda u, v_n, K, d, n, slowest, v_0: _damped(u, v_n, K, n, d / v_0),
+        force=lambda m, u, v_n, K, d, n, slowest, v_0: _damped(m, u, v_n, K, n, d / v_0),
         slopes=lambda depth, K, d, n, slowest: _steepest(depth, K, n, d / slowest),
         numbers=_STIFFNESS | {"restitution": ("dr", "1")} | _EXPONENT | {"slowest": ("vmin", "m/s")},
         source=source,
@@ -174,9 +191,55 @@ def _remembering(factor: Callable, source: str) -> Law:
         limits={
             "restitution": limit,
             "exponent": _AT_LEAST_ONE,
-            "slowest": (lambda v: v > 0, "a speed above 0 m/s is accepted"),
+            "slowest": _MOVING,
         },
         floor="vmin",
+    )
+
+
+# Cylinders in cylinders (equations.cylinders): published as springs, and joined with Lankarani and
+# Nikravesh's damping, F_n = F(u) (1 + 3 (1 - e^2)/4 v/v_0), as Pereira, Ramalho and Ambrosio (2015) do; with
+# a restitution e of 1 the spring alone. The restitution that this gives is that of the power laws, for it
+# depends on d alone whatever the spring.
+_MATERIALS = {"length": ("Lc", "m")}
+for _side, _letter in (("journal", "j"), ("bearing", "b")):
+    _MATERIALS |= {f"{_side}_modulus": (f"E{_letter}", "Pa"), f"{_side}_poisson_ratio": (f"nu{_letter}", "1")}
+_STEEL = {name: 2.07e11 if "modulus" in name else 0.3 for name in _MATERIALS if name != "length"}
+_FITTING = {
+    "length": (lambda L: L > 0, "a length above 0 m is accepted"),
+    "modulus": (lambda E: E > 0, "a modulus above 0 Pa is accepted"),
+    "ratio": (lambda nu: -1 < nu <= 0.5, "a ratio above -1, up to 0.5, is accepted"),
+}
+
+
+def _cylindrical(form: Callable, spring: Callable, bounds: Callable, source: str, ends: bool) -> Law:
+    """A law whose spring is that of a journal in its bearing, `form` giving the two numbers of the spring."""
+
+    def of(L, E_j, nu_j, E_b, nu_b, d, slowest, e, R):
+        return form(L, cylinders.modulus(E_j, nu_j, E_b, nu_b), R, e)
+
+    def force(m, u, v_n, *given):
+        *given, v_0 = given
+        F, stored = spring(m, u, *of(*given))
+        return F * (1 + given[5] / v_0 * v_n), stored
+
+    def slopes(depth, *given):
+        slope, most = bounds(depth, *of(*given))
+        return slope, given[5] / given[6] * most
+
+    return Law(
+        force=force,
+        slopes=slopes,
+        numbers=_MATERIALS | {"restitution": ("dr", "1"), "slowest": ("vmin", "m/s")},
+        source=source,
+        push=lambda v_n, *given: 1 + given[5] / given[-1] * v_n,
+        coefficients=lambda *n: (*n[:5], FACTORS["lankarani_nikravesh"][0](n[5]), n[6]),
+        defaults=_STEEL | {"restitution": 1.0, "slowest": SLOWEST},
+        limits={name: _FITTING[name.split("_")[-1]] for name in _MATERIALS}
+        | {"restitution": _UP_TO_ONE, "slowest": _MOVING},
+        floor="vmin",
+        joint=("e", "R"),
+        deepest=(lambda *given: of(*given)[1]) if ends else None,
     )
 
 
@@ -188,11 +251,22 @@ _restitution = Law(
     slopes=None,
     numbers={"restitution": ("r", "1")},
     source="Newton (1687)",
-    limits={"restitution": (lambda e: 0 <= e <= 1, "a restitution from 0 to 1 is accepted")},
+    limits={"restitution": _UP_TO_ONE},
     pulls=False,
     rigid=True,
 )
 
 LAWS = {"kelvin_voigt": _kelvin_voigt, "hertz": _hertz, "hunt_crossley": _hunt_crossley}
 LAWS |= {name: _remembering(*each) for name, each in FACTORS.items()}
+for _name, _spring, _bounds, _source in (
+    ("johnson", cylinders.logarithmic, cylinders.logarithmic_slope, "Johnson (1985)"),
+    (
+        "dubowsky_freudenstein",
+        cylinders.logarithmic,
+        cylinders.logarithmic_slope,
+        "Dubowsky and Freudenstein (1971)",
+    ),
+    ("liu", cylinders.conforming, cylinders.conforming_slope, "Liu, Zhang and Yang (2007)"),
+):
+    LAWS[_name] = _cylindrical(getattr(cylinders, _name), _spring, _bounds, _source, _name != "liu")
 LAWS["restitution"] = _restitution

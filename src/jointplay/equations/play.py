@@ -6,7 +6,7 @@ from sympy import Expr, Integer, Max, atan2, sympify
 
 from . import functions
 from .contact import Geometry
-from .coordinates import Coordinates, approach
+from .coordinates import Coordinates, approach, bristle
 from .friction import FRICTIONS
 from .laws import LAWS
 from .structure import Clearance
@@ -16,15 +16,17 @@ from .system import Contact, Reset, number
 def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     """The contact of a bearing that gives, under its laws."""
     law = LAWS[joint.law]
-    numbers = [number(f"{letter}_{joint.name}") for letter in law.letters]
+    numbers = [number(f"{letter}_{joint.name}") for letter in law.arguments]
     remembered, floor = [approach(joint.name)] * joint.remembers, number(f"{law.floor}_{joint.name}")
-    F_n, stored = law.force(g.u, g.v_n, *numbers, *remembered)
+    F_n, stored = law.force(functions, g.u, g.v_n, *numbers, *remembered)
     push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
     drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
     drift = sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
     friction, slip, limit = FRICTIONS.get(joint.friction), None, None
+    z = [bristle(joint.name)] * joint.bends
     if friction:
-        slip = friction.ratio(functions, g.v_t, *(number(f"{x}_{joint.name}") for x in friction.letters))
+        given = functions, g.v_t, *z, *(number(f"{x}_{joint.name}") for x in friction.letters)
+        slip = friction.ratio(*given)
     if friction and friction.limit:
         limit = number(f"{friction.limit_letter}_{joint.name}")
     elif friction:
@@ -45,8 +47,9 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         drift,
         limit,
         push,
-        {v_0: Max(g.v_n, floor) for v_0 in remembered},
-        dict.fromkeys(remembered, floor),
+        {v_0: Max(g.v_n, floor) for v_0 in remembered} | dict.fromkeys(z, Integer(0)),
+        dict.fromkeys(remembered, floor) | dict.fromkeys(z, Integer(0)),
+        {each: friction.bristles(*given) for each in z},
     )
 
 

@@ -8,7 +8,7 @@ here: a structure whose equations have been written before needs none.
 from dataclasses import dataclass
 
 from .drives import DRIVES
-from .friction import parameter_letters
+from .friction import FRICTIONS, parameter_letters
 from .laws import LAWS
 
 
@@ -35,6 +35,11 @@ class Clearance:
     def remembers(self) -> bool:
         """Whether its law remembers the speed with which a contact began."""
         return bool(LAWS[self.law].floor)
+
+    @property
+    def bends(self) -> bool:
+        """Whether its law of friction has bristles, whose deflection is a state."""
+        return self.friction in FRICTIONS and FRICTIONS[self.friction].bristles is not None
 
 
 @dataclass(frozen=True)

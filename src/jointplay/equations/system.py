@@ -47,7 +47,8 @@ class Contact:
     which it sticks; `drag` is the part of F_t that is a smooth law; `drift` the part of dv_t/dt that
     prescribed accelerations make. `gap` is what is watched for roots in the place of u, of the same sign,
     where u itself is not smooth along a motion; `push` what is watched in the place of F_n, of the same sign
-    where u > 0. `entry` gives speeds their new values where contact begins, `exit` where it ends.
+    where u > 0. `entry` gives speeds their new values where contact begins, `exit` where it ends; `rates` are
+    what they gain a second, as forces on them, while it lasts.
     """
 
     name: str
@@ -67,6 +68,7 @@ class Contact:
     push: Expr | None = None
     entry: dict[Symbol, Expr] = field(default_factory=dict)
     exit: dict[Symbol, Expr] = field(default_factory=dict)
+    rates: dict[Symbol, Expr] = field(default_factory=dict)
 
     @property
     def sticks(self) -> bool:

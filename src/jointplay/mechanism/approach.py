@@ -1,4 +1,4 @@
-"""Speeds of approach that laws of contact remember, of a mechanism that starts."""
+"""What laws of contact and friction remember, of a mechanism that starts."""
 
 from __future__ import annotations
 
@@ -6,21 +6,22 @@ import math
 
 import numpy as np
 
+from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.laws import LAWS
 from jointplay.mechanism.bases import Bases
 
 
 def approaches(bases: Bases) -> np.ndarray:
-    """Give what each law that remembers has for the speed with which a contact began, at the start.
+    """Give what laws remember at the start: speeds with which contacts began, then deflections of bristles.
 
     A joint that starts in contact has no beginning to remember: it counts as begun with the size of the
     normal speed that it has there, or with the smallest speed of its law, whichever is larger; one that
-    starts in flight has the smallest speed.
+    starts in flight has the smallest speed. Bristles are straight.
 
     Returns
     -------
     ndarray, shape (laws that remember, 2)
-        The speed, and the law's smallest one, m/s.
+        The speed, and the law's smallest one, m/s; the deflection, and that of steady sliding, m.
     """
     rows = []
     for joint in bases.mechanism.clearance_joints:
@@ -31,4 +32,8 @@ def approaches(bases: Bases) -> np.ndarray:
             touches = distance >= joint.clearance
             along = abs(r @ v) / distance if touches else 0.0
             rows.append((max(along, slowest), slowest))
+    for joint in bases.mechanism.clearance_joints:
+        friction = joint.friction
+        if friction and friction.rubs and (size := FRICTIONS[friction.law].deflection):
+            rows.append((0.0, size(friction.coefficient, *friction.numbers.values())))
     return np.array(rows, dtype=float).reshape(-1, 2)

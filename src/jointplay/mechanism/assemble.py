@@ -104,10 +104,13 @@ def _check_journals(bases: Bases) -> None:
     """Refuse a start whose journals are nowhere near their bearings."""
     angles, problems = bases.state.angles, []
     for joint in bases.mechanism.clearance_joints:
-        apart, most = bases.apart(joint), 1 if LAWS[joint.contact.law].rigid else DEEP
+        most = 1 if LAWS[joint.contact.law].rigid else min(DEEP, 1 + joint.deepest / joint.clearance)
+        apart = bases.apart(joint)
         if apart > most * joint.clearance * (1 + 1e-9):
             far = f"{apart / joint.clearance:.3g} clearances ({apart:.3g} m)"
-            expected = f"at most {most} clearances from its bearing's centre are accepted for the journal of"
+            expected = (
+                f"at most {most:.4g} clearances from its bearing's centre are accepted for the journal of"
+            )
             problems.append(Problem("initial.angle", angles, f"{expected} {joint.name}, here {far} away"))
     if problems:
         raise InputError(problems, "initial")

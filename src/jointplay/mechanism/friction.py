@@ -29,13 +29,14 @@ class Friction(Record):
     Every further number of a law is a key beside these, and an attribute: ``velocity`` (v_0, m/s) of the
     regularised laws; ``full_velocity`` (v_1, m/s) of ``ambrosio``; ``static_coefficient`` (f_s) of
     ``andersson``, ``brown_mcphee`` and ``stribeck``; ``stribeck_velocity`` (v_s, m/s) and ``exponent``
-    (delta; 2 if left out) of ``andersson`` and ``stribeck``.
+    (delta; 2 if left out) of ``andersson``, ``stribeck`` and ``lugre``; ``bristle_stiffness`` (1/m) and
+    ``bristle_damping`` (s/m; 0 if left out) of ``lugre``, both of the coefficient.
 
     Parameters
     ----------
     law : str
         Name of the law: with true sticking ``coulomb`` (if left out) or ``stribeck``; regularised ``tanh``,
-        ``ramp``, ``ambrosio``, ``threlfall``, ``andersson``, ``brown_mcphee``.
+        ``ramp``, ``ambrosio``, ``threlfall``, ``andersson``, ``brown_mcphee``; of bristles ``lugre``.
     coefficient : float
         f, dimensionless; the kinetic coefficient where the law has a static one too.
     viscous : float

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from jointplay.equations.laws import LAWS
 from jointplay.errors import NOTHING, refuse
 from jointplay.mechanism.base import (
     GROUND,
@@ -157,6 +159,14 @@ class Joint(Record):
         """Parameters of the equations of a joint with clearance, by letter."""
         friction = (self.friction or FRICTIONLESS).parameters
         return {"e": self.clearance, "R": self.radius} | self.contact.coefficients | friction
+
+    @property
+    def deepest(self) -> float:
+        """Penetration at which the law of the normal force ends, m; infinite if it holds at any."""
+        law = LAWS[self.contact.law]
+        if law.deepest is None:
+            return math.inf
+        return law.deepest(*(self.numbers[letter] for letter in law.arguments))
 
     @property
     def description(self) -> str:
