@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from jointplay.equations.laws import LAWS
@@ -26,9 +24,6 @@ def approaches(bases: Bases) -> np.ndarray:
     for joint in bases.mechanism.clearance_joints:
         if LAWS[joint.contact.law].floor:
             slowest = joint.contact.coefficients[LAWS[joint.contact.law].floor]
-            r, v = bases.between(joint)
-            distance = math.hypot(*r)
-            touches = distance >= joint.clearance
-            along = abs(r @ v) / distance if touches else 0.0
-            rows.append((max(along, slowest), slowest))
+            for u, v_n in bases.penetrations(joint):
+                rows.append((max(abs(v_n) if u >= 0 else 0.0, slowest), slowest))
     return np.array(rows, dtype=float).reshape(-1, 2)
