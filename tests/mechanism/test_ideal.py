@@ -134,10 +134,41 @@ def test_what_a_prismatic_joint_refuses():
     slider, guide = {"link": "slider"}, {"link": "ground", "point": (0.0, 0.0)}
     loose = {"name": "G", "kind": "prismatic", "journal": slider, "bearing": guide, "clearance": 1e-4}
     found = problems_of(Joint, **loose)
-    assert "a prismatic joint is ideal" in found["joint.clearance"].expected
+    assert "half length of a slider greater than 0 m" in found["joint.half_length"].expected
+    assert "half height of a slider greater than 0 m" in found["joint.half_height"].expected
+    assert "contact data" in found["joint.contact"].expected
+    round_one = problems_of(Joint, **loose | {"clearance": 0.0, "radius": 0.01})
+    assert "kind = 'revolute' only" in round_one["joint.radius"].expected
+    flat = {"name": "B", "journal": slider, "bearing": guide, "half_height": 0.01}
+    assert "kind = 'prismatic' only" in problems_of(Joint, **flat)["joint.half_height"].expected
     line = {"name": "G", "journal": slider | {"direction": 0.3}, "bearing": guide}
     assert "'prismatic' only" in problems_of(Joint, **line)["joint.journal.direction"].expected
     assert Pin(link="slider", direction=0.3).direction == 0.3
+
+
+def test_a_guide_with_clearance_needs_rigid_links_and_names_of_its_own():
+    plain = catalog.slider_crank(clearance={"G": 1e-4})
+    fields = dict(plain)
+    bent = problems_of(catalog.quick_return, clearance={"S": 1e-4}, elastic=("arm",))
+    assert "arm is elastic" in bent["mechanism.joints[2].clearance"].expected
+    rod = plain.replace(elastic=("rod",))
+    assert rod.contacts == plain.contacts
+    names = {"A": "G_upper_rear"}
+    joints = tuple(j.model_copy(update={"name": names.get(j.name, j.name)}) for j in plain.joints)
+    found = problems_of(Mechanism, **fields | {"joints": joints})
+    assert "another joint, G_upper_rear" in found["mechanism.joints[3].name"].expected
+
+
+def test_a_slider_that_starts_far_from_its_guide_is_refused():
+    """By the corner that is farthest out; in the middle nothing is."""
+    mechanism = catalog.slider_crank(clearance={"G": 1e-4})
+    words, still = ("crank", "rod", "slider"), dict.fromkeys(("crank", "rod", "slider"), 0.0)
+    start = {"angle": still, "angular_velocity": still | {"crank": 200.0}}
+    assert np.all(assemble(mechanism, start).state[:2] == 0.0)
+    tilted = start | {"angle": dict(zip(words, (0.0, 0.0, 0.06), strict=True))}
+    found = problems_of(assemble, mechanism, tilted)
+    apart = 0.02 * math.sin(0.06) - 0.01 * (1 - math.cos(0.06))
+    assert f"here {apart / 1e-4:.3g} clearances" in found["initial.angle"].expected
 
 
 def test_the_state_of_a_slider_crank_with_play():

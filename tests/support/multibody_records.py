@@ -23,6 +23,7 @@ MECHANISM = ("name", "links", "joints", "drive", "springs", "loads")
 MECHANISM += ("gravity", "gravity_direction", "branch", "order", "guess")
 LINK = ("name", "length", "mass", "centre", "inertia", "inertia_centre", "masses", "beam")
 JOINT = ("name", "kind", "journal", "bearing", "clearance", "radius", "contact", "friction")
+JOINT += ("half_length", "half_height")
 
 
 def from_mechanism(mechanism, crank_angle: float = 0.0) -> System:
@@ -133,4 +134,5 @@ def _play(joint) -> Play | None:
             raise ValueError(f"friction {friction.law} is not known here")
         smoothed = tanh_friction(friction.coefficient, friction.velocity, friction.viscous)
     law, stored = kelvin_voigt(contact.stiffness, contact.damping), lambda u: 0.5 * contact.stiffness * u * u
-    return Play(joint.clearance, law, smoothed, contact.tension, joint.radius, stored=stored)
+    sizes = joint.radius or 0.0, joint.half_length or 0.0, joint.half_height or 0.0
+    return Play(joint.clearance, law, smoothed, contact.tension, *sizes, stored=stored)

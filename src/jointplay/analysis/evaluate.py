@@ -222,10 +222,8 @@ def on_joints(dataset: xr.Dataset) -> xr.Dataset:
         return dataset
     sliding = [name for name, each in dataset.data_vars.items() if "guide" in each.dims]
     slides, rest = dataset[sliding].rename(guide="joint"), dataset.drop_dims("guide")
-    names = (
-        [*map(str, rest["joint"].values), *map(str, slides["joint"].values)] if "joint" in rest.dims else None
-    )
-    if names:
+    both = (rest, slides) if "joint" in rest.dims else ()
+    if names := list(dict.fromkeys(str(name) for each in both for name in each["joint"].values)):
         whole = {name: each.dtype for name, each in rest.data_vars.items() if "joint" in each.dims}
         fill = {name: 0 for name, kind in whole.items() if kind.kind == "i"} | {"clearance": 0.0}
         fill |= {name: int(Mode.CONTACT) for name in whole if name.split("_")[-1] == "mode"}

@@ -46,8 +46,14 @@ def rebound(model: Model, rtol: float) -> float:
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:
     """Squares of the clearances, m^2; infinite of a contact that is no joint's."""
     squares = np.full(n_contacts, np.inf)
-    squares[: len(model.clearances)] = np.square(model.clearances[:n_contacts])
+    for j, centred in enumerate(_centred(model)[:n_contacts]):
+        squares[j] = model.clearances[j] ** 2 if centred else np.inf
     return squares
+
+
+def _centred(model: Model) -> list[bool]:
+    """Whether each contact's gap is watched by the square of a distance from a centre, as a bearing's is."""
+    return [joint.corner is None for joint in model.structure.joints] if model.links else []
 
 
 @lru_cache(maxsize=256)
@@ -59,8 +65,8 @@ def _laws(structure: Linkage | Oscillator) -> list[tuple[Law, list[int], int]]:
     found = []
     for joint in structure.soft_joints:
         law, friction = LAWS[joint.law], FRICTIONS.get(joint.friction, FRICTIONS["coulomb"])
-        numbers = [place[f"{letter}_{joint.name}"] for letter in law.arguments]
-        found.append((law, numbers, place[f"{friction.limit_letter}_{joint.name}"]))
+        numbers = [place[f"{letter}_{joint.owner}"] for letter in law.arguments]
+        found.append((law, numbers, place[f"{friction.limit_letter}_{joint.owner}"]))
     return found
 
 
@@ -95,5 +101,5 @@ def guards(model: Model, still: float, n_contacts: int, n_resets: int) -> np.nda
     for j, (law, places, _) in enumerate(_laws(model.structure)):
         given = model.numbers[places]
         force = law.slopes(play, *given)[0] * play if law.push is None else _turning(law, given, model)
-        tolerances[j, :2] = 2 * model.clearances[j] * play, force
+        tolerances[j, :2] = (2 * model.clearances[j] if _centred(model)[j] else 1.0) * play, force
     return np.concatenate([tolerances.ravel(), np.zeros(n_resets)])

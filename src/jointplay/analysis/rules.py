@@ -179,8 +179,8 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
     names = {
         "link": [each.name for each in mechanism.links],
         "bending": [each.name for each in mechanism.links if each.elastic],
-        "joint": [j.name for j in mechanism.clearance_joints],
-        "guide": [j.name for j in mechanism.joints if j.prismatic],
+        "joint": mechanism.contacts,
+        "guide": mechanism.guides,
     }
     given = section.link if of in ("link", "bending") else section.joint
     if of is None:

@@ -8,8 +8,8 @@ from functools import cached_property
 from sympy import Expr, Integer, Symbol, sqrt
 
 from . import beam as elastic
-from . import chain, loads, loop, play, springs
-from .contact import Geometry, geometry
+from . import chain, contact, corner, loads, loop, play, springs
+from .contact import Geometry
 from .coordinates import Coordinates, Freedom, coordinates, dot
 from .drives import DRIVES
 from .springs import Action
@@ -47,7 +47,7 @@ class Parts:
             positions=tuple(c.positions),
             speeds=tuple(c.speeds),
             parameters=tuple(map(number, parameter_names(structure))),
-            definitions=(*c.definitions, *(d for g in self.joints.values() for d in g.definitions)),
+            definitions=tuple(c.definitions) + play.definitions(self.joints.values()),
             mass=mass,
             force=tuple(force),
             angles=(*(angle for angle in c.angle.values() if isinstance(angle, Angle)), *self._phases()),
@@ -68,8 +68,8 @@ class Parts:
     @cached_property
     def joints(self) -> dict[str, Geometry]:
         """Geometry of the joints with play."""
-        structure = self.structure
-        return {joint.name: geometry(joint, self.c, structure.driven) for joint in structure.joints}
+        pairs = ((joint, corner if joint.corner else contact) for joint in self.structure.joints)
+        return {joint.name: kind.geometry(joint, self.c, self.structure.driven) for joint, kind in pairs}
 
     @cached_property
     def contacts(self) -> tuple[Contact, ...]:
@@ -155,7 +155,7 @@ class Parts:
         found = {contact.name: traction(contact) for contact in self.contacts}
         for joint in self.structure.rigid_joints:
             _, held = traction(joint)
-            found[joint.name] = -held * self.joints[joint.name].rho / number(f"e_{joint.name}"), Integer(0)
+            found[joint.name] = -held * self.joints[joint.name].steep, Integer(0)
         return found
 
     @cached_property
@@ -163,8 +163,9 @@ class Parts:
         """Joints where the chains are cut, with the force on the bearing; of closures the last one first."""
         found = []
         for joint in self.structure.joints:
-            (F_n, F_t), (x, y) = self._tractions[joint.name], self.joints[joint.name].direction
-            found.append((joint, (F_n * x - F_t * y, F_n * y + F_t * x)))
+            (F_n, F_t), g = self._tractions[joint.name], self.joints[joint.name]
+            pairs = zip(g.direction, g.across, strict=True)
+            found.append((joint, tuple(F_n * n + F_t * t for n, t in pairs)))
         for closure in reversed(self.structure.closures):
             found.append((closure, self._closing_force(closure, found[len(self.structure.joints) :])))
         return found
@@ -207,8 +208,9 @@ class Parts:
             yield f"angular_velocity:{k}", c.speed[k]
             yield f"angular_acceleration:{k}", c.acceleration[k]
         stored = {contact.name: contact.stored for contact in self.contacts}
-        for name, g in self.joints.items():
-            yield from play.outputs(name, g, self._tractions[name], stored.get(name, Integer(0)))
+        for joint in structure.joints:
+            kept, name = stored.get(joint.name, Integer(0)), joint.name
+            yield from play.outputs(joint, self.joints[name], self._tractions[name], kept)
         reactions = dict(self._reactions())
         for name, force in reactions.items():
             yield f"reaction_x:{name}", force[0]

@@ -1,8 +1,8 @@
 """A joint with play in the equations: laws of contact and friction, or impacts, and what is recorded."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from sympy import Expr, Integer, Max, atan2, sympify
+from sympy import Expr, Integer, Max, Symbol, sympify
 
 from . import functions
 from .contact import Geometry
@@ -13,22 +13,28 @@ from .structure import Clearance
 from .system import Contact, Reset, number
 
 
+def definitions(joints: Iterable[Geometry]) -> tuple[tuple[Symbol, Expr], ...]:
+    """What the geometries define, each once: the corners of a slider share some."""
+    return tuple(dict.fromkeys(each for g in joints for each in g.definitions))
+
+
 def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     """The contact of a bearing that gives, under its laws."""
     law = LAWS[joint.law]
-    numbers = [number(f"{letter}_{joint.name}") for letter in law.arguments]
-    remembered, floor = [approach(joint.name)] * joint.remembers, number(f"{law.floor}_{joint.name}")
+    own = joint.owner
+    numbers = [number(f"{letter}_{own}") for letter in law.arguments]
+    remembered, floor = [approach(joint.name)] * joint.remembers, number(f"{law.floor}_{own}")
     F_n, stored = law.force(functions, g.u, g.v_n, *numbers, *remembered)
     push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
-    drag = number(f"Ct_{joint.name}") * g.v_t if joint.viscous else Integer(0)
+    drag = number(f"Ct_{own}") * g.v_t if joint.viscous else Integer(0)
     drift = sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
     friction, slip, limit = FRICTIONS.get(joint.friction), None, None
     z = [bristle(joint.name)] * joint.bends
     if friction:
-        given = functions, g.v_t, *z, *(number(f"{x}_{joint.name}") for x in friction.letters)
+        given = functions, g.v_t, *z, *(number(f"{x}_{own}") for x in friction.letters)
         slip = friction.ratio(*given)
     if friction and friction.limit:
-        limit = number(f"{friction.limit_letter}_{joint.name}")
+        limit = number(f"{friction.limit_letter}_{own}")
     elif friction:
         drag, slip = drag + slip * F_n, None
     return Contact(
@@ -54,21 +60,26 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
 
 
 def wall(joint: Clearance, g: Geometry) -> Reset:
-    """A rigid bearing: its gap (e^2 - rho^2)/(2 e) is e - rho where it closes, and smooth everywhere."""
-    e, r = number(f"e_{joint.name}"), number(f"r_{joint.name}")
-    return Reset(joint.name, -g.gap / (2 * e), restitution=r)
+    """A rigid bearing."""
+    return Reset(joint.name, g.wall, restitution=number(f"r_{joint.owner}"))
 
 
-def outputs(name: str, g: Geometry, force: tuple[Expr, Expr], stored: Expr) -> Iterator[tuple[str, Expr]]:
+def outputs(
+    joint: Clearance, g: Geometry, force: tuple[Expr, Expr], stored: Expr
+) -> Iterator[tuple[str, Expr]]:
     """What is recorded of a joint with play, as word:label."""
+    name = joint.name
     yield f"journal_x:{name}", g.r[0]
     yield f"journal_y:{name}", g.r[1]
     yield f"eccentricity:{name}", g.rho
-    yield f"eccentricity_ratio:{name}", g.rho / number(f"e_{name}")
+    yield f"eccentricity_ratio:{name}", g.rho / number(f"e_{joint.owner}")
     yield f"penetration:{name}", g.u
     yield f"normal_velocity:{name}", g.v_n
     yield f"tangential_velocity:{name}", g.v_t
-    yield f"contact_angle:{name}", atan2(g.r[1], g.r[0])
+    yield f"contact_angle:{name}", g.angle
     yield f"normal_force:{name}", force[0]
     yield f"tangential_force:{name}", force[1]
     yield f"stored_energy:{name}", stored
+    if g.slide is not None:
+        yield f"slide_position:{name}", g.slide[0]
+        yield f"slide_velocity:{name}", g.slide[1]

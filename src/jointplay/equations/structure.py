@@ -11,6 +11,9 @@ from .drives import DRIVES
 from .friction import FRICTIONS, parameter_letters
 from .laws import LAWS
 
+# Corners of a slider in its guide: +1 ahead of the journal's point or -1, on the upper face +1 or -1.
+CORNERS = {"upper_front": (1, 1), "upper_rear": (-1, 1), "lower_front": (1, -1), "lower_rear": (-1, -1)}
+
 
 @dataclass(frozen=True)
 class Clearance:
@@ -18,6 +21,7 @@ class Clearance:
 
     `arms` are the links whose e_k enters r = const + sum_k D_k e_k; `bases` the floating chains whose base
     point enters, as (chain, sign). `ends` are the ends ("start", "end") at which journal and bearing sit.
+    Of a prismatic joint each `corner` of the slider is one of these, with the numbers of its `joint`.
     """
 
     name: str
@@ -30,6 +34,18 @@ class Clearance:
     friction: str = "none"
     viscous: bool = False
     ends: tuple[str, str] = ("", "")
+    joint: str = ""
+    corner: tuple[int, int] | None = None
+
+    @property
+    def owner(self) -> str:
+        """The joint by whose name its numbers are called."""
+        return self.joint or self.name
+
+    @property
+    def sizes(self) -> tuple[str, ...]:
+        """Letters of its sizes: clearance; journal's radius, or directions and half sizes of a slider."""
+        return ("e", "dc", "ds", "jc", "js", "ha", "hb") if self.corner else ("e", "R")
 
     @property
     def remembers(self) -> bool:
@@ -244,9 +260,9 @@ def parameter_names(structure: Linkage) -> list[str]:
     names += [f"m_{f}" for f in range(len(structure.floats))] + ["g"]
     names += ["up_x", "up_y"] if structure.tilted else []
     for joint in structure.joints:
-        words = ("e", "R", "rx0", "ry0", *LAWS[joint.law].letters, *parameter_letters(joint.friction))
-        names += [f"{word}_{joint.name}" for word in words]
-        names += [f"D_{joint.name}_{k}" for k in joint.arms]
+        words = (*joint.sizes, "rx0", "ry0", *LAWS[joint.law].letters, *parameter_letters(joint.friction))
+        names += [f"{word}_{joint.owner}" for word in words]
+        names += [f"D_{joint.owner}_{k}" for k in joint.arms]
     for pin in structure.pins:
         names += [f"m_{pin.name}"] + [f"mu_{pin.name}_{k}" for k in pin.arms]
         names += [name for _, name in pin.bases if name != f"m_{pin.name}"]
@@ -267,7 +283,7 @@ def parameter_names(structure: Linkage) -> list[str]:
         if load.span:
             names += [f"d{axis}_{load.span.name}" for axis in "xy"] + _span_names(load.span, nowhere=True)
     names += _course_names(structure.torque) if structure.torque else []
-    return [*names, *DRIVES[structure.drive].letters]
+    return [*dict.fromkeys(names), *DRIVES[structure.drive].letters]
 
 
 def powers(structure: Linkage | Oscillator) -> list[str]:

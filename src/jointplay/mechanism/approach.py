@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from jointplay.equations.friction import FRICTIONS
@@ -27,13 +25,11 @@ def approaches(bases: Bases) -> np.ndarray:
     for joint in bases.mechanism.clearance_joints:
         if LAWS[joint.contact.law].floor:
             slowest = joint.contact.coefficients[LAWS[joint.contact.law].floor]
-            r, v = bases.between(joint)
-            distance = math.hypot(*r)
-            touches = distance >= joint.clearance
-            along = abs(r @ v) / distance if touches else 0.0
-            rows.append((max(along, slowest), slowest))
+            for u, v_n in bases.penetrations(joint):
+                rows.append((max(abs(v_n) if u >= 0 else 0.0, slowest), slowest))
     for joint in bases.mechanism.clearance_joints:
         friction = joint.friction
         if friction and friction.rubs and (size := FRICTIONS[friction.law].deflection):
-            rows.append((0.0, size(friction.coefficient, *friction.numbers.values())))
+            row = (0.0, size(friction.coefficient, *friction.numbers.values()))
+            rows += [row] * len(bases.penetrations(joint))
     return np.array(rows, dtype=float).reshape(-1, 2)

@@ -83,14 +83,16 @@ def assemble(
         turning=turning,
         fold=fold,
         period=2 * math.pi / nominal,
-        creep=SPEED_FLOOR * nominal * max((joint.radius for joint in loose), default=0.0),
+        creep=SPEED_FLOOR
+        * nominal
+        * max((joint.radius or joint.half_length for joint in loose), default=0.0),
         reach=sum(link.length for link in mechanism.links),
         h_max=min([(0.3 if forest.cuts else 0.7) / nominal if followed else math.inf, *spans]),
         links=structure.links,
-        joints=tuple(joint.name for joint in loose),
-        clearances=tuple(joint.clearance for joint in loose),
+        joints=mechanism.contacts,
+        clearances=tuple(joint.clearance for joint in loose for _ in joint.contacts),
         pins=tuple(joint.name for joint in mechanism.joints if joint.ideal),
-        guides=tuple(joint.name for joint in mechanism.joints if joint.prismatic),
+        guides=mechanism.guides,
         bending=structure.links if structure.beams else (),
         memories=len(remembered),
         crank=structure.driven,
@@ -164,8 +166,7 @@ def check_section(section: Section, mechanism: Mechanism) -> None:
     links, problems = [each.name for each in mechanism.links], []
     if link is not None and link not in links:
         problems.append(unknown("section.link", link, link, links, "link"))
-    guides = [each.name for each in mechanism.joints if each.prismatic]
-    on_guide = section.kind == "plane" and joint in guides
+    on_guide = section.kind == "plane" and joint in mechanism.guides
     if not on_guide and (joint is not None or section.kind in ("contact", "separation")):
         problems += _joint_problems(joint, mechanism)
     if problems:
@@ -173,12 +174,12 @@ def check_section(section: Section, mechanism: Mechanism) -> None:
 
 
 def _joint_problems(joint: str | None, mechanism: Mechanism) -> list[Problem]:
-    names = [each.name for each in mechanism.joints]
-    loose = [each.name for each in mechanism.clearance_joints]
-    if joint is not None and joint not in names:
-        return [unknown("section.joint", joint, joint, names, "joint")]
+    loose = mechanism.contacts
     if joint in loose or (joint is None and loose):
         return []
+    names = [name for each in mechanism.joints for name in (each.contacts or (each.name,))]
+    if joint is not None and joint not in names:
+        return [unknown("section.joint", joint, joint, names, "joint")]
     given, ideal = (NOTHING, "every joint here is") if joint is None else (joint, f"joint {joint} is")
     accepted = f"a joint with clearance is accepted: {', '.join(loose) or 'none'}"
     return [Problem("section.joint", given, f"{ideal} ideal (clearance 0); {accepted}")]

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from jointplay.equations.structure import CORNERS
 from jointplay.mechanism.ideal import State
 from jointplay.mechanism.joints import Joint, Pin
 from jointplay.mechanism.kinematic_chains import Forest, place_of
@@ -66,8 +67,24 @@ class Bases:
         return self._centre(joint.journal, self.of) - self._centre(joint.bearing, self.of)
 
     def apart(self, joint: Joint) -> float:
-        """Distance of a joint's journal from its bearing, m."""
-        return math.hypot(*self.between(joint)[0])
+        """Way of a joint's journal, or of a slider's farthest corner, out of its bearing's middle, m."""
+        return max(u for u, _ in self.penetrations(joint)) + joint.clearance
+
+    def penetrations(self, joint: Joint) -> list[tuple[float, float]]:
+        """Penetration, m, and normal speed, m/s, of each contact of a joint."""
+        r, v = self.between(joint)
+        if not joint.prismatic:
+            rho = math.hypot(*r)
+            return [(rho - joint.clearance, r @ v / rho if rho else 0.0)]
+        (slider, w_p), (guide, w_q) = self.line(joint.journal), self.line(joint.bearing)
+        d, n = _axes(guide)
+        found = []
+        for front, side in CORNERS.values():
+            l, m = _axes(slider)
+            p = front * joint.half_length * l + side * joint.half_height * m
+            u = side * (n @ (r + p)) - joint.half_height - joint.clearance
+            found.append((float(u), float(side * (n @ v + (d @ p) * w_p - (d @ (r + p)) * w_q))))
+        return found
 
     def _centre(self, pin: Pin, bases: Mapping[int, Motion]) -> Motion:
         place = place_of(self.forest.places, pin)

@@ -164,8 +164,9 @@ def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Itera
         key = f"clearance.{name}"
         if name not in joints:
             yield unknown(key, value, name, joints, "joint")
-        elif value and (joints[name].contact is None or joints[name].radius is None):
-            yield Problem(key, value, "only 0 is accepted for a joint without a radius and contact data")
+        elif value and not joints[name].sized:
+            sizes = "half_length, half_height" if joints[name].prismatic else "a radius"
+            yield Problem(key, value, f"only 0 is accepted for a joint without {sizes} and contact data")
         elif text := too_wide(value, mechanism.links):
             yield Problem(key, value, text)
 

@@ -78,7 +78,7 @@ class Draft:
         if problems or not joints or len(joints) < len(self.joints):
             return problems  # what is connected to what is not known well enough to say more
         found = [*self._loose_links(joints), *self._locked(joints), *self._open_loop(joints)]
-        found += [*_rubbed(joints), *self._too_wide(joints)]
+        found += [*_rubbed(joints), *self._too_wide(joints), *self._unfit_guides(joints)]
         return found or list(self._unwound(joints))
 
     def _unwound(self, joints: Sequence[Joint]) -> Iterator[Problem]:
@@ -96,6 +96,19 @@ class Draft:
         for i, joint in enumerate(joints):
             if text := too_wide(joint.clearance, links):
                 yield Problem(f"joints[{i}].clearance", joint.clearance, text)
+
+    def _unfit_guides(self, joints: Sequence[Joint]) -> Iterator[Problem]:
+        """Guides with clearance between links that bend, or whose contacts are called as another joint."""
+        bent = {link.name for _, link in self.links if link is not None and link.elastic}
+        names = [joint.name for joint in joints]
+        for i, joint in enumerate(joints):
+            loose = joint.prismatic and not joint.ideal
+            if loose and (elastic := bent & joint.links):
+                text = f"0 m is accepted between links that bend: {', '.join(sorted(elastic))} is elastic"
+                yield Problem(f"joints[{i}].clearance", joint.clearance, text)
+            if loose and (same := {*joint.contacts} & {*names}):
+                text = f"a name is accepted whose corner is not called as another joint, {', '.join(same)}"
+                yield Problem(f"joints[{i}].name", joint.name, text)
 
     def _misplaced_pins(self) -> Iterator[Problem]:
         known = {name: link for name, link in self.links if link is not None}

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from jointplay.equations.laws import LAWS
+from jointplay.equations.structure import CORNERS
 from jointplay.errors import NOTHING, refuse
 from jointplay.mechanism.base import (
     GROUND,
@@ -78,9 +79,13 @@ class Joint(Record):
     journal, bearing : Pin
         Where the journal and the bearing sit; of a prismatic joint, a point and line of slider and guide.
     clearance : float
-        Radial clearance e, m; 0 makes the joint ideal, and contact data are then not used.
+        Radial clearance e, of a prismatic joint that on either side, m; 0 makes the joint ideal, and contact
+        data are then not used.
     radius : float, optional
-        Radius R of the journal, m; needed with clearance.
+        Radius R of the journal, m; needed with clearance by a revolute joint.
+    half_length, half_height : float, optional
+        Half sizes of a prismatic joint's slider along and across its line, about its point, m; needed with
+        clearance. The guide's faces are the half height and the clearance away from its line on either side.
     contact : Contact, optional
         Law of the normal force; needed with clearance.
     friction : Friction, optional
@@ -93,6 +98,8 @@ class Joint(Record):
     bearing: Pin
     clearance: NonNegative = measured("radial clearance", "m", 0.0)
     radius: Positive | None = measured("journal radius", "m", None, validate_default=True)
+    half_length: Positive | None = measured("half length of a slider", "m", None, validate_default=True)
+    half_height: Positive | None = measured("half height of a slider", "m", None, validate_default=True)
     contact: Annotated[Contact | None, Field(validate_default=True)] = None
     friction: Friction | None = None
 
@@ -110,19 +117,16 @@ class Joint(Record):
             raise refuse(pin.direction, "a direction is accepted with kind = 'prismatic' only", "direction")
         return pin
 
-    @field_validator("clearance")
+    @field_validator("radius", "half_length", "half_height")
     @classmethod
-    def _of_bearings(cls, clearance: float, info: ValidationInfo) -> float:
-        if clearance and info.data.get("kind") == "prismatic":
-            raise refuse(clearance, "0 m is accepted: a prismatic joint is ideal")
-        return clearance
-
-    @field_validator("radius")
-    @classmethod
-    def _radius_with_clearance(cls, radius: float | None, info: ValidationInfo) -> float | None:
-        if radius is None and info.data.get("clearance"):
-            raise refuse(NOTHING, "a joint with clearance needs a journal radius greater than 0 m")
-        return radius
+    def _sizes_with_clearance(cls, size: float | None, info: ValidationInfo) -> float | None:
+        kind = "revolute" if info.field_name == "radius" else "prismatic"
+        own, word = info.data.get("kind") == kind, cls.model_fields[info.field_name].description
+        if size is not None and "kind" in info.data and not own:
+            raise refuse(size, f"a {word} is accepted with kind = '{kind}' only")
+        if size is None and own and info.data.get("clearance"):
+            raise refuse(NOTHING, f"a {kind} joint with clearance needs a {word} greater than 0 m")
+        return size
 
     @field_validator("contact")
     @classmethod
@@ -145,6 +149,19 @@ class Joint(Record):
         return self.kind == "prismatic"
 
     @property
+    def sized(self) -> bool:
+        """Whether it has all that it needs to be given clearance."""
+        sizes = (self.half_length, self.half_height) if self.prismatic else (self.radius,)
+        return self.contact is not None and None not in sizes
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of its contacts: its own, of a prismatic joint its corners', of an ideal one none."""
+        if self.ideal:
+            return ()
+        return tuple(f"{self.name}_{corner}" for corner in CORNERS) if self.prismatic else (self.name,)
+
+    @property
     def ends(self) -> tuple[tuple[Pin, Pin], tuple[Pin, Pin]]:
         """Each of its pins, and the pin on the other side."""
         return (self.journal, self.bearing), (self.bearing, self.journal)
@@ -158,7 +175,16 @@ class Joint(Record):
     def numbers(self) -> dict[str, float]:
         """Parameters of the equations of a joint with clearance, by letter."""
         friction = (self.friction or FRICTIONLESS).parameters
-        return {"e": self.clearance, "R": self.radius} | self.contact.coefficients | friction
+        return {"e": self.clearance} | self._sizes | self.contact.coefficients | friction
+
+    @property
+    def _sizes(self) -> dict[str, float]:
+        if not self.prismatic:
+            return {"R": self.radius}
+        pairs = (("d", self.bearing), ("j", self.journal))
+        lines = {f"{word}c": math.cos(pin.direction) for word, pin in pairs}
+        lines |= {f"{word}s": math.sin(pin.direction) for word, pin in pairs}
+        return lines | {"ha": self.half_length, "hb": self.half_height}
 
     @property
     def deepest(self) -> float:

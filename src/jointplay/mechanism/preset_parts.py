@@ -17,6 +17,7 @@ Play = Annotated[Clearance, unit("radial clearance", "m")]
 Offset = Annotated[Number, unit("offset", "m")]
 Density = Annotated[Positive, unit("mass of a metre", "kg/m")]
 Radius = Annotated[Positive, unit("journal radius", "m")]
+HalfSize = Annotated[Positive, unit("half size of a slider", "m")]
 Stiffness = Annotated[Positive, unit("contact stiffness", "N/m")]
 Damping = Annotated[NonNegative, unit("contact damping", "N s/m")]
 Coefficient = Annotated[NonNegative, unit("friction coefficient", "1")]
@@ -25,12 +26,15 @@ Gravity = Annotated[Number, unit("gravity", "m/s²")]
 
 
 def joined(pins: Mapping[str, tuple[Pin, Pin]], guides: Iterable[str], **laws: float) -> tuple[Joint, ...]:
-    """Joints from journal and bearing: revolute ones with contact data, and guides."""
+    """Joints from journal and bearing, revolute ones and guides, all with contact data."""
     contact = Contact(stiffness=laws["stiffness"], damping=laws["damping"])
     friction = Friction(coefficient=laws["friction"]) if laws["friction"] else None
-    revolute = {"radius": laws["radius"], "contact": contact, "friction": friction}
+    kinds = {
+        False: {"radius": laws["radius"]},
+        True: {"kind": "prismatic", "half_length": laws["half_length"], "half_height": laws["half_height"]},
+    }
     return tuple(
-        Joint(name=k, journal=one, bearing=two, **({"kind": "prismatic"} if k in guides else revolute))
+        Joint(name=k, journal=one, bearing=two, contact=contact, friction=friction, **kinds[k in guides])
         for k, (one, two) in pins.items()
     )
 
@@ -61,6 +65,7 @@ def example(
     guess: Mapping[str, float],
 ) -> Mechanism:
     """A linkage of these parts whose crank turns at a constant speed."""
-    joints = joined(pins, guides, radius=0.01, stiffness=1e7, damping=200.0, friction=0.05)
+    laws = {"radius": 0.01, "stiffness": 1e7, "damping": 200.0, "friction": 0.05}
+    joints = joined(pins, guides, half_length=0.02, half_height=0.01, **laws)
     drive = ConstantSpeed(link="crank", speed=speed)
     return Mechanism(name=name, links=links, joints=joints, drive=drive, gravity=gravity, guess=dict(guess))

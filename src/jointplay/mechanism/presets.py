@@ -1,7 +1,7 @@
 """Linkages that everybody knows, to start from: slider-crank and quick-return.
 
-Their numbers are examples, no publication's: every one is a keyword. All revolute joints carry the same
-contact data, so that any of them can be given clearance.
+Their numbers are examples, no publication's: every one is a keyword. All joints carry the same contact data,
+so that any of them can be given clearance.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from jointplay.mechanism.preset_parts import (
     Damping,
     Density,
     Gravity,
+    HalfSize,
     Length,
     Offset,
     Play,
@@ -69,6 +70,8 @@ def slider_crank(
     stiffness: Stiffness = 1e7,
     damping: Damping = 200.0,
     friction: Coefficient = 0.05,
+    half_length: HalfSize = 0.02,
+    half_height: HalfSize = 0.01,
     speed: Speed = 200.0,
     gravity: Gravity = 0.0,
     **changes: Any,
@@ -89,8 +92,10 @@ def slider_crank(
     clearance : float or dict of str to float
         Radial clearance, m: a number is joint B's; 0 or unnamed: ideal.
     radius, stiffness, damping, friction : float
-        Of every revolute joint: journal radius, m; Kelvin and Voigt's law, N/m and N s/m; Coulomb's
+        Of every joint: a revolute one's journal radius, m; Kelvin and Voigt's law, N/m and N s/m; Coulomb's
         coefficient.
+    half_length, half_height : float
+        Of the slider about B, where G has clearance, m.
     speed : float
         Constant speed of the crank, rad/s.
     gravity : float
@@ -113,6 +118,7 @@ def slider_crank(
         "G": (on("slider"), fixed(0.0, offset)),
     }
     laws = {"radius": radius, "stiffness": stiffness, "damping": damping, "friction": friction}
+    laws |= {"half_length": half_length, "half_height": half_height}
     guess = {"crank": 0.0, "rod": math.asin(max(-1.0, min(1.0, offset / rod)))}
     drive = ConstantSpeed(link="crank", speed=speed)
     made = Mechanism(

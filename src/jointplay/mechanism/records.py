@@ -99,6 +99,17 @@ class Mechanism(Record):
         return tuple(sorted(loose, key=lambda joint: LAWS[joint.contact.law].rigid))
 
     @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of the contacts of the joints with clearance, in their order."""
+        return tuple(name for joint in self.clearance_joints for name in joint.contacts)
+
+    @property
+    def guides(self) -> tuple[str, ...]:
+        """Prismatic joints as results call them: an ideal one by its name, another by its contacts'."""
+        sliding = (joint for joint in self.joints if joint.prismatic)
+        return tuple(name for joint in sliding for name in (joint.contacts or (joint.name,)))
+
+    @property
     def elastic_links(self) -> tuple[Link, ...]:
         """The links that bend, in order."""
         return tuple(link for link in self.links if link.elastic)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
-from jointplay.equations.structure import Beam, Clearance, Closure, Linkage, Pin, Slide
+from jointplay.equations.structure import CORNERS, Beam, Clearance, Closure, Linkage, Pin, Slide
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism import actions, stretching
 from jointplay.mechanism.base import DOWNWARDS
@@ -45,7 +46,7 @@ def linkage(
         links=links,
         couplings=forest.couplings(),
         floats=forest.floats,
-        joints=tuple(_clearance(joint, forest) for joint in mechanism.clearance_joints),
+        joints=tuple(each for joint in mechanism.clearance_joints for each in _clearances(joint, forest)),
         pins=tuple(_pin(name, forest) for name, place in places.items() if place.parent is not None),
         driven=mechanism.crank or links[0],
         drive=mechanism.drive.kind if mechanism.drive else "none",
@@ -77,6 +78,13 @@ def _unwound(mechanism: Mechanism, structure: Linkage) -> Iterator[Problem]:
                     "a link whose angle follows from no ideal loop or guide is accepted: this one's is known"
                 )
                 yield Problem(f"mechanism.springs[{i}].{end}", link, f"{text} up to whole turns only")
+
+
+def _clearances(joint: Joint, forest: Forest) -> Iterator[Clearance]:
+    """A bearing, or the corners of a slider."""
+    one = _clearance(joint, forest)
+    for name, corner in zip(joint.contacts, CORNERS.values() if joint.prismatic else (None,), strict=True):
+        yield replace(one, name=name, joint=joint.name, corner=corner) if corner else one
 
 
 def _clearance(joint: Joint, forest: Forest) -> Clearance:

@@ -85,10 +85,14 @@ def _unknown_parts(mechanism: Mechanism | TestSystem, options: Mapping[str, Any]
     """Problems of a figure's options that name a link or joint that the mechanism does not have."""
     if not isinstance(mechanism, Mechanism):
         return
-    ideal = tuple(joint for joint in mechanism.joints if not joint.clearance)
-    shown = tuple(joint for joint in mechanism.joints if joint.prismatic or not joint.ideal)
-    parts = {"link": (mechanism.links, "link"), "joint": (shown, "joint with clearance, or prismatic")}
-    for key, (those, what) in (parts | {"pin": (ideal, "ideal joint")}).items():
-        names = [part.name for part in those]
+    parts = {
+        "link": ([link.name for link in mechanism.links], "link"),
+        "joint": (
+            [*dict.fromkeys(mechanism.contacts + mechanism.guides)],
+            "joint with clearance, or prismatic",
+        ),
+        "pin": ([joint.name for joint in mechanism.joints if joint.ideal], "ideal joint"),
+    }
+    for key, (names, what) in parts.items():
         if key in options and options[key] not in names:
             yield unknown(f"figure.{key}", options[key], options[key], names, what)

@@ -114,9 +114,8 @@ def _named(mechanism: Mechanism | TestSystem, quantities: tuple[str, ...] | None
 def _coordinates(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     if isinstance(mechanism, TestSystem):
         return assemble(mechanism).states
-    links, joints = ([part.name for part in parts] for parts in (mechanism.links, mechanism.clearance_joints))
-    found = [f"{word}:{joint}" for joint in joints for word in ("journal_x", "journal_y")]
-    found += [f"angular_velocity:{link}" for link in links]
+    found = [f"{word}:{joint}" for joint in mechanism.contacts for word in ("journal_x", "journal_y")]
+    found += [f"angular_velocity:{link.name}" for link in mechanism.links]
     return (*found, *(f"deflection:{link.name}" for link in mechanism.elastic_links))
 
 

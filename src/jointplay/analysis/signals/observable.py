@@ -58,10 +58,9 @@ def observable(mechanism: Mechanism | TestSystem, quantity: str, key: str = "qua
 def _labels(mechanism: Mechanism, of: str | None) -> tuple[str, ...]:
     if of in ("link", "bending"):
         return tuple(link.name for link in mechanism.links)
-    if of == "guide":
-        return tuple(joint.name for joint in mechanism.joints if joint.prismatic)
-    loose = {"joint": True, "pin": False, "guided": False}.get(of or "")
-    return tuple(joint.name for joint in mechanism.joints if (joint.clearance > 0) is loose)
+    if of in ("guide", "joint"):
+        return mechanism.guides if of == "guide" else mechanism.contacts
+    return tuple(joint.name for joint in mechanism.joints if joint.ideal and of in ("pin", "guided"))
 
 
 def _known(name: str, names: tuple[str, ...], key: str, what: str) -> str:

@@ -79,7 +79,7 @@ def plane_fits(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Pro
     problems = [unknown(f"plane.{name}", name, name, known, "coordinate") for name in unnamed]
     problems += [each for name, given in plane.items() for each in _wrong_values(name, given)]
     problems += _incompatible(mechanism, model, tuple(plane), initial)
-    loose = model.joints if model.links else ()
+    loose = _bearings(model)
     if joint is not None and joint not in loose:
         problems.append(unknown("joint", joint, joint, loose, "joint with clearance"))
     elif joint is None and len(loose) > 1 and set(plane) & set(JOURNAL):
@@ -94,10 +94,15 @@ def plane_fits(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Pro
 def coordinates(mechanism: Mechanism | TestSystem, model: Model) -> dict[str, dict[str, str]]:
     """Coordinates that a plane of starts can have, with the attributes of each."""
     linkage = isinstance(mechanism, Mechanism)
-    named = (CRANK if linkage and mechanism.crank else {}) | (JOURNAL if linkage and model.joints else {})
+    named = (CRANK if linkage and mechanism.crank else {}) | (JOURNAL if linkage and _bearings(model) else {})
     units = UNITS if model.links else {}
     named |= {name: (units.get(name.split("_")[0], "1"), f"state {name}") for name in state_names(model)}
     return {name: {"units": unit, "long_name": text} for name, (unit, text) in named.items()}
+
+
+def _bearings(model: Model) -> tuple[str, ...]:
+    """Names of joints whose journal can be put anywhere in its bearing; a slider's corner cannot."""
+    return tuple(joint.name for joint in model.structure.joints if not joint.corner) if model.links else ()
 
 
 def _wrong_values(name: str, given: Any) -> Iterator[Problem]:
@@ -144,7 +149,8 @@ class Starts:
         self.mechanism, self.initial, self.names = mechanism, initial, tuple(names)
         self.model = assemble(mechanism, initial, section_of(mechanism))
         self.states = state_names(self.model)
-        self.joint = 2 * self.model.joints.index(joint) if joint is not None else 0
+        bearings = (joint,) if joint is not None else _bearings(self.model)
+        self.joint = 2 * self.model.joints.index(bearings[0]) if bearings else 0
 
     def __call__(self, values: Sequence[float]) -> Model | None:
         """The model that starts at a node; None where there is no such start."""

@@ -1,0 +1,161 @@
+"""Guides with clearance in motion: corners against the second program, energy, limits, tangents."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis import trajectory
+from jointplay.analysis.quantities import EVENTS
+from jointplay.equations.structure import CORNERS
+from jointplay.mechanism.assemble import assemble
+from tests.numerics.test_tangent import differences, distance, scaled
+from tests.support.multibody_records import from_mechanism
+from tests.support.multibody_run import assemble as put_together
+from tests.support.multibody_run import closed, follow
+
+pytestmark = pytest.mark.long
+TOUCH = ["penetration", "normal_velocity", "tangential_velocity", "normal_force", "tangential_force"]
+GENTLE = jp.Friction(law="tanh", coefficient=0.2, velocity=0.5)
+ROUGH = {
+    "slider_crank": {"rod": 0.0, "slider": 0.0},
+    "quick_return": {"block": 1.2, "arm": 1.2, "rod": 0.0, "ram": 0.0},
+}
+
+
+def remade(mechanism, contact=None, friction=None):
+    """The mechanism with another law and friction in every joint."""
+    made = {"friction": friction} | ({"contact": contact} if contact else {})
+    joints = tuple(joint.model_copy(update=made) for joint in mechanism.joints)
+    return jp.Mechanism(**dict(mechanism) | {"joints": joints})
+
+
+@pytest.mark.parametrize(
+    ("name", "loose", "tension", "turns", "corners"),
+    [
+        ("slider_crank", "G", True, 0.6, 4),
+        ("slider_crank", "G", False, 0.4, 4),
+        ("quick_return", "S", True, 0.1, 2),
+    ],
+)
+def test_the_second_program_moves_alike(name, loose, tension, turns, corners):
+    """Angles, forces at corners and ideal joints, and events through many impacts of corners."""
+    plain = getattr(jp.catalog, name)(clearance={loose: 1e-4}, gravity=9.8, tension=tension)
+    mechanism, angle = remade(plain, friction=GENTLE), 0.3
+    found = jp.simulate(
+        mechanism,
+        turns=turns,
+        rtol=1e-12,
+        record=["angle", "angular_velocity", "reaction_x", "reaction_y", "slide_position", *TOUCH],
+        samples_per_turn=round(60 / turns),
+        initial={"crank_angle": angle},
+    )
+    system, times = from_mechanism(mechanism, angle), found.time.values
+    ideal = from_mechanism(mechanism.replace(clearance=0), angle)
+    y = put_together(ideal, {"crank": angle} | ROUGH[name])
+    states, modes, events = follow(system, y, times, rtol=1e-13)
+    n = len(mechanism.links)
+    for word, mine in (("angle", states[:, 2 : 3 * n : 3]), ("angular_velocity", states[:, 3 * n + 2 :: 3])):
+        assert np.abs(found[word].values - mine).max() < 1e-8 * np.abs(mine).max(), word
+    rows = zip(times, states, modes, strict=True)
+    solved = [system.solve(t, state, closed(mode)) for t, state, mode in rows]
+    names = [f"{loose}_{corner}" for corner in CORNERS]
+    mine = np.array([[[x.u, x.v_n, x.v_t, F_n, F_t] for _, x, F_n, F_t in row.touches] for row in solved])
+    for k, word in enumerate(TOUCH):
+        values = found[word].sel(joint=names).values
+        assert np.abs(values - mine[:, :, k]).max() < 1e-7 * np.abs(mine[:, :, k]).max(), word
+    for k, word in enumerate(("reaction_x", "reaction_y")):
+        mine = np.array([[row.reactions[pin][k] for pin in found.pin.values] for row in solved])
+        assert np.abs(found[word].values - mine).max() < 1e-7 * np.abs(mine).max(), word
+    assert len(events) > 8
+    assert {event.touch for event in events} == {*range(corners)}
+    assert found.event_joint.values.tolist() == [event.touch for event in events]
+    assert found.event_time.values == pytest.approx([event.time for event in events], abs=1e-8 * times[-1])
+
+
+@pytest.mark.parametrize(("name", "loose"), [("slider_crank", "G"), ("quick_return", "S")])
+def test_energy_is_kept_without_a_drive(name, loose):
+    """Corners without damping and friction, over five turns of the crank."""
+    free = getattr(jp.catalog, name)(clearance={loose: 1e-4}, gravity=9.8, drive=None)
+    free = remade(free, contact=jp.Contact(stiffness=1e7, damping=0.0))
+    run = {"initial": {"crank_angle": 0.3, "crank_speed": 50.0}, "rtol": 1e-12}
+    motion = jp.simulate(free, duration=1.0, record=["energy", "kinetic_energy", "angle", "mode"], **run)
+    assert motion.status == 0
+    assert abs(float(motion.angle.sel(link="crank")[-1])) > 10 * np.pi
+    assert np.all(np.any(motion["mode"].values != 0, axis=0))
+    drift = np.abs(motion.energy - motion.energy[0]).max() / motion.kinetic_energy.max()
+    assert float(drift) < 1e-9
+
+
+@pytest.mark.parametrize(("name", "loose"), [("slider_crank", "G"), ("quick_return", "S")])
+def test_energy_is_balanced_with_friction_that_sticks(name, loose):
+    mechanism = getattr(jp.catalog, name)(clearance={loose: 1e-4}, gravity=9.8).replace(friction=0.2)
+    words = ["energy_residual", "drive_work", "joint_work", "mode"]
+    motion = jp.simulate(mechanism, turns=2, rtol=1e-10, record=words)
+    assert motion.status == 0
+    assert motion.sizes["event"] > 30
+    assert float(motion.joint_work.max()) > 1e-4
+    assert float(np.abs(motion.energy_residual).max()) < 1e-7 * float(np.abs(motion.drive_work).max())
+
+
+def test_clearance_that_vanishes_leaves_the_ideal_slider_crank():
+    """Angles are off by the clearance over lengths: half of it, half as far."""
+    run = {"turns": 0.5, "rtol": 1e-9, "samples_per_turn": 360}
+    firm = jp.simulate(jp.catalog.slider_crank(clearance=0), record=["angle"], **run)
+    off = []
+    for e in (2e-5, 1e-5):
+        loose = jp.catalog.slider_crank(clearance={"G": e}, stiffness=1e9, damping=1e4)
+        found = jp.simulate(loose, record=["angle"], **run)
+        off.append(float(np.abs(found.angle.sel(link="rod") - firm.angle.sel(link="rod")).max()))
+        tilt = float(np.abs(found.angle.sel(link="slider")).max())
+        assert tilt < 1.2 * e / 0.02
+    assert off[0] < 1.2 * 2e-5 / 0.12
+    assert off[0] / off[1] == pytest.approx(2.0, abs=0.2)
+
+
+def test_the_mirrored_mechanism_moves_in_the_mirror():
+    """Upside down, upper corners are lower ones."""
+    run = {"turns": 0.4, "rtol": 1e-11, "record": ["angle", *TOUCH]}
+    up = jp.simulate(
+        jp.catalog.slider_crank(clearance={"G": 1e-4}, offset=0.02, gravity=9.8, speed=200.0),
+        initial={"crank_angle": 0.5},
+        **run,
+    )
+    down = jp.simulate(
+        jp.catalog.slider_crank(clearance={"G": 1e-4}, offset=-0.02, gravity=-9.8, speed=-200.0),
+        initial={"crank_angle": -0.5},
+        **run,
+    )
+    order = [2, 3, 0, 1]
+    assert np.abs(up.angle.values + down.angle.values).max() < 1e-9
+    for word in TOUCH:
+        mirrored = down[word].values[:, order]
+        assert np.abs(up[word].values - mirrored).max() < 1e-7 * np.abs(up[word].values).max(), word
+    assert up.event_joint.values.tolist() == [order[j] for j in down.event_joint.values]
+
+
+@pytest.mark.parametrize(("name", "loose"), [("slider_crank", "G"), ("quick_return", "S")])
+def test_tangents_through_impacts_of_corners(name, loose):
+    mechanism, compared, met = getattr(jp.catalog, name)(clearance={loose: 1e-4}), 0, set()
+    model = assemble(mechanism)
+    at = np.linspace(0.1, 1.5, 10) * model.period
+    rows = trajectory.follow(model, trajectory.Request(at[-1] * 1.001, 1e-10, at=at)).samples
+    for row in rows:
+        begin = replace(model, state=row[1 : 1 + len(model.state)])
+        turned = model.numbers.copy()
+        turned[-1] += turned[-2] * row[0]  # where the prescribed crank is by then
+        begin = replace(begin, numbers=turned)
+        for duration in (0.02, 0.05):
+            exact, apart = scaled(begin, duration * model.period), []
+            for size in (1e-6, 3e-6, 1e-5, 3e-5, 1e-4):
+                found, events, same = differences(begin, duration * model.period, size, exact)
+                apart += [distance(found, exact)] if same and len(events) else []
+            if apart:
+                met |= {EVENTS[int(kind)] for _, kind in events}
+                compared += 1
+                assert min(apart) < 1e-6
+    assert compared > 5
+    assert {"contact", "separation"} <= met
