@@ -150,21 +150,39 @@ def cite_study(arguments: Namespace) -> int:
 
 def import_linkage(arguments: Namespace) -> int:
     """Write the study file of a linkage that another program stored: pylinkage's JSON, or a table (CSV)."""
-    from jointplay.results.store import check_writable
     from jointplay.study.import_file import imported
 
     text, missing = imported(arguments.file, arguments.unit, arguments.bar)
     target = Path(arguments.out) if arguments.out else Path(arguments.file).with_suffix(".toml")
-    check_writable(target.parent, files=[target.name])
-    if target.exists():
-        raise InputError(
-            [Problem("--out", str(target), "the name of a file that is not there yet is accepted")]
-        )
-    target.write_text(text, encoding="utf-8")
-    print(f"written {target}")
+    _write_new(target, text, "--out")
     for key in missing:
         print(f"fill in {key}")
     return DONE
+
+
+def new_study(arguments: Namespace) -> int:
+    """Write a study of one kind to begin with: it runs, and has a comment on every key."""
+    from jointplay.study.new import new
+
+    target = Path(arguments.file or f"{arguments.kind}.toml")
+    if target.suffix != ".toml":
+        raise InputError([Problem("file", str(target), "a name that ends in .toml is accepted")])
+    _write_new(target, new(arguments.kind, target.stem, arguments.mechanism), "file")
+    return DONE
+
+
+def _write_new(target: Path, text: str, key: str) -> None:
+    """Write a file that is not there yet."""
+    from jointplay.results.store import check_writable
+
+    check_writable(target.parent, key, files=[target.name])
+    try:
+        with target.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        expected = "the name of a file that is not there yet is accepted"
+        raise InputError([Problem(key, str(target), expected)]) from None
+    print(f"written {target}")
 
 
 def draw_result(arguments: Namespace) -> int:
