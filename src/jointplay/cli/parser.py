@@ -56,7 +56,9 @@ def build_parser() -> ArgumentParser:
     change = _changes("change one value of the study, such as mechanism.clearance=1e-4")
     no_figure = _option("--no-figure", action="store_true", help="store the result only")
     jobs = _option("--jobs", type=int, default=2, metavar="N", help="worker processes (default: 2)")
-    fresh = _option("--fresh", action="store_true", help="drop the cells that an earlier run finished")
+    fresh = _option(
+        "--fresh", action="store_true", help="drop what an earlier run finished, also with other settings"
+    )
     add(
         "new",
         verbs.new_study,
