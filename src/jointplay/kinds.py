@@ -139,9 +139,7 @@ _ROWS = (
         table=".lab.paper.tables:claims_table",
         slow=1,
         summary=".lab.paper.tables:claims_answer",
-        example={
-            "analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}
-        },
+        example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
     ),
     Kind(
         "scheme_comparison",
