@@ -8,8 +8,8 @@ imported before it is needed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
 
@@ -66,6 +66,8 @@ class Kind:
         Where the function is that says the answer of each cell of a sweep in a word, such as ``chaotic``.
     slow : int
         Rank among studies that run side by side: the larger, the earlier it begins.
+    example : mapping of str to mapping
+        What a new study of this kind sets (`jointplay new`) beside defaults: tables by name.
     """
 
     name: str
@@ -81,6 +83,7 @@ class Kind:
     summary: str = ""
     verdict: str = ""
     slow: int = 0
+    example: Mapping[str, Mapping[str, Any]] = field(default_factory=dict, hash=False)
 
     @property
     def function(self) -> Callable[..., Any]:
@@ -101,6 +104,7 @@ _ROWS = (
         ("overview", "time_history", "contact_angle", "journal_orbit", "phase_portrait"),
         kept=True,
         summary=".results.answers.motions:response",
+        example={"analysis": {"transient": 20, "turns": 5}},
     ),
     Kind(
         "section",
@@ -108,6 +112,7 @@ _ROWS = (
         ("poincare_section",),
         kept=True,
         summary=".results.answers.motions:section",
+        example={"analysis": {"transient": 50, "turns": 200}},
     ),
     Kind(
         "readings",
@@ -117,6 +122,14 @@ _ROWS = (
         table=".lab.paper.tables:readings_table",
         slow=2,
         summary=".lab.paper.tables:readings_answer",
+        example={
+            "analysis": {
+                "panels": ("c",),
+                "readings": ("as_printed", "no_tension"),
+                "transient": 50,
+                "turns": 100,
+            }
+        },
     ),
     Kind(
         "claims",
@@ -126,6 +139,7 @@ _ROWS = (
         table=".lab.paper.tables:claims_table",
         slow=1,
         summary=".lab.paper.tables:claims_answer",
+        example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
     ),
     Kind(
         "scheme_comparison",
@@ -134,6 +148,10 @@ _ROWS = (
         "single turns after {start_turn} turns, clearances {clearance} m",
         varies=False,
         summary=".lab.scheme.scheme_answer:scheme_answer",
+        example={
+            "mechanism": {"elastic": ["coupler"], "elements": 2},
+            "analysis": {"clearance": (0.0, 2.9e-5), "start_turn": (0,), "windows_per_turn": (12,)},
+        },
     ),
     Kind(
         "bifurcation",
@@ -142,6 +160,10 @@ _ROWS = (
         LENGTH + " at each point",
         recorded=".analysis.sweeps.bifurcation:names",
         summary=".results.answers.motions:bifurcation",
+        example={
+            "vary": {"clearance": {"start": 1e-5, "stop": 5e-4, "num": 40, "scale": "log"}},
+            "analysis": {"transient": 100, "turns": 50, "exponents": 1, "lyapunov_turns": 50},
+        },
     ),
     Kind(
         "lyapunov",
@@ -157,6 +179,7 @@ _ROWS = (
         kept=True,
         summary=".results.answers.exponents:lyapunov",
         verdict=".results.answers.exponents:lyapunov_verdict",
+        example={"analysis": {"transient": 20, "turns": 300}},
     ),
     Kind(
         "chaos_test",
@@ -166,6 +189,7 @@ _ROWS = (
         (Shown("chaos_indicator_quartile", (("quartile", 0.5),), "median K of the 0-1 test"),),
         summary=".results.answers.signals:chaos_test",
         verdict=".results.answers.signals:chaos_test_verdict",
+        example={"analysis": {"transient": 50}},
     ),
     Kind(
         "spectrum",
@@ -173,6 +197,7 @@ _ROWS = (
         ("spectrum",),
         shown=(Shown("variance"),),
         summary=".results.answers.signals:spectrum",
+        example={"analysis": {"transient": 50, "turns": 100}},
     ),
     Kind(
         "dimension",
@@ -181,6 +206,7 @@ _ROWS = (
         "{turns} section points after {transient} dropped turns",
         (Shown("correlation_dimension"),),
         summary=".results.answers.signals:dimension",
+        example={"analysis": {"transient": 50}},
     ),
     Kind(
         "sensitivity",
@@ -191,6 +217,7 @@ _ROWS = (
         kept=True,
         summary=".results.answers.exponents:sensitivity",
         verdict=".results.answers.exponents:sensitivity_verdict",
+        example={"analysis": {"transient": 50, "references": 5}},
     ),
     Kind(
         "basins",
@@ -198,6 +225,13 @@ _ROWS = (
         ("basins",),
         shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
         summary=".results.answers.orbits:basins",
+        example={
+            "mechanism": {"clearance": 2.5e-4},
+            "analysis": {
+                "plane": {key: {"start": -1.0, "stop": 1.0, "num": 13} for key in ("journal_x", "journal_y")},
+                "turns": 24,
+            },
+        },
     ),
     Kind(
         "periodic_orbit",
@@ -209,6 +243,7 @@ _ROWS = (
         tangents=True,
         summary=".results.answers.orbits:periodic_orbit",
         verdict=".results.answers.orbits:periodic_orbit_verdict",
+        example={"mechanism": {"clearance": 2.9e-5}},
     ),
     Kind(
         "continuation",
@@ -218,6 +253,7 @@ _ROWS = (
         tangents=True,
         kept=True,
         summary=".results.answers.orbits:continuation",
+        example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
     ),
     Kind(
         "stress",
@@ -227,6 +263,7 @@ _ROWS = (
         varies=False,
         table=".lab.stress.stress_table:stress_table",
         summary=".lab.stress.stress_table:stress_summary",
+        example={"analysis": {"scenes": 10, "variants": ("rigid",)}},
     ),
     Kind(
         "work_precision",
@@ -235,6 +272,7 @@ _ROWS = (
         "{turns} turns at {tolerances:#} tolerances, beside {peers}",
         varies=False,
         summary=".lab.precision.precision_answer:precision_answer",
+        example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
     ),
     Kind(
         "benchmark",

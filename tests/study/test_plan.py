@@ -158,18 +158,19 @@ def test_status_follows_a_study(tmp_path, capsys):
     assert next(iter(status(study, tmp_path))) == "cells    0 of 6 finished"
     ran(study, tmp_path)
     lines = list(status(study, tmp_path))
-    assert lines[:2] == ["cells    6 of 6 finished", f"result   {tmp_path / 'cells.nc'}"]
+    assert lines[:2] == ["cells    6 of 6 finished", f"result   {tmp_path / 'cells.nc'}: done"]
     assert lines[2:] == list(jp.summary(jp.open(tmp_path / "cells.nc")).lines) != []
     words = ["status", str(path), "--out", str(tmp_path), "--set", "vary.gap=[2.9, 3.3]"]
     assert cli.main(words) == 0
     said = capsys.readouterr().out
     assert "2 of 4 finished" in said
-    assert "goes on" in said
+    assert "other settings (vary)" in said
     assert "to do    2; 2" in "\n".join(plan(loaded(CELLS, "vary.gap=[2.9, 3.3]"), tmp_path, 2))
 
 
 def test_a_study_of_one_analysis_has_no_cells(tmp_path):
     study = loaded(f"{HEAD}{TAIL}")
+    assert next(iter(plan(study, tmp_path, 2))) == "cells    none: one analysis, run in one piece"
     with pytest.raises(InputError, match="vary"):
-        list(plan(study, tmp_path, 2))
+        first_work(study.record)
     assert "gap" not in run(study).dims

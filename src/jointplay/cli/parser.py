@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from jointplay.cli import verbs
+from jointplay.kinds import KINDS
 
 BACKENDS = ("loky", "threading", "dask")
 
@@ -38,13 +39,13 @@ def build_parser() -> ArgumentParser:
     parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
     subparsers = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
 
-    def add(name: str, verb: Callable, *options, example: str = "") -> None:
+    def add(name: str, verb: Callable, *options, example: str) -> None:
         text = verb.__doc__
         own = subparsers.add_parser(
             name,
             help=text[0].lower() + text[1:].rstrip("."),
             description=text,
-            epilog=example and f"example: jointplay {name} {example}",
+            epilog=f"example: jointplay {name} {example}".rstrip(),
         )
         own.set_defaults(verb=verb)
         for names, keywords in options:
@@ -55,7 +56,17 @@ def build_parser() -> ArgumentParser:
     change = _changes("change one value of the study, such as mechanism.clearance=1e-4")
     no_figure = _option("--no-figure", action="store_true", help="store the result only")
     jobs = _option("--jobs", type=int, default=2, metavar="N", help="worker processes (default: 2)")
-    fresh = _option("--fresh", action="store_true", help="drop the cells that an earlier run finished")
+    fresh = _option(
+        "--fresh", action="store_true", help="drop what an earlier run finished, also with other settings"
+    )
+    add(
+        "new",
+        verbs.new_study,
+        _option("kind", metavar="KIND", help=", ".join(KINDS)),
+        _option("file", nargs="?", metavar="NAME.toml", help="default: KIND.toml"),
+        _option("--mechanism", metavar="NAME", help="write a linkage out, such as four_bar or slider_crank"),
+        example="response own.toml --mechanism four_bar",
+    )
     add(
         "run",
         verbs.run_study,
@@ -64,18 +75,21 @@ def build_parser() -> ArgumentParser:
         _option("--scheduler", metavar="ADDRESS", help="of a dask cluster, such as tcp://host:8786"),
         _option("--part", metavar="I/N", help="compute part I of N only, to be put together by merge"),
         *(fresh, change),
+        example="studies/quickstart.toml --set mechanism.clearance=1e-4 --out other",
     )
-    add("plan", verbs.plan_study, study, out, jobs, change)
-    add("status", verbs.show_status, study, out, change)
-    add("merge", verbs.merge_study, study, out, no_figure, change)
+    sweep = "studies/bifurcation/bifurcation_clearance.toml"
+    add("plan", verbs.plan_study, study, out, jobs, change, example=f"{sweep} --jobs 8")
+    add("status", verbs.show_status, study, out, change, example=sweep)
+    add("merge", verbs.merge_study, study, out, no_figure, change, example=f"{sweep} --out shared")
     names = "studies of studies/paper, such as fig05b; all if none"
     add(
         "reproduce",
         verbs.reproduce_paper,
         _option("names", nargs="*", metavar="NAME", help=names),
         *(jobs, _folder("results/paper"), fresh),
+        example="fig12c --out reproduced",
     )
-    add("check", verbs.check_study, study, change)
+    add("check", verbs.check_study, study, change, example="studies/quickstart.toml")
     add(
         "figure",
         verbs.draw_result,
@@ -84,6 +98,7 @@ def build_parser() -> ArgumentParser:
         _option("--over", metavar="DIAGRAM.nc", help="draw branches over this bifurcation diagram"),
         _option("--out", metavar="FILE", help="default: PDF and PNG beside the result"),
         _changes("an option of the figure, such as joint=B"),
+        example="results/quickstart.nc --kind journal_orbit --set joint=B --out orbit.pdf",
     )
     add(
         "export",
@@ -91,6 +106,7 @@ def build_parser() -> ArgumentParser:
         result,
         _option("--out", metavar="FILE", help="ends in .mat or .csv (default: .mat beside the result)"),
         _option("--over", nargs="+", metavar="DIM", help="dimensions of a table's rows, such as time"),
+        example="results/quickstart.nc --out quickstart.csv --over time",
     )
     add(
         "cite",
@@ -109,12 +125,13 @@ def build_parser() -> ArgumentParser:
         example="linkage.json --unit mm --bar '0.8 kg/m' --out linkage.toml",
     )
     folder = _option("folder", nargs="?", default="studies", metavar="DIR")
-    add("list", verbs.list_studies, folder, _folder("results", "where results are"))
-    add("schema", verbs.print_schema)
+    add("list", verbs.list_studies, folder, _folder("results", "where results are"), example="studies")
+    add("schema", verbs.print_schema, example="> study.schema.json")
     add(
         "cache",
         verbs.keep_cache,
         _option("action", nargs="?", choices=["list", "prune", "verify"], default="list"),
         _option("--all", action="store_true", help="prune: remove the kernels in use as well"),
+        example="verify",
     )
     return parser

@@ -18,10 +18,13 @@ def run_study(arguments: Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
     from jointplay.jobs.pool import Pool, share_of
     from jointplay.study.execute import complete, resume_hint, writable
+    from jointplay.study.standing import refuse_other
 
     study, share = _loaded(arguments), share_of(arguments.part)
     pool = Pool.checked(arguments.jobs, arguments.backend, arguments.scheduler)
     out = writable(study, arguments.out, share, not arguments.no_figure)
+    if not (arguments.fresh or share):
+        refuse_other(study.record, out / f"{study.record.name}.nc")
     say(f"{study.record.name}: {study.record.heading}")
     try:
         with Progress(study.record.name) as progress:
@@ -79,14 +82,17 @@ def merge_study(arguments: Namespace) -> int:
     """Put the parts of a study together that `run --part` computed, store the result and draw its figure."""
     from jointplay.study.execute import merge, writable
     from jointplay.study.file import load
+    from jointplay.study.standing import refuse_other
 
     study = load(arguments.study, arguments.set)
-    outcome = merge(study, writable(study, arguments.out, drawn=not arguments.no_figure), say)
+    out = writable(study, arguments.out, drawn=not arguments.no_figure)
+    refuse_other(study.record, out / f"{study.record.name}.nc")
+    outcome = merge(study, out, say)
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
 
 def plan_study(arguments: Namespace) -> int:
-    """Say what a study with cells would compute: how many, side by side or not, how long, how much."""
+    """Say what a study would compute: how many cells, side by side or not, how long, how much."""
     from jointplay.jobs.pool import check_jobs
     from jointplay.study.plan import plan
 
@@ -97,7 +103,7 @@ def plan_study(arguments: Namespace) -> int:
 
 
 def show_status(arguments: Namespace) -> int:
-    """Say where a study with cells stands: what is finished, what failed, whether it runs."""
+    """Say where a study stands: what is finished, what failed, whether it runs, whose result there is."""
     from jointplay.study.file import load
     from jointplay.study.plan import status
 
@@ -150,21 +156,39 @@ def cite_study(arguments: Namespace) -> int:
 
 def import_linkage(arguments: Namespace) -> int:
     """Write the study file of a linkage that another program stored: pylinkage's JSON, or a table (CSV)."""
-    from jointplay.results.store import check_writable
     from jointplay.study.import_file import imported
 
     text, missing = imported(arguments.file, arguments.unit, arguments.bar)
     target = Path(arguments.out) if arguments.out else Path(arguments.file).with_suffix(".toml")
-    check_writable(target.parent, files=[target.name])
-    if target.exists():
-        raise InputError(
-            [Problem("--out", str(target), "the name of a file that is not there yet is accepted")]
-        )
-    target.write_text(text, encoding="utf-8")
-    print(f"written {target}")
+    _write_new(target, text, "--out")
     for key in missing:
         print(f"fill in {key}")
     return DONE
+
+
+def new_study(arguments: Namespace) -> int:
+    """Write a study of one kind to begin with: it runs, and has a comment on every key."""
+    from jointplay.study.new import new
+
+    target = Path(arguments.file or f"{arguments.kind}.toml")
+    if target.suffix != ".toml":
+        raise InputError([Problem("file", str(target), "a name that ends in .toml is accepted")])
+    _write_new(target, new(arguments.kind, target.stem, arguments.mechanism), "file")
+    return DONE
+
+
+def _write_new(target: Path, text: str, key: str) -> None:
+    """Write a file that is not there yet."""
+    from jointplay.results.store import check_writable
+
+    check_writable(target.parent, key, files=[target.name])
+    try:
+        with target.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        expected = "the name of a file that is not there yet is accepted"
+        raise InputError([Problem(key, str(target), expected)]) from None
+    print(f"written {target}")
 
 
 def draw_result(arguments: Namespace) -> int:
@@ -214,7 +238,7 @@ def list_studies(arguments: Namespace) -> int:
 
 
 def _row(path: Path, out: Path, inside: Path) -> tuple[str, str, str, str]:
-    """File, kind, ``done`` where there is a result, and title of a study, of which nothing is validated."""
+    """File, kind, state of the result, and title of a study, which is validated only where there is one."""
     from jointplay.study.toml_text import parse, read_text
 
     try:
@@ -222,9 +246,20 @@ def _row(path: Path, out: Path, inside: Path) -> tuple[str, str, str, str]:
     except InputError:
         return str(path), "?", "", "not a readable study file: see `jointplay check`"
     name = str(table.get("name", path.stem))
-    done = any(os.path.isfile(folder / f"{name}.nc") for folder in (out, out / inside))
+    results = [at for folder in (out, out / inside) if os.path.isfile(at := folder / f"{name}.nc")]
     kind, title = (one_line(str(table.get(key, default))) for key, default in (("kind", "?"), ("title", "")))
-    return str(path), kind, "done" if done else "", title
+    return str(path), kind, _state(path, results[0]) if results else "", title
+
+
+def _state(path: Path, result: Path) -> str:
+    """State of a study's result in a word or two."""
+    from jointplay.study.file import load
+    from jointplay.study.standing import standing
+
+    try:
+        return standing(load(path).record, result).partition(" (")[0]
+    except InputError:
+        return "not valid"
 
 
 def print_schema(arguments: Namespace) -> int:

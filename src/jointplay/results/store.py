@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -98,6 +99,13 @@ def open_result(path: Path | str) -> xr.Dataset:
     jointplay.errors.InputError
         When there is no such file, or it is no netCDF file.
     """
+    with opened(path) as dataset:
+        return dataset.load()
+
+
+@contextmanager
+def opened(path: Path | str) -> Iterator[xr.Dataset]:
+    """Open a result file, of which only what is asked for is read; `InputError` as of `open_result`."""
     expected = "the name of a result file (netCDF) that `jointplay run` wrote"
     given = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(given, str) or not os.path.isfile(given):
@@ -106,7 +114,7 @@ def open_result(path: Path | str) -> xr.Dataset:
         raise refuse(given, f"{expected}; {why}", "result")
     try:
         with xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
-            return dataset.load()
+            yield dataset
     except MemoryError:
         raise
     except Exception as error:  # in a file of others anything may be of another type than is read here

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import reduce
-from inspect import getdoc
 from operator import or_
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,6 +13,7 @@ import xarray as xr
 from pydantic import Field, TypeAdapter
 
 from jointplay.analysis.written import in_own_units
+from jointplay.described import descriptions
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.mechanism.measures import PATTERN
@@ -152,9 +151,7 @@ def schema() -> dict[str, Any]:
 
 def _describe(row: Kind, tables: dict[str, Any]) -> None:
     """Describe each keyword as the docstring of the analysis function does."""
-    text = getdoc(row.function).partition("Parameters\n----------\n")[2].partition("\n\n")[0]
-    paragraphs = re.findall(r"^(\S[^:\n]*?)(?: :.*)?\n((?:    .*\n?)+)", text, re.M)
-    texts = {name: " ".join(about.split()) for names, about in paragraphs for name in names.split(", ")}
+    texts = descriptions(row.function)
     for model in models(row)[1:]:
         properties = tables[model.__name__]["properties"]
         for name in properties.keys() & texts.keys():

@@ -6,7 +6,6 @@ names it until it is.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -19,7 +18,7 @@ from jointplay.mechanism.measures import in_si
 from jointplay.mechanism.records import Mechanism
 from jointplay.study import parts_table, pylinkage_file
 from jointplay.study.pylinkage_file import Drawing
-from jointplay.study.toml_text import read_text
+from jointplay.study.toml_text import read_text, written
 from jointplay.terminal import one_line
 
 READERS = {".json": pylinkage_file.read, ".csv": parts_table.read}
@@ -135,27 +134,23 @@ def _lines(drawing: Drawing, mechanism: Mechanism, source: str) -> Iterator[str]
     table, branch = drawing.table, _branch(mechanism, drawing.angles)
     yield f"# From {one_line(source)}. Lines that say FILL IN stand for what that file does not hold."
     yield from (f"# {one_line(note)}" for note in drawing.notes)
-    yield from ('kind = "response"', "", "[mechanism]", f"name = {_toml(table.get('name', 'linkage'))}")
+    yield from ('kind = "response"', "", "[mechanism]", f"name = {written(table.get('name', 'linkage'))}")
     if branch:
-        yield f"branch = {_toml(branch)}"
+        yield f"branch = {written(branch)}"
     elif drawing.angles:
-        drawn = ", ".join(f"{_toml(name)} = {angle:.9g}" for name, angle in drawing.angles.items())
+        drawn = ", ".join(f"{written(name)} = {angle:.9g}" for name, angle in drawing.angles.items())
         yield f"# Angles of the links as drawn, rad: {{ {drawn} }}"
     for link in table["links"]:
-        yield from ("", "[[mechanism.links]]", *(f"{key} = {_toml(value)}" for key, value in link.items()))
+        yield from ("", "[[mechanism.links]]", *(f"{key} = {written(value)}" for key, value in link.items()))
         yield from (f"# FILL IN: {key} =    # {words}" for key, words in NEEDED.items() if key not in link)
         if "centre" not in link:
             yield "# centre =    # m from the origin; half the length if left out"
     for joint in table["joints"]:
-        yield from ("", "[[mechanism.joints]]", *(f"{key} = {_toml(value)}" for key, value in joint.items()))
+        yield from (
+            "",
+            "[[mechanism.joints]]",
+            *(f"{key} = {written(value)}" for key, value in joint.items()),
+        )
     yield AT_THE_END
     if branch:
         yield f"initial = {{ crank_angle = {drawing.angles[mechanism.crank]!r} }}"
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {_toml(each)}' for key, each in value.items())} }}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value, ensure_ascii=False)

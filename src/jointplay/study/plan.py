@@ -2,25 +2,40 @@
 
 from __future__ import annotations
 
+import math
 import os
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from functools import partial
 from math import prod
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.cells import Work
+from jointplay.analysis.cells import Work, in_memory
+from jointplay.errors import InputError
 from jointplay.jobs.job import CRASHED, Job, Kept
 from jointplay.jobs.journal import Journal
 from jointplay.numerics.codes import Status
 from jointplay.results.store import open_result
 from jointplay.results.summary import answer
 from jointplay.study.execute import journal_of
-from jointplay.study.file import Loaded
-from jointplay.study.run import count_by_keys, first_work, has_cells, study_hash, with_journal_keys
+from jointplay.study.file import Loaded, validate
+from jointplay.study.models import Study
+from jointplay.study.run import (
+    computed,
+    count_by_keys,
+    first_work,
+    has_cells,
+    study_hash,
+    with_journal_keys,
+)
+from jointplay.study.standing import standing
+
+LENGTHS = ("turns", "transient")
+LEAST = 20  # turns of one analysis that are timed, beside twice as many
 
 
 def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
@@ -43,6 +58,9 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     str
         A line.
     """
+    if not has_cells(study.record):
+        yield from _plan_of_one(study, out)
+        return
     work = first_work(study.record)
     queue, _ = with_journal_keys(study.record, work)
     cells, journal = prod(work.shape.values()), journal_of(out, study.record.name)
@@ -65,6 +83,39 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
         yield f"time     about {_duration(_longest(left, jobs) * seconds)}"
     if not work.numbered:  # the size of an analysis's own dataset is not known before
         yield f"result   about {_bytes(size * cells)} before compression"
+
+
+def _plan_of_one(study: Loaded, out: Path) -> Iterator[str]:
+    """Estimate a study of one analysis, by a short run of it where it can be shortened."""
+    record = study.record
+    yield "cells    none: one analysis, run in one piece"
+    yield f"result   {_told(study, out)}"
+    given = dict(record.analysis)
+    whole = {key: given[key] for key in LENGTHS if given.get(key)}
+    total = sum(whole.values())
+    parts = [{key: math.ceil(n * value / total) for key, value in whole.items()} for n in (LEAST, 2 * LEAST)]
+    if (
+        total <= 4 * LEAST
+        or given.get("windows")
+        or None in (taken := [_shortened(record, n) for n in parts])
+    ):
+        yield "time     not known before it runs"
+        return
+    first, second = (sum(part.values()) for part in parts)
+    each = max(taken[1] - taken[0], 0.0) / (second - first)
+    yield f"time     about {_duration(taken[1] + each * (total - second))}, by {second} of {total:g} turns"
+
+
+def _shortened(record: Study, lengths: dict[str, int]) -> float | None:
+    """Seconds that a study takes with these lengths, compilation not counted; None where they do not suit."""
+    try:
+        checked = validate({**record.model_dump(), "analysis": {**dict(record.analysis), **lengths}})
+    except InputError:
+        return None
+    for _ in range(2):  # the first compiles
+        began = time.perf_counter()
+        computed(checked, partial(in_memory, 1))
+    return time.perf_counter() - began
 
 
 def _left(job: Job, index: dict[str, int]) -> int:
@@ -109,6 +160,13 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         A line.
     """
     name, journal = study.record.name, journal_of(out, study.record.name)
+    if not has_cells(study.record):
+        yield "cells    none: one analysis, run in one piece"
+        if os.path.exists(partial_result := out / f"{name}.partial.nc"):
+            yield f"partial  {partial_result}: what an interrupted run had computed"
+        yield f"result   {_told(study, out)}"
+        yield from _answer(study, out / f"{name}.nc")
+        return
     index, cells = _finished(study, journal)
     yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + " finished"
     ends = Counter(Status(code).word for code in index.values() if code)
@@ -117,9 +175,14 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
     yield from _journal_lines(journal, index)
     if os.path.exists(journal.folder) and (writer := journal.writer()) is not None:
         yield f"running  process {writer}"
-    whole, path = 0 < len(index) == cells, out / f"{name}.nc"
-    yield f"result   {_result(path, whole)}"
-    if whole and os.path.exists(path):
+    yield f"result   {_told(study, out)}"
+    if 0 < len(index) == cells:
+        yield from _answer(study, out / f"{name}.nc")
+
+
+def _answer(study: Loaded, path: Path) -> Iterator[str]:
+    """The answer of a stored result, if it is this study's own."""
+    if "other" not in (standing(study.record, path) or "other"):
         yield from answer(open_result(path))
 
 
@@ -140,10 +203,11 @@ def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
     return {key: status for key, status in index.items() if key in keys}, len(keys)
 
 
-def _result(path: Path, whole: bool) -> str:
-    if not os.path.exists(path):
-        return "none yet; `jointplay run` goes on"
-    return str(path) + ("" if whole else "; of an earlier run, `jointplay run` goes on")
+def _told(study: Loaded, out: Path) -> str:
+    """The result of a study and whose it is."""
+    path = out / f"{study.record.name}.nc"
+    state = standing(study.record, path)
+    return f"{path}: {state}" if state else "none yet; `jointplay run` computes it"
 
 
 def _bytes(n: float) -> str:

@@ -1,11 +1,12 @@
 """The text of a study file: read it, parse it as TOML, apply changes from the command line."""
 
+import json
 import math
 import os
 import re
 import stat
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -87,6 +88,15 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     if problems:
         raise InputError(problems)
     return table
+
+
+def written(value: Any) -> str:
+    """A value as TOML writes it on one line."""
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {written(each)}' for key, each in value.items())} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(written, value))}]"
+    return json.dumps(value, ensure_ascii=False)
 
 
 def _is_text(change: str) -> bool:

@@ -1,0 +1,80 @@
+"""What lies under the name of a study's result: its own answer, or that of a study with other settings.
+
+A result is a study's own if the study stored in it asks for the same today, defaults filled in. Title and
+figure change no number, and values of `[vary]` that are added or taken away find their cells in the journal:
+results that differ in these alone may be written over.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from jointplay.errors import InputError, Problem
+from jointplay.results import provenance
+from jointplay.results.outcome import name_of
+from jointplay.results.store import opened
+from jointplay.study.file import validate
+from jointplay.study.models import Study
+
+NO_NUMBER = ("title", "figure")
+UNREAD = "a study that this version cannot read"
+SHOWN = 3  # keys of other settings that are named
+
+
+def refuse_other(record: Study, path: Path) -> None:
+    """Raise `InputError` where a run would write over the result of a study with other settings."""
+    if os.path.lexists(path) and (others := [key for key in _differences(record, path) if key != "vary"]):
+        expected = (
+            f"it is a result with other settings ({_listed(others)}): --fresh writes over it, "
+            "--out DIR or --set name=OTHER keeps both"
+        )
+        raise InputError([Problem("result", str(path), expected)])
+
+
+def standing(record: Study, path: Path) -> str:
+    """A word or two on the result of a study: ``done``, how else it ended, or what is other; empty: none."""
+    if not os.path.exists(path):
+        return ""
+    if others := _differences(record, path):
+        return f"other {'version' if others == [UNREAD] else 'settings'} ({_listed(others)})"
+    with opened(path) as dataset:
+        ended = name_of(dataset) if "status" in dataset else "ok"
+    return "done" if ended == "ok" else f"stopped early ({ended})"
+
+
+def _listed(keys: list[str]) -> str:
+    left = len(keys) - SHOWN
+    return ", ".join(keys[:SHOWN]) + (f" and {left} more" if left > 0 else "")
+
+
+def _differences(record: Study, path: Path) -> list[str]:
+    """Keys in which a study differs from that of a stored result; what the file is, where it has none."""
+    try:
+        with opened(path) as dataset:
+            stored = validate(provenance.read(dataset).get("study", {}))
+    except InputError:
+        return [UNREAD]
+    before, now = (dict(_flat(_plain(each))) for each in (stored, record))
+    return [key for key in now | before if before.get(key) != now.get(key)]
+
+
+def _plain(record: Study) -> dict[str, Any]:
+    """What decides the numbers of a study, as plain JSON types; of `[vary]` as one text."""
+    table = json.loads(json.dumps(record.model_dump(mode="json", exclude={*NO_NUMBER})))
+    return table | ({"vary": json.dumps(table["vary"], sort_keys=True)} if "vary" in table else {})
+
+
+def _flat(node: Any, key: str = "") -> Iterator[tuple[str, Any]]:
+    """Paths and plain values of nested tables and lists."""
+    if isinstance(node, dict) and node:
+        for name, each in node.items():
+            yield from _flat(each, f"{key}.{name}" if key else name)
+    elif isinstance(node, list) and any(isinstance(each, dict) for each in node):
+        for i, each in enumerate(node):
+            yield from _flat(each, f"{key}[{i}]")
+    else:
+        yield key, node

@@ -1,0 +1,99 @@
+"""`jointplay new`: studies to begin with are valid, complete, and run."""
+
+import re
+import tomllib
+
+import pytest
+
+from jointplay.cli import main
+from jointplay.cli.parser import build_parser
+from jointplay.errors import InputError
+from jointplay.kinds import KINDS
+from jointplay.mechanism import catalog
+from jointplay.study.file import load, validate
+from jointplay.study.models import ELSEWHERE
+from jointplay.study.new import names, new
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_study_of_every_kind_passes_check_and_names_every_key(kind, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", kind]) == 0
+    assert capsys.readouterr().out == f"written {kind}.toml\n"
+    assert main(["check", f"{kind}.toml"]) == 0
+    text = (tmp_path / f"{kind}.toml").read_text()
+    keys = set(re.findall(r"^(?:# )?(\w+) =", text, re.M))
+    assert keys >= KINDS[kind].function.fields().keys() - {*ELSEWHERE}
+    assert "`" not in "".join(re.findall(r"As in `.*", text)), "a reference that a reader cannot follow"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_a_new_study_says_of_defaults_is_true(kind):
+    text = new(kind, "own")
+    assert "\n# " in text
+    told = re.sub(r"^# (\w+ = [^#\s].*)$", r"\1", text, flags=re.M)  # as if every default were set
+    told = re.sub(r"^# \[vary\].*\nclearance = .*$", "", told, flags=re.M)
+    plain = re.sub(r"^kind = .*# \w+ or .*$", "", told, flags=re.M)  # of figures, the usual one
+    tables = tomllib.loads(plain)
+    assert (
+        validate({"name": "own", **tables}).keywords()
+        == validate({"name": "own", **tomllib.loads(text)}).keywords()
+    )
+
+
+@pytest.mark.parametrize("name", names())
+def test_a_linkage_written_out_is_the_catalogs(name, tmp_path):
+    path = tmp_path / "own.toml"
+    path.write_text(new("response", "own", name))
+    record = catalog.NAMES[{"four_bar": "chunmei2002"}.get(name, name)]()
+    assert load(path).record.mechanism == record
+    assert "catalog" not in path.read_text().replace("jointplay", "")
+
+
+def test_nothing_is_written_over_and_wrong_names_are_told(tmp_path, capsys):
+    path = tmp_path / "own.toml"
+    path.write_text("mine")
+    for words, said in (
+        (["response", path], "not there yet"),
+        (["responce"], "did you mean 'response'?"),
+        (["response", tmp_path / "own.txt"], "ends in .toml"),
+        (["response", tmp_path / "x.toml", "--mechanism", "slidercrank"], "did you mean 'slider_crank'?"),
+        (["stress", tmp_path / "x.toml", "--mechanism", "watt"], "the example of a stress does not suit it"),
+    ):
+        assert main(["new", *map(str, words)]) == 2
+        assert said in capsys.readouterr().err
+    assert path.read_text() == "mine"
+    assert [each.name for each in tmp_path.iterdir()] == ["own.toml"]
+
+
+def test_the_help_of_every_verb_has_an_example_that_it_can_parse():
+    parser = build_parser()
+    verbs = parser._subparsers._group_actions[0].choices
+    for name, verb in verbs.items():
+        words = re.sub(" >.*", "", verb.epilog.removeprefix("example: jointplay ")).split()
+        assert words[0] == name
+        assert parser.parse_args([word.strip("'") for word in words if word != "kg/m'"]).verb
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_study_runs_to_its_answer(kind, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", kind]) == 0
+    assert main(["run", f"{kind}.toml"]) == 0
+    assert (tmp_path / "results" / f"{kind}.nc").exists()
+    assert capsys.readouterr().out.splitlines()[-1].strip()
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", names())
+def test_a_linkage_written_out_runs(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "response", "--mechanism", name]) == 0
+    assert main(["run", "response.toml"]) == 0
+
+
+def test_an_example_that_does_not_suit_the_kind_is_no_study(monkeypatch):
+    monkeypatch.setitem(KINDS["response"].example["analysis"], "turns", -1)
+    with pytest.raises(InputError, match=r"analysis\.turns"):
+        new("response", "own")
