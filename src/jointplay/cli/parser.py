@@ -79,11 +79,12 @@ def build_parser() -> ArgumentParser:
     add(
         "figure",
         verbs.draw_result,
-        result,
+        _option("result", metavar="RESULT.nc|STUDY.toml"),
         _option("--kind", help="another kind of figure than the study asked for"),
         _option("--over", metavar="DIAGRAM.nc", help="draw branches over this bifurcation diagram"),
         _option("--out", metavar="FILE", help="default: PDF and PNG beside the result"),
         _changes("an option of the figure, such as joint=B"),
+        example="studies/quickstart.toml --out mechanism.pdf",
     )
     add(
         "export",
