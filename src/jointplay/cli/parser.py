@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from jointplay.cli import verbs
+from jointplay.cli.animate import animate_result
 
 BACKENDS = ("loky", "threading", "dask")
 
@@ -85,6 +86,14 @@ def build_parser() -> ArgumentParser:
         _option("--out", metavar="FILE", help="default: PDF and PNG beside the result"),
         _changes("an option of the figure, such as joint=B"),
         example="studies/quickstart.toml --out mechanism.pdf",
+    )
+    add(
+        "animate",
+        animate_result,
+        result,
+        _option("--out", metavar="FILE", help="a film, .mp4 or .gif, or a sheet of frames, .pdf or .png"),
+        _changes("an option: joint=B, turns=1, seconds=6 (of a turn), rate=25 (frames a second), frames=8"),
+        example="results/quickstart.nc --out quickstart.gif --set turns=1",
     )
     add(
         "export",

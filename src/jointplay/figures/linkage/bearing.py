@@ -1,7 +1,7 @@
 """A bearing enlarged: the clearance circle, where the journal's centre moves, in units of the clearance."""
 
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, Wedge
+from matplotlib.patches import Circle, FancyArrowPatch, Wedge
 
 from jointplay.display.units import measure
 from jointplay.figures.drawing import style
@@ -31,3 +31,9 @@ def enlargement(ax: Axes, clearance: float) -> None:
     paper = (right - left) / 2 / ax.figure.dpi / style.MILLIMETRE * 1e-3
     times = paper / clearance
     ax.texts[0].set_text(f"$e$ = {measure(clearance, 'm')}, {float(f'{times:.1e}'):.7g} : 1")
+
+
+def push(ax: Axes, start, tip) -> symbols.Artists:
+    """Draw the force of the journal on the bearing, from the journal's centre."""
+    look = {"color": symbols.ACTION, "linewidth": 1.2, "zorder": 8, "clip_on": False}
+    return [ax.add_patch(FancyArrowPatch(start, tip, **look, **symbols.HEAD))]

@@ -63,14 +63,14 @@ class Sketch:
                 found[link.name].append(link.length)
         return {name: [min(ats, default=0.0), max(ats, default=0.0)] for name, ats in found.items()}
 
-    def draw(self, ax: Axes, pose: Pose) -> Artists:
-        """Draw everything but names in a pose; return what was drawn."""
+    def draw(self, ax: Axes, pose: Pose, actions: bool = True) -> Artists:
+        """Draw everything but names in a pose, drive and loads if asked; return what was drawn."""
         return [
             *self._guides(ax, pose),
             *self._links(ax, pose),
             *self._joints(ax, pose),
             *self._springs(ax, pose),
-            *self._actions(ax, pose),
+            *(self._actions(ax, pose) if actions else ()),
         ]
 
     def corners(self, poses: Iterable[Pose]) -> np.ndarray:
