@@ -42,6 +42,7 @@ _HOME = {
     "run": "study.in_python",
     "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",
+    "animate": "results.animate",
     "InputError": "errors",
     "ModelWarning": "errors",
     "catalog": "mechanism.catalog:",

@@ -210,3 +210,13 @@ def test_two_turns_of_the_quickstart_run_from_end_to_end(tmp_path):
     assert dataset.sizes["time"] > 1000
     assert all("units" in dataset[name].attrs for name in dataset.data_vars)
     assert (tmp_path / "quickstart.png").stat().st_size > 10_000
+
+
+def test_figure_of_a_study_file_is_its_mechanism(tmp_path, capsys):
+    study, out = tmp_path / "own.toml", tmp_path / "own.png"
+    study.write_text('[mechanism]\ncatalog = "slider_crank"\n')
+    assert cli.main(["figure", str(study), "--out", str(out), "--set", "crank_angle=0.5"]) == 0
+    assert out.read_bytes().startswith(b"\x89PNG")
+    study.write_text('[mechanism]\ncatalog = "duffing"\n')
+    assert cli.main(["figure", str(study), "--out", str(out)]) == 2
+    assert "a linkage is accepted" in capsys.readouterr().err

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
-from jointplay import figures
+from jointplay import catalog, figures
 from tests.figures.exponents.test_lyapunov_figure import exponents
 from tests.figures.lab.test_work_precision import works
 from tests.figures.signals.test_chaos_figures import counted, density, judged
@@ -84,6 +84,7 @@ PICTURES = {
     "stress": lambda: (stressed(), {}),
     "work_precision": lambda: (works(), {}),
     "benchmark": lambda: (compared(), {}),
+    "mechanism": lambda: (catalog.chunmei2002(clearance={"B": 2.9e-4}, elastic=("coupler",)), {}),
     "sweep": lambda: (swept("clearance"), {"kind": "sweep"}),
     "sweep over two": lambda: (swept("clearance", "gear_ratio"), {"kind": "sweep"}),
     "sweep of cases": lambda: (cases(), {"kind": "sweep"}),

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from jointplay.cli import verbs
+from jointplay.cli.animate import animate_result
 from jointplay.kinds import KINDS
 
 BACKENDS = ("loky", "threading", "dask")
@@ -93,12 +94,20 @@ def build_parser() -> ArgumentParser:
     add(
         "figure",
         verbs.draw_result,
-        result,
+        _option("result", metavar="RESULT.nc|STUDY.toml"),
         _option("--kind", help="another kind of figure than the study asked for"),
         _option("--over", metavar="DIAGRAM.nc", help="draw branches over this bifurcation diagram"),
         _option("--out", metavar="FILE", help="default: PDF and PNG beside the result"),
         _changes("an option of the figure, such as joint=B"),
         example="results/quickstart.nc --kind journal_orbit --set joint=B --out orbit.pdf",
+    )
+    add(
+        "animate",
+        animate_result,
+        result,
+        _option("--out", metavar="FILE", help="a film, .mp4 or .gif, or a sheet of frames, .pdf or .png"),
+        _changes("an option: joint=B, turns=1, seconds=6 (of a turn), rate=25 (frames a second), frames=8"),
+        example="results/quickstart.nc --out quickstart.gif --set turns=1",
     )
     add(
         "export",

@@ -192,11 +192,12 @@ def _write_new(target: Path, text: str, key: str) -> None:
 
 
 def draw_result(arguments: Namespace) -> int:
-    """Draw a stored result again."""
+    """Draw a stored result again; or the mechanism of a study file."""
     from jointplay.results.store import check_writable, open_result
-    from jointplay.study.file import figure_options
+    from jointplay.study.file import figure_options, mechanism_of
 
-    dataset = open_result(arguments.result)
+    whole = arguments.kind == "mechanism" or Path(arguments.result).suffix == ".toml"
+    dataset = (mechanism_of if whole else open_result)(arguments.result)
     options = figure_options(dataset, arguments.kind, arguments.set)
     if arguments.over:
         options["over"] = open_result(arguments.over)

@@ -5,14 +5,16 @@ from pkgutil import walk_packages
 from typing import Annotated, Any
 
 from matplotlib.figure import Figure
+from pydantic import PlainValidator
 from xarray import Dataset
 
-from jointplay.errors import NOTHING, InputError, Problem
-from jointplay.figures.drawing import cell_quantity, select
+from jointplay.errors import NOTHING, InputError, Problem, refuse
+from jointplay.figures.drawing import cell_quantity, lent, select, style
 from jointplay.mechanism.base import accepts
+from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 
-from .check import problems, study_problems
+from .check import GENERAL, problems, study_problems
 from .registry import ABOUT, KINDS, suited, suited_to
 
 for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
@@ -20,25 +22,35 @@ for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
 
 __all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "study_problems", "suited"]
 
+OF_A_MECHANISM = "mechanism"
+
+
+def _drawn(given: Any) -> Dataset | Mechanism:
+    if not isinstance(given, Dataset | Mechanism):
+        raise refuse(given, "a result or a mechanism is accepted")
+    return given
+
 
 @checked()
 def draw(
-    dataset: Annotated[Dataset, accepts("a result")],
+    dataset: Annotated[Dataset | Mechanism, PlainValidator(_drawn), accepts("a result or a mechanism")],
     options: Annotated[dict[str, Any] | None, accepts("a table of options")] = None,
     /,
     **named: Any,
 ) -> Figure:
-    """Draw a result.
+    """Draw a result, or a mechanism.
 
     Parameters
     ----------
-    dataset : Dataset
-        What an analysis returned, or `jointplay.open`.
+    dataset : Dataset or Mechanism
+        What an analysis returned, or `jointplay.open`; or a linkage, to see it.
     options : dict, optional
         `kind`, one of `KINDS`, and the keywords of that function: the `[figure]` table of a study file.
         By default the kind that suits the dataset's own `kind`.
     **named
-        The same options by name, such as ``kind="journal_orbit", joint="B"``.
+        The same options by name, such as ``kind="journal_orbit", joint="B"``. Of every kind: ``width`` in mm,
+        ``font``, the name of one that is installed, and ``ax``, an Axes (for kinds with one panel) or
+        a SubFigure of matplotlib to draw in.
 
     Returns
     -------
@@ -50,14 +62,20 @@ def draw(
         If an option, or a variable, link or joint that it names, does not exist.
     """
     options = dict(options or {}) | named
+    if isinstance(dataset, Mechanism) and options.get("kind", OF_A_MECHANISM) != OF_A_MECHANISM:
+        raise select.refuse("kind", options["kind"], "mechanism, the kind of figure of a mechanism")
     for known in ({}, {"kind": options.get("kind") or usual_kind(dataset)}):
         if wrong := problems(options | known):
             raise InputError(wrong)
-    if known["kind"] != "sweep" and (left := cell_quantity.varied(dataset)):
+    general = {name: options.pop(name) for name in GENERAL if name in options}
+    one_cell = known["kind"] not in ("sweep", OF_A_MECHANISM)
+    if one_cell and (left := cell_quantity.varied(dataset)):
         one = f"jp.cell(dataset, {', '.join(f'{dim}=...' for dim in left)})"
         expected = f"one cell is drawn, as {one} gives it, or a number a cell by the figure kind 'sweep'"
         raise InputError([Problem("result", f"a sweep over {', '.join(left)}", expected)])
-    return KINDS[known["kind"]](dataset, **{name: value for name, value in options.items() if name != "kind"})
+    options.pop("kind", None)
+    with style.asked(**general):
+        return lent.owner(KINDS[known["kind"]](dataset, **options))
 
 
 def of_sweep(dataset: Dataset, options: dict) -> dict | None:
@@ -67,8 +85,10 @@ def of_sweep(dataset: Dataset, options: dict) -> dict | None:
     return whole if asked else None
 
 
-def usual_kind(dataset: Dataset) -> str:
-    """Return the default kind of figure of a dataset."""
+def usual_kind(dataset: Dataset | Mechanism) -> str:
+    """Return the default kind of figure of a dataset or a mechanism."""
+    if isinstance(dataset, Mechanism):
+        return OF_A_MECHANISM
     if cell_quantity.usual(dataset):
         return "sweep"
     kind, there = dataset.attrs.get("kind"), {str(name) for name in dataset.data_vars}

@@ -5,13 +5,19 @@ from functools import partial
 from inspect import signature
 from typing import Any
 
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from matplotlib.axes import Axes
+from matplotlib.figure import SubFigure
+from matplotlib.font_manager import findfont, fontManager
+
+from jointplay.errors import NOTHING, InputError, Problem, did_you_mean, unknown
 from jointplay.figures.drawing import select, style, timebase
 from jointplay.figures.motion.phase_portrait import PAIRS
 
 from .registry import ABOUT, KINDS
 
 NAMES = ("variables", "x", "y")
+GENERAL = ("width", "font", "ax")  # options that every figure has
+WIDEST = 1000.0  # mm
 
 
 def problems(options: dict) -> list[Problem]:
@@ -22,7 +28,7 @@ def problems(options: dict) -> list[Problem]:
     kind = options.get("kind")
     if kind is not None and not (isinstance(kind, str) and kind in KINDS):
         return [unknown("figure.kind", kind, kind, KINDS, "figure")]
-    accepted = sorted({"kind"}.union(*map(_options, [kind] if kind else KINDS)))
+    accepted = sorted({"kind", *GENERAL}.union(*map(_options, [kind] if kind else KINDS)))
     strange = [key for key in options if key not in accepted]
     found = [unknown(f"figure.{key}", options[key], key, accepted, "option") for key in strange]
     return found + [each for key in options if key in accepted for each in _value(key, options, kind)]
@@ -100,7 +106,32 @@ def _some(value: Any) -> None:
         raise select.refuse("events", value, "true, false, or a list of kinds of event, is accepted")
 
 
+def _width(value: Any) -> None:
+    if not select.is_number(value) or not 20.0 <= value <= WIDEST:
+        raise select.refuse("width", value, f"a width in mm, 20 to {WIDEST:g}, is accepted")
+
+
+def _font(value: Any) -> None:
+    try:
+        if not isinstance(value, str):
+            raise ValueError
+        findfont(value, fallback_to_default=False)
+    except ValueError:
+        near = did_you_mean(value, {font.name for font in fontManager.ttflist})
+        raise select.refuse(
+            "font", value, f"the name of a font that is installed is accepted;{near}"
+        ) from None
+
+
+def _place(value: Any) -> None:
+    if not isinstance(value, Axes | SubFigure):
+        raise select.refuse("ax", value, "an Axes or SubFigure of matplotlib is accepted, in Python")
+
+
 _CHECKS: dict[str, Callable[[Any], Any]] = {  # of options that mean the same in every figure that has them
+    "width": _width,
+    "font": _font,
+    "ax": _place,
     "axis": timebase.axis_names,
     "column": lambda value: select.choice("column", value, style.COLUMNS),
     "events": _some,

@@ -17,6 +17,7 @@ from jointplay.described import descriptions
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.mechanism.measures import PATTERN
+from jointplay.mechanism.records import Mechanism
 from jointplay.results import provenance
 from jointplay.results.store import open_result
 from jointplay.study import toml_text
@@ -70,6 +71,17 @@ def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
     return origin["study"], str(origin.get("study_text", ""))
 
 
+def mechanism_of(path: Path | str) -> Mechanism:
+    """Give the linkage of a study file, of a file that holds a `[mechanism]` table alone, or of a result."""
+    table = _stored(path)[0] if Path(path).suffix == ".nc" else toml_text.parse(toml_text.read_text(path))
+    if "mechanism" not in table:
+        raise InputError([Problem("mechanism", NOTHING, "a file with a table [mechanism] is accepted")])
+    mechanism = build_mechanism(table["mechanism"])
+    if not isinstance(mechanism, Mechanism):
+        raise InputError([Problem("mechanism", mechanism.name, "a linkage is accepted, not a test system")])
+    return mechanism
+
+
 def validate(table: Mapping[str, Any]) -> Study:
     """The study of a parsed TOML table; `InputError` with everything that is wrong and its key paths."""
     if problems := toml_text.implausible(dict(table)):
@@ -110,14 +122,14 @@ def _without_kind(table: Mapping[str, Any]) -> list[Problem]:
 
 
 def figure_options(
-    dataset: xr.Dataset, kind: str | None = None, changes: Iterable[str] = ()
+    dataset: xr.Dataset | Mechanism, kind: str | None = None, changes: Iterable[str] = ()
 ) -> dict[str, Any]:
     """Options for drawing a stored result.
 
     Parameters
     ----------
-    dataset : xarray.Dataset
-        A result; its provenance holds the study's own options.
+    dataset : xarray.Dataset or Mechanism
+        A result, whose provenance holds the study's own options; or what has none.
     kind : str, optional
         Another kind of figure; the study's options are then left aside.
     changes : iterable of str
@@ -128,7 +140,7 @@ def figure_options(
     dict
         For `jointplay.figures.draw`.
     """
-    study = provenance.read(dataset).get("study")
+    study = provenance.read(dataset).get("study") if isinstance(dataset, xr.Dataset) else None
     own = study.get("figure") if isinstance(study, dict) else None
     options = (own if isinstance(own, dict) else {}) if kind is None else {"kind": kind}
     options = toml_text.override(options, changes)

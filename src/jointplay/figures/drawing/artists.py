@@ -183,13 +183,15 @@ def status_note(dataset: Dataset) -> str:
 
 def finish(figure: Figure, dataset: Dataset) -> Figure:
     """Write the run's status on top if it is not ok, and settle the layout while the style still holds."""
-    note = status_note(dataset)
-    if note:
+    note, whole = status_note(dataset), isinstance(figure, style.Sheet)
+    if note and whole:
         width, height = figure.get_size_inches()
         height += NOTE * style.MILLIMETRE
         figure.set_size_inches(width, height)
+    if note:
         frame = {"facecolor": "white", "edgecolor": style.WARNING, "linewidth": 0.8, "pad": 2.0}
-        lines = fill(note, int(width / style.MILLIMETRE / 1.8))
+        lines = fill(note, int(figure.bbox.width / figure.dpi / style.MILLIMETRE / 1.8))
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
-    figure.draw_without_rendering()
+    if whole:
+        figure.draw_without_rendering()
     return figure

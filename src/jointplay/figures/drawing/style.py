@@ -4,12 +4,18 @@ Widths and type sizes follow what mechanics and dynamics journals print (columns
 8-9 pt sans-serif, embedded TrueType). Colours differ in lightness as well as in hue: a grey print keeps them.
 """
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import matplotlib.style
 from cycler import cycler
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+
+from jointplay.figures.drawing.lent import Panel
 
 MILLIMETRE = 1 / 25.4
 COLUMNS = {"single": 88.0, "double": 180.0}  # mm
@@ -57,28 +63,87 @@ RC = {
     "ytick.major.width": 0.6,
 }
 UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # the same figure is the same file
-PREVIEW_DPI = 300  # of a PNG; vector formats embed their point clouds at savefig.dpi
+PREVIEW_DPI = 300  # of images; vector formats embed their point clouds at savefig.dpi
+NOTEBOOK_DPI = 130
+VECTORS = ("pdf", "svg", "svgz", "ps", "eps", "pgf")
 VERTEX_LIMIT = 40_000  # longer paths are embedded as images: vector files of them are slow to open
+TALL = 0.5  # height over width from which a sheet keeps its shape where its width is changed
 
 
-def paper() -> AbstractContextManager:
+class Asked(NamedTuple):
+    """What was asked of a figure beside its content: width in mm, font, and where it is to be drawn."""
+
+    width: float | None = None
+    font: str | None = None
+    ax: Axes | SubFigure | None = None
+
+    @property
+    def rc(self) -> dict[str, Any]:
+        """Settings of the font; its formulas too."""
+        if self.font is None:
+            return {}
+        formulas = {"rm": self.font, "it": f"{self.font}:italic", "bf": f"{self.font}:bold"}
+        return {"font.family": self.font, "mathtext.fontset": "custom", "mathtext.cal": self.font} | {
+            f"mathtext.{face}": name for face, name in formulas.items()
+        }
+
+
+_NOTHING = Asked()
+_ASKED: ContextVar[Asked] = ContextVar("asked", default=_NOTHING)
+
+
+@contextmanager
+def asked(**given: Any) -> Iterator[None]:
+    """Draw figures inside the block as `Asked` says."""
+    token = _ASKED.set(Asked(**given))
+    try:
+        yield
+    finally:
+        _ASKED.reset(token)
+
+
+@contextmanager
+def paper(settings: dict[str, Any] | None = None) -> Iterator[None]:
     """Settings of all figures, over matplotlib's defaults, during a `with` block or a decorated function."""
-    return matplotlib.style.context(["default", RC])
+    more = _ASKED.get().rc if settings is None else settings
+    with matplotlib.style.context(["default", RC | more]):
+        yield
 
 
 class Sheet(Figure):
     """A figure that is saved in this style too: font embedding and the like are looked up only then."""
 
+    settings: dict[str, Any] = {}  # noqa: RUF012  replaced as a whole
+
     def savefig(self, fname, **options) -> None:
         """Save as `matplotlib.figure.Figure.savefig` does, without a date and at journal resolution."""
         form = (options.get("format") or Path(str(fname)).suffix.lstrip(".") or "png").lower()
-        options["metadata"] = UNDATED.get(form, {}) | (options.get("metadata") or {})
-        if form == "png":
+        if told := UNDATED.get(form, {}) | (options.pop("metadata", None) or {}):
+            options["metadata"] = told
+        if form not in VECTORS:
             options.setdefault("dpi", PREVIEW_DPI)
-        with paper():
+        with paper(self.settings):
             super().savefig(fname, **options)
 
+    def _repr_png_(self) -> bytes:
+        """Show itself in a notebook."""
+        from io import BytesIO
 
-def sheet(width: float, height: float) -> Sheet:
-    """Return an empty figure; `width` and `height` in mm."""
-    return Sheet(figsize=(width * MILLIMETRE, height * MILLIMETRE))
+        stream = BytesIO()
+        self.savefig(stream, format="png", dpi=NOTEBOOK_DPI)
+        return stream.getvalue()
+
+
+def sheet(width: float, height: float) -> Sheet | SubFigure | Panel:
+    """Return an empty figure, of `width` and `height` in mm, or what was asked to be drawn in instead."""
+    wanted = _ASKED.get()
+    if isinstance(wanted.ax, Axes):
+        return Panel(wanted.ax)
+    if wanted.ax is not None:
+        return wanted.ax
+    if wanted.width:
+        scale = wanted.width / width
+        width, height = wanted.width, height * scale if height > TALL * width else height
+    figure = Sheet(figsize=(width * MILLIMETRE, height * MILLIMETRE))
+    figure.settings = wanted.rc
+    return figure

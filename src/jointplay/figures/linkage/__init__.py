@@ -1,0 +1,1 @@
+"""Figures of mechanisms: the linkage with its parts, standing still or moving."""

@@ -1,0 +1,226 @@
+"""A linkage in one pose: ground, links, joints, springs, loads, drive, gravity, and their names."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import FancyArrowPatch
+from matplotlib.transforms import Affine2D, ScaledTranslation
+
+from jointplay.figures.drawing import style
+from jointplay.figures.linkage import symbols
+from jointplay.figures.linkage.names import Names
+from jointplay.figures.linkage.symbols import Artists
+from jointplay.mechanism.base import GROUND
+from jointplay.mechanism.joints import Pin
+from jointplay.mechanism.loads import Force, Torque
+from jointplay.mechanism.pose import Pose
+from jointplay.mechanism.records import Mechanism
+
+MARGIN, FLATTEST = 0.16, 0.45  # of the size of the mechanism: around it, and its least height or width
+PLAY, STROKE = 0.1, 0.016  # of that size: how far a guide goes on beyond its slider, its strokes
+# points, in mm from a joint, that stand for what is drawn there
+SIGN = {"revolute": np.zeros((1, 2)), "prismatic": np.array([(x, 0.0) for x in (-2.0, 0.0, 2.0)])}
+PEDESTAL = np.array([(x, y) for y in (-2.0, -4.0) for x in (-3.0, 0.0, 3.0)])
+TURNING = 4.6 * np.array([(np.cos(a), np.sin(a)) for a in np.deg2rad([20, 45, 75, 105, 130])])
+
+
+@dataclass(frozen=True)
+class Sketch:
+    """A mechanism to be drawn on axes whose data are lengths in m times a factor.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        What is drawn.
+    factor : float
+        Of lengths in m.
+    reach : mapping of str to (float, float)
+        By prismatic joint: least and greatest slide that its guide shows, m.
+    """
+
+    mechanism: Mechanism
+    factor: float = 1.0
+    reach: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @cached_property
+    def places(self) -> dict[str, list[float]]:
+        """Distances from a link's origin, m, between which its bar is drawn."""
+        pins = [pin for joint in self.mechanism.joints for pin, _ in joint.ends]
+        pins += [
+            pin for part in (*self.mechanism.springs, *self.mechanism.loads) for pin in part.pins.values()
+        ]
+        found = {link.name: [mass.at for mass in link.masses] for link in self.mechanism.links}
+        for pin in pins:
+            if pin.link != GROUND:
+                found[pin.link].append(pin.at)
+        sliding = {joint.journal.link for joint in self.mechanism.joints if joint.prismatic}
+        guides = {joint.bearing.link for joint in self.mechanism.joints if joint.prismatic}
+        for link in self.mechanism.links:
+            if link.name in guides or (link.name not in sliding and not any(found[link.name])):
+                found[link.name].append(link.length)
+        return {name: [min(ats, default=0.0), max(ats, default=0.0)] for name, ats in found.items()}
+
+    def draw(self, ax: Axes, pose: Pose, actions: bool = True) -> Artists:
+        """Draw everything but names in a pose, drive and loads if asked; return what was drawn."""
+        return [
+            *self._guides(ax, pose),
+            *self._links(ax, pose),
+            *self._joints(ax, pose),
+            *self._springs(ax, pose),
+            *(self._actions(ax, pose) if actions else ()),
+        ]
+
+    def corners(self, poses: Iterable[Pose]) -> np.ndarray:
+        """Return all points that have to be seen, shape (points, 2), in the units of the axes."""
+        fixed = [pin for joint in self.mechanism.joints for pin, _ in joint.ends]
+        fixed += [pin for spring in self.mechanism.springs for pin in spring.pins.values()]
+        found = [pose.along(name, at) for pose in poses for name, ats in self.places.items() for at in ats]
+        found += [np.array(pin.point) for pin in fixed if pin.link == GROUND]
+        return self.factor * np.array(found)
+
+    def frame(self, ax: Axes, poses: Iterable[Pose]) -> None:
+        """Set limits of the axes around all poses."""
+        points = self.corners(poses)
+        low, high = points.min(axis=0), points.max(axis=0)
+        size = np.max(high - low)
+        pad = MARGIN * size + np.maximum(FLATTEST * size - (high - low), 0.0) / 2
+        low, high = low - pad, high + pad
+        ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+
+    def at(self, pose: Pose, pin: Pin) -> np.ndarray:
+        """The point of a pin, in the units of the axes."""
+        return self.factor * pose.point(pin)
+
+    def bar(self, pose: Pose, link: str) -> np.ndarray:
+        """The ends of a link's bar, shape (2, 2), in the units of the axes."""
+        return self.factor * np.array([pose.along(link, at) for at in self.places[link]])
+
+    def _guides(self, ax: Axes, pose: Pose) -> Artists:
+        found, size = [], np.ptp(self.corners([pose]), axis=0).max()
+        for joint in self.mechanism.joints:
+            if not joint.prismatic:
+                continue
+            base, angle = self.at(pose, joint.bearing), pose.direction(joint.bearing)
+            along = np.array([np.cos(angle), np.sin(angle)])
+            now = along @ (self.at(pose, joint.journal) - base)
+            low, high = (self.factor * s for s in self.reach.get(joint.name, (now / self.factor,) * 2))
+            ends = base + np.outer([low - PLAY * size, high + PLAY * size], along)
+            found += symbols.guide(ax, ends, angle, STROKE * size * (joint.bearing.link == GROUND))
+        return found
+
+    def _links(self, ax: Axes, pose: Pose) -> Artists:
+        found = []
+        for link in self.mechanism.links:
+            ends = self.bar(pose, link.name)
+            if np.ptp(ends, axis=0).any():
+                found += symbols.bar(ax, ends, link.elastic)
+            for mass in link.masses:
+                found += symbols.weight(ax, self.factor * pose.along(link.name, mass.at))
+        return found
+
+    def _joints(self, ax: Axes, pose: Pose) -> Artists:
+        found = []
+        for joint in self.mechanism.joints:
+            point = self.at(pose, joint.journal)
+            if joint.prismatic:
+                found += symbols.slider(ax, point, pose.direction(joint.bearing))
+            if not joint.prismatic and GROUND in joint.links:
+                found += symbols.support(ax, point)
+            if not joint.prismatic:
+                found += symbols.pin(ax, point, loose=not joint.ideal)
+        return found
+
+    def _springs(self, ax: Axes, pose: Pose) -> Artists:
+        found = []
+        for spring in self.mechanism.springs:
+            if spring.twists:
+                found += symbols.spiral(ax, self._hinge(pose, spring.links))
+                continue
+            ends = [self.at(pose, pin) for pin in spring.pins.values()]
+            found += symbols.coil(ax, *ends)
+            for pin, end in zip(spring.pins.values(), ends, strict=True):
+                if pin.link == GROUND:
+                    found += symbols.support(ax, end)
+        return found
+
+    def _hinge(self, pose: Pose, links: tuple[str, str]) -> np.ndarray:
+        """Where two links meet, or the middle of the first that moves."""
+        for joint in self.mechanism.joints:
+            if joint.links == {*links}:
+                return self.at(pose, joint.journal)
+        return self.bar(pose, next(name for name in links if name != GROUND)).mean(axis=0)
+
+    def _actions(self, ax: Axes, pose: Pose) -> Artists:
+        """Draw drive and loads."""
+        found, drive = [], self.mechanism.drive
+        if drive:
+            axle = self.factor * self._axle(pose, drive.link)
+            found += symbols.turning(ax, axle, drive.nominal_speed >= 0)
+        for load in self.mechanism.loads:
+            spot = self._spot(pose, load)
+            if load.twists:
+                found += symbols.turning(ax, spot)
+            else:
+                angle = load.direction + load.turning * pose.angles[load.link]
+                found += symbols.arrow(ax, spot, angle)
+        return found
+
+    def _spot(self, pose: Pose, load: Force | Torque) -> np.ndarray:
+        """Where a load is drawn: a torque at the middle of its link."""
+        return self.bar(pose, load.link).mean(axis=0) if load.twists else self.at(pose, load.on)
+
+    def _axle(self, pose: Pose, link: str) -> np.ndarray:
+        """Where a link turns on the ground, m; else its origin."""
+        for joint in self.mechanism.joints:
+            if joint.links == {link, GROUND} and not joint.prismatic:
+                return pose.point(joint.journal)
+        return pose.origins[link]
+
+    def name(self, ax: Axes, pose: Pose) -> None:
+        """Write the names of everything, once the axes have their place and limits."""
+        names = Names(ax)
+        names.lines(bar for link in self.mechanism.links if np.ptp(bar := self.bar(pose, link.name)))
+        spots = [(joint, self.at(pose, joint.journal)) for joint in self.mechanism.joints]
+        names.taken = np.concatenate([names.taken, *(names.paper(spot) + SIGN[j.kind] for j, spot in spots)])
+        grounded = [spot for joint, spot in spots if GROUND in joint.links]
+        names.taken = np.concatenate([names.taken, *(names.paper(spot) + PEDESTAL for spot in grounded)])
+        if self.mechanism.drive:
+            axle = self.factor * self._axle(pose, self.mechanism.drive.link)
+            names.taken = np.concatenate([names.taken, names.paper(axle) + TURNING])
+        bold, slanted = {"fontweight": "bold"}, {"fontstyle": "italic"}
+        for joint, spot in spots:
+            names.around(spot, joint.name, **bold)
+        for link in self.mechanism.links:
+            bar = self.bar(pose, link.name)
+            if np.ptp(bar, axis=0).any():
+                names.along(bar, link.name, **slanted)
+            else:
+                names.around(bar[0], link.name, 5.0, **slanted)
+        for spring in self.mechanism.springs:
+            ends = [self.at(pose, pin) for pin in spring.pins.values()]
+            if spring.twists:
+                names.around(self._hinge(pose, spring.links), spring.name, 6.0, **slanted)
+            else:
+                names.along(ends, spring.name, 4.5, **slanted)
+        for load in self.mechanism.loads:
+            names.around(self._spot(pose, load), load.name, 7.0, color=symbols.ACTION)
+
+
+def gravity(ax: Axes, mechanism: Mechanism, points: np.ndarray) -> None:
+    """Draw the direction of gravity in the corner of the axes that is farthest from what is drawn."""
+    if not mechanism.gravity:
+        return
+    towards = np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])
+    corners = np.array([(1.0, 1.0), (0.0, 1.0), (1.0, 0.0), (0.0, 0.0)])
+    there = ax.transAxes.inverted().transform(ax.transData.transform(points))
+    free = corners[np.argmax([np.min(np.hypot(*(there - corner).T)) for corner in corners])]
+    inward = (1.0 - 2.0 * free) * 5.0 * style.MILLIMETRE
+    frame = Affine2D().scale(style.MILLIMETRE) + ax.figure.dpi_scale_trans
+    frame += ScaledTranslation(*free, ax.transAxes) + ScaledTranslation(*inward, ax.figure.dpi_scale_trans)
+    look = symbols.HEAD | {"color": style.GREY, "transform": frame}
+    ax.add_patch(FancyArrowPatch(-3 * towards, 3 * towards, **look))
+    beside = 2.2 * np.array([towards[1], -towards[0]])
+    ax.text(*beside, "$g$", transform=frame, color=style.GREY, ha="center", va="center")

@@ -1,0 +1,97 @@
+"""Mechanism: the linkage as it starts, with names of links and joints, and its bearings enlarged."""
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import ConnectionPatch
+
+from jointplay.display.units import shown
+from jointplay.errors import NOTHING, Problem
+from jointplay.figures.drawing import lent, select, style
+from jointplay.figures.linkage import bearing
+from jointplay.figures.linkage.linkage import Sketch, gravity
+from jointplay.figures.registry import picture
+from jointplay.mechanism.pose import Pose, start_pose
+from jointplay.mechanism.records import Mechanism
+
+ROWS, MOST = 3, 6  # bearings below each other, and in all
+SIZE, LINE = 84.0, 4.0  # mm of height: of the linkage's panel, of a line of notes
+LEADER = {"color": style.GREY, "linewidth": 0.5, "linestyle": (0, (1.5, 1.5)), "zorder": 1.5}
+
+
+def fits(options: Any, _: Any):
+    """Yield the problem of every study: a mechanism is no result."""
+    expected = "a figure of a result; the mechanism is drawn by `jointplay figure STUDY.toml`"
+    yield Problem("figure.kind", options.get("kind", NOTHING), expected)
+
+
+@picture(fits=fits)
+def mechanism(linkage: Mechanism, *, names: bool = True, crank_angle: float | None = None) -> Figure:
+    """Draw a mechanism with its joints, drive, springs and loads; bearings with clearance are enlarged.
+
+    Journals are drawn in the middle of their bearings.
+
+    Parameters
+    ----------
+    linkage : Mechanism
+        What to draw.
+    names : bool
+        Whether to write the names of links, joints, springs and loads.
+    crank_angle : float, optional
+        Of the driven link, rad; by default as it starts.
+    """
+    if not isinstance(linkage, Mechanism):
+        raise select.refuse("kind", "mechanism", "a figure of a result; of a mechanism: jp.figure(mechanism)")
+    select.switch("names", names)
+    if crank_angle is not None and not select.is_number(crank_angle):
+        raise select.refuse("crank_angle", crank_angle, "an angle in rad")
+    pose = start_pose(linkage, None if crank_angle is None else {"crank_angle": crank_angle})
+    loose, notes = linkage.clearance_joints[:MOST], remarks(linkage)
+    columns = -(-len(loose) // ROWS)
+    figure = style.sheet(112.0 + 34.0 * columns, SIZE + LINE * len(notes))
+    grid = figure.add_gridspec(
+        max(min(len(loose), ROWS), 1), 1 + columns, width_ratios=[3.0] + [1.0] * columns
+    )
+    ax = figure.add_subplot(grid[:, 0])
+    drawn = whole(ax, linkage, pose)
+    panels = [figure.add_subplot(grid[n % ROWS, 1 + n // ROWS]) for n in range(len(loose))]
+    for panel, joint in zip(panels, loose, strict=True):
+        enlarged(panel, joint)
+        ends = {"xyA": drawn.at(pose, joint.journal), "coordsA": ax.transData, "axesA": ax}
+        ends |= {"xyB": (-bearing.RIM, 0.0), "coordsB": panel.transData, "axesB": panel}
+        figure.add_artist(ConnectionPatch(**ends, **LEADER))
+    if notes:
+        figure.supxlabel("\n".join(notes), fontsize=8, ha="left", x=0.02)
+    lent.owner(figure).draw_without_rendering()  # what follows has to know the places of the panels
+    for panel, joint in zip(panels, loose, strict=True):
+        bearing.enlargement(panel, joint.clearance)
+    if names:
+        drawn.name(ax, pose)
+    return figure
+
+
+def whole(ax: Axes, linkage: Mechanism, pose: Pose) -> Sketch:
+    """Draw the linkage with axes of length; return the sketch."""
+    unit = shown(Sketch(linkage).corners([pose]), "m")
+    drawn = Sketch(linkage, unit.factor)
+    drawn.frame(ax, [pose])
+    drawn.draw(ax, pose)
+    gravity(ax, linkage, drawn.corners([pose]))
+    ax.set(xlabel=f"$x$ ({unit.symbol})", ylabel=f"$y$ ({unit.symbol})")
+    return drawn
+
+
+def enlarged(ax: Axes, joint) -> None:
+    """Draw one bearing, the journal in its middle."""
+    bearing.frame(ax, joint.clearance)
+    bearing.journal(ax)
+    ax.set_title(f"{joint.name}: {joint.journal.link} in {joint.bearing.link}")
+
+
+def remarks(linkage: Mechanism) -> list[str]:
+    """Return a line each on what drives and loads the mechanism, and on bearings that are not shown."""
+    lines = [f"Drive: {linkage.drive.description}"] if linkage.drive else []
+    lines += [f"{part.name}: {part.description}" for part in (*linkage.springs, *linkage.loads)]
+    rest = len(linkage.clearance_joints) - MOST
+    return lines + [f"{rest} more bearings with clearance are not enlarged"] * (rest > 0)

@@ -1,0 +1,45 @@
+"""Places of links over a motion, against closed forms and the poses of ideal mechanisms."""
+
+import numpy as np
+import pytest
+
+from jointplay import catalog
+from jointplay.analysis.places import places
+from jointplay.errors import InputError
+from tests.figures.support.synthetic_linkages import four_bar, slides
+
+
+def missed(motion) -> float:
+    return max(float(np.abs(motion[f"origin_{axis}"] - motion[f"true_{axis}"]).max()) for axis in "xy")
+
+
+def test_origins_of_a_four_bar_with_clearance_are_those_of_the_closed_form():
+    mechanism, motion = four_bar()
+    assert missed(places(mechanism, motion)) < 1e-15
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "stephenson", "quick_return"])
+def test_origins_of_ideal_mechanisms_are_those_of_their_poses(name):
+    mechanism = getattr(catalog, name)(clearance=0)
+    motion = slides(mechanism)
+    assert missed(places(mechanism, motion)) < 1e-12
+
+
+def test_order_and_further_links_of_the_result_do_not_matter():
+    mechanism, motion = four_bar()
+    assert missed(places(mechanism, motion.isel(link=[2, 0, 1]))) < 1e-15
+
+
+def test_the_motion_of_another_mechanism_is_refused():
+    mechanism, motion = four_bar()
+    with pytest.raises(InputError, match="joints miss by"):
+        places(mechanism, motion.assign(journal_x=motion["journal_x"] + 0.01 * motion["time"]))
+    with pytest.raises(InputError, match="joints miss by"):
+        places(catalog.slider_crank(crank=0.06, clearance=0), slides(catalog.slider_crank(clearance=0)))
+
+
+@pytest.mark.parametrize("name", ["angle", "journal_x"])
+def test_what_was_not_recorded_is_told(name):
+    mechanism, motion = four_bar()
+    with pytest.raises(InputError, match=f"no {name}"):
+        places(mechanism, motion.drop_vars(name))

@@ -1,0 +1,124 @@
+"""Films and sheets of frames: what a frame shows, how many there are, and what is said where none can be."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import jointplay as jp
+from jointplay import cli
+from jointplay.analysis.places import places
+from jointplay.errors import InputError
+from jointplay.figures.linkage import film
+from jointplay.figures.linkage.film_sheet import film_sheet
+from jointplay.figures.linkage.scene import scene, spread
+from jointplay.results import animate
+from tests.figures.support.synthetic_linkages import four_bar, slides
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return four_bar()
+
+
+@pytest.fixture(scope="module")
+def shown(motion):
+    return scene(motion[0], places(*motion), None)
+
+
+def test_frames_take_the_nearest_samples_evenly():
+    times = np.array([0.0, 0.1, 0.11, 0.12, 0.5, 1.0])
+    assert spread(times, 5).tolist() == [0, 3, 4, 5, 5]  # 0.25 is nearer to 0.12
+    assert spread(times, 2).tolist() == [0, 5]
+
+
+def test_a_frame_shows_links_journal_and_force_of_its_moment(motion, shown):
+    mechanism, data = motion
+    _, axes = film.stage(shown)
+    drawn = film.moment(shown, axes, 10)
+    ends = {tuple(np.round(p, 6)) for each in drawn if hasattr(each, "get_xydata") for p in each.get_xydata()}
+    A = 1e3 * mechanism.link("crank").length * np.array([np.cos(np.pi / 2), np.sin(np.pi / 2)])
+    assert tuple(np.round(A, 6)) in ends
+    journal = np.array([data["journal_x"][10, 0], data["journal_y"][10, 0]]) / mechanism.joint("B").clearance
+    assert tuple(np.round(journal, 6)) in ends
+    words = [each.get_text() for each in drawn if hasattr(each, "get_text")]
+    assert words == ["crank 90°, 25 ms", "100 N of at most 100 N"]
+
+
+def test_frames_are_even_sized_and_differ(shown):
+    first, *_, last = pictures = list(film.frames(shown, 3))
+    assert len(pictures) == 3
+    assert all(size % 2 == 0 for size in first.shape[:2])
+    assert first.shape[2] == 3
+    assert 0.001 < np.mean(first != pictures[1]) < 0.2  # what moves, and nothing else
+    assert np.mean(first != last) < np.mean(first != pictures[1])  # after a turn the linkage is back
+
+
+def test_a_film_has_the_frames_of_its_length(motion, tmp_path):
+    from imageio_ffmpeg import count_frames_and_secs
+
+    told = []
+    path = jp.animate(motion[1], tmp_path / "m.mp4", seconds=0.8, rate=10, progress=told.append)
+    assert count_frames_and_secs(str(path))[0] == 9
+    assert told == pytest.approx(np.arange(1, 10) / 9)
+    with Image.open(jp.animate(motion[1], tmp_path / "m.gif", turns=0.5, seconds=1, rate=10)) as gif:
+        assert gif.n_frames == 6
+        assert gif.info["duration"] == 100
+    assert [each.name for each in sorted(tmp_path.iterdir())] == ["m.gif", "m.mp4"]
+
+
+def test_a_sheet_has_a_panel_and_a_bearing_a_frame(shown):
+    assert len(film_sheet(shown, 5).axes) == 10
+    mechanism = jp.catalog.slider_crank(clearance=0)
+    ideal = scene(mechanism, places(mechanism, slides(mechanism)), None)
+    sheet = film_sheet(ideal, 3)
+    titles = [ax.get_title(loc="left").replace("\n", " ") for ax in sheet.axes]
+    assert titles == [f"({n + 1}) crank {180 * n % 360}°, {50 * n} ms" for n in range(3)]
+
+
+def test_without_the_encoder_the_way_to_install_it_is_told(motion, tmp_path, monkeypatch):
+    monkeypatch.setattr(animate, "find_spec", lambda _: None)
+    with pytest.raises(InputError, match=r"pip install 'jointplay\[animation\]'"):
+        animate.animate(motion[1], tmp_path / "m.mp4")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"joint": "b"}, "did you mean 'B'"),
+        ({"turns": -1}, "greater than 0"),
+        ({"seconds": 1e6}, "frames is accepted"),
+        ({"rate": 0}, "rate"),
+        ({"time": [0.0001, 0.0002]}, "window"),
+    ],
+)
+def test_what_makes_no_film_is_told(motion, tmp_path, options, told):
+    with pytest.raises(InputError, match=told):
+        jp.animate(motion[1], tmp_path / "m.gif", **options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_result_that_names_no_mechanism_needs_it(motion, tmp_path):
+    mechanism, data = motion
+    data = data.drop_attrs()
+    with pytest.raises(InputError, match="the Mechanism that moved is needed"):
+        jp.animate(data, tmp_path / "m.png")
+    assert jp.animate(data, tmp_path / "m.png", mechanism=mechanism, frames=2).exists()
+
+
+def test_the_command_makes_a_film_of_a_stored_motion(motion, tmp_path, capsys):
+    stored, out = tmp_path / "m.nc", tmp_path / "m.gif"
+    motion[1].to_netcdf(stored)
+    words = ["animate", str(stored), "--out", str(out), "--set", "seconds=0.5", "rate=4"]
+    assert cli.main(words) == 0
+    assert capsys.readouterr().out == f"written {out}\n"
+    with Image.open(out) as gif:
+        assert gif.n_frames == 3
+    assert cli.main([*words, "speed=2"]) == 2
+    assert cli.main(["animate", str(stored), "--out", str(tmp_path / "film")]) == 2
+    assert "ends in .mp4" in capsys.readouterr().err
+
+
+def test_a_motion_names_its_mechanism():
+    mechanism = jp.catalog.chunmei2002(clearance=2.9e-5)
+    motion = jp.simulate(mechanism, turns=0.02)
+    assert animate._mechanism(motion) == mechanism

@@ -1,0 +1,97 @@
+"""A mechanism as a picture: where its parts are, how much bearings are enlarged, names that can be read."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.patches import Circle
+
+from jointplay import catalog, figures
+from jointplay.errors import InputError
+from jointplay.mechanism.pose import start_pose
+from jointplay.mechanism.records import Mechanism
+
+SCENES = {
+    "four-bar": lambda: catalog.chunmei2002(clearance={"B": 2.9e-4, "C": 2.9e-5}, elastic=("coupler",)),
+    "slider-crank": lambda: catalog.slider_crank(clearance={"B": 1e-4}),
+    "six-bar": lambda: catalog.stephenson(),
+    "quick return": lambda: catalog.quick_return(),
+}
+SPRINGS = [
+    {
+        "name": "return",
+        "from": {"link": "rocker", "at": 0.06},
+        "to": {"link": "ground", "point": [0.25, 0.1]},
+        "stiffness": 500.0,
+        "free_length": 0.08,
+    },
+    {"name": "hinge", "kind": "torsion", "from": "coupler", "to": "rocker", "stiffness": 0.4},
+]
+PUSH = {
+    "name": "push",
+    "kind": "force",
+    "on": {"link": "rocker", "at": 0.1},
+    "direction": 0.0,
+    "constant": 9.0,
+}
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_joints_of_the_pose_are_closed(scene):
+    mechanism: Mechanism = SCENES[scene]()
+    pose = start_pose(mechanism, {"crank_angle": 0.7})
+    for joint in mechanism.joints:
+        gap = pose.point(joint.journal) - pose.point(joint.bearing)
+        if joint.prismatic:
+            angle = pose.direction(joint.bearing)
+            gap = gap @ [-np.sin(angle), np.cos(angle)]
+            assert pose.direction(joint.journal) == pytest.approx(angle, abs=1e-12)
+        assert np.abs(gap).max() < 1e-12
+    assert pose.angles[mechanism.crank] == 0.7
+
+
+@pytest.mark.parametrize("scene", SCENES)
+def test_everything_is_named_and_no_name_lies_on_another(scene):
+    mechanism = SCENES[scene]()
+    figure = figures.draw(mechanism)
+    boxes = {each.get_text(): each.get_window_extent() for each in figure.axes[0].texts}
+    assert {*boxes} >= {part.name for part in (*mechanism.links, *mechanism.joints)}
+    for (one, a), (other, b) in combinations(boxes.items(), 2):
+        assert not a.shrunk(0.7, 0.7).overlaps(b.shrunk(0.7, 0.7)), (one, other)
+
+
+def test_springs_loads_and_what_drives_are_told():
+    figure = figures.draw(catalog.chunmei2002(springs=SPRINGS, loads=[PUSH]))
+    assert {"return", "hinge", "push", "$g$"} <= {each.get_text() for each in figure.axes[0].texts}
+    assert [line.split(":")[0] for line in figure.get_supxlabel().split("\n")] == [
+        "Drive",
+        "return",
+        "hinge",
+        "push",
+    ]
+
+
+@pytest.mark.parametrize("width", [100.0, 146.0])
+def test_bearings_are_as_much_enlarged_as_is_told(width):
+    mechanism = SCENES["four-bar"]()
+    figure = figures.draw(mechanism, width=width)
+    assert len(figure.axes) == 3
+    for ax, joint in zip(figure.axes[1:], mechanism.clearance_joints, strict=True):
+        clearance = next(patch for patch in ax.patches if isinstance(patch, Circle))
+        drawn = clearance.get_window_extent().width / 2 / figure.dpi * 25.4e-3
+        told = float(ax.texts[0].get_text().split(", ")[1].removesuffix(" : 1"))
+        assert told == pytest.approx(drawn / joint.clearance, rel=0.06)
+
+
+def test_a_mechanism_has_no_other_figures_and_a_result_not_this_one():
+    mechanism = SCENES["six-bar"]()
+    for options in ({"kind": "journal_orbit"}, {"crank_angle": "x"}, {"names": 1}, {"joint": "B"}):
+        with pytest.raises(InputError):
+            figures.draw(mechanism, options)
+    with pytest.raises(InputError, match="a result or a mechanism is accepted"):
+        figures.draw("r.nc")
+
+
+def test_names_are_left_out():
+    texts = [each.get_text() for each in figures.draw(SCENES["six-bar"](), names=False).axes[0].texts]
+    assert texts == ["$g$"]

@@ -1,0 +1,72 @@
+"""Options that every figure has, the formats it can be saved in, and how notebooks show it."""
+
+import io
+
+import matplotlib.pyplot as plt
+import pytest
+from PIL import Image
+
+from jointplay import figures
+from jointplay.errors import InputError
+from jointplay.results.store import write_figure
+from tests.figures.support.synthetic import response, section
+
+
+def test_width_and_font_are_those_asked_for():
+    figure = figures.draw(section(), width=120, font="STIXGeneral")
+    assert figure.get_size_inches()[0] == pytest.approx(120 / 25.4)
+    assert {label.get_fontname() for label in figure.axes[0].get_xticklabels()} == {"STIXGeneral"}
+    assert figures.draw(section()).axes[0].xaxis.label.get_fontname() == "DejaVu Sans"  # and of no other
+
+
+@pytest.mark.parametrize(
+    ("options", "key"),
+    [
+        ({"width": 5}, "figure.width"),
+        ({"width": "wide"}, "figure.width"),
+        ({"font": "No Such Font"}, "figure.font"),
+        ({"font": 8}, "figure.font"),
+        ({"ax": 1}, "figure.ax"),
+    ],
+)
+def test_wrong_general_options_are_told(options, key):
+    with pytest.raises(InputError) as caught:
+        figures.draw(section(), options)
+    assert [problem.key for problem in caught.value.problems] == [key]
+
+
+def test_a_figure_of_one_panel_is_drawn_in_given_axes():
+    mine, axes = plt.subplots(1, 2)
+    plt.close(mine)
+    assert figures.draw(response(), {"kind": "journal_orbit", "ax": axes[1]}) is mine
+    assert not axes[0].lines
+    assert axes[1].lines
+    assert "r_x" in axes[1].get_xlabel()
+    assert axes[1].get_legend() is not None
+    with pytest.raises(InputError, match="2 panels"):
+        figures.draw(section(), {"ax": axes[0]})
+
+
+def test_a_figure_of_several_panels_is_drawn_in_a_subfigure():
+    mine = plt.figure(layout="constrained")
+    plt.close(mine)
+    above, below = mine.subfigures(2, 1)
+    assert figures.draw(response(status="diverged"), {"ax": below}) is mine
+    assert len(below.axes) == 4
+    assert not above.axes
+    assert "diverged" in below.get_suptitle()
+
+
+def test_every_format_that_is_offered_works(tmp_path):
+    figure = figures.draw(response(), {"kind": "phase_portrait"})
+    forms = {*figure.canvas.get_supported_filetypes()} - {"pgf"}  # needs LaTeX
+    assert {"jpg", "tiff", "webp", "pdf", "svg", "eps"} <= forms
+    for form in sorted(forms):
+        assert write_figure(figure, tmp_path / f"picture.{form}").stat().st_size > 1000, form
+    assert Image.open(tmp_path / "picture.jpg").size[0] == pytest.approx(88 / 25.4 * 300, abs=1)
+
+
+def test_notebooks_show_a_figure():
+    shown = Image.open(io.BytesIO(figures.draw(response())._repr_png_()))
+    assert shown.format == "PNG"
+    assert shown.size[0] > 600
