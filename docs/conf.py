@@ -26,6 +26,8 @@ myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 4
 html_theme = "furo"
 html_title = "jointplay"
+html_static_path = ["pages/formulas.css"]
+html_css_files = ["formulas.css"]
 html_math_renderer = "mathml"
 html_show_copyright = html_show_sphinx = False
 html_copy_source = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator
 from inspect import signature
 from typing import Any, Literal, get_args, get_origin, get_type_hints
@@ -79,6 +80,8 @@ def _default(default: Any) -> str:
         return f"`{str(default).lower()}`"
     if isinstance(default, str):
         return f'`"{default}"`'
+    if isinstance(default, list | tuple):
+        return f"`{json.dumps(default)}`"
     return f"`{default:.6g}`" if isinstance(default, float) else f"`{default}`"
 
 
