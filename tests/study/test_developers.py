@@ -7,16 +7,18 @@ import tomllib
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import jointplay as jp
 from jointplay import cli, figures
+from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS, Kind, Shown
 from jointplay.study.file import load, schema, validate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
-ANALYSIS, ROW, FIGURE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
+LAW, ANALYSIS, ROW, FIGURE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
 (STUDY,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.S | re.M)
 SWEEP = STUDY + '\n[vary]\namplitude = [0.2, 0.25, 0.3]\n\n[figure]\nkind = "sweep"\n'
 
@@ -38,6 +40,38 @@ def returns(tmp_path_factory, monkeypatch):
     for table, kept in zip((figures.KINDS, figures.ABOUT), before, strict=True):
         table.clear()
         table.update(kept)
+
+
+@pytest.fixture
+def law(monkeypatch):
+    """The law of the page, gone after the test."""
+    monkeypatch.setitem(LAWS, "quadratic", None)
+    exec(compile(LAW, "developers.md", "exec"), {})
+    return LAWS["quadratic"]
+
+
+def test_a_law_of_contact_is_one_object(law):
+    assert jp.Contact(law="quadratic", stiffness=1e12, damping=200).coefficients == {"K": 1e12, "C": 200}
+    assert set(problems(jp.Contact, law="quadratic", stiffness=1e12)) == {"contact.damping"}
+    u, h = 1e-5, 1e-9
+    slope = (law.force(u + h, 0.0, 1e12, 200.0)[1] - law.force(u - h, 0.0, 1e12, 200.0)[1]) / (2 * h)
+    assert slope == pytest.approx(law.force(u, 0.0, 1e12, 200.0)[0], rel=1e-6)
+    assert law.slopes(u, 1e12, 200.0)[0] >= 2e12 * u
+
+
+@pytest.mark.long
+def test_a_law_that_was_added_moves_a_linkage(law):
+    plain = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
+    contact = jp.Contact(law="quadratic", stiffness=1e12, damping=200)
+    joints = [joint.model_copy(update={"contact": contact}) for joint in plain.joints]
+    words = ["normal_force", "penetration", "normal_velocity", "energy_residual", "drive_work"]
+    found = jp.simulate(jp.Mechanism(**dict(plain) | {"joints": joints}), turns=2, rtol=1e-9, record=words)
+    assert int(found.status) == 0
+    assert found.sizes["event"] > 4
+    touching = found.penetration.values > 1e-7
+    force = 1e12 * found.penetration.values**2 + 200 * found.normal_velocity.values
+    assert found.normal_force.values[touching] == pytest.approx(force[touching], rel=1e-6, abs=1e-6)
+    assert float(np.abs(found.energy_residual).max()) < 1e-6 * float(np.abs(np.diff(found.drive_work)).sum())
 
 
 @pytest.fixture

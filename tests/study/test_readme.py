@@ -9,6 +9,7 @@ import pytest
 from jointplay.cli.parser import build_parser
 from jointplay.figures import KINDS
 from jointplay.study.file import validate
+from tests.docs.pages import generated
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -22,7 +23,7 @@ def blocks(text, language):
 
 
 def test_the_readme_is_short_and_shows_small_pictures():
-    assert len(README.splitlines()) <= 120
+    assert len(README) <= 9_000
     pictures = re.findall(r"!\[.+\]\((.+)\)", README)
     assert 1 <= len(pictures) <= 2
     assert all(10_000 < (ROOT / picture).stat().st_size < 200_000 for picture in pictures)
@@ -68,5 +69,6 @@ def test_every_verb_is_in_the_readme_and_every_figure_in_the_docs():
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_links_lead_to_files(page):
-    targets = re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8"))
-    assert all((page.parent / target).exists() for target in targets)
+    targets = set(re.findall(r"\]\(([^)#]+)\)", page.read_text(encoding="utf-8")))
+    missing = {target for target in targets if not (page.parent / target).exists()}
+    assert missing <= {f"generated/{name}" for name in generated().pages()}

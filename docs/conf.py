@@ -1,0 +1,51 @@
+"""The documentation site: `python -m sphinx -W docs site` builds it, without a network and without computing.
+
+Pages that say what the code says (every key, every kind of study, the gallery) are written from the code to
+docs/generated before Sphinx reads them, so that they cannot fall behind it.
+"""
+
+import sys
+from pathlib import Path
+
+DOCS = Path(__file__).parent
+sys.path[:0] = [str(DOCS)]
+
+from pages import write  # noqa: E402  found by the path above
+from pygments.lexers.special import TextLexer  # noqa: E402
+
+import jointplay  # noqa: E402  after the path, by which nothing of it is found
+
+project = "jointplay"
+author = "The jointplay authors"
+copyright = author
+version = release = jointplay.__version__
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "pages.mathml"]
+exclude_patterns = ["pages"]
+myst_enable_extensions = ["dollarmath", "deflist"]
+myst_heading_anchors = 4
+html_theme = "furo"
+html_title = "jointplay"
+html_static_path = ["pages/formulas.css"]
+html_css_files = ["formulas.css"]
+html_math_renderer = "mathml"
+html_show_copyright = html_show_sphinx = False
+html_copy_source = False
+
+default_role = "literal"  # docstrings quote code in single backticks
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+autodoc_typehints = "none"  # docstrings say types in words
+autodoc_member_order = "bysource"
+
+
+def _no_signature_of_records(_app, what, _name, _obj, _options, signature, _returns):
+    """Take signatures from records: all of their keywords are listed below them."""
+    return ("", "") if what == "class" else (signature, "")
+
+
+def setup(app):
+    """Write the generated pages, and let records be described by their keys."""
+    write(DOCS / "generated")
+    app.add_lexer("csv", TextLexer)
+    app.connect("autodoc-process-signature", _no_signature_of_records)

@@ -1,0 +1,166 @@
+"""Every key of a mechanism, from its records: name, unit, default, and what their docstrings say."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from inspect import signature
+from typing import Any, Literal, get_args, get_origin, get_type_hints
+
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticUndefined
+
+from jointplay.accepted import units_of
+from jointplay.equations.friction import FRICTIONS
+from jointplay.equations.laws import LAWS
+from jointplay.mechanism import catalog, records
+from jointplay.mechanism.base import Record
+from jointplay.mechanism.courses import Course
+from jointplay.mechanism.systems import SYSTEMS
+from pages.text import markdown, parameters, story, summary, table
+
+HEAD = ("key", "unit", "default", "meaning")
+# headings of the page, where the keys stand in a study file, and their records
+PLACES: tuple[tuple[str, str, tuple[type[Record], ...]], ...] = (
+    ("The mechanism", "[mechanism]", (records.Mechanism,)),
+    ("Links", "[[mechanism.links]]", (records.Link, records.PointMass, records.Beam)),
+    ("Joints", "[[mechanism.joints]]", (records.Joint, records.Pin)),
+    ("Contact", "contact, of a joint", (records.Contact,)),
+    ("Friction", "friction, of a joint", (records.Friction,)),
+    (
+        "Drives",
+        "[mechanism.drive]",
+        (records.MotorLine, records.ConstantSpeed, records.PrescribedTorque, records.SpeedProfile),
+    ),
+    ("Loads", "[[mechanism.loads]]", (records.Force, records.Torque, records.Harmonic)),
+    ("Springs", "[[mechanism.springs]]", (records.Spring, records.TorsionSpring)),
+    (
+        "Sections",
+        "section, of [analysis]",
+        (records.CrankAngle, records.ContactSection, records.SeparationSection, records.Plane),
+    ),
+)
+
+
+def meanings(record: type[Record]) -> dict[str, str]:
+    """What each key of a record means."""
+    own = parameters(record)
+    shared = parameters(Course) if issubclass(record, Course) else {}
+    return own | {
+        name: text for name, text in shared.items() if "see `Course`" in own.get(name, "see `Course`")
+    }
+
+
+def rows(record: type[Record]) -> Iterator[tuple[str, str, str, str]]:
+    """A row for each key of a record."""
+    said = meanings(record)
+    for name, field in record.model_fields.items():
+        words = said.get(name) or f"{field.description or _kind(name, field)}."
+        yield (
+            f"`{name}`",
+            units_of(field) or "",
+            _default(field.get_default(call_default_factory=True)),
+            words,
+        )
+
+
+def _kind(name: str, field: FieldInfo) -> str:
+    hint = field.annotation
+    if get_origin(hint) is Literal:
+        return "Which of the records this table is" if name == "kind" else "One of the words in its heading"
+    return name.replace("_", " ").capitalize()
+
+
+def _default(default: Any) -> str:
+    if default is PydanticUndefined:
+        return "needed"
+    if default is None or default in ((), {}) or isinstance(default, Record):
+        return "–"
+    if isinstance(default, bool):
+        return f"`{str(default).lower()}`"
+    if isinstance(default, str):
+        return f'`"{default}"`'
+    if isinstance(default, list | tuple):
+        return f"`{json.dumps(default)}`"
+    return f"`{default:.6g}`" if isinstance(default, float) else f"`{default}`"
+
+
+def contact_laws() -> str:
+    """Numbers of every law of the normal force."""
+    lines = []
+    for name, law in LAWS.items():
+        for key, (_, unit) in law.numbers.items():
+            place = key if key in ("stiffness", "damping") else f"parameters.{key}"
+            shown = "N/mⁿ" if key == "stiffness" and unit == "1" else unit
+            default = f"`{law.defaults[key]:g}`" if key in law.defaults else "needed"
+            accepted = (
+                law.limits[key][1].removesuffix(" is accepted") if key in law.limits else "greater than 0"
+            )
+            lines.append((f"`{name}`", f"`{place}`", shown, default, accepted))
+    return table(("law", "key", "unit", "default", "accepted"), lines)
+
+
+def friction_laws() -> str:
+    """Numbers of every law of friction beside its coefficient."""
+    lines = []
+    for name, law in FRICTIONS.items():
+        sticks = "sticks" if law.limit else "creeps"
+        for key, each in law.numbers.items() or {"–": None}.items():
+            known = each is not None
+            default = "needed" if known and each.usual is None else f"`{each.usual:g}`" if known else "–"
+            key = f"`{key}`" if known else "only `coefficient`"
+            lines.append((f"`{name}`", sticks, key, each.units if known else "–", default))
+    return table(("law", "at rest it", "key", "unit", "default"), lines)
+
+
+def page() -> str:
+    """The page of all keys of a mechanism."""
+    parts = [
+        "# Every key of a mechanism\n",
+        "The tables below are made from the program's own records. Numbers are in SI units; a text such as\n"
+        '`"0.29 mm"` or `"1500 rpm"` gives another unit. In Python the keys are the keywords of the record\n'
+        "whose name is in the heading. “Needed” means that there is no default, “–” that nothing is taken.\n",
+    ]
+    for heading, place, several in PLACES:
+        parts.append(f"## {heading}\n\nIn a study file: `{place}`.\n")
+        for record in several:
+            kind = record.model_fields.get("kind")
+            named = f', `kind = "{kind.default}"`' if kind and len(get_args(kind.annotation)) == 1 else ""
+            parts.append(
+                f"### {record.__name__}{named}\n\n{markdown(summary(record))}\n\n{table(HEAD, rows(record))}"
+            )
+        if heading == "Contact":
+            parts.append(f"### Numbers of the laws of contact\n\n{contact_laws()}")
+        if heading == "Friction":
+            parts.append(f"### Numbers of the laws of friction\n\n{friction_laws()}")
+    return "\n".join(parts)
+
+
+def keyword_rows(
+    function: Callable[..., Any], without: frozenset[str] = frozenset()
+) -> Iterator[tuple[str, ...]]:
+    """A row for each keyword of a function."""
+    said, hints = parameters(function), get_type_hints(function, include_extras=True)
+    for name, each in signature(function).parameters.items():
+        if each.kind is each.VAR_KEYWORD or name in without:
+            continue
+        default = PydanticUndefined if each.default is each.empty else each.default
+        units = units_of(FieldInfo.from_annotation(hints.get(name, Any))) or ""
+        yield f"`{name}`", units, _default(default), said.get(name, "as in `simulate`")
+
+
+def catalog_page() -> str:
+    """The page of the catalog's entries."""
+    parts = [
+        "# The catalog\n",
+        'A study file names an entry as `catalog = "chunmei2002"`, with its keywords as further keys of\n'
+        "`[mechanism]`; in Python it is a function, `jp.catalog.chunmei2002(...)`.\n",
+        "## Linkages\n",
+    ]
+    for name, function in catalog.NAMES.items():
+        if name == next(iter(SYSTEMS)):
+            parts.append("## Test systems with known answers\n")
+        parts.append(f"### {name}\n\n{markdown(story(function))}\n\n{table(HEAD, keyword_rows(function))}")
+    changes = table(HEAD, rows(records.Changes))
+    parts.append(f"## Changes that every linkage of the catalog takes\n\n{changes}")
+    return "\n".join(parts)
