@@ -220,6 +220,16 @@ _ROWS = (
         summary=".results.answers.orbits:continuation",
     ),
     Kind(
+        "assess",
+        ".analysis.assessment.assess:assess",
+        ("assess",),
+        LENGTH + "; each parameter to {reach} times its value",
+        varies=False,
+        tangents=True,
+        table=".results.answers.assessment:page",
+        summary=".results.answers.assessment:answer",
+    ),
+    Kind(
         "stress",
         ".lab.stress.stress:stress",
         ("stress",),

@@ -65,6 +65,14 @@ def build_parser() -> ArgumentParser:
         _option("--part", metavar="I/N", help="compute part I of N only, to be put together by merge"),
         *(fresh, change),
     )
+    add(
+        "assess",
+        verbs.assess_mechanism,
+        _option("study", metavar="MECHANISM.toml"),
+        *(out, no_figure, jobs),
+        _changes("change one value, such as mechanism.clearance=1e-4 or analysis.reach=3"),
+        example="studies/quickstart.toml --set analysis.reach=1.5",
+    )
     add("plan", verbs.plan_study, study, out, jobs, change)
     add("status", verbs.show_status, study, out, change)
     add("merge", verbs.merge_study, study, out, no_figure, change)
