@@ -81,6 +81,13 @@ def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
         assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
 
 
+def test_a_chaotic_motion_stays_so_as_it_is_carried_on():
+    """Beside 0.29 mm, where the motion is chaotic, there is no edge within a percent."""
+    found, limit = one_side(LOOSE.replace(clearance=2.9e-4), "joints.B.clearance", "above", 1.01, 0.01)
+    assert limit == pytest.approx(1.01 * 2.9e-4)
+    assert np.isnan([found[name][0] for name in CHANGES]).all()
+
+
 def test_forces_and_losses_are_those_of_other_runs():
     found = forces(LOOSE, None, 4, BRIEF)
     names = found["names"]

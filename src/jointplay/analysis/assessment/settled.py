@@ -88,7 +88,7 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
     """
     motion = _followed(mechanism, start, how)
     for more in PATIENCE:
-        if motion.period == usual or motion.traits["chaos"]:
+        if motion.period == max(usual, 1) or motion.traits["chaos"]:
             break
         longer, before = replace(how, transient=max(more * how.transient, 1), exponents=1), motion.period
         motion = _followed(mechanism, motion.end, longer)
