@@ -256,6 +256,16 @@ _ROWS = (
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
     ),
     Kind(
+        "assess",
+        ".analysis.assessment.assess:assess",
+        ("assess",),
+        LENGTH + "; each parameter to {reach} times its value",
+        varies=False,
+        tangents=True,
+        table=".results.answers.assessment:page",
+        summary=".results.answers.assessment:answer",
+    ),
+    Kind(
         "stress",
         ".lab.stress.stress:stress",
         ("stress",),

@@ -172,6 +172,7 @@ CALLS = {  # a call that is right
     "claims": {"mechanism": DUFFING, "turns": 3, "transient": 2, "growth_turns": 2},
     "waveform": {"mechanism": IDEAL.replace(elastic=("coupler",)), "passes": 1, "step": 4e-5},
     "scheme_comparison": {"mechanism": LOOSE, "passes": 1, "repeats": 1},
+    "assess": {"mechanism": LOOSE, "turns": 2, "transient": 2, "lyapunov_turns": 2, "reach": 1.01},
     "stress": {"scenes": 1, "variants": ["none"], "turns": 1},
     "work_precision": {"mechanism": PAIR, "tolerances": [1e-4], "peers": [], "rounds": 0, "budget": 0.01},
     "benchmark": {"mechanism": PAIR},

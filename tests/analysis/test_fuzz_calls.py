@@ -11,6 +11,7 @@ from tests.analysis.fuzz_calls import CALLS, drawn, fault
 
 SLOW = (
     "basins",
+    "assess",
     "stress",
     "readings",
     "claims",

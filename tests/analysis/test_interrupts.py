@@ -56,6 +56,7 @@ CALLS = {
         transient=n, panels=["a"], readings=["as_printed"], n_jobs=1, **to
     ),
     "claims": lambda n, **to: jp.claims(transient=n, growth_turns=n, n_jobs=1, **to),
+    "assess": lambda n, **to: jp.assess(LOOSE, transient=n, n_jobs=1, **to),
     "stress": lambda n, **to: jp.stress(scenes=1, turns=n, max_steps=10**9, n_jobs=1, **to),
     "basins of an ensemble": lambda n, **to: basins(
         LOOSE,
@@ -72,7 +73,7 @@ ELASTIC = {
     "waveform": lambda n, **to: waveform(BENT, turns=n, **to),
     "scheme_comparison": lambda n, **to: jp.scheme_comparison(BENT, start_turn=[n], **to),
 }
-DEAR = {"stress", "basins of an ensemble", *ELASTIC}  # these compile structures of their own
+DEAR = {"assess", "stress", "basins of an ensemble", *ELASTIC}  # these compile structures of their own
 SOON = 30.0  # s: a generous limit for a machine that does much else
 
 

@@ -19,6 +19,7 @@ MECHANISMS = {  # where a test system will not do
     "claims": LINKAGE,
     "stress": {"catalog": "chunmei2002", "speed": 80.0},  # which it refuses
     "scheme_comparison": BENT,
+    "assess": LINKAGE,
 }
 NEEDED = {
     "basins": {"plane": {"y": [-1.0, 1.0], "v": [0.0, 1.0]}},

@@ -37,7 +37,10 @@ ANALYSIS = {
     "sensitivity": "turns = 40",
     "basins": "plane.y = [-1.0, 1.0]\nplane.v = [0.0, 1.0]\ntransient = 5\nturns = 4\npatience = 0",
 }
-SINGLE = {"readings", "claims", "scheme_comparison", "bifurcation", "stress", "work_precision", "benchmark"}
+SINGLE = {
+    *("readings", "claims", "scheme_comparison", "bifurcation", "assess", "stress", "work_precision"),
+    "benchmark",
+}
 ENDS = ("wall_time", "status", "trouble")
 
 

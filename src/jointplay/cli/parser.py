@@ -78,6 +78,14 @@ def build_parser() -> ArgumentParser:
         *(fresh, change),
         example="studies/quickstart.toml --set mechanism.clearance=1e-4 --out other",
     )
+    add(
+        "assess",
+        verbs.assess_mechanism,
+        _option("study", metavar="MECHANISM.toml"),
+        *(out, no_figure, jobs),
+        _changes("change one value, such as mechanism.clearance=1e-4 or analysis.reach=3"),
+        example="studies/quickstart.toml --set analysis.reach=1.5",
+    )
     sweep = "studies/bifurcation/bifurcation_clearance.toml"
     add("plan", verbs.plan_study, study, out, jobs, change, example=f"{sweep} --jobs 8")
     add("status", verbs.show_status, study, out, change, example=sweep)

@@ -64,6 +64,26 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
     return FAILED if failure else DONE
 
 
+def assess_mechanism(arguments: Namespace) -> int:
+    """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
+    from jointplay.jobs.pool import Pool
+    from jointplay.results.answers.assessment import page
+    from jointplay.study.execute import complete, resume_hint, writable
+    from jointplay.study.file import load_as
+
+    study = load_as("assess", arguments.study, arguments.set)
+    for doubt in study.record.doubts():
+        print(f"warning {doubt}", file=sys.stderr)
+    out = writable(study, arguments.out, drawn=not arguments.no_figure)
+    try:
+        with Progress(study.record.name) as progress:
+            outcome = complete(study, out, Pool.checked(arguments.jobs, "loky", None), progress, say=say)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(*resume_hint(study, out)) from None
+    say(page(outcome.dataset, arguments.study))
+    return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
 def _figure_of_run(dataset, options: dict) -> dict | None:
     """Options of the picture that a run draws; None, and a line, where a whole sweep has none."""
     from jointplay import figures

@@ -62,6 +62,19 @@ def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
     return Loaded(validate({"name": Path(path).stem} | toml_text.override(table, changes)), text)
 
 
+def load_as(kind: str, path: Path | str, changes: Iterable[str] = ()) -> Loaded:
+    """Read a study file for a study of one kind: of a file of another kind, or of none, its mechanism alone.
+
+    Parameters and errors as of `load`; the study of a mechanism alone is named after the file and the kind.
+    """
+    text = toml_text.read_text(path)
+    table = toml_text.parse(text)
+    if table.get("kind") != kind:
+        own = {"mechanism": table["mechanism"]} if "mechanism" in table else {}
+        table = {"kind": kind, "name": f"{Path(path).stem}_{kind}"} | own
+    return Loaded(validate({"name": Path(path).stem} | toml_text.override(table, changes)), text)
+
+
 def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
     """The study that a result answers, with every default filled in, and the text that it was read from."""
     origin = provenance.read(open_result(path))

@@ -219,6 +219,17 @@ def test_the_linkage_loses_stability_by_doubling():
         assert period(run.journal_x.values / clearance, 1e-3) == known
 
 
+def test_the_linkage_over_the_speed_of_its_drive():
+    """The units of the states, which go with the nominal speed, stay those of the first orbit."""
+    linkage = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
+    keywords = {"transient": 60, "step": 0.5, "max_points": 30, "branch_switching": False, "record": ()}
+    found = jp.continuation(linkage, parameter="gear_ratio", range=(2.95, 3.05), rtol=1e-10, **keywords)
+    assert [ENDS[code] for code in found["branch_end"].values[0]] == ["range", "range"]
+    last = along(found, 0, "floquet_multiplier")[-1]
+    alone = jp.periodic_orbit(linkage.replace(gear_ratio=3.05), transient=60, rtol=1e-10)
+    assert last[0] == pytest.approx(alone["floquet_multiplier"].values[0], abs=1e-7)
+
+
 def test_a_branch_that_begins_nowhere():
     found = jp.continuation(catalog.chunmei2002(), range=(2e-5, 4e-5), max_steps=3)
     assert int(found.status) == 2

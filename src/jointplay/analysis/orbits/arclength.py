@@ -53,8 +53,11 @@ class Family:
     tolerance: float
 
     def at(self, q: float, like: SectionMap) -> SectionMap:
-        """The map at a fraction q of the range, of the same section and turns as another."""
-        return replace(self.maps(self.parameter(q)), phase=like.phase, turns=like.turns)
+        """The map at a fraction q of the range, of the same section, turns and units as another.
+
+        Units that went with the parameter, as those of speeds with a drive's, would bend the branch.
+        """
+        return replace(self.maps(self.parameter(q)), phase=like.phase, turns=like.turns, units=like.scale)
 
     def parameter(self, q: float) -> float:
         """The parameter at a fraction of its range."""

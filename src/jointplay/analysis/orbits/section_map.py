@@ -86,6 +86,8 @@ class SectionMap:
         Relative tolerance of a step.
     max_steps : int, optional
         Attempted steps after which a run stops.
+    units : ndarray, optional
+        Sizes of the states, as `scale`; the model's own if left out.
     """
 
     model: Model
@@ -96,11 +98,12 @@ class SectionMap:
     plane: bool = False
     rtol: float = 1e-11
     max_steps: int | None = None
+    units: np.ndarray | None = None
 
     @cached_property
     def scale(self) -> np.ndarray:
         """Size of each state: a radian or the longest link, the nominal speed."""
-        return scales(self.model)
+        return scales(self.model) if self.units is None else self.units
 
     @cached_property
     def free(self) -> np.ndarray:

@@ -1,0 +1,221 @@
+"""Answers of assessments: one page of plain text, and its three lines."""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from xarray import Dataset
+
+from jointplay.display import codes
+from jointplay.display.number_text import plain, signed, with_error
+from jointplay.display.units import measure, shown
+
+BEGINS = {  # what the change is, where the present motion does not have the trait
+    "contact_loss": "contact is lost",
+    "doubling": "period 1 is lost",
+    "chaos": "chaos begins",
+}
+ENDS = {"contact_loss": "contact is kept", "doubling": "period 1 is reached", "chaos": "chaos ends"}
+FOUND = {"bracketed": "settled motions", "grazing": "grazing of the orbit"}
+NONE = "\N{EN DASH}"
+PLACES = 41  # values of the diagram that shows a change by brute force
+
+
+def answer(dataset: Dataset) -> str:
+    """Return the hardest worked joint, the present motion, and the nearest change of it."""
+    ratio = dataset["force_ratio"].values
+    if not np.isfinite(ratio).any():
+        return "no forces known"
+    i = int(np.nanargmax(ratio))
+    force = measure(float(dataset["peak_force"][i]), "N", 3)
+    name = _joints(dataset)[i]
+    first = f"joint forces up to {plain(ratio[i], 3)} times the ideal mechanism's: joint {name}, {force}"
+    return "\n".join([first, _motion(dataset), _nearest(dataset)])
+
+
+def page(dataset: Dataset, source: str = "MECHANISM.toml") -> str:
+    """Return the whole assessment as a page of plain text; `source` is the file in its commands."""
+    name = str(dataset.attrs.get("title") or dataset.attrs.get("study") or "assessment")
+    lines = [name, "=" * len(name), "", f"Motion: {_motion(dataset)}.", ""]
+    lines += [*_forces(dataset), "", *_contacts(dataset), "", *_changes(dataset), ""]
+    lines += [
+        "Reproduce",
+        f"  jointplay assess {source}",
+        "Check by brute force: a diagram across each change",
+    ]
+    lines += [f"  {command}" for command in commands(dataset, source)]
+    return "\n".join(lines) + "\n"
+
+
+def _joints(dataset: Dataset) -> list[str]:
+    return [str(name) for name in dataset["joint"].values]
+
+
+def _motion(dataset: Dataset) -> str:
+    """The present motion: its speed and period, or its exponent."""
+    speed = float(dataset["crank_speed"])
+    turning = f"crank at {plain(speed, 4)} rad/s ({plain(speed * 30 / math.pi, 4)} rpm)"
+    period = float(dataset["period"])
+    if not period > 0:
+        value, error = (float(dataset[f"section_{n}_per_turn"]) for n in ("exponent", "standard_error"))
+        chaotic = _present(dataset)["chaos"] == "yes"
+        what = "chaotic" if chaotic else "no period found, undecided"
+        return f"{turning}; {what}, largest exponent of the section map {signed(value, error)} per turn"
+    lost = {"yes": "contact is lost in each", "no": "contact is never lost"}
+    return f"{turning}; repeats every {_turns(period)}, {lost[_present(dataset)['contact_loss']]}"
+
+
+def _turns(period: float) -> str:
+    return "turn" if period == 1 else f"{int(period)} turns"
+
+
+def _present(dataset: Dataset) -> dict[str, str]:
+    return dict(zip(dataset["change"].values, codes.words(dataset["present"]).values, strict=True))
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Rows in columns; the first on the left, numbers on the right."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  " + "  ".join(_cells(row, widths)).rstrip() for row in rows]
+
+
+def _cells(row: Sequence[str], widths: Sequence[int]) -> Iterator[str]:
+    for i, (cell, width) in enumerate(zip(row, widths, strict=True)):
+        yield cell.ljust(width) if i == 0 else cell.rjust(width)
+
+
+def _number(value: float, error: float, factor: float = 1.0) -> str:
+    """A number with its error; to four digits where that is smaller still."""
+    value, error = factor * value, factor * error
+    if math.isnan(value):
+        return NONE
+    return with_error(value, error) if error > 1e-4 * abs(value) else f"{plain(value, 5)} ± <0.01 %"
+
+
+def _forces(dataset: Dataset) -> list[str]:
+    rows = [("joint", "clearance", "largest force (N)", "ideal mechanism (N)", "ratio")]
+    for name in _joints(dataset):
+        one = dataset.sel(joint=name)
+        pairs = [_number(float(one[n]), float(one[f"{n}_error"])) for n in ("peak_force", "ideal_peak_force")]
+        loose = float(one["clearance"]) > 0
+        clearance = measure(float(one["clearance"]), "m", 4) if loose else "ideal"
+        rows.append((name, clearance, *pairs, plain(float(one["force_ratio"]), 3)))
+    return ["Largest joint forces", *_table(rows)]
+
+
+def _contacts(dataset: Dataset) -> list[str]:
+    loose = dataset.isel(joint=dataset["clearance"].values > 0)
+    unit = shown(loose["sliding_work"].values, "J")
+    factor, symbol = (1e3, "mJ") if np.nanmax(loose["sliding_work"].values, initial=0.0) < 1 else unit[1::-1]
+    head = ("joint", "separations", "in contact", "impact speed", f"normal contact ({symbol})")
+    rows = [(*head, f"friction ({symbol})", f"sliding work ({symbol})")]
+    for name in _joints(loose):
+        one = loose.sel(joint=name)
+        share = f"{plain(100 * float(one['contact_fraction']), 4)} %"
+        count, hit = plain(float(one["separations"]), 3), float(one["impact_speed"])
+        speed = measure(hit, "m s-1", 3) if hit > 0 else NONE
+        losses = ("impact_loss", "friction_loss", "sliding_work")
+        each = (_number(float(one[n]), float(one[f"{n}_error"]), factor) for n in losses)
+        rows.append((name, count, share, speed, *each))
+    given, taken = (plain(factor * float(dataset[name]), 4) for name in ("drive_input", "joint_loss"))
+    check = f"  check: the drive puts in {given} {symbol} per turn, these joints take {taken} {symbol}"
+    title = "Contact, per turn: separations, energy lost, and normal force times sliding distance"
+    return [title, *_table(rows), f"{check} (equal where nothing else takes energy)"]
+
+
+def _value(dataset: Dataset, key: str, ratio: float, digits: int = 6) -> str:
+    one = dataset.sel(parameter=key)
+    return measure(ratio * float(one["present_value"]), str(one["parameter_units"].values), digits)
+
+
+def _changes(dataset: Dataset) -> list[str]:
+    lines = ["Where the motion changes, outward from the present value of one parameter at a time"]
+    for key in map(str, dataset["parameter"].values):
+        one = dataset.sel(parameter=key)
+        now = f"now {_value(dataset, key, 1.0, 4)}"
+        rows = [(f"{one['parameter_name'].values}, {now}", "at", "away", "between motions at", "found by")]
+        unmet = []
+        for side in ("below", "above"):
+            rows += _met(dataset, key, side)
+            unmet += _not_met(dataset, key, side)
+        lines += [*_table(rows), *(f"    {line}" for line in unmet)]
+    return lines
+
+
+def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
+    """Rows of the changes found on one side."""
+    for name in map(str, dataset["change"].values):
+        found = dataset.sel(parameter=key, side=side, change=name)
+        how = str(codes.words(found["found_by"]).values)
+        if how != "not_met":
+            kind = FOUND.get(how, how.replace("_", " "))
+            yield f"  {side}: {_words(dataset, name)}", *_place(dataset, key, found), kind
+
+
+def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
+    """A line on the changes that were not met on one side, and how far was looked."""
+    one = dataset.sel(parameter=key, side=side)
+    unmet = [_words(dataset, str(n)) for n in dataset["change"].values[one["found_by"].values == 0]]
+    status = str(codes.words(one["side_status"]).values)
+    why = "" if status == "ok" else f", where it stopped: {status}"
+    if unmet:
+        end = _value(dataset, key, float(one["limit_ratio"]), 4)
+        yield f"{side}: not met up to {end}{why}: {', '.join(unmet)}"
+
+
+def _words(dataset: Dataset, name: str) -> str:
+    """What a change is, from the present motion."""
+    return (ENDS if _present(dataset)[name] == "yes" else BEGINS)[name]
+
+
+def _place(dataset: Dataset, key: str, found: Dataset) -> tuple[str, str, str]:
+    """Value of an edge with its error, its distance, and its bracket."""
+    ratio, error = float(found["edge_ratio"]), float(found["edge_ratio_error"])
+    value = float(found["present_value"])
+    unit = shown(ratio * value, str(found["parameter_units"].values))
+    symbol = "" if unit.symbol == NONE else f" {unit.symbol}"
+    text = f"{_sharp(ratio * value * unit.factor, error * abs(value) * unit.factor)}{symbol}"
+    if key in ("gear_ratio", "speed"):
+        text += f" ({plain(abs(float(found['edge_speed'])) * 30 / math.pi, 4)} rpm)"
+    low, high = (_value(dataset, key, float(found[f"bracket_{end}"]), 5) for end in ("low", "high"))
+    return text, f"{plain(100 * abs(ratio - 1), 3)} %", f"{low} and {high}"
+
+
+def _sharp(value: float, error: float) -> str:
+    """An edge with its error, or to six digits where that is smaller."""
+    return with_error(value, error) if error > 1e-6 * abs(value) else plain(value, 6)
+
+
+def commands(dataset: Dataset, source: str) -> list[str]:
+    """Commands that run a bifurcation diagram across the changes on each side, from the present value."""
+    lines = []
+    for key in map(str, dataset["parameter"].values):
+        for side in ("below", "above"):
+            ends = dataset["edge_ratio"].sel(parameter=key, side=side).values
+            if np.isfinite(ends).any():
+                farthest = float((np.nanmin if side == "below" else np.nanmax)(ends))
+                lines.append(_command(dataset, key, side, farthest, source))
+    return lines
+
+
+def _command(dataset: Dataset, key: str, side: str, ratio: float, source: str) -> str:
+    value = float(dataset["present_value"].sel(parameter=key))
+    low, high = sorted((value, value * (1 + 1.1 * (ratio - 1))))
+    span = f"{{start={low:.6g},stop={high:.6g},num={PLACES}}}"
+    way = "down" if (side == "below") == (value > 0) else "up"
+    name = f"name={key.replace('.', '_')}_{side}"
+    settings = f"kind=bifurcation {name} figure={{}} 'analysis={{direction=\"{way}\",exponents=1}}'"
+    return f"jointplay run {source} --set {settings} 'vary.{key}={span}'"
+
+
+def _nearest(dataset: Dataset) -> str:
+    """The change nearest to the present value of its parameter."""
+    ratio = dataset["edge_ratio"].values
+    if not np.isfinite(ratio).any():
+        return "no change of the motion was met"
+    p, s, c = np.unravel_index(np.nanargmin(np.abs(ratio - 1)), ratio.shape)
+    name, key = str(dataset["change"].values[c]), str(dataset["parameter"].values[p])
+    found, words = dataset.isel(parameter=p, side=s, change=c), _words(dataset, name)
+    away = f"{plain(100 * abs(float(ratio[p, s, c]) - 1), 3)} % away"
+    at = f"{found['parameter_name'].values} {_value(dataset, key, float(ratio[p, s, c]))}"
+    return f"nearest change: {words} at {at}, {away}"

@@ -1,0 +1,131 @@
+"""Assessments: each number against another way to it; edges against motions and orbits on their two sides."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.assessment.edges import HOW, Search, edges
+from jointplay.analysis.assessment.forces import forces
+from jointplay.analysis.assessment.settled import CHANGES, Settled, plan
+from jointplay.errors import InputError
+
+LOOSE = jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
+BRIEF = plan(60, 40, 60, 1e-7, None)
+
+
+def one_side(mechanism, key, side, reach, step=0.03, how=BRIEF):
+    """What is found on one side, by change: edge, error, low, high and how."""
+    found = edges(mechanism, key, side, None, Search(reach, step, 2e-3), how)
+    assert found["status"] == 0
+    rows = (found[name] for name in ("edge", "error", "low", "high", "how"))
+    return {name: row for name, *row in zip(CHANGES, *rows, strict=True)}, found["limit"]
+
+
+def described(period, **more):
+    values = {"period": ((), period), "contact_fraction": (("joint",), [1.0, 1.0])} | more
+    return Settled(None, None, values).traits
+
+
+def exponent(value, error, follows):
+    names = ("section_exponent_per_turn", "section_standard_error_per_turn", "section_batch_correlation")
+    given = zip(names, (value, error, follows), strict=True)
+    return {name: (("multiplier",), [each]) for name, each in given}
+
+
+def test_a_motion_is_chaotic_only_without_period_and_by_three_errors():
+    assert described(1) == {"contact_loss": False, "doubling": False, "chaos": False}
+    assert described(2)["doubling"]
+    assert described(1, contact_fraction=(("joint",), [1.0, 0.99]))["contact_loss"]
+    assert described(0, **exponent(1.0, 0.32, 0.1))["chaos"]
+    assert not described(0, **exponent(1.0, 0.34, 0.1))["chaos"]
+    assert not described(0, **exponent(1.0, 0.1, 0.4))["chaos"]
+    assert not described(3, **exponent(1.0, 0.1, 0.1))["chaos"]
+
+
+@pytest.mark.parametrize("way", [-1, 1])
+@pytest.mark.parametrize("begin", [2.9e-5, -40.0])
+def test_values_reach_from_the_present_one_in_even_steps_no_longer_than_asked(way, begin):
+    values = Search(2.0, 0.01, 1e-3).values(begin, way)
+    every = np.array([begin, *values])
+    assert every[-1] == pytest.approx(begin * 2.0**way)
+    ratios = (every[1:] / every[:-1]) ** way
+    assert ratios == pytest.approx(ratios[0])
+    assert 1.009 < ratios[0] <= 1.01
+
+
+def test_the_edge_of_contact_is_where_the_separation_ends():
+    """Against motions at a tighter tolerance a thousandth beside it."""
+    found, limit = one_side(LOOSE, "joints.B.clearance", "below", 1.4)
+    edge, error, low, high, how = found["contact_loss"]
+    assert HOW[int(how)] == "grazing"
+    assert error < 1e-6 * edge
+    assert low <= edge <= high
+    assert high - low < 0.01 * edge
+    beside = {"joints.B.clearance": [0.999 * edge, 1.001 * edge]}
+    sweep = jp.bifurcation(LOOSE, over=beside, turns=20, transient=100, rtol=1e-8, n_jobs=1)
+    assert sweep["separations"].values.ravel().tolist() == [0.0, 1.0]
+    assert np.isnan(found["chaos"][0])
+    assert limit == pytest.approx(2.9e-5 / 1.4)
+
+
+def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
+    """Over the gear ratio, which changes the nominal speed; against orbits found beside it."""
+    found, _ = one_side(LOOSE.replace(gear_ratio=3.5), "gear_ratio", "above", 1.05)
+    edge, error, low, high, how = found["doubling"]
+    assert HOW[int(how)] == "period_doubling"
+    assert error < 1e-6 * edge
+    assert low <= edge <= high
+    for factor, stable in ((1 - 1e-4, 1), (1 + 1e-4, 0)):
+        orbit = jp.periodic_orbit(LOOSE.replace(gear_ratio=factor * edge), rtol=1e-10)
+        assert int(orbit["stable"]) == stable
+        assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
+
+
+def test_a_chaotic_motion_stays_so_as_it_is_carried_on():
+    """Beside 0.29 mm, where the motion is chaotic, there is no edge within a percent."""
+    found, limit = one_side(LOOSE.replace(clearance=2.9e-4), "joints.B.clearance", "above", 1.01, 0.01)
+    assert limit == pytest.approx(1.01 * 2.9e-4)
+    assert np.isnan([found[name][0] for name in CHANGES]).all()
+
+
+def test_forces_and_losses_are_those_of_other_runs():
+    found = forces(LOOSE, None, 4, BRIEF)
+    names = found["names"]
+    drive, taken = found["drive_input"], float(found["impact_loss"][0] + found["friction_loss"][0])
+    assert drive == pytest.approx(taken, rel=1e-3)  # the energy balance, by two ends of the linkage
+    turn = jp.simulate(
+        LOOSE, turns=1, transient=60, samples_per_turn=8192, record=("normal_force", "reaction")
+    )
+    own = {name: float(turn["reaction"].sel(pin=name).max()) for name in turn["pin"].values}
+    own["B"] = float(turn["normal_force"].max())
+    for name, peak, error in zip(names, found["peak"], found["peak_error"], strict=True):
+        assert peak == pytest.approx(own[name], abs=3 * error + 2e-3 * peak)
+    assert found["impact_speed"][0] == pytest.approx(8.633e-3, rel=0.05)
+    assert found["sliding_work"][0] * LOOSE.joints[2].friction.coefficient == pytest.approx(
+        found["friction_loss"][0], rel=1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("changes", "keywords", "key"),
+    [
+        ({"clearance": 0.0}, {}, "mechanism.joints"),
+        ({"drive": None}, {}, "mechanism.drive"),
+        ({}, {"along": ["joints.Q.clearance"]}, "along.joints.Q.clearance"),
+        ({}, {"along": []}, "along"),
+        ({}, {"along": ["gear_ratio", "gear_ratio"]}, "along"),
+        ({}, {"along": ["speed"]}, "along[0]"),
+        ({}, {"along": ["joints.C.clearance"]}, "along[0]"),
+        ({"clearance": {"B": 1e-5, "C": 1e-5}}, {"along": ["clearance"]}, "along[0]"),
+        ({}, {"reach": 1.0}, "reach"),
+    ],
+)
+def test_what_cannot_be_assessed_is_refused(changes, keywords, key):
+    with pytest.raises(InputError) as caught:
+        jp.assess(LOOSE.replace(**changes), **keywords)
+    assert [problem.key for problem in caught.value.problems] == [key]
+
+
+def test_a_test_system_is_refused():
+    with pytest.raises(InputError, match="a linkage is accepted"):
+        jp.assess(jp.catalog.impact_pair(3.0, 0.8))

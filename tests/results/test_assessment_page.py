@@ -1,0 +1,89 @@
+"""The page of an assessment: every number of it, in units and words; the commands on it run."""
+
+import re
+import shlex
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.results.answers.assessment import answer, commands, page
+from jointplay.study.file import load
+from tests.figures.support.synthetic_assessment import assessment
+
+
+def test_forces_stand_by_their_joints_though_the_answers_order_them_otherwise():
+    found = assessment()
+    assert found["joint"].values.tolist() == ["O", "A", "B", "C"]
+    assert found["peak_force"].values.tolist() == [22.0, 24.0, 20.0, 26.0]  # of B, O, A, C
+    assert found["ideal_peak_force"].values.tolist() == [10.0, 11.0, 12.0, 13.0]
+    assert found["force_ratio"].values == pytest.approx([2.2, 24 / 11, 20 / 12, 2.0])
+    assert np.isnan(found["separations"].values).tolist() == [True, True, False, True]
+
+
+def test_the_page_says_each_number_with_its_error():
+    text = page(assessment().assign_attrs(title="My press"), "press.toml")
+    lines = [re.sub(" +", " ", line.strip()) for line in text.splitlines()]
+    assert lines[0] == "My press"
+    assert "Motion: crank at 62.83 rad/s (600 rpm); repeats every turn, contact is lost in each." in lines
+    assert "O ideal 22.00 ± 0.10 10.00 ± 0.10 2.2" in lines
+    assert "B 200 µm 20.00 ± 0.10 12.00 ± 0.10 1.67" in lines
+    assert "B 2 90 % 50 mm/s 10.00 ± 0.10 20.00 ± 0.10 400.00 ± 0.10" in lines
+    assert any("the drive puts in 30 mJ per turn, these joints take 30 mJ" in line for line in lines)
+    assert "jointplay assess press.toml" in lines
+
+
+def test_the_page_says_where_the_motion_changes_and_where_not():
+    lines = [re.sub(" +", " ", line.strip()) for line in page(assessment()).splitlines()]
+    grazing = "below: contact is kept 150.00 ± 0.15 µm 25 % 148.5 µm and 151.5 µm grazing of the orbit"
+    assert grazing in lines
+    assert "below: not met up to 100 µm: period 1 is lost, chaos begins" in lines
+    doubled = "above: period 1 is lost 260.00 ± 0.26 µm 30 % 257.4 µm and 262.6 µm period doubling"
+    assert doubled in lines
+    assert "above: not met up to 300 µm, where it stopped: step_limit: contact is kept" in lines
+    assert any(line.startswith("above: chaos begins 4.5000 ± 0.0045 (") for line in lines)
+    assert any("rpm) 33.3 % 3.96 and 4.04 fold" in line for line in lines)
+
+
+def test_three_lines_say_the_hardest_joint_the_motion_and_the_nearest_change():
+    first, second, third = answer(assessment()).splitlines()
+    assert first == "joint forces up to 2.2 times the ideal mechanism's: joint O, 22 N"
+    assert second.endswith("repeats every turn, contact is lost in each")
+    assert third == "nearest change: contact is kept at radial clearance of joint B 150 µm, 25 % away"
+    assert str(jp.summary(assessment())) == answer(assessment())
+
+
+def test_a_chaotic_motion_is_told_by_its_exponent():
+    more = {"section_exponent_per_turn": 1.5, "section_standard_error_per_turn": 0.07}
+    text = page(assessment(period=0, traits=np.array([1, 1, 1]), **more))
+    assert "chaotic, largest exponent of the section map +1.500 ± 0.070 per turn" in text
+    assert "chaos ends" in text
+    assert "chaos begins" not in text
+    assert "undecided" in page(assessment(period=0, traits=np.array([1, 1, 0]), **more))
+
+
+def test_a_page_of_a_motion_that_failed_says_so():
+    found = assessment({"status": 2, "trouble": "step_limit"})
+    assert answer(found) == "no forces known"
+    assert "stopped early: step_limit" in str(jp.summary(found))
+    assert "\N{EN DASH}" in page(found)
+
+
+def test_the_commands_on_the_page_are_studies(tmp_path):
+    source = tmp_path / "crank.toml"
+    source.write_text(
+        'kind = "assess"\n[mechanism]\ncatalog = "chunmei2002"\nclearance = 2e-4\n[analysis]\nreach = 3\n'
+    )
+    given = commands(assessment(), str(source))
+    assert len(given) == 3
+    for command in given:
+        words = shlex.split(command)
+        assert words[:2] == ["jointplay", "run"]
+        study = load(words[2], words[4:]).record
+        (values,) = ([*each] for each in study.keywords()["over"].values())
+        assert study.kind == "bifurcation"
+        assert len(values) == 41
+    below = load(str(source), shlex.split(given[0])[4:]).record.keywords()
+    (values,) = below["over"].values()
+    assert below["direction"] == ("down",)
+    assert min(values) < 1.5e-4 < max(values) == pytest.approx(2e-4)
