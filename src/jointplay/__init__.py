@@ -42,6 +42,7 @@ _HOME = {
     "run": "study.in_python",
     "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",
+    "report": "pages.report",
     "InputError": "errors",
     "ModelWarning": "errors",
     "catalog": "mechanism.catalog:",

@@ -85,6 +85,8 @@ def build_parser() -> ArgumentParser:
         _option("--out", metavar="FILE", help="default: PDF and PNG beside the result"),
         _changes("an option of the figure, such as joint=B"),
     )
+    page = _option("--out", metavar="PAGE.html", help="default: beside the result")
+    add("report", verbs.report_result, result, page, example="results/quickstart.nc --out quickstart.html")
     add(
         "export",
         verbs.export_result,
