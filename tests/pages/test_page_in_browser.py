@@ -56,6 +56,23 @@ def click(browser, x, y):
     action.perform()
 
 
+def drag(browser, steps):
+    """Drag the first chart to and fro, as with a mouse, a step in a fiftieth of a second."""
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    x, y = browser.execute_script(
+        f"""const box = Bokeh.index.find_one((() => {{ {CHART} }})()).el.getBoundingClientRect();
+        return [box.left + box.width / 2, box.top + box.height / 2]"""
+    )
+    action = ActionChains(browser, duration=20)
+    pointer = action.w3c_actions.pointer_action
+    pointer.move_to_location(round(x), round(y)).pointer_down()
+    for step in range(steps):
+        pointer.move_to_location(round(x + 40 * (step % 2) - 20), round(y))
+    pointer.pointer_up()
+    action.perform()
+
+
 def text(browser, element):
     return browser.execute_script(f"return document.getElementById('{element}').textContent")
 
@@ -92,13 +109,12 @@ def test_a_click_shows_the_point_that_is_nearest_and_how_to_compute_it_again(chr
     click(chromium, 0.97e6 * float(wanted.clearance), 20.0)
     until(chromium, "return location.hash === '#cell=3'")
     assert f"vary.clearance=[{float(wanted.clearance)!r}]" in text(chromium, "cell-command")
-    assert "292.201" in text(chromium, "cell-title")
+    assert "Radial clearance 292.201 µm" in text(chromium, "cell-title")
     shown = chromium.execute_script("return jointplay.model('cell0').data.y")
     np.testing.assert_allclose(shown, 1e6 * wanted.journal_x.values.ravel(), rtol=1e-6)
     rows = chromium.execute_script("return document.getElementById('cell-numbers').innerText").splitlines()
     assert rows[0].split() == ["up", "down"]
-    periods = [f"{each}" for each in wanted.period.values]
-    assert ["Period", *periods] in [row.split() for row in rows]
+    assert "Period\t2\tnone found" in rows
     assert drawing(chromium)[0] != before  # a line stands at the point
     assert complaints(chromium) == []
 
@@ -139,6 +155,7 @@ def test_dark_and_light(chromium, page):
     assert drawing(chromium)[1] == [22, 24, 27, 255]
 
 
+@pytest.mark.long
 def test_the_mechanism_moves_where_its_angles_say(chromium, tmp_path):
     path, _ = jp.report(
         turning(), tmp_path / "motion.html", mechanism=jp.catalog.chunmei2002(clearance=2.9e-4)
@@ -178,19 +195,23 @@ def test_a_hundred_thousand_points_are_drawn_and_moved(chromium, tmp_path):
         )
         == 100_000
     )
-    frames = chromium.execute_async_script(
-        """const done = arguments[0], chart = Bokeh.documents[0].get_model_by_name('chart0');
-        const end = performance.now() + 2000, start = chart.x_range.start;
-        let frames = 0;
-        const move = (now) => {
-          if (now > end) { done(frames); return; }
-          chart.x_range.start = start * (1 + 0.1 * Math.sin(++frames));
-          requestAnimationFrame(move);
-        };
-        requestAnimationFrame(move)"""
+    chromium.execute_script(
+        f"""const chart = (() => {{ {CHART} }})();
+        chart.toolbar.tools.find((tool) => tool.type === 'PanTool').active = true;
+        let before = chart.x_range.start;
+        window.frames_with_motion = 0;
+        const look = () => {{
+          frames_with_motion += chart.x_range.start !== before;
+          before = chart.x_range.start;
+          requestAnimationFrame(look);
+        }};
+        look();"""
     )
-    print(json.dumps({"points": 100_000, "frames_per_second": frames / 2}))
-    assert frames > 0
+    begun = monotonic()
+    drag(chromium, steps=40)
+    frames, seconds = chromium.execute_script("return frames_with_motion"), monotonic() - begun
+    print(json.dumps({"points": 100_000, "frames": frames, "per_second": round(frames / seconds, 1)}))
+    assert frames > 5
     assert complaints(chromium) == []
 
 

@@ -11,13 +11,16 @@ import xarray as xr
 import jointplay as jp
 from jointplay import figures
 from jointplay.cli import main
-from jointplay.pages import cells, moving, packed, panels, report, thin
+from jointplay.pages import cells, moving, packed, panels, report, texts, thin
 from jointplay.results.store import write_result
+from jointplay.study.file import validate
+from jointplay.study.toml_text import parse
 from tests.figures.support.synthetic import response, section
 from tests.figures.test_pictures import PICTURES
 from tests.pages.samples import diagram, turning
 
 TABLES = ("claims", "readings")  # figures without axes
+SOON = ("overview", "bifurcation", "basins", "work_precision")  # between them they have every sort of mark
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +38,9 @@ def values(array):
     return np.frombuffer(b64decode(array["bytes"]), array["type"]).reshape(array["shape"])
 
 
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize(
+    "name", [name if name in SOON else pytest.param(name, marks=pytest.mark.long) for name in PICTURES]
+)
 def test_every_kind_of_figure_becomes_live_and_nothing_is_left_out(name):
     dataset, options = PICTURES[name]()
     found = panels.panels(figures.draw(dataset, options), dataset, [], 0, 100_000)
@@ -174,3 +179,23 @@ def test_the_command_writes_the_page_beside_the_result(tmp_path, capsys):
     assert capsys.readouterr().out.splitlines() == [f"written {path}" for path in written]
     assert all(path.exists() for path in written)
     assert main(["report", str(result), "--out", str(tmp_path / "one.txt")]) == 2
+
+
+def test_a_run_that_changed_its_study_is_told_with_the_values_that_it_had():
+    text = 'kind = "response"\n[mechanism]\ncatalog = "duffing"\namplitude = 0.3\n[analysis]\nturns = 4\n'
+    study = validate({"name": "s"} | parse(text)).model_dump(mode="json")
+    record = {"study": study, "study_text": text, "software": {}, "environment": {}}
+    assert texts.changes(record) == []
+    assert "jointplay run s.toml" in texts.again(record)
+    study["analysis"]["turns"] = 6
+    assert texts.changes(record) == ["analysis.turns = 6"]
+    assert "jointplay run s.nc --out again" in texts.again(record)
+    assert "analysis.turns = 6" in texts.again(record)
+    assert texts.changes(record | {"study_text": "kind = "}) is None
+
+
+def test_a_run_too_short_for_its_picture_has_a_page_that_says_so(tmp_path):
+    short = section(0)
+    short.attrs["provenance"] = json.dumps({"study": {"figure": {"kind": "poincare_section", "x": "none"}}})
+    (path, _) = jp.report(short, tmp_path / "short.html")
+    assert "The usual picture cannot be drawn: figure.x" in path.read_text(encoding="utf-8")

@@ -48,7 +48,7 @@ if (jointplay.data.cells) {
       const texts = each.map((at) => written(row, values[r][at], values[r][at]));
       if (texts.some((text) => text !== "–" && text !== "")) table.append(line(row.label, texts, "td"));
     });
-    const at = place.map((i, k) => parameters[k].label.replace(/\((.*)\)$/, "") + "= " + Number(parameters[k].values[i].toPrecision(6)) + " " + (/\((.*)\)$/.exec(parameters[k].label) || ["", ""])[1]);
+    const at = place.map((i, k) => `${parameters[k].title} ${Number(parameters[k].values[i].toPrecision(6))} ${parameters[k].unit}`);
     element("cell-title").textContent = at.join(", ");
     jointplay.say(at.join(", "));
   }

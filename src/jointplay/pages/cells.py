@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from xarray import DataArray, Dataset
 
+from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, cell_quantity, select, sweep_axes
 from jointplay.pages import packed, texts, thin
 
 KEY = re.compile(r"[\w.\[\]-]+")  # of a parameter: others cannot stand in a command
+WORDS = {"period": {"0": "none found", "-1": "not known"}}  # of numbers that are none
 FEW = 8  # entries along a dimension that are numbers of their own, not points of a curve
 ROWS = 60  # numbers of a cell
 STORED = 400_000  # values of all cells' points and curves, 2 MB of a page
@@ -60,10 +62,10 @@ def axis(dataset: Dataset, name: str, keys: list[str]) -> dict[str, Any]:
     """Return the values of a parameter, stored and as its axis shows them, and its key in a study."""
     values, unit = artists.displayed(dataset[name])
     key = next((key for key in keys if key.rpartition(".")[2] == name and KEY.fullmatch(key)), "")
-    label = artists.axis_label(dataset[name], unit)
-    log = sweep_axes.is_log(dataset[name].values)
-    stored = dataset[name].values.tolist()
-    return {"name": name, "label": label, "values": values.tolist(), "stored": stored, "key": key, "log": log}
+    symbol = "" if unit.symbol == PLAIN["1"] else unit.symbol
+    words = {"name": name, "title": select.title(dataset[name]), "unit": symbol, "key": key}
+    stored, log = dataset[name].values.tolist(), sweep_axes.is_log(dataset[name].values)
+    return words | {"values": values.tolist(), "stored": stored, "log": log}
 
 
 def rows(dataset: Dataset, grid: list[str]) -> Iterator[dict[str, Any]]:
@@ -84,6 +86,7 @@ def entries(array: DataArray, grid: list[str]) -> Iterator[dict[str, Any]]:
         one = flat.isel(dict(zip(own, place, strict=True)))
         which = [str(one[dim].values) for dim in own if dim in one.coords and array.sizes[dim] > 1]
         flags = {str(code): word.replace("_", " ") for code, word in select.flags(array).items()}
+        flags = flags or WORDS.get(str(array.name), {})
         label = ", ".join([select.title(array), *which])
         yield {
             "label": label,

@@ -99,7 +99,8 @@ const jointplay = (() => {
       Legend: { background_fill_color: paper, label_text_color: ink, border_line_color: rule },
       ColorBar: { background_fill_color: paper, title_text_color: ink, major_label_text_color: ink },
     };
-    const axis = { axis_label_text_color: ink, major_label_text_color: ink, axis_line_color: ink };
+    const axis = { axis_label_text_color: ink, major_label_text_color: ink };
+    ["axis", "major_tick", "minor_tick"].forEach((part) => { axis[part + "_line_color"] = ink; });
     for (const model of models._all_models.values()) {
       const look = looks[model.type] || (model.type.endsWith("Axis") ? axis : null);
       if (look) model.setv(look);

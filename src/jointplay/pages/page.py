@@ -59,7 +59,7 @@ def embedded(charts: list[Any]) -> tuple[str, tuple[str, ...], str]:
         document.add_root(chart)
     document.js_on_event(DocumentReady, CustomJS(code="jointplay.start()"))
     script, divs = components(charts)
-    return script, divs, Resources(mode="inline", components=["bokeh", "bokeh-gl"]).render_js()
+    return script, divs, Resources(mode="inline", components=["bokeh"]).render_js()
 
 
 def own(name: str) -> str:

@@ -11,6 +11,7 @@ from bokeh.models import FixedTicker, HoverTool, Range1d
 from bokeh.plotting import figure as new_chart
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator
@@ -115,13 +116,14 @@ def chart_of(ax: Axes, name: str, columns: int, ranges: dict[Any, Range1d]) -> A
         height=max(LEAST, round(HEIGHT * size) + 60),
         tools=TOOLS,
         active_drag="box_zoom",
-        output_backend="webgl",
+        lod_timeout=300,
         x_axis_label=labels["x"],
         y_axis_label=labels["y"],
         title=words(" ".join(filter(None, map(ax.get_title, ("left", "center", "right"))))),
         **given,
     )
     chart.toolbar.logo = None
+    chart.grid.visible = not any(isinstance(each, QuadMesh) for each in ax.collections)
     for which, axis in (("x", chart.xaxis[0]), ("y", chart.yaxis[0])):
         ticks(getattr(ax, f"{which}axis"), axis)
     return chart

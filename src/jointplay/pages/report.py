@@ -43,7 +43,7 @@ class Content:
     cells, motion : dict or None
         Of a sweep; of a response.
     note : str
-        Why there is no motion.
+        Why there is no motion, or not the usual picture.
     """
 
     dataset: Dataset
@@ -110,29 +110,32 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
     """Gather what the page of a result shows."""
     origin = provenance.read(dataset)
     study = origin.get("study") if isinstance(origin.get("study"), dict) else {}
-    if mechanism is None and "links" in (study.get("mechanism") or {}):
-        mechanism = build_mechanism(study["mechanism"])
+    with suppress(InputError):  # another version's record: a page without motion, which it says
+        mechanism = mechanism or build_mechanism(study.get("mechanism"))
     found = cells.cells(dataset, study)
-    motion, note = moving.moving(dataset, mechanism)
-    return Content(dataset, origin, pictures(dataset), found, motion, note)
+    motion, note = moving.moving(dataset, mechanism if isinstance(mechanism, Mechanism) else None)
+    drawn, trouble = pictures(dataset)
+    return Content(dataset, origin, drawn, found, motion, " ".join(filter(None, (note, trouble))))
 
 
-def pictures(dataset: Dataset) -> dict[str, Any]:
-    """Return the figures that can be drawn of a result: as its study asks, then the others of its kind."""
+def pictures(dataset: Dataset) -> tuple[dict[str, Any], str]:
+    """Return the figures that can be drawn of a result, and why that which its study asks for cannot."""
     options = figure_options(dataset)
     if "swept" in dataset.attrs:
         whole = figures.of_sweep(dataset, options)
-        return {"sweep": figures.draw(dataset, whole)} if whole else {}
-    kinds = suited_to(dataset.attrs.get("kind"))
-    if not kinds:
-        return {}
-    first = options.get("kind") or figures.usual_kind(dataset)
-    found = {first: figures.draw(dataset, options)}
+        return ({"sweep": figures.draw(dataset, whole)} if whole else {}), ""
+    kinds, found, trouble = suited_to(dataset.attrs.get("kind")), {}, ""
+    try:
+        first = options.get("kind") or figures.usual_kind(dataset)
+        found[first] = figures.draw(dataset, options)
+    except InputError as error:
+        trouble = f"The usual picture cannot be drawn: {error}." if kinds else ""
     for kind in kinds[:MOST]:
         with suppress(InputError):  # this result lacks what that figure needs
             found |= {} if kind in found else {kind: figures.draw(dataset, {"kind": kind})}
     maps = {kind: each for kind, each in found.items() if any(map(is_map, each.axes))}
-    return maps if maps and len(cells.parameters(dataset)) > 1 else found  # one row of a map says less
+    one_row = maps and len(cells.parameters(dataset)) > 1  # says less than the map
+    return (maps if one_row else found), trouble
 
 
 def is_map(ax: Any) -> bool:

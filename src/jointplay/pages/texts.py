@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import shlex
+from collections.abc import Iterator
 from html import escape
 from itertools import product
 from typing import Any
@@ -12,7 +14,10 @@ from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import measure
+from jointplay.errors import NOTHING, InputError, join
 from jointplay.figures.drawing import select
+from jointplay.study import toml_text
+from jointplay.study.file import validate
 
 ENTRIES = 12  # of a variable, that are numbers to be read
 LONGEST = 300  # characters of a number or text
@@ -57,11 +62,46 @@ def origin(record: dict[str, Any]) -> str:
     about |= {str(key): str(value) for key, value in environment.items()}
     about["digest of the kernels"] = str(record.get("kernel_digest", ""))
     rows = "".join(row(name, value) for name, value in about.items())
-    name = file_name(record)
-    again = copied("again", f"jointplay run {shlex.quote(name)}")
-    text = copied("study", str(record.get("study_text", "")))
-    words = f"<p>Save the study as <code>{escape(name)}</code>; this computes the result again:</p>"
-    return f'<div class="wide"><table>{rows}</table></div>{words}{again}<p>The study:</p>{text}'
+    study = copied("study", str(record.get("study_text", "")))
+    return f'<div class="wide"><table>{rows}</table></div>{again(record)}<p>The study:</p>{study}'
+
+
+def again(record: dict[str, Any]) -> str:
+    """Return how to compute a result again: by its study, or by itself where the run had changed that."""
+    name, changed = file_name(record), changes(record)
+    if changed == []:
+        words = f"Save the study as <code>{escape(name)}</code>; this computes the result again:"
+        return f"<p>{words}</p>{copied('again', f'jointplay run {shlex.quote(name)}')}"
+    words = "This version does not accept the study as it stands here, or it is not all of it."
+    if changed:
+        listed = "; ".join(changed[:ENTRIES]) + (" and more" if changed[ENTRIES:] else "")
+        words = f"The run had other values than the study: {listed}."
+    words = f"{words} The result itself knows what was run; beside it, this computes it again:"
+    result = name.removesuffix(".toml") + ".nc"
+    return f"<p>{escape(words)}</p>{copied('again', f'jointplay run {shlex.quote(result)} --out again')}"
+
+
+def changes(record: dict[str, Any]) -> list[str] | None:
+    """Return by what a run differs from the text of its study, as ``analysis.turns = 6``; None if unknown."""
+    try:
+        table = toml_text.parse(str(record.get("study_text", "")))
+        written = validate({"name": record["study"]["name"]} | table).model_dump(mode="json")
+        before, after = dict(leaves(written)), dict(leaves(record["study"]))
+    except (InputError, KeyError, TypeError):
+        return None
+    return [
+        f"{key} = {json.dumps(value)}" for key, value in after.items() if before.get(key, NOTHING) != value
+    ]
+
+
+def leaves(node: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the paths and values of what tables and lists hold."""
+    if isinstance(node, dict | list):
+        pairs = node.items() if isinstance(node, dict) else ((f"[{i}]", each) for i, each in enumerate(node))
+        for key, each in pairs:
+            yield from leaves(each, join(path, str(key)))
+    else:
+        yield path, node
 
 
 def file_name(record: dict[str, Any]) -> str:
