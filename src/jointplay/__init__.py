@@ -43,6 +43,7 @@ _HOME = {
     "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",
     "animate": "results.animate",
+    "report": "pages.report",
     "InputError": "errors",
     "ModelWarning": "errors",
     "catalog": "mechanism.catalog:",

@@ -117,6 +117,8 @@ def build_parser() -> ArgumentParser:
         _changes("an option: joint=B, turns=1, seconds=6 (of a turn), rate=25 (frames a second), frames=8"),
         example="results/quickstart.nc --out quickstart.gif --set turns=1",
     )
+    page = _option("--out", metavar="PAGE.html", help="default: beside the result")
+    add("report", verbs.report_result, result, page, example="results/quickstart.nc --out quickstart.html")
     add(
         "export",
         verbs.export_result,

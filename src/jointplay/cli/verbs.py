@@ -235,6 +235,17 @@ def _targets(out: str | None, result: Path) -> list[Path]:
     return [stem] if out and stem.suffix else [stem.with_suffix(end) for end in (".pdf", ".png")]
 
 
+def report_result(arguments: Namespace) -> int:
+    """Write a stored result as one HTML page that opens without a network, and a PNG file beside it."""
+    from jointplay.pages.report import report
+    from jointplay.results.store import open_result
+
+    target = arguments.out or Path(arguments.result).with_suffix(".html")
+    for path in report(open_result(arguments.result), target):
+        print(f"written {path}")
+    return DONE
+
+
 def export_result(arguments: Namespace) -> int:
     """Write a stored result for other programs: MATLAB (.mat) or a table (.csv)."""
     from jointplay.results.export import export

@@ -1,0 +1,173 @@
+"""The HTML of a page: Bokeh's charts, the page's own script and style, and the data, in one text."""
+
+from __future__ import annotations
+
+import base64
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import Any
+
+from bokeh.document import Document
+from bokeh.embed import components
+from bokeh.events import DocumentReady, RangesUpdate, Reset, Tap
+from bokeh.models import ColumnDataSource, CustomJS, Range1d, Span
+from bokeh.plotting import figure as new_chart
+from bokeh.resources import Resources
+
+from jointplay.display.units import measure
+from jointplay.pages import cells, packed, panels, texts, thin
+from jointplay.results.summary import Summary
+
+SELECTED = "#d55e00"
+SCRIPTS = ("page.js", "cells.js", "motion.js")
+
+
+def html(content: Any, answer: Summary, *still: Path) -> str:
+    """Return the page of a `report.Content` with its answer and still pictures."""
+    live = charts(content)
+    detail = cell_charts(content.cells["charts"]) if content.cells else []
+    script, divs, library = embedded([*(panel.chart for _, panel in live), *detail])
+    data = {"cells": content.cells, "motion": content.motion}
+    data["panels"] = [{"over": panel.over, "factors": panel.factors} for _, panel in live]
+    seen = "".join(map(picture, still))
+    return Template(own("page.html")).substitute(
+        title=escape(str(content.dataset.attrs.get("title") or answer.title)),
+        kind=escape(answer.title),
+        answer=escape("\n".join(answer.lines)),
+        style=own("page.css"),
+        still=seen,
+        live=sections(live, divs) if live else seen,
+        cell=cell_section(content, divs[len(live) :]),
+        motion=motion_section(content),
+        numbers=texts.numbers(content.dataset, cells.parameters(content.dataset)),
+        origin=texts.origin(content.origin),
+        data=packed.text(data),
+        library=library,
+        script="\n".join(map(own, SCRIPTS)),
+        charts=script,
+    )
+
+
+def embedded(charts: list[Any]) -> tuple[str, tuple[str, ...], str]:
+    """Return the script that draws charts and begins the page, their places, and the library they need."""
+    if not charts:
+        return "<script>jointplay.start()</script>", (), ""
+    document = Document()
+    for chart in charts:
+        document.add_root(chart)
+    document.js_on_event(DocumentReady, CustomJS(code="jointplay.start()"))
+    script, divs = components(charts)
+    return script, divs, Resources(mode="inline", components=["bokeh"]).render_js()
+
+
+def own(name: str) -> str:
+    """Return a file of the page that lies beside this one."""
+    return files("jointplay.pages").joinpath(name).read_text(encoding="utf-8")
+
+
+def charts(content: Any) -> list[tuple[str, panels.Panel]]:
+    """Return the live charts, each with the kind of its figure, and let them tell the page what is done."""
+    known = [*cells.parameters(content.dataset), *(["time"] if content.motion else [])]
+    most = thin.limit([size for each in content.figures.values() for size in panels.samples(each)])
+    found: list[tuple[str, panels.Panel]] = []
+    for kind, figure in content.figures.items():
+        made = panels.panels(figure, content.dataset, known, len(found), most)
+        found += [(kind, panel) for panel in made]
+    for number, (_, panel) in enumerate(found):
+        ready(panel, number)
+    return found
+
+
+def ready(panel: panels.Panel, number: int) -> None:
+    """Let a chart tell of clicks and changed ranges, and give it the lines of what is selected."""
+    panel.chart.js_on_event(Tap, CustomJS(code=f"jointplay.tapped({number}, cb_obj.x, cb_obj.y)"))
+    for event in (RangesUpdate, Reset):
+        panel.chart.js_on_event(event, CustomJS(code="jointplay.zoomed()"))
+    for which, over, dimension in zip("xy", panel.over, ("height", "width"), strict=True):
+        if over:
+            look = {"line_color": SELECTED, "line_width": 1.5, "visible": False, "location": 0}
+            panel.chart.add_layout(Span(name=f"mark{number}{which}", dimension=dimension, **look))
+
+
+def cell_charts(given: list[dict[str, Any]]) -> list[Any]:
+    """Return the charts of a selected cell, empty."""
+    found = []
+    for number, one in enumerate(given):
+        chart = new_chart(
+            height=300,
+            sizing_mode="stretch_width",
+            tools=panels.TOOLS,
+            name=f"cell-chart{number}",
+            x_range=Range1d(0, 1),
+            y_range=Range1d(0, 1),
+            x_axis_label=one["x_label"],
+            y_axis_label=one["y_label"],
+        )
+        chart.toolbar.logo = None
+        source = ColumnDataSource({"x": [], "y": [], "colour": []}, name=f"cell{number}")
+        if one["joined"]:
+            chart.line("x", "y", source=source)
+        else:
+            chart.scatter("x", "y", color="colour", size=3, source=source)
+        found.append(chart)
+    return found
+
+
+def sections(live: list[tuple[str, panels.Panel]], divs: tuple[str, ...]) -> str:
+    """Return the charts, those of a figure on one grid, with notes of what they leave out."""
+    found = []
+    for kind in dict.fromkeys(kind for kind, _ in live):
+        pairs = [(panel, div) for (other, panel), div in zip(live, divs, strict=False) if other == kind]
+        boxes = (f'<div class="chart" style="grid-column: span {p.columns}">{div}</div>' for p, div in pairs)
+        notes = dict.fromkeys(note for panel, _ in pairs for note in panel.notes)
+        said = f'<p class="note">{escape("; ".join(notes))}.</p>' if notes else ""
+        head = escape(kind.replace("_", " ").capitalize())
+        found.append(f'<section><h2>{head}</h2><div class="charts">{"".join(boxes)}</div>{said}</section>')
+    return "".join(found)
+
+
+def picture(path: Path) -> str:
+    """Return a picture inside the page."""
+    return (
+        f'<img alt="The result" src="data:image/png;base64,{base64.b64encode(path.read_bytes()).decode()}">'
+    )
+
+
+def cell_section(content: Any, divs: tuple[str, ...]) -> str:
+    """Return the place where a selected cell is shown."""
+    if not content.cells:
+        return ""
+    runs = all(each["key"] for each in content.cells["parameters"])
+    again = f"<p>With the study below, this computes the point again:</p>{texts.copied('cell-command', '')}"
+    boxes = "".join(f'<div class="chart" style="grid-column: span 6">{div}</div>' for div in divs)
+    return f"""
+<p class="note">A click in a diagram, or the arrow keys, select a point: it is shown here.</p>
+<section id="cell" hidden><h2 id="cell-title"></h2>
+<div class="wide"><table id="cell-numbers"></table></div><div class="charts">{boxes}</div>
+<p class="note">{escape(content.cells["note"])}</p>{again if runs else ""}</section>"""
+
+
+def motion_section(content: Any) -> str:
+    """Return the stage of the mechanism in motion, or why there is none."""
+    if not content.motion:
+        return f'<p class="note">{escape(content.note)}</p>'
+    insets = "".join(inset(number, each) for number, each in enumerate(content.motion["bearings"]))
+    return f"""
+<section id="motion"><h2>The mechanism in motion</h2>
+<div class="stage"><canvas id="linkage" role="img" aria-label="The mechanism in motion"></canvas>
+<div>{insets}</div></div>
+<div class="controls"><button id="play" type="button">Play</button>
+<input id="frame" type="range" min="0" value="0" aria-label="Moment"><span id="moment"></span></div>
+<p class="note">{escape(content.motion["note"])} Space plays and stops; the keys , and . step;
+a click in a time history goes there.</p></section>"""
+
+
+def inset(number: int, bearing: dict[str, Any]) -> str:
+    """Return the place where the journal in a bearing is shown."""
+    name, clearance = escape(bearing["name"]), measure(bearing["clearance"], "m")
+    words = f"Journal in bearing {name}: the circle is the clearance of {clearance}"
+    force = ", the arrow the force on the journal" if "force" in bearing else ""
+    canvas = f'<canvas id="bearing{number}" role="img" aria-label="Journal in bearing {name}"></canvas>'
+    return f'<figure>{canvas}<figcaption class="note">{words}{force}</figcaption></figure>'

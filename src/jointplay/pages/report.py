@@ -1,0 +1,143 @@
+"""A result as one HTML page: answer in words, live charts, the mechanism in motion, where it comes from."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated, Any
+
+from matplotlib.collections import QuadMesh
+from xarray import Dataset
+
+from jointplay import figures
+from jointplay.errors import NOTHING, InputError, refuse
+from jointplay.figures.registry import suited_to
+from jointplay.jobs.files import replaced
+from jointplay.mechanism.base import accepts
+from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.signature import checked
+from jointplay.pages import cells, moving
+from jointplay.results import provenance
+from jointplay.results.store import check_writable, write_figure
+from jointplay.results.summary import summary
+from jointplay.study.file import figure_options
+from jointplay.study.mechanism_table import build_mechanism
+
+MOST = 5  # figures of a page
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a page shows.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The result.
+    origin : dict
+        Its provenance; empty where it has none.
+    figures : dict of str to Figure
+        Pictures by their kinds, the study's own first.
+    cells, motion : dict or None
+        Of a sweep; of a response.
+    note : str
+        Why there is no motion, or not the usual picture.
+    """
+
+    dataset: Dataset
+    origin: dict[str, Any]
+    figures: dict[str, Any]
+    cells: dict[str, Any] | None
+    motion: dict[str, Any] | None
+    note: str
+
+
+@checked()
+def report(
+    dataset: Annotated[Dataset, accepts("a result")],
+    path: Annotated[Path | str, accepts("the name of a file that ends in .html")],
+    *,
+    mechanism: Annotated[Mechanism | None, accepts("a mechanism")] = None,
+) -> list[Path]:
+    """Write a result as one HTML page that needs no network, and its picture as a PNG file beside it.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What an analysis gave, or `jointplay.open`; of any kind.
+    path : path-like
+        The page's name, ending in ``.html``.
+    mechanism : Mechanism, optional
+        What moves, where the result does not hold its study; a response that recorded ``angle`` is shown in
+        motion.
+
+    Returns
+    -------
+    list of pathlib.Path
+        The page, and its picture where the kind of result has one.
+
+    Raises
+    ------
+    InputError
+        When the extra ``report`` (bokeh) is not installed, or the dataset is no result.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> motion = jp.simulate(jp.catalog.chunmei2002(clearance=2.9e-4), turns=5)  # doctest: +SKIP
+    >>> jp.report(motion, "motion.html")  # doctest: +SKIP
+    [PosixPath('motion.html'), PosixPath('motion.png')]
+    """
+    if find_spec("bokeh") is None:
+        raise refuse(NOTHING, "the package bokeh is needed: pip install 'jointplay[report]'", "report")
+    path = Path(path)
+    if path.suffix != ".html":
+        raise refuse(str(path), "a name that ends in .html is accepted", "--out")
+    answer, content = summary(dataset), content_of(dataset, mechanism)
+    check_writable(path.parent, files=[path.name, path.with_suffix(".png").name])
+    from jointplay.pages import page  # bokeh takes a second to import
+
+    first = list(content.figures.values())[:1]
+    still = [write_figure(each, path.with_suffix(".png")) for each in first]
+    with replaced(path) as temporary:
+        temporary.write_text(page.html(content, answer, *still), encoding="utf-8")
+    return [path, *still]
+
+
+def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
+    """Gather what the page of a result shows."""
+    origin = provenance.read(dataset)
+    study = origin.get("study") if isinstance(origin.get("study"), dict) else {}
+    with suppress(InputError):  # another version's record: a page without motion, which it says
+        mechanism = mechanism or build_mechanism(study.get("mechanism"))
+    found = cells.cells(dataset, study)
+    motion, note = moving.moving(dataset, mechanism if isinstance(mechanism, Mechanism) else None)
+    drawn, trouble = pictures(dataset)
+    return Content(dataset, origin, drawn, found, motion, " ".join(filter(None, (note, trouble))))
+
+
+def pictures(dataset: Dataset) -> tuple[dict[str, Any], str]:
+    """Return the figures that can be drawn of a result, and why that which its study asks for cannot."""
+    options = figure_options(dataset)
+    if "swept" in dataset.attrs:
+        whole = figures.of_sweep(dataset, options)
+        return ({"sweep": figures.draw(dataset, whole)} if whole else {}), ""
+    kinds, found, trouble = suited_to(dataset.attrs.get("kind")), {}, ""
+    try:
+        first = options.get("kind") or figures.usual_kind(dataset)
+        found[first] = figures.draw(dataset, options)
+    except InputError as error:
+        trouble = f"The usual picture cannot be drawn: {error}." if kinds else ""
+    for kind in kinds[:MOST]:
+        with suppress(InputError):  # this result lacks what that figure needs
+            found |= {} if kind in found else {kind: figures.draw(dataset, {"kind": kind})}
+    maps = {kind: each for kind, each in found.items() if any(map(is_map, each.axes))}
+    one_row = maps and len(cells.parameters(dataset)) > 1  # says less than the map
+    return (maps if one_row else found), trouble
+
+
+def is_map(ax: Any) -> bool:
+    """Return whether a panel shows colours over two parameters."""
+    return any(isinstance(each, QuadMesh) for each in ax.collections)

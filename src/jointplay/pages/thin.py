@@ -1,0 +1,48 @@
+"""Thinning of what a page shows, and how it says so: curves keep extremes, clouds every so many points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+BUDGET = 200_000  # samples of all curves and clouds of a page, 1.6 MB of it in base64
+KEPT = 5  # samples of each stretch of a curve: the first, and those furthest left, right, down and up
+
+
+def limit(sizes: Sequence[int], budget: int = BUDGET) -> int:
+    """Return the number of samples from which a mark is thinned, so that all marks together fit a budget."""
+    left, most = budget, 0
+    for count, size in enumerate(sorted(sizes)):
+        most = left // (len(sizes) - count)
+        if size > most:
+            return max(most, KEPT)
+        left -= size
+    return max(sizes, default=0)
+
+
+def kept_of_curve(x: np.ndarray, y: np.ndarray, most: int) -> np.ndarray:
+    """Return which samples of a curve are kept: of each stretch the first and the extremes either way."""
+    if x.size <= most:
+        return np.arange(x.size)
+    size = -(-x.size * KEPT // most)
+    whole = x.size // size * size
+    starts = np.arange(0, whole, size)
+    blocks = [np.where(np.isfinite(v[:whole]), v[:whole], np.nan).reshape(-1, size) for v in (x, y)]
+    found = [starts]
+    for block in blocks:
+        found += [starts + np.argmin(np.nan_to_num(block, nan=np.inf), 1)]
+        found += [starts + np.argmax(np.nan_to_num(block, nan=-np.inf), 1)]
+    gaps = np.flatnonzero(np.diff(np.isfinite(x + y).astype(np.int8)))  # a gap stays one
+    gaps = np.concatenate([gaps, gaps + 1]) if gaps.size < most else gaps[:0]
+    return np.unique(np.concatenate([*found, gaps, np.arange(whole, x.size)]))
+
+
+def kept_of_cloud(size: int, most: int) -> slice:
+    """Return which points of a cloud are kept: every so many."""
+    return slice(None, None, max(1, -(-size // most)))
+
+
+def told(kept: int, size: int, what: str) -> str:
+    """Say that something was thinned; empty where it was not."""
+    return f"{kept:,} of {size:,} {what} are drawn here" if kept < size else ""

@@ -1,0 +1,201 @@
+"""Pages of all kinds of result: what is in them, what is said of what is not, and what is refused."""
+
+import json
+import re
+from base64 import b64decode
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import jointplay as jp
+from jointplay import figures
+from jointplay.cli import main
+from jointplay.pages import cells, moving, packed, panels, report, texts, thin
+from jointplay.results.store import write_result
+from jointplay.study.file import validate
+from jointplay.study.toml_text import parse
+from tests.figures.support.synthetic import response, section
+from tests.figures.test_pictures import PICTURES
+from tests.pages.samples import diagram, turning
+
+TABLES = ("claims", "readings")  # figures without axes
+SOON = ("overview", "bifurcation", "basins", "work_precision")  # between them they have every sort of mark
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    return jp.report(diagram(), tmp_path_factory.mktemp("page") / "sweep.html")
+
+
+def stored(path):
+    """The data inside a page."""
+    text = path.read_text(encoding="utf-8")
+    return json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+
+
+def values(array):
+    return np.frombuffer(b64decode(array["bytes"]), array["type"]).reshape(array["shape"])
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in SOON else pytest.param(name, marks=pytest.mark.long) for name in PICTURES]
+)
+def test_every_kind_of_figure_becomes_live_and_nothing_is_left_out(name):
+    dataset, options = PICTURES[name]()
+    found = panels.panels(figures.draw(dataset, options), dataset, [], 0, 100_000)
+    assert bool(found) == (name not in TABLES)
+    assert [note for panel in found for note in panel.notes] == []
+    assert all(panel.chart.renderers for panel in found)
+
+
+def test_curves_and_points_are_those_of_the_picture():
+    figure = figures.draw(response(), kind="time_history")
+    (panel,) = panels.panels(figure, response(), ["time"], 0, 100_000)
+    (line,) = figure.axes[0].lines
+    drawn = panel.chart.renderers[0].data_source.data
+    np.testing.assert_allclose(drawn["x"], line.get_xdata(), rtol=1e-6)
+    np.testing.assert_allclose(drawn["y"], line.get_ydata(), rtol=1e-6, atol=1e-6)
+    assert panel.over == ("time", None)
+    assert panel.factors[0] == 1e3
+    assert panel.chart.xaxis[0].axis_label == figure.axes[0].get_xlabel()
+
+
+def test_a_map_shows_each_cell_s_value_in_the_picture_s_colours():
+    dataset, options = PICTURES["parameter_map"]()
+    found = panels.panels(figures.draw(dataset, options), dataset, ["clearance", "gear_ratio"], 0, 100)
+    assert [panel.over for panel in found] == [("gear_ratio", "clearance")] * 3
+    (image,) = found[2].chart.renderers
+    wanted = dataset.impacts.isel(direction=0, joint=0).transpose("clearance", "gear_ratio")
+    np.testing.assert_allclose(image.data_source.data["image"][0], wanted)
+    assert found[1].chart.above[-1].major_label_overrides[10.0] == "none"
+
+
+def test_a_thinned_curve_keeps_its_extremes_and_gaps_and_a_page_says_so():
+    x = np.linspace(0.0, 1.0, 100_001)
+    y = np.sin(40 * x)
+    y[[1234, 77_777]] = 9.0, -9.0
+    y[50_000:50_003] = np.nan
+    keep = thin.kept_of_curve(x, y, 1000)
+    assert keep.size < 1300
+    assert {1234, 77_777, 0, 100_000} <= set(keep.tolist())
+    assert np.isnan(y[keep]).any()
+    figure = figures.draw(section(3000))
+    (one, _) = panels.panels(figure, section(3000), [], 0, 700)
+    assert "600 of 3,000 points of a cloud are drawn here" in one.notes
+    assert thin.limit([10, 10, 10_000], 1000) == 980
+    assert thin.limit([10, 10], 1000) == 10
+
+
+def test_cells_hold_what_is_stored_of_each():
+    data = diagram()
+    found = cells.cells(data, {"name": "s", "vary": {"joints.B.clearance": [1.0]}})
+    (axis,) = found["parameters"]
+    assert axis["stored"] == data.clearance.values.tolist()
+    assert axis["key"] == "joints.B.clearance"
+    assert axis["log"]
+    assert found["ways"] == ["up", "down"]
+    rows = {row["label"]: row for row in found["rows"]}
+    np.testing.assert_array_equal(values(rows["Period"]), data.period.values)
+    (chart,) = found["charts"]
+    np.testing.assert_allclose(values(chart["y"]), 1e6 * data.journal_x.values[..., 0], rtol=1e-6)
+    assert cells.cells(data, {"vary": {"a'; rm -rf . #.clearance": [1.0]}})["parameters"][0]["key"] == ""
+
+
+def test_many_points_of_cells_are_thinned_to_the_last_ones(monkeypatch):
+    monkeypatch.setattr(cells, "STORED", 20)
+    found = cells.cells(diagram(), {})
+    assert found["charts"][0]["y"]["shape"] == [5, 2, 1]
+    assert found["note"].startswith("1 of 4 section points")
+
+
+def test_the_motion_is_that_of_the_mechanism_and_another_s_is_refused():
+    mechanism = jp.catalog.chunmei2002(clearance=2.9e-4)
+    found, why = moving.moving(turning(mechanism), mechanism)
+    assert why == ""
+    crank, coupler, _ = (values(link["frames"]) for link in found["links"])
+    np.testing.assert_allclose(crank[:, :2], 0.0, atol=1e-9)
+    length = mechanism.links[0].length
+    end = length * np.stack([np.cos(crank[:, 2]), np.sin(crank[:, 2])], -1)
+    np.testing.assert_allclose(coupler[:, :2], end, atol=1e-7)
+    wrong, why = moving.moving(turning(mechanism), jp.catalog.chunmei2002(clearance=2.9e-4, branch="lower"))
+    assert wrong is not None  # the branch is a start alone
+    other = jp.catalog.slider_crank()
+    assert "record its angles" in moving.moving(turning(mechanism), other)[1]
+    bent = turning(mechanism)
+    bent["angle"] = bent["angle"] + 0.2 * np.arange(3)
+    assert "do not close" in moving.moving(bent, mechanism)[1]
+    assert "does not hold it" in moving.moving(bent, None)[1]
+
+
+def test_a_page_is_one_small_file_without_an_address_outside(page):
+    path, picture = page
+    text = path.read_text(encoding="utf-8")
+    assert path.stat().st_size < 5e6
+    assert picture.read_bytes()[:4] == b"\x89PNG"
+    outside = re.sub(r"<script.*?</script>", "", text, flags=re.S)  # the browser tests see what scripts do
+    assert not re.findall(r'(?:src|href)\s*=\s*["\']?(?:https?:|//)', outside)
+    assert "<script>document.title" not in text
+    assert stored(path)["cells"]["ways"] == ["up", "down"]
+
+
+def test_numbers_that_are_none_and_closing_tags_are_safe_in_json():
+    text = packed.text({"a": [np.nan, np.float32(1.5)], "</script>": "<!--"})
+    assert "<" not in text
+    assert json.loads(text) == {"a": [None, 1.5], "</script>": "<!--"}
+
+
+def test_a_result_of_a_kind_without_figures_gets_a_page(tmp_path, monkeypatch):
+    row = jp.kinds.Kind("verdicts", ".analysis.simulate:simulate", summary="tests.pages.test_report:said")
+    monkeypatch.setitem(jp.kinds.KINDS, "verdicts", row)
+    status = {"flag_values": np.arange(1), "flag_meanings": "ok"}
+    data = {"peak": ("joint", [5.0, 7.0], {"units": "N", "long_name": "peak force"})}
+    data = xr.Dataset(data | {"status": ((), 0, status)}, {"joint": ["A", "B"]}, {"kind": "verdicts"})
+    (path,) = jp.report(data, tmp_path / "v.html")
+    text = path.read_text(encoding="utf-8")
+    assert "all is well" in text
+    assert "<th>Peak force, B</th><td>7 N</td>" in text
+
+
+def said(dataset):
+    return "all is well"
+
+
+def test_what_cannot_be_done_is_told(tmp_path, monkeypatch):
+    with pytest.raises(jp.InputError, match=r"ends in \.html"):
+        jp.report(diagram(), tmp_path / "page.pdf")
+    with pytest.raises(jp.InputError, match="kind"):
+        jp.report(xr.Dataset(), tmp_path / "page.html")
+    monkeypatch.setattr(report, "find_spec", lambda name: None)
+    with pytest.raises(jp.InputError, match=r"pip install 'jointplay\[report\]'"):
+        jp.report(diagram(), tmp_path / "page.html")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_writes_the_page_beside_the_result(tmp_path, capsys):
+    result = write_result(section(50), tmp_path / "one.nc")
+    assert main(["report", str(result)]) == 0
+    written = [tmp_path / "one.html", tmp_path / "one.png"]
+    assert capsys.readouterr().out.splitlines() == [f"written {path}" for path in written]
+    assert all(path.exists() for path in written)
+    assert main(["report", str(result), "--out", str(tmp_path / "one.txt")]) == 2
+
+
+def test_a_run_that_changed_its_study_is_told_with_the_values_that_it_had():
+    text = 'kind = "response"\n[mechanism]\ncatalog = "duffing"\namplitude = 0.3\n[analysis]\nturns = 4\n'
+    study = validate({"name": "s"} | parse(text)).model_dump(mode="json")
+    record = {"study": study, "study_text": text, "software": {}, "environment": {}}
+    assert texts.changes(record) == []
+    assert "jointplay run s.toml" in texts.again(record)
+    study["analysis"]["turns"] = 6
+    assert texts.changes(record) == ["analysis.turns = 6"]
+    assert "jointplay run s.nc --out again" in texts.again(record)
+    assert "analysis.turns = 6" in texts.again(record)
+    assert texts.changes(record | {"study_text": "kind = "}) is None
+
+
+def test_a_run_too_short_for_its_picture_has_a_page_that_says_so(tmp_path):
+    short = section(0)
+    short.attrs["provenance"] = json.dumps({"study": {"figure": {"kind": "poincare_section", "x": "none"}}})
+    (path, _) = jp.report(short, tmp_path / "short.html")
+    assert "The usual picture cannot be drawn: figure.x" in path.read_text(encoding="utf-8")
