@@ -6,7 +6,7 @@ import math
 import pytest
 
 from jointplay.errors import NOTHING
-from jointplay.mechanism import catalog, presets, six_bars, systems
+from jointplay.mechanism import catalog, flores, presets, six_bars, systems
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
 
@@ -16,7 +16,7 @@ REQUIRED = {
     "bouncing_ball": {"acceleration": 1.2, "restitution": 0.5},
     "gear_backlash": {"mean_load": 0.1, "amplitude": 0.2, "frequency": 1.6, "damping": 0.05},
 }
-LINKAGES = ["chunmei2002", "slider_crank", "watt", "stephenson", "quick_return"]
+LINKAGES = ["chunmei2002", "slider_crank", "watt", "stephenson", "quick_return", "flores2010"]
 SYSTEMS = [name for name in catalog.NAMES if name not in LINKAGES]
 
 
@@ -198,17 +198,9 @@ def test_replace_recomputes_what_follows_from_the_parameters():
 
 def test_names_are_complete():
     assert isinstance(catalog.NAMES["chunmei2002"](), Mechanism)
-    functions = [
-        f
-        for home in (catalog, presets, six_bars, systems)
-        for f in vars(home).values()
-        if inspect.isfunction(f)
-    ]
-    here = [
-        f
-        for f in functions
-        if f.__module__ in (catalog.__name__, presets.__name__, six_bars.__name__, systems.__name__)
-    ]
+    homes = (catalog, flores, presets, six_bars, systems)
+    functions = [f for home in homes for f in vars(home).values() if inspect.isfunction(f)]
+    here = [f for f in functions if f.__module__ in [home.__name__ for home in homes]]
     public = {f.__name__: f for f in here if not f.__name__.startswith("_")}
     assert catalog.NAMES == public == {name: getattr(catalog, name) for name in public}
 
