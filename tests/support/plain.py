@@ -18,7 +18,12 @@ from jointplay.codegen.variants import variants
 from jointplay.equations.write import system
 
 DOORS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.MULTILINE)
-PRETENCE = {"compiled": lambda f: f, "entry": lambda _: lambda f: f, "SIGNATURES": defaultdict(type(None))}
+PRETENCE = {
+    "compiled": lambda f: f,
+    "inner": lambda f: f,
+    "entry": lambda _: lambda f: f,
+    "SIGNATURES": defaultdict(type(None)),
+}
 
 
 def run(source) -> ModuleType:

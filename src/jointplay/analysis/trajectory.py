@@ -179,6 +179,7 @@ def memory(model: Model, request: Request):
         turning=model.turning.copy(),
         margin=guard_tolerances.guards(model, rest, n_contacts, sizes["resets"]),
         clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
+        group=_groups(model, sizes["resets"]),
         cone=guard_tolerances.cones(model),
         flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
         work=np.zeros(sizes["powers"]),
@@ -216,6 +217,13 @@ def memory(model: Model, request: Request):
     )
     k = work(len(x.s), n_q, n, n_touch, sizes["powers"], sizes["rows"], sizes["jacobian"])
     return k, x, options
+
+
+def _groups(model: Model, n_resets: int) -> np.ndarray:
+    """A number of each rigid wall, the same for the corners of one slider."""
+    owners = [joint.owner for joint in model.structure.rigid_joints] if model.links else range(n_resets)
+    place = {owner: at for at, owner in enumerate(dict.fromkeys(owners))}
+    return np.array([place[owner] for owner in owners], dtype=np.int64)
 
 
 def _section(request: Request) -> int:

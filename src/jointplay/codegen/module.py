@@ -9,7 +9,8 @@ contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the l
                                   (codegen.variants)
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls;
-                                  beyond these, contacts that a law remembers: beginnings, then ends
+                                  beyond these, contacts that a law remembers: beginnings, then ends; last,
+                                  unit impulses on walls that share a guide
 CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS, REMEMBERS
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
@@ -186,6 +187,8 @@ def _reset(layout: Layout) -> str:
     programs = [_jumping(layout.system, k) for k in range(len(resets))]
     programs = dict(enumerate(programs + [_settling(layout.system, k) for k in range(len(resets))]))
     programs |= {k: _remembering(layout.system, jump) for k, jump in remembered(layout.system).items()}
+    first = 2 * len(resets) + 2 * len(layout.system.contacts)
+    programs |= {first + k: _pushing(layout.system, k) for k, reset in enumerate(resets) if reset.shared}
     for k, program in programs.items():
         stores = {f"new_{z}": place for z, place in layout.base.items()}
         own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
@@ -199,6 +202,14 @@ def _jumping(system: System, k: int) -> Program:
         return [(Symbol(f"new_{z}"), value) for z, value in system.resets[k].speeds.items()]
     dynamics = Dynamics(system, "free")
     return dynamics.tape.program({f"new_{z}": value for z, value in jumped(dynamics, k).items()})
+
+
+def _pushing(system: System, k: int) -> Program:
+    """Speeds after an impulse on the k-th wall that changes the rate of its gap by 1."""
+    dynamics = Dynamics(system, "free")
+    column, weight, _ = _impulse(dynamics, k)
+    jump = _pushed(system.speeds, Integer(-1), column, weight, Integer(1))
+    return dynamics.tape.program({f"new_{z}": value for z, value in jump.items()})
 
 
 def _settling(system: System, k: int) -> Program:

@@ -61,7 +61,7 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
 
 def wall(joint: Clearance, g: Geometry) -> Reset:
     """A rigid bearing."""
-    return Reset(joint.name, g.wall, restitution=number(f"r_{joint.owner}"))
+    return Reset(joint.name, g.wall, restitution=number(f"r_{joint.owner}"), shared=joint.corner is not None)
 
 
 def outputs(

@@ -85,13 +85,15 @@ class Reset:
     """A jump of the state: where `guard` falls through zero, each speed of `speeds` takes its new value.
 
     With a `restitution` r the jump is that of an impulse along the gap's gradient N instead, after which the
-    gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N).
+    gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N). `shared`
+    says that others may be met with it.
     """
 
     name: str
     guard: Expr
     speeds: dict[Symbol, Expr] = field(default_factory=dict)
     restitution: Expr | None = None
+    shared: bool = False
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,7 @@ from .memory import (
     STEPS,
     T_EVENT,
     T_SECTION,
+    TOGETHER,
     H,
     Options,
     trajectory,
@@ -62,7 +63,7 @@ from .modes import FREE, REMEMBERS, REST, SEPARATION, follow, mask, start, varia
 from .polynomial import interpolate
 from .record import closest_approaches, gains, note, sample
 from .saltation import before_event, jump, project_at_rest
-from .sections import count_section, sections
+from .sections import count_event, sections
 from .step import attempt, keep
 from .tangent import NEUTRAL, ROWS, log_block, propagate, renew
 from .walls import begin, hold, stay, strike, walls_of
@@ -71,7 +72,7 @@ WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
 OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
 
-_, BY_LEVEL, BY_EVENT = Section.numbers()
+_, BY_LEVEL, _ = Section.numbers()
 ROOM = 24  # log rows that one step may need
 
 
@@ -122,26 +123,18 @@ def _event(f, k, x, o, guard):
         j += len(x.flags)
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
-    _count_section_event(k, x, o, j, kind, time)
+    count_event(k, x, o, j, kind, time)
     if lasting >= 0.0:
         hold(f, j - len(x.flags), k, x)
         count[EVENTS] += 1
         if logged:
             note(k, x, o, EVENT_ROW, float(j), float(REST), time + lasting, 0.0)
-        _count_section_event(k, x, o, j, REST, time + lasting)
+        count_event(k, x, o, j, REST, time + lasting)
     count[SMOOTH], real[CONTRACTION], real[H_LIMIT], real[H_REJECTED] = 0, 1.0, np.inf, 0.0
     variant = variant_of(x.modes)
     real[H] = restarted(real[H], real[H_VARIANT + variant], real[H_START + variant])
     if o.log_steps and x.s[0] >= o.log_from:
         note(k, x, o, STEP_ROW, -1.0, 0.0, x.s[0], 0.0)
-
-
-@inner
-def _count_section_event(k, x, o, j, kind, time):
-    """A section point, if events of that kind make the section."""
-    watched = o.section_contact < 0 or o.section_contact == j
-    if o.section == BY_EVENT and kind == o.section_event and watched:
-        count_section(k, x, o, time, 0.0, float(j), float(kind))
 
 
 @spliced
@@ -267,7 +260,7 @@ def run(f, k, x, o, g, y):
                 kept = real[H_START + variant]
                 real[H_START + variant] = learnt(kept, real[H_REJECTED] > 0.0, h, error)
             _take(f, variant, k, x, o, g, y, h, error)
-            if count[CLOSE] >= CHATTER_COUNT:
+            if count[CLOSE] >= CHATTER_COUNT or (y is not None and count[TOGETHER] > 0):
                 return CHATTER
         if not real[H] > instant(x.s[0], o.near):
             return failure(x.s, o.n_q + o.n)

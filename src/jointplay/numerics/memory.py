@@ -31,7 +31,7 @@ from .polynomial import STACK
 
 # Places in Trajectory.count
 STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
-CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, COUNTERS = range(8, 15)
+CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, COUNTERS = range(8, 16)
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
 # of each variant: last length, length of the step after an event
@@ -73,6 +73,7 @@ class Trajectory(NamedTuple):
     fired: np.ndarray  # multiplicity with which each guard starts at zero
     margin: np.ndarray  # of each guard: values up to it are within the tolerance of zero; 0: none
     clearance_squared: np.ndarray  # square of each contact's clearance; inf: it has no centre
+    group: np.ndarray  # of each rigid wall: walls of one number are met together, if at one instant
     cone: np.ndarray  # margin of each contact's cone over its normal force
     count: np.ndarray
     real: np.ndarray
@@ -160,6 +161,7 @@ def trajectory(
         fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
         margin=np.zeros(4 * n_contacts + n_resets),
         clearance_squared=np.full(n_contacts, np.inf),
+        group=np.arange(n_resets),
         cone=np.zeros(n_contacts),
         count=np.zeros(COUNTERS, dtype=np.int64),
         real=np.zeros(NUMBERS),

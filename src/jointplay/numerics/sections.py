@@ -6,6 +6,7 @@ each crossing (the crank's angle, a turn on) is watched from one side only; any 
 the quantity is. A jump across the level, as of a force at contact, is a crossing at the event.
 """
 
+from .codes import Section
 from .events import locate
 from .interface import inner
 from .memory import LEVEL, PASSED, SECTION_ROW, SECTIONS, SIDE, T_SECTION
@@ -15,6 +16,7 @@ from .record import note
 from .step import keep
 
 SECTIONS_A_STEP = 8
+_, _, BY_EVENT = Section.numbers()
 
 
 @inner
@@ -68,6 +70,14 @@ def sections(f, variant, k, x, o, h, end):
         if o.period == 0.0:
             count[SIDE] = -count[SIDE]
         count[PASSED] += 1
+
+
+@inner
+def count_event(k, x, o, j, kind, time):
+    """A section point, if events of that kind make the section."""
+    watched = o.section_contact < 0 or o.section_contact == j
+    if o.section == BY_EVENT and kind == o.section_event and watched:
+        count_section(k, x, o, time, 0.0, float(j), float(kind))
 
 
 @inner

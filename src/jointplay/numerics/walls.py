@@ -12,6 +12,7 @@ until it need no longer push: there a = 0, and the gap opens as the cube of time
 Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dynamics 58 (2009) 85-106.
 """
 
+from .impacts import together
 from .interface import inner
 from .memory import EVALUATIONS, JOINTS, H
 from .modes import FREE, IMPACT, RESTING, SEPARATION, look, mask, variant_of
@@ -19,6 +20,7 @@ from .modes import FREE, IMPACT, RESTING, SEPARATION, look, mask, variant_of
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 STEADY = 0.1  # share of a by which it may change until the last impact
 LEAP = 1e4  # of events that crowd: length of a step in which an opening gap exceeds rounding
+SWEEPS = 64  # of putting a body back on several walls
 ROOM = 4.0  # heights of a rebound that another wall must be away
 
 
@@ -88,9 +90,18 @@ def _lasting(f, j, k, x, o, before):
     if lasts > o.near and not abs(_ahead(f, j, k, x, o, lasts) - a) <= -STEADY * now:
         return -1.0
     for i in range(len(x.flags), len(x.modes)):
-        if i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now):
+        near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
+        if near and not _settles_too(k, x, o, at, i):
             return -1.0
     return lasts
+
+
+@inner
+def _settles_too(k, x, o, at, i):
+    """Whether what lies near wall `at`, wall i of the same guide, has rebounds as low, which end likewise."""
+    same = x.group[i - len(x.flags)] == x.group[at - len(x.flags)]
+    v, a = k.contact[6 * i + 2], k.contact[6 * i + 5]
+    return same and a < 0.0 and (v * v <= 2.0 * ROOM * o.hop * -a or abs(v) <= o.rest)
 
 
 @inner
@@ -117,11 +128,13 @@ def strike(f, j, k, x, o):
         return SEPARATION, -1.0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     before = -k.contact[6 * at + 2]
-    if before > 0.0:  # else the gap opens, and rounding alone has closed it
+    several = before > 0.0 and together(f, j, k, x, o)
+    if before > 0.0 and not several:  # else the gap opens, and rounding alone has closed it
         f.reset(j, x.s, x.p)
     x.fired[guard] = _opening(f, j, k, x, o)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
+    if not several:
+        _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
     for i in range(len(x.flags), len(x.modes)):
         if x.modes[i] == RESTING and abs(k.contact[6 * i + 2]) > o.rest:  # thrown off by this impact
             x.modes[i], x.fired[guard - at + i], x.margin[guard - at + i] = FREE, 1, o.play
@@ -140,15 +153,30 @@ def hold(f, j, k, x):
     x.fired[guard] = 1 if k.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
     x.margin[guard] = 0.0
     x.modes[at] = RESTING
+    if _resting(x) > 1:
+        stay(f, x)
 
 
 @inner
 def stay(f, x):
-    """After a step, take away by how much a body has drifted off the wall on which it rests."""
-    for j in range(walls_of(x)):
-        if x.modes[len(x.flags) + j] == RESTING:
-            f.trig(x.s, x.p)
-            settle(f, j, x)
+    """After a step, take away by how much a body has drifted off the walls on which it rests.
+
+    Of several it is taken away in turn, until what one gives to the others is small.
+    """
+    for _ in range(1 if _resting(x) < 2 else SWEEPS):
+        for j in range(walls_of(x)):
+            if x.modes[len(x.flags) + j] == RESTING:
+                f.trig(x.s, x.p)
+                settle(f, j, x)
+
+
+@inner
+def _resting(x):
+    """Number of walls on which a body rests."""
+    held = 0
+    for j in range(len(x.flags), len(x.modes)):
+        held += x.modes[j] == RESTING
+    return held
 
 
 @inner

@@ -64,7 +64,8 @@ def _of_a_linkage(mechanism: Mechanism) -> Iterator[str]:
     if mechanism.elastic_links and mechanism.order == "paper":
         yield "the elastic links' paper order"
     for joint in mechanism.clearance_joints:
-        yield from ("geometry of joints with play", "modes of contact", f"contact law {joint.contact.law}")
+        kind = "guides" if joint.prismatic else "joints"
+        yield from (f"geometry of {kind} with play", "modes of contact", f"contact law {joint.contact.law}")
         if joint.friction:
             yield f"friction law {joint.friction.law}"
 
