@@ -16,7 +16,15 @@ REQUIRED = {
     "bouncing_ball": {"acceleration": 1.2, "restitution": 0.5},
     "gear_backlash": {"mean_load": 0.1, "amplitude": 0.2, "frequency": 1.6, "damping": 0.05},
 }
-LINKAGES = ["chunmei2002", "slider_crank", "watt", "stephenson", "quick_return", "ivp_crank"]
+LINKAGES = [
+    "chunmei2002",
+    "slider_crank",
+    "watt",
+    "stephenson",
+    "quick_return",
+    "ivp_crank",
+    "siconos_four_bar",
+]
 HOMES = (catalog, presets, published, six_bars, systems)
 SYSTEMS = [name for name in catalog.NAMES if name not in LINKAGES]
 

@@ -15,7 +15,7 @@ from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.presets import quick_return, slider_crank
-from jointplay.mechanism.published import ivp_crank
+from jointplay.mechanism.published import ivp_crank, siconos_four_bar
 from jointplay.mechanism.records import Mechanism, MotorLine
 from jointplay.mechanism.signature import checked
 from jointplay.mechanism.six_bars import stephenson, watt
@@ -98,7 +98,7 @@ def _table_1() -> Mechanism:
     return Mechanism(name="chunmei2002", links=links, joints=joints, drive=drive, gravity=9.8)
 
 
-_LINKAGES = (chunmei2002, slider_crank, watt, stephenson, quick_return, ivp_crank)
+_LINKAGES = (chunmei2002, slider_crank, watt, stephenson, quick_return, ivp_crank, siconos_four_bar)
 NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
     each.__name__: each for each in _LINKAGES
 } | SYSTEMS

@@ -6,7 +6,7 @@ from typing import Any
 
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.drive import ConstantSpeed
-from jointplay.mechanism.preset_parts import fixed, joined, on
+from jointplay.mechanism.preset_parts import Play, fixed, joined, on
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 
@@ -54,3 +54,36 @@ def ivp_crank(**changes: Any) -> Mechanism:
         gravity=0.0,
         guess={"crank": 0.0, "rod": 0.0},
     ).replace(**changes)
+
+
+@checked()
+def siconos_four_bar(clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3}, **changes: Any) -> Mechanism:  # noqa: B006
+    """Give the four-bar with three clearances of the Siconos examples (``FourBarClearance``).
+
+    Links of 1, 4 and 2.5 m, 3 m between the pivots, 1 kg each, uniform; journals of radius 0.055 m. Published
+    with rigid plastic impacts (restitution 0), friction 0.1, and a controller that leads the crank. Left
+    open by what could be read of it: the clearances, about 5 mm by its stored trajectory. Not those of the
+    publication, since impacts here know no friction: a stiff contact that does not pull, and no drive.
+
+    Parameters
+    ----------
+    clearance : float or dict of str to float
+        Radial clearance, m: a number is joint B's; 0 or unnamed: ideal.
+    **changes
+        As in `Mechanism.replace`.
+
+    Returns
+    -------
+    Mechanism
+    """
+    lengths = {"crank": 1.0, "coupler": 4.0, "rocker": 2.5}
+    links = tuple(Link(name=name, length=l, mass=1.0, inertia=l**2 / 3) for name, l in lengths.items())
+    pins = {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", 1.0), on("coupler")),
+        "B": (on("coupler", 4.0), on("rocker", 2.5)),
+        "C": (on("rocker"), fixed(3.0, 0.0)),
+    }
+    joints = joined(pins, "", radius=0.055, stiffness=1e7, damping=1e3, friction=0.1)
+    made = Mechanism(name="siconos_four_bar", links=links, joints=joints, gravity=9.81)
+    return made.replace(clearance=clearance, tension=False, **changes)
