@@ -210,6 +210,7 @@ CALLS = {  # a call that is right
     "catalog.quick_return": {},
     "catalog.ivp_crank": {},
     "catalog.flores2010": {},
+    "catalog.siconos_four_bar": {},
     "Spring": {"name": "s", "from": {"link": "a"}, "to": {"link": "b"}, "stiffness": 1.0, "free_length": 0.1},
     "TorsionSpring": {"name": "s", "from": "a", "to": "b", "stiffness": 1.0},
     "Force": {"name": "f", "on": {"link": "a"}, "direction": 0.0, "constant": 1.0},

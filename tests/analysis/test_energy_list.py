@@ -42,6 +42,7 @@ SCENES = {
     },
     "slider-crank, three": lambda: jp.catalog.slider_crank(clearance=dict.fromkeys("OAB", 1e-4), gravity=9.8),
     "stephenson, two": lambda: jp.catalog.stephenson(clearance={"B": 1e-4, "D": 1e-4}),
+    "four-bar of Siconos, three": jp.catalog.siconos_four_bar,
     "stretching rod, B": lambda: stretched({"B": 1e-4}),
 }
 

@@ -1,14 +1,19 @@
 """Scenes under stress are drawn as they are said to be, each by its number alone."""
 
 import math
+import tomllib
 
 import numpy as np
 import pytest
 
 from jointplay import catalog
 from jointplay.lab.stress import ranges
-from jointplay.lab.stress.scenes import CORNERS, VARIANTS, draw, not_drawable
+from jointplay.lab.stress.others import LAWS, PRESETS
+from jointplay.lab.stress.scenes import CORNERS, FOUR_BARS, draw, not_drawable
+from jointplay.lab.stress.stress_dataset import study_text
+from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism
+from jointplay.study.file import validate
 
 PRINTED = catalog.chunmei2002()
 
@@ -79,7 +84,7 @@ def test_random_scenes_fill_their_ranges(cases):
         assert 0 <= places.min() < 0.03
         assert 0.97 < places.max() <= 1
         assert places.mean() == pytest.approx(0.5, abs=0.06)
-    assert {case.variant for case in cases} == set(VARIANTS)
+    assert {case.variant for case in cases} == set(FOUR_BARS)
     assert 0.15 < np.mean([joint.contact.damping == 0 for joint in joints]) < 0.35
 
 
@@ -116,3 +121,24 @@ def test_change_points_lie_at_both_ends_of_the_grounds_range(cases):
             g = abs(np.exp(1j * np.array(angles)) @ [p, q, -s])
             ends += [k for k, end in enumerate((p + abs(q - s), q + s - p)) if math.isclose(g, end)]
     assert 0.3 < np.mean(ends) < 0.7
+
+
+NEW = (*LAWS, *PRESETS)
+
+
+@pytest.mark.parametrize("variant", NEW)
+def test_other_laws_and_mechanisms_are_drawn_and_written_down(variant):
+    """Of one structure each, so that all of a series compile once; their study lines hold the whole scene."""
+    drawn = [draw(PRINTED, k, 7, (variant,)) for k in range(CORNERS, CORNERS + 12)]
+    assert len({assemble(case.mechanism, case.initial, powers=True).structure for case in drawn}) == 1
+    assert len({case.mechanism for case in drawn}) == 12
+    text = study_text(drawn[0], 7, 2, 1e-8, 1000)
+    record = validate({"name": "again"} | tomllib.loads(text))
+    assert record.mechanism == drawn[0].mechanism
+    assert record.keywords()["initial"] == drawn[0].initial
+    law = drawn[0].mechanism.clearance_joints[0].contact.law
+    assert law == (variant if variant in LAWS else "kelvin_voigt")
+
+
+def test_a_series_named_by_no_variants_is_that_of_the_four_bars():
+    assert {draw(PRINTED, k).variant for k in range(CORNERS, CORNERS + 60)} == set(FOUR_BARS)

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from jointplay.errors import NOTHING
-from jointplay.mechanism import catalog, flores, presets, published, six_bars, systems
+from jointplay.mechanism import catalog, presets, published, six_bars, systems
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
 
@@ -16,8 +16,11 @@ REQUIRED = {
     "bouncing_ball": {"acceleration": 1.2, "restitution": 0.5},
     "gear_backlash": {"mean_load": 0.1, "amplitude": 0.2, "frequency": 1.6, "damping": 0.05},
 }
-LINKAGES = ["chunmei2002", "slider_crank", "watt", "stephenson", "quick_return", "ivp_crank", "flores2010"]
-HOMES = (catalog, flores, presets, published, six_bars, systems)
+LINKAGES = [
+    *("chunmei2002", "slider_crank", "watt", "stephenson", "quick_return"),
+    *("ivp_crank", "flores2010", "siconos_four_bar"),
+]
+HOMES = (catalog, presets, published, six_bars, systems)
 SYSTEMS = [name for name in catalog.NAMES if name not in LINKAGES]
 
 

@@ -2,7 +2,7 @@
 
 Source of the linkage: Chunmei, Yang, Ling and Ling, "The non-linear dynamic behavior of an elastic linkage
 mechanism with clearances", J. Sound Vib. (2002), Table 1. Other linkages are those of `mechanism.presets`,
-`mechanism.six_bars`, `mechanism.published` and `mechanism.flores`, test systems those of `mechanism.systems`.
+`mechanism.six_bars` and `mechanism.published`, test systems those of `mechanism.systems`.
 """
 
 from __future__ import annotations
@@ -13,10 +13,9 @@ from typing import Any
 
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.beam import Beam, Link
-from jointplay.mechanism.flores import flores2010
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.presets import quick_return, slider_crank
-from jointplay.mechanism.published import ivp_crank
+from jointplay.mechanism.published import flores2010, ivp_crank, siconos_four_bar
 from jointplay.mechanism.records import Mechanism, MotorLine
 from jointplay.mechanism.signature import checked
 from jointplay.mechanism.six_bars import stephenson, watt
@@ -99,7 +98,10 @@ def _table_1() -> Mechanism:
     return Mechanism(name="chunmei2002", links=links, joints=joints, drive=drive, gravity=9.8)
 
 
-_LINKAGES = (chunmei2002, slider_crank, watt, stephenson, quick_return, ivp_crank, flores2010)
+_LINKAGES = (
+    *(chunmei2002, slider_crank, watt, stephenson, quick_return),
+    *(ivp_crank, flores2010, siconos_four_bar),
+)
 NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
     each.__name__: each for each in _LINKAGES
 } | SYSTEMS

@@ -16,6 +16,7 @@ import numpy as np
 from jointplay.errors import Problem, unknown
 from jointplay.lab.stress import ranges
 from jointplay.lab.stress.geometry import GEOMETRIES, laid, moving
+from jointplay.lab.stress.others import LAWS, PRESETS, preset, with_law
 from jointplay.mechanism.loop import FourBar, find_four_bar
 from jointplay.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 
@@ -26,7 +27,10 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "frictionless": {"friction": 0.0},
     "elastic": {"elastic": ("coupler",)},
     "elastic_no_tension": {"elastic": ("coupler",), "tension": False},
+    **{law: {} for law in LAWS},
+    **{name: {} for name in PRESETS},
 }
+FOUR_BARS = tuple(VARIANTS)[:5]  # with the contact as it is drawn
 STARTS = ("centre", "inside", "edge", "deep")
 
 
@@ -36,7 +40,7 @@ class Case:
 
     number: int
     mechanism: Mechanism
-    initial: dict[str, dict[str, float]]
+    initial: dict[str, Any]
     variant: str
     geometry: str
     start: str
@@ -71,12 +75,16 @@ def unknown_variants(variants: tuple[str, ...]) -> list[Problem]:
     ]
 
 
-def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ...] = tuple(VARIANTS)) -> Case:
-    """Draw a scene of a series: a motor-driven four-bar with other numbers, of one of the variants."""
+def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ...] = FOUR_BARS) -> Case:
+    """Draw a scene of a series: a motor-driven four-bar with other numbers, or another mechanism."""
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
     ends = [number >> bit & 1 if number < CORNERS else None for bit in range(6)]
     variant = variants[int(random.random() * len(variants))]
+    if variant in PRESETS:
+        return Case(number, *preset(random, variant), variant, "closed", "centre")
     geometry, start = (str(random.choice(words)) for words in (GEOMETRIES, STARTS))
+    if variant == "restitution" and start in ("edge", "deep"):
+        start = "inside"  # nothing goes into a rigid bearing
     contact = {"stiffness": ranges.logarithmic(random, ranges.STIFFNESS, ends[0])}
     contact["damping"] = ranges.damping(random, ends[3])
     changes = {"clearance": ranges.logarithmic(random, ranges.CLEARANCE, ends[1])}
@@ -95,6 +103,7 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
     states = {"angle": angles, "angular_velocity": speeds}
     initial = {name: dict(zip(loop.links, values, strict=True)) for name, values in states.items()}
     changed = fitted.replace(**changes | VARIANTS[variant])
+    changed = with_law(random, changed, variant) if variant in LAWS else changed
     return Case(number, changed, initial, variant, geometry, start)
 
 

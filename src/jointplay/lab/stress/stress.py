@@ -2,7 +2,8 @@
 
 Ranges: stiffness 10⁴ … 10¹¹ N/m, damping 0 … 10⁵ N s/m, clearance 10⁻⁷ … 3·10⁻³ m, gear ratio 0.2 … 60,
 friction 0 … 1.5, links from thin and long to thick and short, dead centres and change points, starts deep in
-contact, at rest, or far from the nominal speed, with and without tension and an elastic coupler.
+contact, at rest, or far from the nominal speed, with and without tension and an elastic coupler; other laws
+of contact, and other mechanisms with springs, loads and a run-up (`jointplay.lab.stress.others`).
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.lab.stress.error_growth import largest_growth
 from jointplay.lab.stress.motion import move, sizes
-from jointplay.lab.stress.scenes import VARIANTS, Case, draw, not_drawable, unknown_variants
+from jointplay.lab.stress.scenes import FOUR_BARS, VARIANTS, Case, draw, not_drawable, unknown_variants
 from jointplay.lab.stress.stress_dataset import dataset
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS, judge
 from jointplay.mechanism import catalog
@@ -39,7 +40,7 @@ def stress(
     scenes: Natural,
     first: Count = 0,
     seed: Count = 0,
-    variants: listed(str, f"a list of variants: {', '.join(VARIANTS)}") = tuple(VARIANTS),
+    variants: listed(str, f"a list of variants: {', '.join(VARIANTS)}") = FOUR_BARS,
     turns: Natural = TURNS,
     rtol: Rtol = 1e-8,
     max_steps: Natural | None = MAX_STEPS,

@@ -15,7 +15,7 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.lab.stress.geometry import GEOMETRIES
 from jointplay.lab.stress.scenes import STARTS, VARIANTS, Case, draw
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS
-from jointplay.mechanism.records import MAIN_JOINT, Mechanism
+from jointplay.mechanism.records import Mechanism
 
 NUMBERS = {
     "excess": ("1", "distance from what can be explained, over its bound"),
@@ -106,15 +106,16 @@ def _of_cases(cases: list[Case]) -> dict[str, Any]:
 
 def _drawn(mechanism: Mechanism) -> dict[str, float]:
     """The numbers of a scene that distinguish it in a figure."""
-    joint, speed = mechanism.joint(MAIN_JOINT), mechanism.drive.nominal_speed
+    joint, speed = mechanism.clearance_joints[0], mechanism.drive.nominal_speed
     mass = min(mechanism.link(name).mass for name in (joint.journal.link, joint.bearing.link))
+    K, C = (math.nan if x is None else x for x in (joint.contact.stiffness, joint.contact.damping))
     return {
-        "stiffness": joint.contact.stiffness,
-        "damping": joint.contact.damping,
+        "stiffness": K,
+        "damping": C,
         "clearance": joint.clearance,
-        "gear_ratio": mechanism.drive.gear_ratio,
+        "gear_ratio": getattr(mechanism.drive, "gear_ratio", math.nan),
         "friction": joint.friction.coefficient if joint.friction else 0.0,
-        "stiffness_number": math.tau * math.sqrt(joint.contact.stiffness / mass) / speed,
+        "stiffness_number": math.tau * math.sqrt(K / mass) / speed,
     }
 
 
@@ -138,8 +139,11 @@ def study_text(case: Case, seed: int, turns: int, rtol: float, max_steps: int) -
     record = case.mechanism.model_dump(exclude_none=True)
     title = f"Scene {case.number} of seed {seed}: {case.variant}, {case.geometry}, {case.start}"
     parts = [_table("", {"kind": "response", "title": title})]
-    parts.append(_table("[mechanism]", {k: v for k, v in record.items() if not isinstance(v, tuple | dict)}))
-    parts += [_table(f"[[mechanism.{key}]]", one) for key in ("links", "joints") for one in record[key]]
+    own = {k: v for k, v in record.items() if not isinstance(v, tuple | dict)}
+    own |= {"guess": record["guess"]} if record["guess"] else {}
+    parts.append(_table("[mechanism]", own))
+    several = ("links", "joints", "springs", "loads")
+    parts += [_table(f"[[mechanism.{key}]]", one) for key in several for one in record[key]]
     parts.append(_table("[mechanism.drive]", record["drive"]))
     parts.append(_table("[integrator]", {"rtol": rtol, "max_steps": max_steps}))
     parts.append(_table("[analysis]", {"turns": turns, "record": RECORD, "initial": case.initial}))
