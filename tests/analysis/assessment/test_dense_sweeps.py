@@ -1,8 +1,8 @@
 """Edges of assessments against dense sweeps at rtol 1e-8: each lies between neighbouring cells that differ.
 
-A sweep carries the motion from the present value outward in the assessment's own steps, and across the edge in
-steps a tenth as long. The cells next to the edge on its two sides must differ in the trait; of a motion that
-is not chaotic, all cells before the edge must have the present one's.
+A sweep carries the motion from the present value outward in the assessment's own steps, and across the edge
+in steps a tenth as long. The cells next to the edge on its two sides must differ in the trait; of a motion
+that is not chaotic, all cells before the edge must have the present one's.
 """
 
 import numpy as np

@@ -21,9 +21,8 @@ def motion(names, scale=1.0, **more):
     turn = np.abs(np.sin(np.linspace(0, 2 * np.pi, SHOWN + 1)))[:, None] * peak
     given = {"names": names, "force": turn, "peak": peak, "peak_error": np.full(len(names), 0.1)}
     given |= {"section_exponent_per_turn": NAN, "section_standard_error_per_turn": NAN}
-    return (
-        {"status": 0, "trouble": ""} | given | {"period": 1, "turn_period": 0.1, "drive_input": 0.03} | more
-    )
+    given |= {"period": 1, "turn_period": 0.1, "drive_work": 0.031, "joint_work": 0.03}
+    return {"status": 0, "trouble": ""} | given | more
 
 
 LOOSE = {
