@@ -119,7 +119,7 @@ def assess(
         ``bracket_high``; ``found_by`` says
         how; ``edge_speed`` is the drive's there. ``limit_ratio`` is how far was looked, ``side_status`` why
         no further. ``period``, ``section_exponent_per_turn`` with its error; ``preparation`` is the time that
-        compiling or loading took; ``status``.
+        compiling or loading took, ``step`` the keyword; ``status``.
 
     Raises
     ------
@@ -140,8 +140,11 @@ def assess(
     cells += [sides | {"key": key, "side": side} for key in keys for side in SIDES]
     answers = yield from handed_out(answered, [each | {"how": how} for each in cells], progress)
     result = assess_dataset.assembled(mechanism, keys, answers)
-    prepared = labelled({"preparation": (ready - began, "s", "time to compile or load functions")})
-    return result.assign(prepared | outcome(assess_dataset.status(answers), began, "how it ended"))
+    told = {
+        "preparation": (ready - began, "s", "time to compile or load functions"),
+        "step": (step, "1", "relative distance of the values looked at first"),
+    }
+    return result.assign(labelled(told) | outcome(assess_dataset.status(answers), began, "how it ended"))
 
 
 def answered(**keywords: Any) -> dict[str, Any]:

@@ -141,7 +141,8 @@ def _changes(dataset: Dataset) -> list[str]:
             rows += _met(dataset, key, side)
             unmet += _not_met(dataset, key, side)
         lines += [*_table(rows), *(f"    {line}" for line in unmet)]
-    return lines
+    step = plain(100 * float(dataset["step"]), 3)
+    return [*lines, f"  looked for in steps of {step} %: what begins and ends within one is not seen"]
 
 
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
