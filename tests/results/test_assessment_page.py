@@ -29,7 +29,8 @@ def test_the_page_says_each_number_with_its_error():
     assert "O ideal 22.00 ± 0.10 10.00 ± 0.10 2.2" in lines
     assert "B 200 µm 20.00 ± 0.10 12.00 ± 0.10 1.67" in lines
     assert "B 2 90 % 50 mm/s 10.00 ± 0.10 20.00 ± 0.10 400.00 ± 0.10" in lines
-    assert any("the drive puts in 30 mJ per turn, these joints take 30 mJ" in line for line in lines)
+    taken = "integrated along, the joints take 30 mJ, the drive gives 31 mJ"
+    assert f"check: losses together 30.00 ± 0.14 mJ; {taken}" in lines
     assert "jointplay assess press.toml" in lines
 
 
@@ -43,6 +44,7 @@ def test_the_page_says_where_the_motion_changes_and_where_not():
     assert "above: not met up to 300 µm, where it stopped: step_limit: contact is kept" in lines
     assert any(line.startswith("above: chaos begins 4.5000 ± 0.0045 (") for line in lines)
     assert any("rpm) 33.3 % 3.96 and 4.04 fold" in line for line in lines)
+    assert "looked for in steps of 1 %: what begins and ends within one is not seen" in lines
 
 
 def test_three_lines_say_the_hardest_joint_the_motion_and_the_nearest_change():

@@ -1,8 +1,9 @@
 """Edges of assessments against dense sweeps at rtol 1e-8: each lies between neighbouring cells that differ.
 
-A sweep carries the motion from the present value outward in the assessment's own steps, and across the edge in
-steps a tenth as long. The cells next to the edge on its two sides must differ in the trait; of a motion that
-is not chaotic, all cells before the edge must have the present one's.
+A sweep carries the motion from the present value outward in the assessment's own steps, and across the edge
+in steps a tenth as long. The cells next to the edge on its two sides must differ in the trait; of a motion
+that is not chaotic, no two cells that follow one another before the edge may differ from the present one: a
+window narrower than a step is not seen (at 0.029 mm one of period 2 stands at gear ratio 13.63).
 """
 
 import numpy as np
@@ -68,7 +69,8 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
                 met += 1
                 cells = traits(mechanism, str(key), ladder(begin, edge))[change]
                 before, after = cells[-CELLS - 1] == present[change], cells[-CELLS] != present[change]
-                missed = not present["chaos"] and np.any(cells[:-CELLS] != present[change])
+                other = cells[:-CELLS] != present[change]
+                missed = not present["chaos"] and np.any(other[1:] & other[:-1])
                 if not before or not after or missed:
                     wrong.append((str(key), str(side), change, edge, cells.tolist()))
     assert met

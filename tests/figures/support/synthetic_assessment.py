@@ -21,9 +21,8 @@ def motion(names, scale=1.0, **more):
     turn = np.abs(np.sin(np.linspace(0, 2 * np.pi, SHOWN + 1)))[:, None] * peak
     given = {"names": names, "force": turn, "peak": peak, "peak_error": np.full(len(names), 0.1)}
     given |= {"section_exponent_per_turn": NAN, "section_standard_error_per_turn": NAN}
-    return (
-        {"status": 0, "trouble": ""} | given | {"period": 1, "turn_period": 0.1, "drive_input": 0.03} | more
-    )
+    given |= {"period": 1, "turn_period": 0.1, "drive_work": 0.031, "joint_work": 0.03}
+    return {"status": 0, "trouble": ""} | given | more
 
 
 LOOSE = {
@@ -59,4 +58,4 @@ def assessment(now=None, **changes) -> xr.Dataset:
     mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
     now = now or motion(["B", "O", "A", "C"], 2.0, **(LOOSE | changes))
     made = assembled(mechanism, KEYS, [now, motion(["O", "A", "B", "C"]), *SIDES])
-    return made.assign(outcome(int(now["status"]), 0.0))
+    return made.assign(outcome(int(now["status"]), 0.0)).assign(step=0.01)

@@ -17,7 +17,7 @@ from pydantic import Field
 from jointplay.analysis import rules
 from jointplay.analysis.assessment import assess_dataset
 from jointplay.analysis.assessment.edges import SIDES, Search, edges
-from jointplay.analysis.assessment.forces import forces
+from jointplay.analysis.assessment.forces import WORK, forces
 from jointplay.analysis.assessment.settled import plan
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, analysis
@@ -32,7 +32,7 @@ from jointplay.mechanism.records import Mechanism, TestSystem
 
 TURNS, TRANSIENT, LYAPUNOV_TURNS, RTOL = 20, 100, 200, 1e-7
 REACH, STEP, ACCURACY = 2.0, 0.01, 1e-3
-LOOKED_AT = 60  # turns in which a settled motion must repeat
+LOOKED_AT = 32  # turns in which a settled motion must repeat
 SPEEDS = {"motor": "gear_ratio", "speed": "speed"}  # by the kind of drive
 
 
@@ -112,13 +112,14 @@ def assess(
         Over ``joint``: ``peak_force`` and ``ideal_peak_force`` (N) with errors, ``force_ratio``; of joints
         with clearance ``separations`` and ``impacts`` a turn, ``contact_fraction``, ``impact_speed``,
         ``impact_loss``, ``friction_loss`` and ``sliding_work`` (J per turn) with errors; ``joint_force`` and
-        ``ideal_joint_force`` over a turn. ``drive_input`` and ``joint_loss`` (J per turn), which are equal
-        where nothing else takes energy. Over ``parameter``, ``side`` and ``change`` (contact_loss, doubling,
-        chaos): ``edge_ratio``, where the trait first differs from the ``present`` one, over the
-        parameter's ``present_value``; its error and ``bracket_low`` to ``bracket_high``; ``found_by`` says
+        ``ideal_joint_force`` over a turn. ``joint_loss``, the sum of the losses, against ``joint_work``
+        and ``drive_work`` (J per turn), equal where nothing else takes energy. Over ``parameter``, ``side``
+        and ``change`` (contact_loss, doubling, chaos): ``edge_ratio``, where the trait first differs from the
+        ``present`` one, over the parameter's ``present_value``; its error and ``bracket_low`` to
+        ``bracket_high``; ``found_by`` says
         how; ``edge_speed`` is the drive's there. ``limit_ratio`` is how far was looked, ``side_status`` why
         no further. ``period``, ``section_exponent_per_turn`` with its error; ``preparation`` is the time that
-        compiling or loading took; ``status``.
+        compiling or loading took, ``step`` the keyword; ``status``.
 
     Raises
     ------
@@ -129,7 +130,7 @@ def assess(
     how = plan(transient, LOOKED_AT, lyapunov_turns, rtol, max_steps)
     ideal = mechanism.replace(clearance=0.0)
     model = placed(mechanism, initial)
-    warm([model, placed(ideal, None)])
+    warm([model, rules.model_for(mechanism, initial, None, WORK), placed(ideal, None)])
     warm_tangents(model)
     ready = time.perf_counter()
     keys = parameters_of(mechanism) if along is None else along
@@ -139,8 +140,11 @@ def assess(
     cells += [sides | {"key": key, "side": side} for key in keys for side in SIDES]
     answers = yield from handed_out(answered, [each | {"how": how} for each in cells], progress)
     result = assess_dataset.assembled(mechanism, keys, answers)
-    prepared = labelled({"preparation": (ready - began, "s", "time to compile or load functions")})
-    return result.assign(prepared | outcome(assess_dataset.status(answers), began, "how it ended"))
+    told = {
+        "preparation": (ready - began, "s", "time to compile or load functions"),
+        "step": (step, "1", "relative distance of the values looked at first"),
+    }
+    return result.assign(labelled(told) | outcome(assess_dataset.status(answers), began, "how it ended"))
 
 
 def answered(**keywords: Any) -> dict[str, Any]:

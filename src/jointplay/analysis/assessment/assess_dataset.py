@@ -91,14 +91,17 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
 
 def _motion(mechanism: Mechanism, now: Answer) -> dict[str, Any]:
     taken = float(sum(np.sum(now.get(name, np.nan)) for name in PER_TURN[:2]))
+    doubt = float(np.hypot(*(np.sum(now.get(f"{name}_error", np.nan)) for name in PER_TURN[:2])))
     exponent, error = (float(now.get(name, np.nan)) for name in EXPONENT)
     table = {
         "period": (float(now.get("period", np.nan)), "1", "period in turns, 0 for none"),
         "section_exponent_per_turn": (exponent, "1", "largest exponent of the section's map, per turn"),
         "section_standard_error_per_turn": (error, "1", "its standard error"),
         "crank_speed": (2 * np.pi / now.get("turn_period", np.nan), "rad s-1", "mean speed of the crank"),
-        "drive_input": (now.get("drive_input", np.nan), "J", "work of the drive in a turn"),
-        "joint_loss": (taken, "J", "energy that joints with clearance take in a turn"),
+        "drive_work": (now.get("drive_work", np.nan), "J", "work of the drive in a turn"),
+        "joint_work": (now.get("joint_work", np.nan), "J", "work taken in by the contacts in a turn"),
+        "joint_loss": (taken, "J", "sum of the losses in normal contact and friction"),
+        "joint_loss_error": (doubt, "J", "error of the sum of the losses"),
     }
     traits = np.asarray(now.get("traits", np.full(len(CHANGES), 2)), dtype=np.int8)
     return labelled(table) | {"present": coded("change", traits, "present motion", ("no", "yes", "unknown"))}

@@ -13,7 +13,7 @@ is another one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -31,6 +31,7 @@ from jointplay.numerics.codes import Status
 
 SIDES = {"below": -1, "above": 1}
 HOW = ("not_met", "bracketed", *SPECIAL)
+CARRIED = 0.3  # of the transient, for a motion that begins from its neighbour's
 WIDER = 5.0  # brackets beyond each end in which a branch is searched: motions settle slowly beside an edge
 RTOL, STEP, POINTS = 1e-10, 0.1, 100  # of the branch
 LEAVES = {"contact_loss": ("grazing",), "doubling": tuple(kind for kind in SPECIAL if kind != "grazing")}
@@ -58,10 +59,15 @@ class Walk:
     key: str
     how: Plan
 
+    @property
+    def carried(self) -> Plan:
+        """Settings of motions that begin beside the one they settle to."""
+        return replace(self.how, transient=round(CARRIED * self.how.transient))
+
     def at(self, value: float, before: Settled) -> Settled:
         """The motion at a value, from the end of another one."""
         here = changed(self.mechanism, {self.key: float(value)})
-        return settled(here, before.end, self.how, before.period)
+        return settled(here, before.end, self.carried, before.period)
 
 
 def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search, how: Plan) -> dict[str, Any]:

@@ -1,14 +1,15 @@
 """Forces and losses in the joints over some turns of a settled motion.
 
-Of each joint with clearance, per turn, by the trapezoidal rule over even samples:
+Of each joint with clearance, per turn, by the trapezoidal rule over even samples, the integrator's points,
+and both sides of every event:
 
     loss of impacts    integral of F_n v_n       (what a contact stores, it gives back by the turn's end)
     loss of friction   integral of F_t v_t
     sliding work       integral of |F_n v_t|     (to which Archard's wear is proportional)
 
-Peaks are those of the samples. An error is the difference to every second sample, together with the scatter
-of the mean over turns, or, of a peak, with the difference of the record's halves. Check: the drive puts in
-what the joints take, where nothing else takes or gives.
+Peaks are those of these points. An error is the difference to every second sample, together with the scatter
+of the mean over turns, or, of a peak, with the difference of the record's halves. Check: the integrator's
+own integrals of the joints' work, and of the drive's, equal where nothing else takes or gives.
 Reference: Archard, Journal of Applied Physics 24 (1953), for the wear.
 """
 
@@ -22,8 +23,8 @@ import numpy as np
 from jointplay.analysis import rates, rules
 from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled, settled
 from jointplay.analysis.contacts import JOINT, KIND, ROW, approach
-from jointplay.analysis.quantities import recorded
-from jointplay.analysis.starts import placed
+from jointplay.analysis.quantities import WORDS
+from jointplay.analysis.starts import moved
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.mechanism.model import Model
@@ -32,8 +33,10 @@ from jointplay.numerics.codes import Event
 
 SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated, and kept of the last one
 WANTED = ("normal_force", "tangential_force", "normal_velocity", "tangential_velocity")
-WANTED += ("reaction", "drive_torque", "angular_velocity")
+WORK = ("drive_work", "joint_work")
+WANTED += ("reaction", *WORK)
 EXPONENT = ("section_exponent_per_turn", "section_standard_error_per_turn")
+History = dict[str, np.ndarray]  # quantities by name, and their times
 PER_TURN = ("impact_loss", "friction_loss", "sliding_work")
 
 
@@ -45,7 +48,8 @@ def forces(mechanism: Mechanism, start: Any, turns: int, how: Plan) -> dict[str,
     dict
         ``status``; ``names`` of the joints, those with clearance first; over these ``force`` (samples of the
         last turn), ``peak`` and ``peak_error`` (N); over joints with clearance `PER_TURN` and their errors
-        (J per turn) and ``impact_speed`` (m/s); ``drive_input`` (J per turn), and numbers of the motion.
+        (J per turn), ``impact_speed`` (m/s), ``drive_work`` and ``joint_work`` (J per turn); and numbers of
+        the motion.
     """
     try:
         motion = settled(mechanism, start, how)
@@ -55,30 +59,56 @@ def forces(mechanism: Mechanism, start: Any, turns: int, how: Plan) -> dict[str,
 
 
 def _measured(motion: Settled, turns: int, how: Plan) -> dict[str, Any]:
-    model = placed(motion.mechanism, motion.end)
-    times = np.linspace(0.0, turns * float(motion.value("turn_period")), turns * SAMPLES + 1)
-    limits = {"rtol": how.rtol, "max_steps": rules.steps(how.max_steps)}
-    records = follow(model, Request(times[-1], at=times, events=True, rates=True, log_from=0.0, **limits))
+    end = motion.end
+    watched = WORK if motion.mechanism.clearance_joints else ()
+    model = rules.model_for(motion.mechanism, {"crank_angle": end.crank_angle}, None, watched)
+    model = moved(model, end.state)
+    bounds = np.linspace(0.0, turns * float(motion.value("turn_period")), turns + 1)
+    times = np.linspace(0.0, bounds[-1], turns * SAMPLES + 1)
+    limits = {"rtol": how.rtol, "max_steps": rules.steps(how.max_steps), "log_from": 0.0}
+    records = follow(model, Request(times[-1], at=times, steps=True, events=True, rates=True, **limits))
     if records.status:
         raise Unsettled(records.status)
-    names = [name for name in WANTED if name in recorded(None, motion.mechanism)]
-    history = rates.quantities(model, how.rtol, records, records.samples).variables(names, "time")
-    given = {name: values for name, (_, values, _) in history.items()}
-    size = np.hypot(given["normal_force"], given["tangential_force"]) if model.joints else given["reaction"]
-    if model.joints and model.pins:
-        size = np.hstack([size, given["reaction"]])
-    answer = {"names": [*model.joints, *model.pins], "force": size[-1 - SAMPLES :: SAMPLES // SHOWN]}
-    answer |= _peaks(size) | _of_motion(motion) | {"drive_input": _drive(model, given, times, turns)}
+    samples, steps = records.samples, records.steps[:, 2:]
+    fine, coarse = (_history(model, how, records, [steps, samples[::every]]) for every in (1, 2))
+    answer = {"names": [*model.joints, *model.pins], "force": _shown(fine, times[-1 - SAMPLES :])}
+    answer |= _peaks(fine, coarse, bounds[-1] / 2) | _of_motion(motion)
     if model.joints:
-        answer |= _losses(given, times, turns) | {"impact_speed": _impact_speeds(model, records)}
+        answer |= _losses(fine, coarse, bounds) | {"impact_speed": _impact_speeds(model, records)}
+        answer |= {name: (fine[name][-1] - fine[name][0]) / turns for name in WORK}
     return answer
 
 
-def _peaks(size: np.ndarray) -> dict[str, np.ndarray]:
+def _history(model: Model, how: Plan, records: Records, parts: list[np.ndarray]) -> History:
+    """Quantities at rows in order of time; at an event the integrator's points are its two sides."""
+    rows = np.concatenate(parts)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    here = {"joint": model.joints, "pin": model.pins}
+    names = [name for name in WANTED if here.get(WORDS[name].of, model.joints)]
+    found = rates.quantities(model, how.rtol, records, rows).variables(names, "time")
+    return {name: values for name, (_, values, _) in found.items()} | {"time": rows[:, 0]}
+
+
+def _sizes(given: History) -> np.ndarray:
+    """Force of each joint, those with clearance first."""
+    parts = [given["reaction"]] if "reaction" in given else []
+    if "normal_force" in given:
+        parts.insert(0, np.hypot(given["normal_force"], given["tangential_force"]))
+    return np.hstack(parts)
+
+
+def _shown(given: History, times: np.ndarray) -> np.ndarray:
+    """Forces at even times of the last turn."""
+    sizes, wanted = _sizes(given), times[:: SAMPLES // SHOWN]
+    return np.stack([np.interp(wanted, given["time"], each) for each in sizes.T], -1)
+
+
+def _peaks(fine: History, coarse: History, half: float) -> dict[str, np.ndarray]:
     """Largest force of each joint, and its error."""
-    peak, half = size.max(axis=0), len(size) // 2
-    halves = size[:half].max(axis=0) - size[half:].max(axis=0)
-    return {"peak": peak, "peak_error": np.maximum(np.abs(halves), peak - size[::2].max(axis=0))}
+    sizes, first = _sizes(fine), fine["time"] <= half
+    peak = sizes.max(axis=0)
+    halves = sizes[first].max(axis=0) - sizes[~first].max(axis=0)
+    return {"peak": peak, "peak_error": np.maximum(np.abs(halves), peak - _sizes(coarse).max(axis=0))}
 
 
 def _of_motion(motion: Settled) -> dict[str, Any]:
@@ -89,29 +119,33 @@ def _of_motion(motion: Settled) -> dict[str, Any]:
     return own | {"period": motion.period, "traits": np.array([traits[name] for name in CHANGES])}
 
 
-def _drive(model: Model, given: dict[str, np.ndarray], times: np.ndarray, turns: int) -> float:
-    """Work of the drive, J per turn."""
-    speed = given["angular_velocity"][:, model.links.index(model.crank)]
-    return float(np.trapezoid(given["drive_torque"] * speed, times) / turns)
-
-
-def _losses(given: dict[str, np.ndarray], times: np.ndarray, turns: int) -> dict[str, np.ndarray]:
-    """Integrals of each joint with clearance, J per turn, and their errors."""
+def _powers(given: History) -> dict[str, np.ndarray]:
+    """What is integrated of each joint with clearance, W."""
     normal, across = given["normal_force"], given["tangential_velocity"]
-    powers = (normal * given["normal_velocity"], given["tangential_force"] * across, np.abs(normal * across))
-    answer = {}
-    for name, power in zip(PER_TURN, powers, strict=True):
-        each, coarse = (_by_turn(power[::n], times[::n], turns) for n in (1, 2))
-        scatter = each.std(axis=0, ddof=1) / math.sqrt(turns) if turns > 1 else 0.0
-        mean = each.mean(axis=0)
-        answer |= {name: mean, f"{name}_error": np.hypot(scatter, mean - coarse.mean(axis=0))}
+    values = (normal * given["normal_velocity"], given["tangential_force"] * across, np.abs(normal * across))
+    return dict(zip(PER_TURN, values, strict=True))
+
+
+def _losses(fine: History, coarse: History, bounds: np.ndarray) -> dict[str, np.ndarray]:
+    """Integrals of each joint with clearance, J per turn, and their errors."""
+    answer, less = {}, _powers(coarse)
+    for name, power in _powers(fine).items():
+        answer |= _mean(name, _per_turn(fine, power, bounds), _per_turn(coarse, less[name], bounds))
     return answer
 
 
-def _by_turn(power: np.ndarray, times: np.ndarray, turns: int) -> np.ndarray:
-    """Integrals over each turn, shape (turns, joints)."""
-    pieces = (power[1:] + power[:-1]) / 2 * np.diff(times)[:, None]
-    return pieces.reshape(turns, -1, power.shape[1]).sum(axis=1)
+def _mean(name: str, each: np.ndarray, coarse: np.ndarray) -> dict[str, np.ndarray]:
+    """Mean over turns, and its error: their scatter, and the difference to the coarser record."""
+    mean, scatter = each.mean(axis=0), each.std(axis=0, ddof=1) / math.sqrt(len(each))
+    return {name: mean, f"{name}_error": np.hypot(scatter, mean - coarse.mean(axis=0))}
+
+
+def _per_turn(given: History, power: np.ndarray, bounds: np.ndarray) -> np.ndarray:
+    """Integrals over each turn, by the trapezoidal rule; turns along the first axis."""
+    widths = np.diff(given["time"]).reshape(-1, *[1] * (power.ndim - 1))
+    whole = np.zeros_like(power)
+    np.cumsum((power[1:] + power[:-1]) / 2 * widths, axis=0, out=whole[1:])
+    return np.diff(whole[np.searchsorted(given["time"], bounds - 1e-12 * bounds[-1])], axis=0)
 
 
 def _impact_speeds(model: Model, records: Records) -> np.ndarray:

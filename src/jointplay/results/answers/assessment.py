@@ -117,10 +117,12 @@ def _contacts(dataset: Dataset) -> list[str]:
         losses = ("impact_loss", "friction_loss", "sliding_work")
         each = (_number(float(one[n]), float(one[f"{n}_error"]), factor) for n in losses)
         rows.append((name, count, share, speed, *each))
-    given, taken = (plain(factor * float(dataset[name]), 4) for name in ("drive_input", "joint_loss"))
-    check = f"  check: the drive puts in {given} {symbol} per turn, these joints take {taken} {symbol}"
+    losses = _number(float(dataset["joint_loss"]), float(dataset["joint_loss_error"]), factor)
+    whole = (f"{plain(factor * float(dataset[name]), 5)} {symbol}" for name in ("joint_work", "drive_work"))
+    check = "  check: losses together {} {}; integrated along, the joints take {}, the drive gives {}"
+    check = check.format(losses, symbol, *whole)
     title = "Contact, per turn: separations, energy lost, and normal force times sliding distance"
-    return [title, *_table(rows), f"{check} (equal where nothing else takes energy)"]
+    return [title, *_table(rows), check]
 
 
 def _value(dataset: Dataset, key: str, ratio: float, digits: int = 6) -> str:
@@ -139,7 +141,8 @@ def _changes(dataset: Dataset) -> list[str]:
             rows += _met(dataset, key, side)
             unmet += _not_met(dataset, key, side)
         lines += [*_table(rows), *(f"    {line}" for line in unmet)]
-    return lines
+    step = plain(100 * float(dataset["step"]), 3)
+    return [*lines, f"  looked for in steps of {step} %: what begins and ends within one is not seen"]
 
 
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
