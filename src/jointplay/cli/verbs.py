@@ -292,5 +292,6 @@ def _draw(dataset, options: dict, targets: list[Path]) -> None:
     from jointplay.results.store import write_figure
 
     picture = figures.draw(dataset, options)
+    picture.set_layout_engine("none")  # it is laid out; each file would take as long again
     for target in targets:
         print(f"figure  {write_figure(picture, target)}")
