@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import warnings
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
@@ -220,7 +221,10 @@ def export_result(arguments: Namespace) -> int:
     from jointplay.results.store import open_result
 
     target = Path(arguments.result).with_suffix(".mat") if arguments.out is None else arguments.out
-    print(f"written {export(open_result(arguments.result), target, arguments.over)}")
+    with warnings.catch_warnings(record=True) as doubts:
+        print(f"written {export(open_result(arguments.result), target, arguments.over)}")
+    for doubt in doubts:
+        print(f"warning {doubt.message}", file=sys.stderr)
     return DONE
 
 
