@@ -101,3 +101,7 @@ _LINKAGES = (chunmei2002, slider_crank, watt, stephenson, quick_return)
 NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
     each.__name__: each for each in _LINKAGES
 } | SYSTEMS
+
+
+def __dir__() -> list[str]:
+    return sorted(NAMES)
