@@ -39,6 +39,7 @@ _HOME = {
     "open": "results.store:open_result",
     "summary": "results.summary",
     "words": "results.words",
+    "export": "results.export",
     "run": "study.in_python",
     "cell": "analysis.sweeps.gather",
     "figure": "figures:draw",

@@ -66,7 +66,7 @@ def test_every_public_function_names_an_argument_that_it_does_not_know_or_lacks(
 def test_what_is_wrong_by_itself_and_what_does_not_fit_are_told_together():
     said = refused(jp.lyapunov, PAIR, exponents=9, twin_turns=-1, rtol=True, progress=5, turns=np.float32(-1))
     assert set(said) == {"exponents", "twin_turns", "rtol", "progress", "turns"}
-    assert said["progress"] == "a function of the fraction done is accepted"
+    assert said["progress"] == "true, false, or a function of the fraction done is accepted"
     said = refused(jp.simulate, PAIR, windows=[[0, 1]], duration=3.0, steps=5, section=PAIR)
     assert set(said) == {"duration", "steps", "section"}
 

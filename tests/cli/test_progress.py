@@ -1,10 +1,14 @@
 """Progress: a bar on a terminal, a few lines in a log, silence for what is short."""
 
+import os
 from io import StringIO
 
 import pytest
 
+import jointplay as jp
 from jointplay import terminal
+from jointplay.codegen import cache, place
+from tests.support.program import jointplay
 
 
 class Terminal(StringIO):
@@ -42,3 +46,46 @@ def test_a_terminal_gets_a_bar(clock):
     said = report(clock, 60.0, Terminal())
     assert "\rsmall " in said
     assert "left" not in said
+
+
+@pytest.fixture
+def nothing_compiled(monkeypatch, tmp_path):
+    """A cache of generated modules in which nothing is."""
+    place.compiling.cache_clear()
+    monkeypatch.setattr(cache.place, "read", lambda name: None)
+    monkeypatch.setattr(cache.place, "write", lambda name, data: None)
+    monkeypatch.setattr(cache.importlib, "import_module", lambda name: name)
+    cache._named.cache_clear()
+    yield
+    cache._named.cache_clear()
+
+
+@pytest.mark.parametrize("stream", [StringIO, Terminal])
+def test_it_says_once_that_something_is_compiled(stream, nothing_compiled, caplog):
+    said = stream()
+    with caplog.at_level("INFO", "jointplay"), terminal.Progress("small", said) as progress:
+        progress(0.0)
+        for key in ("one structure", "another", "one structure"):
+            cache._module(key, lambda: "x = 1")
+    assert said.getvalue().count("small: compiling, once: later runs take seconds\n") == 1
+    assert len(caplog.records) == 2, "each structure is logged"
+    assert not terminal.LOG.handlers
+
+
+def test_progress_is_asked_for_by_true(clock, capsys):
+    system = jp.catalog.impact_pair(3.6, 0.8)
+    shown = [jp.simulate(system, turns=5, progress=progress) for progress in (True, False, None)]
+    assert shown[0].drop_vars("wall_time").identical(shown[1].drop_vars("wall_time"))
+    over = {"gap": [3.5, 3.6]}
+    jp.bifurcation(system, over=over, turns=5, transient=5, n_jobs=1, progress=True)
+    with pytest.raises(jp.InputError, match="true, false, or a function"):
+        jp.simulate(system, turns=5, progress=3)
+
+
+@pytest.mark.long
+def test_a_first_run_in_a_pipe_says_that_it_compiles(tmp_path):
+    words = ["run", "studies/quickstart.toml", "--out", tmp_path, "--no-figure"]
+    for first in (True, False):
+        done = jointplay(*words, env=os.environ | {"JOINTPLAY_CACHE": str(tmp_path / "cache")})
+        assert done.returncode == 0
+        assert ("quickstart: compiling, once" in done.stderr) is first

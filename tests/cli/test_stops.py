@@ -106,7 +106,7 @@ def test_what_a_single_analysis_has_is_kept_apart_from_its_result(kind, tmp_path
     study, result = tmp_path / "one.toml", tmp_path / "one.nc"
     study.write_text(f'kind = "{kind}"\n{SYSTEM}{analysis}')
     result.write_text("of a run before")
-    assert main(["run", str(study), "--out", str(tmp_path)]) == 130
+    assert main(["run", str(study), "--out", str(tmp_path), "--fresh"]) == 130
     said = capsys.readouterr()
     assert "one.partial.nc" in said.out
     assert "interrupted: run the same command again to start over" in said.err
@@ -129,7 +129,7 @@ def test_a_branch_is_kept_although_no_look_comes(tmp_path, interrupting, monkeyp
     analysis, worth_keeping = KEPT["continuation"]
     study = tmp_path / "one.toml"
     study.write_text(f'kind = "continuation"\n{SYSTEM}{analysis}')
-    assert main(["run", str(study), "--out", str(tmp_path)]) == 130
+    assert main(["run", str(study), "--out", str(tmp_path), "--fresh"]) == 130
     assert "one.partial.nc" in capsys.readouterr().out
     assert worth_keeping(open_result(tmp_path / "one.partial.nc"))
 
@@ -148,7 +148,7 @@ def test_a_run_that_ends_takes_away_what_an_interrupted_one_kept(tmp_path):
 def test_what_cannot_be_kept_starts_over(tmp_path, interrupting, capsys):
     study = tmp_path / "one.toml"
     study.write_text(f'kind = "chaos_test"\n{SYSTEM}turns = 100000000\n')
-    assert main(["run", str(study), "--out", str(tmp_path)]) == 130
+    assert main(["run", str(study), "--out", str(tmp_path), "--fresh"]) == 130
     assert "interrupted: run the same command again to start over" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["one.toml"]
 

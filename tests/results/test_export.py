@@ -1,9 +1,9 @@
 """Results for other programs: every number is there, with its units."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
+import pandas
 import pytest
 from scipy.io import loadmat
 
@@ -21,6 +21,11 @@ def sweep(tmp_path_factory):
     return jp.open(out / "cells.nc")
 
 
+@pytest.fixture(scope="module")
+def motion():
+    return jp.simulate(jp.catalog.impact_pair(3.0, 0.8), turns=3)
+
+
 def test_matlab_gets_every_variable_and_its_units(sweep, tmp_path):
     found = loadmat(export(sweep, tmp_path / "a.mat"), simplify_cells=True)
     for name in sweep.variables:
@@ -31,26 +36,41 @@ def test_matlab_gets_every_variable_and_its_units(sweep, tmp_path):
     assert found["attributes"]["provenance"] == sweep.attrs["provenance"]
 
 
+@pytest.mark.filterwarnings("ignore::jointplay.ModelWarning")
 def test_a_table_has_names_units_and_a_row_a_cell(sweep, tmp_path):
-    path = export(sweep, tmp_path / "a.csv", over=["gap", "restitution", "exponent"])
-    names, units, *rows = csv.reader(path.read_text().splitlines())
-    assert len(rows) == 6
-    at = names.index("lyapunov_exponent")
-    assert units[at] == sweep["lyapunov_exponent"].attrs["units"]
-    for row in rows:
-        told = dict(zip(names, row, strict=True))
-        place = {"gap": float(told["gap"]), "restitution": float(told["restitution"])}
-        assert float(told["lyapunov_exponent"]) == float(sweep["lyapunov_exponent"].sel(place).item())
-        assert int(told["n_steps"]) == int(sweep["n_steps"].sel(place))
+    path = jp.export(sweep, tmp_path / "a.csv", over=["gap", "restitution", "exponent"])
+    table = pandas.read_csv(path)
+    units = sweep["lyapunov_exponent"].attrs["units"]
+    assert list(table.columns[:3]) == ["gap", "restitution", "exponent"]
+    assert len(table) == 6
+    for _, row in table.iterrows():
+        place = {"gap": row["gap"], "restitution": row["restitution"]}
+        assert row["lyapunov_exponent" + f" [{units}]" * (units != "1")] == float(
+            sweep["lyapunov_exponent"].sel(place).item()
+        )
+        assert row["n_steps"] == int(sweep["n_steps"].sel(place))
+        assert row["cell_status"] == "ok"
 
 
-def test_a_table_of_histories_has_a_column_a_link(tmp_path):
-    motion = jp.simulate(jp.catalog.impact_pair(3.0, 0.8), turns=1)
-    names, units, *rows = csv.reader(export(motion, tmp_path / "a.csv").read_text().splitlines())
-    assert names[:2] == ["time", "state_value:y"] or {"time", "state_value:y", "state_value:v"} <= set(names)
-    assert units[names.index("time")] == "s" or units[names.index("time")] == motion["time"].attrs["units"]
-    column = [float(row[names.index("state_value:v")]) for row in rows]
-    assert np.array_equal(column, motion["state_value"].sel(state="v").values)
+def test_a_table_of_histories_has_a_column_a_link_and_names_what_is_left_out(motion, tmp_path):
+    with pytest.warns(jp.ModelWarning, match=r"not in the table: .*event_kind.*; theirs are over event"):
+        table = pandas.read_csv(jp.export(motion, tmp_path / "a.csv"))
+    assert table.columns[0] in ("time", f"time [{motion['time'].attrs['units']}]")
+    assert np.array_equal(table["state_value:v"], motion["state_value"].sel(state="v").values)
+    assert table.dtypes.iloc[0].kind == "f"
+    with pytest.warns(jp.ModelWarning, match="not in the table: "):
+        events = pandas.read_csv(jp.export(motion, tmp_path / "b.csv", over=["event"]))
+    assert set(events["event_kind"]) <= {"contact", "separation", "impact"}
+    assert len(events) == motion.sizes["event"] > 0
+
+
+def test_codes_are_words_in_matlab(motion, tmp_path):
+    found = loadmat(jp.export(motion, tmp_path / "a.mat"), simplify_cells=True)
+    told = jp.words(motion)
+    assert found["words"]["status"] == "ok"
+    assert list(np.atleast_1d(found["words"]["event_kind"])) == list(told["event_kind"].values)
+    assert found.keys() >= {str(name) for name in motion.variables}
+    assert set(found["words"]) == {n for n in motion.variables if "flag_meanings" in motion[n].attrs}
 
 
 def test_the_command(sweep, tmp_path, capsys):
@@ -59,6 +79,7 @@ def test_the_command(sweep, tmp_path, capsys):
     assert cli.main(["export", source]) == 0
     assert (tmp_path / "cells.mat").exists()
     assert cli.main(["export", source, "--out", str(tmp_path / "b.csv"), "--over", "gap", "restitution"]) == 0
+    assert "warning not in the table: " in capsys.readouterr().err
     assert cli.main(["export", source, "--out", str(tmp_path / "b.csv"), "--over", "gpa"]) == 2
     assert "did you mean 'gap'" in capsys.readouterr().err
     with pytest.raises(InputError, match=r"\.mat, \.csv"):

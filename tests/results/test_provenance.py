@@ -5,6 +5,7 @@ import shutil
 import subprocess
 
 import pytest
+import xarray as xr
 
 from jointplay.results import provenance
 
@@ -47,3 +48,11 @@ def test_a_changed_checkout_is_called_dirty_and_a_foreign_one_is_not_described(t
     installed = tmp_path / "lib" / "jointplay"
     installed.mkdir(parents=True)
     assert provenance.git_describe(installed) is None
+
+
+def test_a_result_says_in_plain_attributes_what_made_it():
+    text = "kind = 'response'\n"
+    told = provenance.attach(xr.Dataset(), {"kind": "response", "name": "small"}, text).attrs
+    assert told["study_toml"] == text
+    assert told["history"] == f"{told['source']}: jointplay run small.toml"
+    assert provenance.read(xr.Dataset(attrs=told))["study_text"] == text

@@ -192,4 +192,6 @@ Quantities = listed(str, "a list of names of quantities")
 Start = _table_or_list(Initial, tuple[Number, ...], _START)
 Starts = Annotated[tuple[Start, ...], accepts("a list of starts, each as initial,")]
 Plane = Annotated[dict[str, _table_or_list(Span, list[Number], _PLANE)], accepts(_PLANE)]
-Progress = Annotated[Callable[[float], None] | None, accepts("a function of the fraction done")]
+Progress = Annotated[
+    bool | Callable[[float], None] | None, accepts("true, false, or a function of the fraction done")
+]

@@ -17,6 +17,8 @@ from contextvars import ContextVar
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
+from jointplay.terminal import asked_for
+
 P = ParamSpec("P")
 T = TypeVar("T")
 EVERY = 0.25  # s between two reports, where no more is known to be done
@@ -56,10 +58,17 @@ _reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
 
 
 def reported(analysis: Callable[P, T]) -> Callable[P, T]:
-    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at the end."""
+    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at the end.
+
+    True stands for a bar on a terminal, or lines in a log.
+    """
 
     @wraps(analysis)
-    def call(*arguments, progress: Callable[[float], None] | None = None, **keywords):
+    def call(*arguments, progress: bool | Callable[[float], None] | None = None, **keywords):
+        if isinstance(progress, bool):
+            name = next(each.__name__ for each in (*arguments[:1], analysis) if hasattr(each, "__name__"))
+            with asked_for(progress, name) as told:
+                return call(*arguments, progress=told, **keywords)
         if not callable(progress):  # None, or what the analysis refuses
             return analysis(*arguments, progress=progress, **keywords)
         tell = Reporter(progress)

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import warnings
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
@@ -252,7 +253,10 @@ def export_result(arguments: Namespace) -> int:
     from jointplay.results.store import open_result
 
     target = Path(arguments.result).with_suffix(".mat") if arguments.out is None else arguments.out
-    print(f"written {export(open_result(arguments.result), target, arguments.over)}")
+    with warnings.catch_warnings(record=True) as doubts:
+        print(f"written {export(open_result(arguments.result), target, arguments.over)}")
+    for doubt in doubts:
+        print(f"warning {doubt.message}", file=sys.stderr)
     return DONE
 
 
@@ -324,5 +328,6 @@ def _draw(dataset, options: dict, targets: list[Path]) -> None:
     from jointplay.results.store import write_figure
 
     picture = figures.draw(dataset, options)
+    picture.set_layout_engine("none")  # it is laid out; each file would take as long again
     for target in targets:
         print(f"figure  {write_figure(picture, target)}")

@@ -85,6 +85,7 @@ def _ready(name: str) -> bool:
 
 def _compile(name: str) -> None:
     """Start a process that compiles a loop."""
+    place.compiling(name)
     path = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))  # empty: the current folder
     own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONSAFEPATH": "1", place.HANDED: str(place.folder())}
     command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[1] / "__init__.py"), _module_of(name)]
@@ -178,6 +179,7 @@ def _named(key: str) -> str | None:
 def _module(key: str, text) -> ModuleType:
     name = _named(key)
     if name is None or find_spec(f"{GENERATED}.{name}") is None:
+        place.compiling(key)
         source = text()
         name = f"k{_short(source)}"
         place.write(f"{name}.py", source.encode())

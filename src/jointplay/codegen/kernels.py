@@ -78,6 +78,7 @@ class Kernels(FunctionCache):
 
     def __init__(self, function: Callable) -> None:
         super().__init__(function)
+        self._module = function.__module__
         name = f"{function.__module__}.{function.__qualname__}-{function.__code__.co_firstlineno}"
         self._cache_file = _Files(name.replace("<locals>.", ""), self._impl.locator.get_source_stamp())
 
@@ -92,6 +93,8 @@ class Kernels(FunctionCache):
             found = None
         if found is None and _loads_only.get():
             raise MissingError(self._name)
+        if found is None:
+            place.compiling(self._module)
         return found
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import logging
 import os
 import shutil
 import stat
@@ -36,6 +37,12 @@ _lock = Lock()
 
 class UnsoundError(Exception):
     """A file is not what was written; the text says why."""
+
+
+@cache
+def compiling(what: str) -> None:
+    """Log that something is compiled which later runs only load; of each thing once."""
+    logging.getLogger("jointplay").info("compiling, once: later runs take seconds")
 
 
 @cache

@@ -22,6 +22,11 @@ def words(array: DataArray) -> DataArray:
     return result
 
 
+def coded(array: DataArray) -> bool:
+    """Whether words stand behind a variable's numbers."""
+    return "flag_meanings" in array.attrs
+
+
 def meanings(array: DataArray) -> list[str]:
     """Return the words of a variable's flags."""
     return str(array.attrs["flag_meanings"]).split()

@@ -9,13 +9,11 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures.process import BrokenProcessPool as BrokenProcessPool
 from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import islice
 from typing import Any
-
-from joblib.externals.loky import get_reusable_executor
-from joblib.externals.loky.process_executor import BrokenProcessPool as BrokenProcessPool
 
 AHEAD = 2  # calls sent for each process, so that none waits for its next
 LOOK = 0.25  # s between looks
@@ -75,6 +73,10 @@ def _workers(workers: int, backend: str) -> Iterator[tuple[Callable[..., Future]
         yield _in_thread, workers
         return
     hush()
+    from joblib.externals.loky import (
+        get_reusable_executor,
+    )  # a tenth of a second that one analysis need not wait
+
     with safe_path():
         executor = get_reusable_executor(max_workers=workers, timeout=IDLE, env=ONE_THREAD)
         try:

@@ -58,6 +58,9 @@ class Record(BaseModel):
             return data
         return {name: _in_si(value, _units(cls).get(name)) for name, value in data.items()}
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise refuse(value, "a record does not change: replace(), or a new one, gives a changed copy", name)
+
     @classmethod
     def _root(cls) -> str:
         return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower() if cls.root is None else cls.root

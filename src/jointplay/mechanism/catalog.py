@@ -105,3 +105,7 @@ _LINKAGES = (
 NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
     each.__name__: each for each in _LINKAGES
 } | SYSTEMS
+
+
+def __dir__() -> list[str]:
+    return sorted(NAMES)

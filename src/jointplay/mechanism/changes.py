@@ -47,7 +47,8 @@ class Changes(Record):
     Parameters
     ----------
     clearance : float or dict of str to float
-        Radial clearance, m: a number is joint B's; a dict names several. 0 or unnamed: ideal; 0 alone: all.
+        Radial clearance, m: a number is joint B's, or of the only joint that can have one; a dict names
+        several. 0 or unnamed: ideal; 0 alone: all.
     gear_ratio : float
         Of the motor's gear.
     friction : float
@@ -128,7 +129,7 @@ def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         Listing every change that does not exist, cannot have its value, or finds nothing to change.
     """
-    values, problems = _valid(changes)
+    values, problems = _valid(mechanism, changes)
     problems += [*_clearance_problems(mechanism, values), *_contact_problems(mechanism, values)]
     problems += _drive_problems(mechanism, values)
     if "elastic" in values or "elastic" not in changes:
@@ -142,7 +143,7 @@ def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
     return fields
 
 
-def _valid(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+def _valid(mechanism: _Linkage, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
     """Split the changes into values that are valid in themselves, and problems."""
     try:
         record, problems = Changes(**changes), []
@@ -154,8 +155,17 @@ def _valid(changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
         record = Changes(**{name: value for name, value in changes.items() if name not in invalid})
     values = {name: getattr(record, name) for name in record.model_fields_set}
     if isinstance(values.get("clearance"), float):
-        values["clearance"] = {MAIN_JOINT: values["clearance"]} if values["clearance"] else {}
+        values["clearance"] = {main_joint(mechanism): values["clearance"]} if values["clearance"] else {}
     return values, problems
+
+
+def main_joint(mechanism: _Linkage) -> str:
+    """Name of the joint whose clearance a bare number is: B, or where B can have none the only other."""
+    able = [joint.name for joint in mechanism.joints if joint.contact and joint.radius]
+    loose = [joint.name for joint in mechanism.joints if joint.clearance]
+    if MAIN_JOINT in able:
+        return MAIN_JOINT
+    return (loose if len(loose) == 1 else able if len(able) == 1 else [MAIN_JOINT])[0]
 
 
 def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
@@ -165,10 +175,17 @@ def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Itera
         if name not in joints:
             yield unknown(key, value, name, joints, "joint")
         elif value and not joints[name].sized:
-            sizes = "half_length, half_height" if joints[name].prismatic else "a radius"
-            yield Problem(key, value, f"only 0 is accepted for a joint without {sizes} and contact data")
+            sizes = "half_length, half_height" if joints[name].prismatic else "radius"
+            expected = f"only 0 is accepted: joint {name} has no {sizes} and contact data{_others(joints)}"
+            yield Problem(key, value, expected)
         elif text := too_wide(value, mechanism.links):
             yield Problem(key, value, text)
+
+
+def _others(joints: Mapping[str, Any]) -> str:
+    """Paths of the joints that can have clearance."""
+    able = [f"joints.{name}.clearance" for name, joint in joints.items() if joint.contact and joint.radius]
+    return f"; {', '.join(able)} can vary" if able else ""
 
 
 def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from jointplay.mechanism.base import NonNegative, unit
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.drive import ConstantSpeed
-from jointplay.mechanism.preset_parts import Play, fixed, joined, on
+from jointplay.mechanism.joints import Contact, Joint
+from jointplay.mechanism.preset_parts import Gravity, Play, fixed, joined, on
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 

@@ -1,4 +1,4 @@
-"""A result for other programs: MATLAB's .mat, or a table of comma-separated values with a row of units."""
+"""A result for other programs: MATLAB's .mat, or a table of comma-separated values."""
 
 from __future__ import annotations
 
@@ -7,16 +7,24 @@ from collections.abc import Callable, Iterator, Sequence
 from io import BytesIO, StringIO
 from itertools import product
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import xarray as xr
 
-from jointplay.errors import NOTHING, InputError, refuse, unknown
+from jointplay.display.codes import coded
+from jointplay.errors import NOTHING, InputError, refuse, unknown, warn
 from jointplay.jobs.files import replaced
+from jointplay.mechanism.base import accepts
+from jointplay.mechanism.signature import checked
 from jointplay.results.store import check_writable
+from jointplay.results.words import words
 
 
-def export(dataset: xr.Dataset, path: Path | str, over: Sequence[str] | None = None) -> Path:
+@checked()
+def export(
+    dataset: Annotated[xr.Dataset, accepts("a result")], path: Path | str, over: Sequence[str] | None = None
+) -> Path:
     """Write a result in another form, whole or not at all.
 
     Parameters
@@ -24,22 +32,35 @@ def export(dataset: xr.Dataset, path: Path | str, over: Sequence[str] | None = N
     dataset : xarray.Dataset
         A result.
     path : path-like
-        The final name. ``.mat``: every variable under its name, with structs ``units``, ``long_name``,
-        ``dims`` and ``attributes``. ``.csv``: a row of names, one of units, one for each point of some
-        dimensions.
+        The final name. ``.mat``: every variable under its name; structs ``units``, ``long_name``, ``comment``
+        and ``dims`` by variable; ``words``, the texts of what is stored as codes; and ``attributes``.
+        ``.csv``: one row of names with their units, as ``time [s]``, then one for each point of some
+        dimensions: keys first, codes as words.
     over : sequence of str, optional
         Of a table, the dimensions of its rows; those of the largest variable if left out. Links, joints and
-        states make columns, as ``angle:crank``; what has other dimensions is left out.
+        states make columns, as ``angle:crank``; what has other dimensions is left out, and a `ModelWarning`
+        names it.
+
+    Returns
+    -------
+    pathlib.Path
+        The file.
 
     Raises
     ------
     InputError
         When there is no such form or dimension.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> jp.export(jp.open("results/quickstart.nc"), "quickstart.csv", over=["time"])  # doctest: +SKIP
     """
     path = Path(path)
     if path.suffix not in FORMS:
         accepted = f"a name that ends in one of {', '.join(FORMS)} is accepted"
         raise refuse(str(path), accepted, "--out")
+    over = [over] if isinstance(over, str) else over
     known = [str(dim) for dim in dataset.dims]
     if wrong := [unknown("--over", dim, dim, known, "dimension") for dim in over or () if dim not in known]:
         raise InputError(wrong)
@@ -55,8 +76,10 @@ def _mat(dataset: xr.Dataset, _: Sequence[str] | None) -> bytes:
     variables = {str(name): variable for name, variable in dataset.variables.items()}
     structs = {
         key: {name: str(variable.attrs.get(key, "")) for name, variable in variables.items()}
-        for key in ("units", "long_name")
+        for key in ("units", "long_name", "comment")
     }
+    told = words(dataset)
+    structs["words"] = {name: _cells(told[name].values) for name in variables if coded(dataset[name])}
     structs["dims"] = {name: " ".join(map(str, variable.dims)) for name, variable in variables.items()}
     structs["attributes"] = {str(key): str(value) for key, value in dataset.attrs.items()}
     values = {name: _cells(variable.values) for name, variable in variables.items()}
@@ -77,12 +100,21 @@ def _csv(dataset: xr.Dataset, over: Sequence[str] | None) -> bytes:
     names = [dim for dim in dataset.dims if dim in dataset.coords and dataset[dim].dtype.kind in "UO"]
     largest = max(dataset.variables.values(), key=lambda variable: variable.size, default=xr.Variable((), 0))
     rows = list(dict.fromkeys(over or (dim for dim in largest.dims if dim not in names)))
-    columns = [column for name in dataset.variables for column in _columns(dataset, str(name), rows, names)]
+    counted = {dim: (dim, np.arange(dataset.sizes[dim])) for dim in rows if dim not in dataset.variables}
+    told = words(dataset).assign_coords(counted)
+    keys = [*rows, *(name for name in told.coords if name not in rows)]
+    every = [str(name) for name in dict.fromkeys((*keys, *told.variables))]
+    columns = {name: [*_columns(told, name, rows, names)] for name in every}
+    if left := [name for name, own in columns.items() if not own and name not in names]:
+        also = sorted({str(dim) for name in left for dim in told[name].dims} - {*rows, *names})
+        warn(
+            f"not in the table: {', '.join(left)}" + (f"; theirs are over {', '.join(also)}" if also else "")
+        )
+    table = [column for own in columns.values() for column in own]
     stream = StringIO(newline="")
     writer = csv.writer(stream)
-    writer.writerow([label for label, _, _ in columns])
-    writer.writerow([units for _, units, _ in columns])
-    writer.writerows(zip(*(values.tolist() for _, _, values in columns), strict=True))
+    writer.writerow([label if units in ("", "1") else f"{label} [{units}]" for label, units, _ in table])
+    writer.writerows(zip(*(values.tolist() for _, _, values in table), strict=True))
     return stream.getvalue().encode()
 
 

@@ -40,11 +40,19 @@ def record(resolved: dict[str, Any], text: str, processors: Iterable[str] = ()) 
 def attach(
     dataset: xr.Dataset, resolved: dict[str, Any], text: str, processors: Iterable[str] = ()
 ) -> xr.Dataset:
-    """Give a copy of the dataset that holds its provenance: one JSON text, the attribute ``provenance``."""
+    """Give a copy of the dataset that holds its provenance: one JSON text, the attribute ``provenance``.
+
+    For people ``source``, ``history`` (which command made it, as the CF conventions ask) and ``study_toml``.
+    """
     origin = record(resolved, text, processors)
     source = "{name} {version}".format(**origin["software"])
-    origin = json.dumps(origin, sort_keys=True, ensure_ascii=False)
-    return dataset.assign_attrs(source=source, provenance=origin)
+    said = {
+        "source": source,
+        "history": f"{source}: jointplay run {resolved.get('name', 'STUDY')}.toml",
+        "study_toml": text,
+        "provenance": json.dumps(origin, sort_keys=True, ensure_ascii=False),
+    }
+    return dataset.assign_attrs(said)
 
 
 def read(dataset: xr.Dataset) -> dict[str, Any]:

@@ -38,5 +38,6 @@ def words(dataset: Annotated[xr.Dataset, accepts("a result")]) -> xr.Dataset:
     >>> jp.words(motion).status.item()  # doctest: +SKIP
     'ok'
     """
-    coded = [name for name, each in dataset.variables.items() if "flag_meanings" in each.attrs]
-    return dataset.assign({name: codes.words(dataset[name]) for name in coded})
+    return dataset.assign(
+        {name: codes.words(dataset[name]) for name in dataset.variables if codes.coded(dataset[name])}
+    )

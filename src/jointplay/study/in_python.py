@@ -3,28 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import nullcontext
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import xarray as xr
 
+from jointplay.analysis.keywords import Progress as Keyword
 from jointplay.errors import refuse
 from jointplay.mechanism.base import Natural, accepts
 from jointplay.mechanism.signature import checked
 from jointplay.study import run as runner
 from jointplay.study.file import load
-from jointplay.terminal import Progress
+from jointplay.terminal import asked_for
 
 
 @checked()
 def run(
     study: Annotated[Path | str, accepts("the name of a study file")],
     *,
-    progress: Annotated[
-        bool | Callable[[float], None], accepts("true, false, or a function of the fraction done")
-    ] = False,
+    progress: Keyword = None,
     jobs: Natural | None = None,
     **changes: Any,
 ) -> xr.Dataset:
@@ -58,8 +56,7 @@ def run(
     >>> motion = jp.run("studies/quickstart.toml", analysis={"turns": 3})  # doctest: +SKIP
     """
     loaded = load(study, [f"{path}={_text(path, value)}" for path, value in _flat(changes)])
-    shown = Progress(loaded.record.name) if progress is True else nullcontext(progress or None)
-    with shown as tell:
+    with asked_for(progress, loaded.record.name) as tell:
         return runner.run(loaded, tell, jobs)
 
 
