@@ -19,6 +19,7 @@ from jointplay.pages import packed, texts, thin
 KEY = re.compile(r"[\w.\[\]-]+")  # of a parameter: others cannot stand in a command
 WORDS = {"period": {"0": "none found", "-1": "not known"}}  # of numbers that are none
 FEW = 8  # entries along a dimension that are numbers of their own, not points of a curve
+FIRST = ("cell_status", "trouble")  # must not be left out
 LAST = ("n_", "wall_time", "end_state", "turn_period")  # beginnings of names of what matters least
 POINTS = ("point", "turn")
 LONG = (*POINTS, "time")
@@ -77,7 +78,7 @@ def axis(dataset: Dataset, name: str, keys: list[str]) -> dict[str, Any]:
 def rows(dataset: Dataset, grid: list[str], room: int) -> tuple[list[dict[str, Any]], str]:
     """Return the numbers of each cell that there is room for, a row each, and a note of those left out."""
     known = [str(name) for name, each in dataset.data_vars.items() if set(grid) <= set(each.dims)]
-    known.sort(key=lambda name: name.startswith(LAST))
+    known.sort(key=lambda name: (name.startswith(LAST), name not in FIRST))
     every = [row for name in known for row in entries(dataset[name], grid)]
     sizes = np.cumsum([packed.size(row) for row in every])
     found = every[: int(np.searchsorted(sizes, room, side="right"))]
@@ -141,7 +142,7 @@ def pairs_of(dataset: Dataset, dim: str) -> list[tuple[str, str]]:
     states = select.labels(dataset, "state")
     planes = [pair for pair in (*PLACES, tuple(states[:2])) if len(pair) == 2 and set(pair) <= set(names)]
     force = next((name for name in (*FORCES, *states, *names) if name in names), None)
-    history = [("", force)] if force and (dim not in POINTS or not planes) else []
+    history = [("", force)] if force and dataset.sizes[dim] > 1 and (dim not in POINTS or not planes) else []
     return history + planes[:1]
 
 
