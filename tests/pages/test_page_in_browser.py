@@ -1,14 +1,17 @@
 """Pages in a real browser: opened from a file, changed by clicks and keys, restored from their address."""
 
 import json
+import shlex
 from time import monotonic, sleep
 
 import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.cli import main
 from tests.figures.support.synthetic import section
 from tests.pages.samples import diagram, turning
+from tests.support.sweep_samples import CELLS, loaded, ran
 
 pytestmark = pytest.mark.timeout(240)
 CHART = "return Bokeh.documents[0].get_model_by_name('chart0')"
@@ -97,7 +100,7 @@ def test_a_page_of_others_text_opens_from_a_file_without_a_word(chromium, page):
     assert "broken in" in chromium.title
     assert chromium.title.startswith("</script>")  # it is the title, it was not run
     assert chromium.execute_script("return document.images.length") == 0
-    assert "jointplay run sample.toml" in text(chromium, "again")
+    assert "jointplay run sample.nc --out again" in text(chromium, "again")
 
 
 def test_a_click_shows_the_point_that_is_nearest_and_how_to_compute_it_again(chromium, page):
@@ -219,3 +222,37 @@ def test_without_scripts_the_picture_is_there(page):
     html = page.read_text(encoding="utf-8")
     inside = html[html.index("<noscript>") : html.index("</noscript>")]
     assert 'src="data:image/png;base64,iVBOR' in inside
+
+
+@pytest.mark.long
+def test_the_command_of_a_point_computes_it_again(chromium, tmp_path, monkeypatch):
+    whole = ran(loaded(CELLS), tmp_path / "out")
+    path, _ = jp.report(whole, tmp_path / "cells.html")
+    opened(chromium, path, "#cell=1 1")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cells.toml").write_text(text(chromium, "study"), encoding="utf-8")
+    program, *words = shlex.split(text(chromium, "cell-command"))
+    assert program == "jointplay"
+    assert main(words) == 0
+    again = jp.open("one_cell/cells.nc")
+    wanted = whole.isel(gap=[1], restitution=[1])
+    assert again.lyapunov_exponent.identical(wanted.lyapunov_exponent)
+
+
+@pytest.mark.long
+def test_a_sweep_that_has_no_diagram_is_gone_through_by_its_slider(chromium, tmp_path):
+    histories = ran(
+        loaded(CELLS.replace("lyapunov", "response"), "analysis.samples_per_turn=20"), tmp_path / "out"
+    )
+    (path,) = jp.report(histories, tmp_path / "cells.html")
+    opened(chromium, path)
+    assert text(chromium, "cell-title") == "Gap 2.9, Restitution 0.7"
+    chromium.execute_script(
+        "const s = document.getElementById('slider0'); s.value = 2; s.dispatchEvent(new Event('input'))"
+    )
+    assert text(chromium, "cell-title") == "Gap 3.1, Restitution 0.7"
+    shown = chromium.execute_script("return jointplay.model('cell0').data")
+    one = jp.cell(histories, gap=3.1, restitution=0.7)
+    np.testing.assert_allclose(shown["x"][:-1], one.time, rtol=1e-6)
+    np.testing.assert_allclose(shown["y"][:-1], one.state_value.sel(state="y"), rtol=1e-6, atol=1e-6)
+    assert complaints(chromium) == []

@@ -89,7 +89,7 @@ def test_a_thinned_curve_keeps_its_extremes_and_gaps_and_a_page_says_so():
 
 def test_cells_hold_what_is_stored_of_each():
     data = diagram()
-    found = cells.cells(data, {"name": "s", "vary": {"joints.B.clearance": [1.0]}})
+    found = cells.cells(data, {"name": "s", "vary": {"joints.B.clearance": [1.0]}}, 10**6)
     (axis,) = found["parameters"]
     assert axis["stored"] == data.clearance.values.tolist()
     assert axis["key"] == "joints.B.clearance"
@@ -99,14 +99,19 @@ def test_cells_hold_what_is_stored_of_each():
     np.testing.assert_array_equal(values(rows["Period"]), data.period.values)
     (chart,) = found["charts"]
     np.testing.assert_allclose(values(chart["y"]), 1e6 * data.journal_x.values[..., 0], rtol=1e-6)
-    assert cells.cells(data, {"vary": {"a'; rm -rf . #.clearance": [1.0]}})["parameters"][0]["key"] == ""
+    strange = {"vary": {"a'; rm -rf . #.clearance": [1.0]}}
+    assert cells.cells(data, strange, 10**6)["parameters"][0]["key"] == ""
 
 
-def test_many_points_of_cells_are_thinned_to_the_last_ones(monkeypatch):
-    monkeypatch.setattr(cells, "STORED", 20)
-    found = cells.cells(diagram(), {})
-    assert found["charts"][0]["y"]["shape"] == [5, 2, 1]
-    assert found["note"].startswith("1 of 4 section points")
+def test_without_room_points_are_thinned_to_the_last_ones_and_numbers_left_out():
+    data = diagram()
+    found = cells.cells(data, {}, 8 * 2 * 10 * 2)
+    np.testing.assert_allclose(values(found["charts"][0]["y"]), 1e6 * data.journal_x.values[..., 2:, 0])
+    assert found["note"].startswith(
+        "2 of 4 section points of each point of the sweep are drawn here; in the result"
+    )
+    assert [row["label"] for row in found["rows"]] == ["Cell status", "Period", "Contacts begun a turn"]
+    assert found["note"].endswith("in the result only: Smallest gap, Exponent a turn, Standard error")
 
 
 def test_the_motion_is_that_of_the_mechanism_and_another_s_is_refused():

@@ -184,7 +184,7 @@ def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Itera
 
 def _others(joints: Mapping[str, Any]) -> str:
     """Paths of the joints that can have clearance."""
-    able = [f"joints.{name}.clearance" for name, joint in joints.items() if joint.contact and joint.radius]
+    able = [f"joints.{name}.clearance" for name, joint in joints.items() if joint.sized]
     return f"; {', '.join(able)} can vary" if able else ""
 
 

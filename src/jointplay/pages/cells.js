@@ -48,7 +48,7 @@ if (jointplay.data.cells) {
       const texts = each.map((at) => written(row, values[r][at], values[r][at]));
       if (texts.some((text) => text !== "–" && text !== "")) table.append(line(row.label, texts, "td"));
     });
-    const at = place.map((i, k) => `${parameters[k].title} ${Number(parameters[k].values[i].toPrecision(6))} ${parameters[k].unit}`);
+    const at = place.map((i, k) => `${parameters[k].title} ${Number(parameters[k].values[i].toPrecision(6))} ${parameters[k].unit}`.trim());
     element("cell-title").textContent = at.join(", ");
     jointplay.say(at.join(", "));
   }
@@ -94,6 +94,7 @@ if (jointplay.data.cells) {
   function select(wanted) {
     place = wanted.map((i, k) => Math.max(0, Math.min(shape[k] - 1, i)));
     element("cell").hidden = false;
+    place.forEach((i, k) => { element("slider" + k).value = i; });
     showNumbers();
     showCurves();
     showMarks();
@@ -104,6 +105,12 @@ if (jointplay.data.cells) {
     select(wanted);
     store("cell", place.join(" "));
   }
+
+  parameters.forEach((_, k) => {
+    const slider = element("slider" + k);
+    slider.addEventListener("input", () => choose((place || shape.map(() => 0)).map((i, j) => (j === k ? Number(slider.value) : i))));
+  });
+  const clickable = data.panels.some((panel) => panel.over.some((name) => parameters.some((each) => each.name === name)));
 
   jointplay.parts.push({
     tapped(panel, x, y) {
@@ -125,6 +132,7 @@ if (jointplay.data.cells) {
     show(view) {
       const asked = (view.get("cell") || "").split(" ").map(Number);
       if (view.get("cell") && asked.length === shape.length && asked.every(Number.isInteger)) select(asked);
+      else if (!place && !clickable) select(shape.map(() => 0));
     },
   });
 }

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from xarray import DataArray, Dataset
 
+from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, cell_quantity, select, sweep_axes
 from jointplay.pages import packed, texts, thin
@@ -18,9 +19,12 @@ from jointplay.pages import packed, texts, thin
 KEY = re.compile(r"[\w.\[\]-]+")  # of a parameter: others cannot stand in a command
 WORDS = {"period": {"0": "none found", "-1": "not known"}}  # of numbers that are none
 FEW = 8  # entries along a dimension that are numbers of their own, not points of a curve
-ROWS = 60  # numbers of a cell
-STORED = 400_000  # values of all cells' points and curves, 2 MB of a page
-LONG = ("point", "turn", "time")
+FIRST = ("cell_status", "trouble")  # must not be left out
+LAST = ("n_", "wall_time", "end_state", "turn_period")  # beginnings of names of what matters least
+POINTS = ("point", "turn")
+LONG = (*POINTS, "time")
+UNDRAWN = ("mode", "window", "state_value")
+OWN = "cell_"  # before the name of a coordinate that differs from cell to cell
 FORCES = ("normal_force", "reaction", "angular_acceleration", "state_value")
 PLACES = (("journal_x", "journal_y"), ("eccentricity", "normal_velocity"))
 
@@ -32,7 +36,7 @@ def parameters(dataset: Dataset) -> list[str]:
     return cell_quantity.varied(dataset)
 
 
-def cells(dataset: Dataset, study: dict[str, Any]) -> dict[str, Any] | None:
+def cells(dataset: Dataset, study: dict[str, Any], room: int) -> dict[str, Any] | None:
     """Return what a page needs of a sweep's cells, ready for `packed.text`; None where there is no sweep.
 
     Parameters
@@ -41,19 +45,22 @@ def cells(dataset: Dataset, study: dict[str, Any]) -> dict[str, Any] | None:
         A result.
     study : dict
         The study that it answers, resolved; empty where it holds none.
+    room : int
+        Bytes that their numbers may take.
     """
     names = parameters(dataset)
     if not names:
         return None
     beside = [dim for dim in sweep_axes.BESIDE if dim in dataset["cell_status"].dims]
     ways = list(product(*(map(str, dataset[dim].values) for dim in beside)))
-    charts, note = curves(dataset, [*names, *beside])
+    charts, thinned = curves(dataset, [*names, *beside], room // 8)
+    numbers, left = rows(dataset, [*names, *beside], room - 4 * sum(map(values_of, charts)))
     return {
         "parameters": [axis(dataset, name, list(study.get("vary") or {})) for name in names],
         "ways": [" ".join(f"start {w}" if w.isdigit() else w for w in way) for way in ways],
-        "rows": list(rows(dataset, [*names, *beside])),
+        "rows": numbers,
         "charts": charts,
-        "note": note,
+        "note": "; ".join(filter(None, (thinned, left))),
         "file": shlex.quote(texts.file_name({"study": study})),
     }
 
@@ -62,17 +69,26 @@ def axis(dataset: Dataset, name: str, keys: list[str]) -> dict[str, Any]:
     """Return the values of a parameter, stored and as its axis shows them, and its key in a study."""
     values, unit = artists.displayed(dataset[name])
     key = next((key for key in keys if key.rpartition(".")[2] == name and KEY.fullmatch(key)), "")
-    symbol = "" if unit.symbol == PLAIN["1"] else unit.symbol
+    symbol = "" if unit.symbol == PLAIN["1"] else raised(unit.symbol)
     words = {"name": name, "title": select.title(dataset[name]), "unit": symbol, "key": key}
     stored, log = dataset[name].values.tolist(), sweep_axes.is_log(dataset[name].values)
     return words | {"values": values.tolist(), "stored": stored, "log": log}
 
 
-def rows(dataset: Dataset, grid: list[str]) -> Iterator[dict[str, Any]]:
-    """Yield the numbers of each cell, a row each: its label, unit, and values along the grid."""
-    known = [name for name, each in dataset.data_vars.items() if set(grid) <= set(each.dims)]
-    found = (row for name in known for row in entries(dataset[name], grid))
-    yield from (row for row, _ in zip(found, range(ROWS), strict=False))
+def rows(dataset: Dataset, grid: list[str], room: int) -> tuple[list[dict[str, Any]], str]:
+    """Return the numbers of each cell that there is room for, a row each, and a note of those left out."""
+    known = [str(name) for name, each in dataset.data_vars.items() if set(grid) <= set(each.dims)]
+    known.sort(key=lambda name: (name.startswith(LAST), name not in FIRST))
+    every = [row for name in known for row in entries(dataset[name], grid)]
+    sizes = np.cumsum([packed.size(row) for row in every])
+    found = every[: int(np.searchsorted(sizes, room, side="right"))]
+    left = [row["label"] for row in every[len(found) :]]
+    return found, f"in the result only: {', '.join(left)}" if left else ""
+
+
+def values_of(chart: dict[str, Any]) -> int:
+    """Return the number of values of a chart."""
+    return 2 * int(np.prod(chart["x"]["shape"]))
 
 
 def entries(array: DataArray, grid: list[str]) -> Iterator[dict[str, Any]]:
@@ -90,7 +106,7 @@ def entries(array: DataArray, grid: list[str]) -> Iterator[dict[str, Any]]:
         label = ", ".join([select.title(array), *which])
         yield {
             "label": label,
-            "unit": unit.symbol if unit else "",
+            "unit": raised(unit.symbol) if unit else "",
             "flags": flags,
             **packed.array(one.values),
         }
@@ -101,54 +117,56 @@ def is_long(data: Dataset | DataArray, dim: str) -> bool:
     return dim in LONG or data.sizes[dim] > FEW
 
 
-def curves(dataset: Dataset, grid: list[str]) -> tuple[list[dict[str, Any]], str]:
-    """Return the charts of each cell's points and curves, and a note of what is thinned."""
-    inner = {
-        str(dim) for each in dataset.data_vars.values() if set(grid) <= set(each.dims) for dim in each.dims
-    }
-    long = sorted(inner - set(grid), key=lambda dim: (dim not in LONG, dim))
-    dim = next((dim for dim in long if is_long(dataset, dim)), None)
-    if dim is None:
+def curves(dataset: Dataset, grid: list[str], stored: int) -> tuple[list[dict[str, Any]], str]:
+    """Return the charts of each cell's points and curves, so many values, and a note of what is thinned."""
+    over = [each for each in dataset.data_vars.values() if set(grid) <= set(each.dims)]
+    inner = {str(dim) for each in over for dim in each.dims if is_long(each, str(dim))} - set(grid)
+    if not inner:
         return [], ""
-    pairs = [chosen(dataset, grid, dim, pair) for pair in pairs_of(dataset, dim)]
-    count = sum(2 for _ in pairs) * int(np.prod([dataset.sizes[name] for name in grid]))
-    size = dataset.sizes[dim]
-    most = max(1, min(size, STORED // max(count, 1)))
-    keep = (
-        np.arange(size)[-most:] if dim == "point" else np.unique(np.linspace(0, size - 1, most).astype(int))
-    )
-    charts = [chart(*pair, dim, keep) for pair in pairs]
-    return charts, thin.told(
-        len(keep), size, f"{'section points' if dim == 'point' else 'samples'} of each cell"
-    )
+    dim = min(inner, key=lambda each: (each not in LONG, each))
+    part = dataset[[each.name for each in over if dim in each.dims]]
+    pairs = [[along(part, [*grid, dim], name) for name in pair] for pair in pairs_of(part, dim)]
+    count = 2 * len(pairs) * int(np.prod([part.sizes[name] for name in grid]))
+    size = part.sizes[dim]
+    most = max(1, min(size, stored // max(count, 1)))
+    last = dim in POINTS
+    keep = np.arange(size)[-most:] if last else np.unique(np.linspace(0, size - 1, most).astype(int))
+    charts = [chart(*pair, keep) | {"joined": not last} for pair in pairs]
+    what = "section points" if last else "samples"
+    return charts, thin.told(len(keep), size, f"{what} of each point of the sweep")
 
 
 def pairs_of(dataset: Dataset, dim: str) -> list[tuple[str, str]]:
     """Return names of variables drawn over each other; an empty first one stands for the dimension."""
-    names = [name for name in select.names(dataset, dim) if name not in ("mode", "window", "state_value")]
+    names = [name for name in select.names(dataset, dim) if name not in UNDRAWN]
     states = select.labels(dataset, "state")
     planes = [pair for pair in (*PLACES, tuple(states[:2])) if len(pair) == 2 and set(pair) <= set(names)]
     force = next((name for name in (*FORCES, *states, *names) if name in names), None)
-    along = [("", force)] if force and (dim == "time" or not planes) else []
-    return along + planes[:1]
+    history = [("", force)] if force and dataset.sizes[dim] > 1 and (dim not in POINTS or not planes) else []
+    return history + planes[:1]
 
 
-def chosen(dataset: Dataset, grid: list[str], dim: str, pair: tuple[str, str]) -> list[DataArray]:
-    """Return both variables over the grid and one dimension, of the first link or joint."""
-    where = [*grid, dim]
-    numbers = DataArray(np.arange(dataset.sizes[dim]), dims=dim, name=dim)
-    coordinate = dataset[dim] if dim in dataset.coords else numbers
-    found = []
-    for name in pair:
-        array = select.variable(dataset, name, "variables", dim) if name else coordinate
-        found.append(select.labelled_slice(array, dataset, where) if name else array)
-    shape = found[1].transpose(*where)
-    return [each.broadcast_like(shape).transpose(*where) for each in found]
+def along(dataset: Dataset, where: list[str], name: str) -> DataArray:
+    """Return a variable over the grid and one dimension more, of the first link, joint or other entry."""
+    dim, own = where[-1], f"{OWN}{where[-1]}"
+    if name:
+        array = select.variable(dataset, name, "variables", dim)
+    elif own in dataset.coords:  # of each cell another one
+        array = dataset[own]
+    else:
+        array = dataset[dim] if dim in dataset.coords else DataArray(np.arange(dataset.sizes[dim]), dims=dim)
+        array = array.rename(dim)
+    for other in [other for other in array.dims if other not in where]:
+        first, several = array.isel({other: 0}), array.sizes[other] > 1
+        words = {"long_name": f"{select.title(array)}, {first[other].values}"} if several else {}
+        array = first.assign_attrs(words)
+    whole = {each: dataset.sizes[each] for each in where if each not in array.dims}
+    return array.drop_vars(list(whole), errors="ignore").expand_dims(whole).transpose(*where)
 
 
-def chart(x: DataArray, y: DataArray, dim: str, keep: np.ndarray) -> dict[str, Any]:
+def chart(x: DataArray, y: DataArray, keep: np.ndarray) -> dict[str, Any]:
     """Return one chart of a cell: labels and values, the last dimension along the curve."""
     (xs, x_unit), (ys, y_unit) = artists.displayed(x), artists.displayed(y)
     labels = {"x_label": artists.axis_label(x, x_unit), "y_label": artists.axis_label(y, y_unit)}
     values = {"x": packed.array(xs[..., keep].astype(float)), "y": packed.array(ys[..., keep].astype(float))}
-    return labels | values | {"joined": dim == "time"}
+    return labels | values

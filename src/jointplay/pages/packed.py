@@ -8,18 +8,32 @@ from typing import Any
 
 import numpy as np
 
-TYPES = {"f": "<f4", "i": "<i4", "u": "<i4", "b": "<i4"}
+INTEGERS = ("<i1", "<i2", "<i4")
 
 
 def array(values: Any) -> dict[str, Any]:
     """Return an array for a page: its shape, its type and its bytes in base64; texts as a list."""
     values = np.asarray(values)
-    if values.dtype.kind not in TYPES:
+    if values.dtype.kind not in "fiub":
         known, places = np.unique(values.astype(str), return_inverse=True)
         return {"texts": known.tolist()} | array(places.reshape(values.shape))
-    kind = TYPES[values.dtype.kind]
+    ends = [values.min(initial=0), values.max(initial=0)]
+    whole = [
+        kind for kind in INTEGERS if values.dtype.kind != "f" and not any(ends != np.clip(ends, *reach(kind)))
+    ]
+    kind = whole[0] if whole else "<f4"
     raw = np.ascontiguousarray(values, dtype=kind).tobytes()
     return {"type": kind, "shape": list(values.shape), "bytes": base64.b64encode(raw).decode()}
+
+
+def reach(kind: str) -> tuple[int, int]:
+    """Return the smallest and largest number of a type."""
+    return np.iinfo(kind).min, np.iinfo(kind).max
+
+
+def size(packed: dict[str, Any]) -> int:
+    """Return the bytes that an array takes before base64."""
+    return len(packed["bytes"]) * 3 // 4
 
 
 def text(data: Any) -> str:

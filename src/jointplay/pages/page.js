@@ -15,7 +15,8 @@ const jointplay = (() => {
 
   function numbers(packed) {
     const bytes = Uint8Array.from(atob(packed.bytes), (character) => character.charCodeAt(0));
-    return new (packed.type === "<f4" ? Float32Array : Int32Array)(bytes.buffer);
+    const kinds = { "<f4": Float32Array, "<i4": Int32Array, "<i2": Int16Array, "<i1": Int8Array };
+    return new kinds[packed.type](bytes.buffer);
   }
 
   function say(text) {

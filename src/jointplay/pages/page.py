@@ -70,7 +70,7 @@ def own(name: str) -> str:
 def charts(content: Any) -> list[tuple[str, panels.Panel]]:
     """Return the live charts, each with the kind of its figure, and let them tell the page what is done."""
     known = [*cells.parameters(content.dataset), *(["time"] if content.motion else [])]
-    most = thin.limit([size for each in content.figures.values() for size in panels.samples(each)])
+    most = thin.limit(thin.sizes(content.figures.values()))
     found: list[tuple[str, panels.Panel]] = []
     for kind, figure in content.figures.items():
         made = panels.panels(figure, content.dataset, known, len(found), most)
@@ -140,10 +140,19 @@ def cell_section(content: Any, divs: tuple[str, ...]) -> str:
     if not content.cells:
         return ""
     runs = all(each["key"] for each in content.cells["parameters"])
-    again = f"<p>With the study below, this computes the point again:</p>{texts.copied('cell-command', '')}"
+    words = "With the study below, this computes the point again"
+    if {"up", "down"} & {word for way in content.cells["ways"] for word in way.split()}:
+        words += ", from the study's own start: upward and downward, each began where its neighbour ended"
+    again = f"<p>{words}:</p>{texts.copied('cell-command', '')}"
     boxes = "".join(f'<div class="chart" style="grid-column: span 6">{div}</div>' for div in divs)
+    sliders = "".join(
+        f'<label>{escape(each["title"])} <input id="slider{k}" type="range" min="0" value="0" '
+        f'max="{len(each["values"]) - 1}"></label>'
+        for k, each in enumerate(content.cells["parameters"])
+    )
     return f"""
-<p class="note">A click in a diagram, or the arrow keys, select a point: it is shown here.</p>
+<p class="note">A click in a diagram, the arrow keys or a slider select a point, which is shown below.</p>
+<div class="controls">{sliders}</div>
 <section id="cell" hidden><h2 id="cell-title"></h2>
 <div class="wide"><table id="cell-numbers"></table></div><div class="charts">{boxes}</div>
 <p class="note">{escape(content.cells["note"])}</p>{again if runs else ""}</section>"""

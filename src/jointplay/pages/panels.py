@@ -52,11 +52,6 @@ class Panel:
     notes: tuple[str, ...]
 
 
-def samples(figure: Figure) -> list[int]:
-    """Return the number of samples of each curve and cloud."""
-    return [len(each.get_xdata()) for ax in figure.axes for each in ax.lines]
-
-
 def panels(figure: Figure, dataset: Dataset, known: list[str], first: int, most: int) -> list[Panel]:
     """Make the live charts of a figure.
 

@@ -18,7 +18,7 @@ from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
-from jointplay.pages import cells, moving
+from jointplay.pages import cells, moving, thin
 from jointplay.results import provenance
 from jointplay.results.store import check_writable, write_figure
 from jointplay.results.summary import summary
@@ -112,9 +112,9 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
     study = origin.get("study") if isinstance(origin.get("study"), dict) else {}
     with suppress(InputError):  # another version's record: a page without motion, which it says
         mechanism = mechanism or build_mechanism(study.get("mechanism"))
-    found = cells.cells(dataset, study)
     motion, note = moving.moving(dataset, mechanism if isinstance(mechanism, Mechanism) else None)
     drawn, trouble = pictures(dataset)
+    found = cells.cells(dataset, study, thin.room(drawn.values()))
     return Content(dataset, origin, drawn, found, motion, " ".join(filter(None, (note, trouble))))
 
 

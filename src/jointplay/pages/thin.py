@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
+from matplotlib.collections import QuadMesh
+from matplotlib.figure import Figure
 
-BUDGET = 200_000  # samples of all curves and clouds of a page, 1.6 MB of it in base64
+BUDGET = 200_000  # samples of all curves and clouds of a page
+ROOM = 2_200_000  # bytes of all numbers of a page: in base64, with Bokeh and a picture, less than 5 MB
 KEPT = 5  # samples of each stretch of a curve: the first, and those furthest left, right, down and up
 
 
@@ -19,6 +22,21 @@ def limit(sizes: Sequence[int], budget: int = BUDGET) -> int:
             return max(most, KEPT)
         left -= size
     return max(sizes, default=0)
+
+
+def sizes(figures: Iterable[Figure]) -> list[int]:
+    """Return the number of samples of each curve and cloud."""
+    return [len(each.get_xdata()) for figure in figures for ax in figure.axes for each in ax.lines]
+
+
+def room(figures: Collection[Figure]) -> int:
+    """Return the bytes that a page has left beside its figures."""
+    counts = sizes(figures)
+    drawn = 8 * sum(min(count, limit(counts)) for count in counts)
+    marks = (mark for figure in figures for ax in figure.axes for mark in ax.collections)
+    return max(
+        0, ROOM - drawn - 4 * sum(mark.get_array().size for mark in marks if isinstance(mark, QuadMesh))
+    )
 
 
 def kept_of_curve(x: np.ndarray, y: np.ndarray, most: int) -> np.ndarray:
