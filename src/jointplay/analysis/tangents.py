@@ -49,7 +49,7 @@ class Bundle:
     rows : int
         Recorded rows after which `advance` comes back.
     neutral : bool
-        Whether the direction of the motion itself neither grows nor shrinks (exponents.section_exponents).
+        Whether the first tangent is the rate of the state itself, which is then evaluated (numerics.tangent).
     """
 
     model: Model
@@ -70,7 +70,9 @@ class Bundle:
         self.k, self.x, self.o = memory(self.model, self.request)
         frame = np.asarray(self.frame, dtype=float)
         self.y = tangent.tangents(frame, scales(self.model), self.o.n, rows, self.rows)
-        self.y.count[tangent.SALTATION], self.y.count[tangent.HELD] = self.saltation, self.held
+        count = {tangent.SALTATION: self.saltation, tangent.HELD: self.held, tangent.NEUTRAL: self.neutral}
+        for place, value in count.items():
+            self.y.count[place] = value
         real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
         real |= {tangent.LIMIT: SAFE * self.request.rtol**FOLLOWED}
         real |= {tangent.BLOCK: np.inf, tangent.NEXT: np.inf}
@@ -108,6 +110,11 @@ class Bundle:
     def logs(self) -> slice:
         """The logarithms' columns in a row, after time, trace, volume, time by volume; the state follows."""
         return slice(self.at.AHEAD, self.at.AHEAD + len(self.y.alive))
+
+    @property
+    def carried(self) -> slice:
+        """Those of them that are not the motion's own direction."""
+        return slice(self.logs.start + self.neutral, self.logs.stop)
 
     @property
     def grazing(self) -> float:

@@ -78,6 +78,7 @@ def checked(
         fields = cache(partial(_fields, function))
         own = signature(function).parameters
         alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
+        places = [name for name, each in own.items() if each.kind in _BY_PLACE]
         open_ended = any(each.kind is Parameter.VAR_KEYWORD for each in own.values())
         form = cache(partial(_form, function.__name__, fields, open_ended))
 
@@ -97,7 +98,7 @@ def checked(
 
         @wraps(function)
         def call(*values: P.args, **others: P.kwargs) -> T:
-            given = before(_by_name(function, values, others))
+            given = before(_by_name(function.__name__, places, values, others))
             try:
                 arguments, problems = dict(form()(**given)), []
             except InputError as error:
@@ -181,13 +182,13 @@ def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:
     return (hint if said else Any, default)
 
 
-def _by_name(function: Callable[..., Any], values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
-    parameters = signature(function).parameters.items()
-    places = [name for name, each in parameters if each.kind in _BY_PLACE]
+def _by_name(
+    function: str, places: list[str], values: tuple[Any, ...], named: dict[str, Any]
+) -> dict[str, Any]:
     if len(values) > len(places):
         known = ", ".join(name for name in places if name != "self") or "nothing"
         expected = f"{known} by position, all else by keyword is accepted"
-        raise InputError([Problem(function.__name__, values[len(places) :], expected)])
+        raise InputError([Problem(function, values[len(places) :], expected)])
     placed = dict(zip(places, values, strict=False))
     if twice := placed.keys() & named.keys():
         raise InputError(

@@ -64,7 +64,7 @@ from .record import closest_approaches, gains, note, sample
 from .saltation import before_event, jump, project_at_rest
 from .sections import count_section, sections
 from .step import attempt, keep
-from .tangent import ROWS, log_block, propagate
+from .tangent import NEUTRAL, ROWS, log_block, propagate, renew
 from .walls import begin, hold, stay, strike, walls_of
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
@@ -206,6 +206,8 @@ def _take(f, variant, k, x, o, g, y, h, error):
     count[STEPS] += 1
     if root > 0.0:
         _advance(f, variant, k, x, o, guard, length, root, doubts)
+        if y is not None:
+            renew(f, variant, x, o, y, length * root)
     if guard < 0:
         stay(f, x)
         after_whole(real, count, variant, h, error)
@@ -232,7 +234,9 @@ def run(f, k, x, o, g, y):
     if not count[STARTED]:
         _start(f, k, x, o)
         if y is not None:
-            project_at_rest(g, x, o, y)
+            project_at_rest(f, g, x, o, y)
+            if y.count[NEUTRAL]:
+                renew(f, variant_of(x.modes), x, o, y, 0.0)
     while True:
         if count[LOGGED] + ROOM > len(x.log):
             return FULL

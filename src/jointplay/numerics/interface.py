@@ -10,6 +10,7 @@ number: pass a variable or a float.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import NamedTuple
 
 import numba
@@ -112,6 +113,7 @@ def address(function, signature):
     return function if numba.config.DISABLE_JIT else Pointer(function, signature)
 
 
+@lru_cache(maxsize=64)
 def direct(function):
     """A compiled function with one signature, without the search for the version that fits its arguments."""
     return function if numba.config.DISABLE_JIT else numba_private.only_version(function)

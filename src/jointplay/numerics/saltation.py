@@ -20,26 +20,12 @@ import numpy as np
 
 from .frame import determinant, orthonormalise
 from .interface import inner
-from .modes import FREE, REMEMBERS, RESTING, STICK, mask, variant_of
-from .tangent import GRAZING, HELD, JUMPS, ONSET, SALTATION, TURNED, VOLUME
+from .modes import FREE, REMEMBERS, RESTING, STICK, variant_of
+from .tangent import GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
 from .walls import walls_of
 
 # What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
 ENTERS, MAY_LEAVE = 2, 3
-
-
-@inner
-def _rates(f, variant, x, o, y, out):
-    """Rate of the state at the base point."""
-    first, n_x = o.first, o.n_q + o.n
-    for i in range(8 * first, 8 * (first + 1 + n_x)):
-        y.w[i] = 0.0
-    mask(x.modes, x.m)
-    f.rate(variant, y.w, x.s, x.p, x.m)
-    for r in range(o.n_q):
-        out[r] = x.s[1 + o.n_q + r]
-    for r in range(o.n):
-        out[o.n_q + r] = y.w[8 * (first + 1 + n_x + r) + 7]
 
 
 @inner
@@ -54,7 +40,7 @@ def _stuck(modes):
 def before_event(f, g, variant, x, o, y, guard):
     """Note what the jump at an event needs of the side before it."""
     f.trig(x.s, x.p)
-    _rates(f, variant, x, o, y, y.before)
+    rates(f, variant, x, o, y, y.before)
     g.gradient(guard, x.s, x.p, x.m, y.gradient)
     wall, y.real[ONSET], y.count[TURNED] = guard - 4 * len(x.flags), _stuck(x.modes), 0
     if wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
@@ -76,9 +62,9 @@ def jump(f, g, x, o, y, guard):
         g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
     reset = turned == 1 or turned == ENTERS or leaves
     if reset and wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
-        project_at_rest(g, x, o, y)
+        project_at_rest(f, g, x, o, y)
         return
-    _rates(f, variant_of(x.modes), x, o, y, y.after)
+    rates(f, variant_of(x.modes), x, o, y, y.after)
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
     for r in range(n_x):
         term = y.gradient[1 + r] * y.before[r]
@@ -94,12 +80,14 @@ def jump(f, g, x, o, y, guard):
     for i in range(len(y.alive)):
         if y.alive[i]:
             _through(y, y.d[i * width : (i + 1) * width], o.n_q, n_x, slope, reset, y.count[SALTATION])
+    if y.count[NEUTRAL]:
+        along(y, n_x)
     if y.count[HELD] == 0:
         orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, lossy)
 
 
 @inner
-def project_at_rest(g, x, o, y):
+def project_at_rest(f, g, x, o, y):
     """Take from the tangents what lies across the walls on which a body rests."""
     width, walls, held = 1 + o.n_q + o.n, len(x.modes) - len(x.flags), False
     for j in range(walls):
@@ -112,6 +100,9 @@ def project_at_rest(g, x, o, y):
     if held:
         y.count[JUMPS] += 1
         y.real[VOLUME] = -np.inf
+        if y.count[NEUTRAL]:
+            rates(f, variant_of(x.modes), x, o, y, y.after)
+            along(y, o.n_q + o.n)
         if y.count[HELD] == 0:
             orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, True)
 

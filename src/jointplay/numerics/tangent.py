@@ -5,10 +5,11 @@ Within a piece a tangent's stage increments solve the collocation equations line
     Z = h A J (d + D),    d the tangent, D its increments (Z, and Z_q = h c z + h A Z), J at each stage,
 
 by Newton's iteration with the matrices that the step itself was solved with. At events tangents jump
-(saltation).
+(saltation). Where nothing outside keeps the time, the rate F = dx/dt is a tangent too: it is the frame's
+first then, and is evaluated, not carried. What is left of the others across F grows as a section's tangents.
 """
 
-from math import log
+from math import exp, log
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from .frame import orthonormalise
 from .interface import inlined, inner
 from .memory import lane_rows
+from .modes import mask
 from .polynomial import basis, interpolate
 from .radau import COLLOCATION
 
@@ -24,9 +26,9 @@ ROUNDING = 3e-16
 TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
 # Places in Tangents.count
-ROWS, SALTATION, HELD, JUMPS, SOLVES, TURNED = range(6)
+ROWS, SALTATION, HELD, JUMPS, SOLVES, TURNED, NEUTRAL = range(7)
 # Places in Tangents.real
-TRACE, VOLUME, GRAZING, THETA, TOLERANCE, NEXT, BLOCK, UNRESOLVED, ONSET, LIMIT, ERROR = range(11)
+TRACE, VOLUME, GRAZING, THETA, TOLERANCE, NEXT, BLOCK, UNRESOLVED, ONSET, LIMIT, PIECE = range(11)
 AHEAD = 4  # columns of a row before the logarithms: time, trace, volume, unresolved time
 
 
@@ -40,7 +42,7 @@ class Tangents(NamedTuple):
     weight: np.ndarray  # 1 / scale of each state
     alive: np.ndarray  # 0: this vector's direction was lost
     norms: np.ndarray
-    logs: np.ndarray  # logarithms of the growth since the start
+    logs: np.ndarray  # logarithms of the growth since the start; of a neutral direction, of its length
     b: np.ndarray  # Lagrange basis
     before: np.ndarray  # rate of the state before and after an event
     after: np.ndarray
@@ -74,7 +76,7 @@ def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks
         D=np.zeros(n * (1 + n_x)),
         S=np.zeros(n_x * n_x + n_x),
         unit=np.zeros(1 + n_x),
-        count=np.zeros(6, dtype=np.int64),
+        count=np.zeros(7, dtype=np.int64),
         real=np.zeros(11),
         rows=np.zeros((n_blocks, AHEAD + k + n_x)),
     )
@@ -87,8 +89,15 @@ def propagate(f, g, variant, k, x, o, y, h, root):
     Give back their largest estimated error in units of what is tolerated: above 1 the piece is too long for
     them, and they have been left where they were.
     """
-    n_x, w = o.n_q + o.n, y.w
+    n_x, w, first = o.n_q + o.n, y.w, y.count[NEUTRAL]
     width = 1 + n_x
+    if first and len(y.alive) < n_x:
+        for r in range(o.n_q):
+            y.after[r] = x.s[1 + o.n_q + r]
+        for r in range(o.n):
+            y.after[o.n_q + r] = k.w[8 * (o.first + width + r) + 7]
+        along(y, n_x)
+        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, False)
     for i in range(8 * (o.first + width)):  # the factored matrices, and the state's increments
         w[i] = k.w[i]
     g.variation(variant, w, x.s, x.p, x.m)
@@ -99,13 +108,13 @@ def propagate(f, g, variant, k, x, o, y, h, root):
     worst, last = 0.0, len(y.alive) - 1
     for i in range(len(y.d)):
         y.kept[i] = y.d[i]
-    for i in range(len(y.alive)):
+    for i in range(first, len(y.alive)):
         if y.alive[i]:
             d = y.d[i * width : (i + 1) * width]
             if not _solve(f, g, variant, k, o, y, d, h):
                 worst = np.inf
             elif i < last or last + 1 < n_x:  # a whole frame's last one is known by its volume
-                limit = y.real[LIMIT] * (1.0 if i == 0 else TRAILING)
+                limit = y.real[LIMIT] * (1.0 if i == first else TRAILING)
                 worst = max(worst, _estimate(f, g, variant, k, o, y, d, h, limit))
             interpolate(w, 8 * (o.first + 1), d, width - n_x, n_x, y.b, d)
     if worst > 1.0:
@@ -113,10 +122,49 @@ def propagate(f, g, variant, k, x, o, y, h, root):
             y.d[i] = y.kept[i]
         return worst
     y.real[TRACE] += trace
-    if y.count[HELD] == 0:
-        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, False)
-        _by_volume(y, n_x, trace, h * root)
+    y.real[PIECE] = trace
     return worst
+
+
+@inlined
+def renew(f, variant, x, o, y, span):
+    """Make the frame orthonormal where a piece of length `span` has ended.
+
+    One that has the rate, and is not whole, becomes so where the next piece begins, for which the step knows
+    the rate, unless a row is due here.
+    """
+    later = y.count[NEUTRAL] and len(y.alive) < o.n_q + o.n and x.s[0] < min(y.real[NEXT], o.t_end)
+    if y.count[HELD] or later:
+        return
+    before = y.logs[0]
+    if y.count[NEUTRAL]:
+        f.trig(x.s, x.p)
+        rates(f, variant, x, o, y, y.after)
+        along(y, o.n_q + o.n)
+    orthonormalise(y.d, 1 + o.n_q + o.n, y.weight, y.alive, y.norms, y.logs, False)
+    _by_volume(y, o.n_q + o.n, before, span)
+
+
+@inner
+def rates(f, variant, x, o, y, out):
+    """Rate of the state at the base point."""
+    first, n_x = o.first, o.n_q + o.n
+    for i in range(8 * first, 8 * (first + 1 + n_x)):
+        y.w[i] = 0.0
+    mask(x.modes, x.m)
+    f.rate(variant, y.w, x.s, x.p, x.m)
+    for r in range(o.n_q):
+        out[r] = x.s[1 + o.n_q + r]
+    for r in range(o.n):
+        out[o.n_q + r] = y.w[8 * (first + 1 + n_x + r) + 7]
+
+
+@inner
+def along(y, n_x):
+    """Set the neutral direction to the rate in `y.after`; what once stood still is none any more."""
+    for r in range(n_x):
+        y.d[1 + r] = y.after[r]
+    y.logs[0] = 0.0 if y.alive[0] else float("-inf")
 
 
 @inlined
@@ -185,16 +233,17 @@ def _solve(f, g, variant, k, o, y, d, h):
 
 
 @inner
-def _by_volume(y, n_x, trace, span):
+def _by_volume(y, n_x, before, span):
     """Where a whole frame's volume shrinks faster than steps resolve, it gives the last direction's growth.
 
     An implicit method takes a strongly damped direction to zero, but not at its true rate; that of the
-    frame's volume is the trace's integral (Liouville).
+    frame's volume is the trace's integral (Liouville). `before`: logarithm of a neutral direction's length
+    where the piece began.
     """
-    last = len(y.alive) - 1
+    last, trace = len(y.alive) - 1, y.real[PIECE]
     if last + 1 < n_x or not y.alive[last] or trace > RESOLVED:
         return
-    product = 1.0
+    product = exp(-before) if y.count[NEUTRAL] else 1.0
     for norm in y.norms:
         product *= norm
     y.logs[last] += trace - log(product)

@@ -10,9 +10,10 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.exponents.growth import Turn
-from jointplay.analysis.exponents.section_exponents import rows_of_the_section, timeless
-from jointplay.analysis.exponents.stretching import frame
+from jointplay.analysis.exponents.section_exponents import timeless
+from jointplay.analysis.exponents.stretching import frame, framed
 from jointplay.analysis.rules import quantity
+from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle
 
@@ -185,28 +186,24 @@ def test_who_keeps_the_time(mechanism, expected):
     assert timeless(assemble(mechanism)) is expected
 
 
-@pytest.mark.parametrize(
-    ("rates", "states", "expected"),
-    [
-        ((1.0, 0.0, -2.0), 3, (1.0, -2.0)),
-        ((0.0, -0.2, -2.0), 6, (-0.2, -2.0)),
-        ((1.0, 0.0), 6, (1.0,)),  # the neutral one is the last that was followed
-        ((2.0, 1.0), 6, (2.0,)),  # it comes later
-        ((1.0, 2.0), 6, (2.0,)),
-        ((2.0, 0.0, -math.inf), 6, (2.0, -math.inf)),
-        ((math.nan, math.nan), 6, (math.nan,)),
-    ],
-)
-def test_which_exponents_are_the_map_s(rates, states, expected):
-    """Of a record whose neutral direction lengthens and shortens by known amounts: these go."""
-    time, k = np.linspace(0.0, 100.0, 401), len(rates)
-    along = np.sin(3 * time)
-    with np.errstate(invalid="ignore"):
-        grown = np.where(time[:, None] > 0, time[:, None] * np.array(rates), 0.0)
-    grown[:, [i for i, each in enumerate(rates) if each == 0.0]] += along[:, None]
-    rows = np.column_stack([time, np.zeros((401, 3)), grown, np.zeros((401, states)), along])
-    found, logs = rows_of_the_section(rows, slice(4, 4 + k), states)
-    assert found[-1, logs] / 100.0 == pytest.approx(expected, abs=1e-12, nan_ok=True)
+@pytest.mark.parametrize("changes", [LOOSE, TIGHT | {"friction": 0.3}])
+def test_the_map_s_growth_is_that_of_volumes_that_hold_the_rate(changes):
+    """Of frames that know nothing of F, those that have it as a tangent: ln(volume of all) less ln|F|."""
+    mechanism = catalog.chunmei2002(**changes)
+    model, ends = assemble(mechanism), (10.0, 22.0)
+    request = Request(ends[1] * model.period, 1e-10)
+    grown = []
+    for neutral in (False, True):
+        bundle, logs = framed(model, request, 2 + (not neutral), neutral=neutral), []
+        for end in ends:
+            assert bundle.advance(end * model.period) == 0
+            speed = math.log(np.linalg.norm(bundle.rate() / tangents.scales(model)))
+            sums = np.cumsum(bundle.y.logs)
+            logs.append(sums[1:] - (sums[0] if neutral else speed))
+            if neutral:
+                assert bundle.y.logs[0] == pytest.approx(speed, rel=1e-9)
+        grown.append(logs[1] - logs[0])
+    assert grown[1] == pytest.approx(grown[0], abs=1e-3, rel=1e-4)
 
 
 def test_a_mirror_image_has_the_same_exponents():

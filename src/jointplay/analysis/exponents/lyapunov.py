@@ -20,7 +20,7 @@ from pydantic import BeforeValidator
 from jointplay.analysis import rules
 from jointplay.analysis.evaluate import dataset, described, scalars, status_code
 from jointplay.analysis.exponents import batch_means, second_estimate, section_exponents
-from jointplay.analysis.exponents.stretching import USABLE, follow, framed, of_the_flow, turn_period
+from jointplay.analysis.exponents.stretching import USABLE, grown, of_the_flow, turn_period
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
 from jointplay.analysis.tangents import Bundle
@@ -95,8 +95,8 @@ def lyapunov(
     transient : float
         Turns that motion and tangents are followed first.
     error : float, optional
-        Standard error of the largest exponent, 1/s, at which the run stops, if the batches that it comes from
-        do not follow one another.
+        Standard error of the largest exponent of the section's map, 1/s, at which the run stops, if the
+        batches that it comes from do not follow one another.
     twin_turns : int
         Turns over which the largest exponent is estimated a second time, from the same start, by renormalised
         twin trajectories; 0: not.
@@ -150,9 +150,8 @@ def lyapunov(
     begin = transient * model.period
     span = duration if turns is None else turns * model.period
     request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))
-    bundle = framed(model, request, count, saltation)
     share = 0.5 if twin_turns else 1.0
-    rows, ended = follow(bundle, begin, error, part(progress, 0.0, share))
+    bundle, rows, ended = grown(model, request, count, begin, error, saltation, part(progress, 0.0, share))
     variables = _variables(model, bundle, rows, count, ended)
     if twin_turns and ended["status"] != INTERRUPTED:
         cut = rules.model_for(mechanism, initial, CrankAngle())
@@ -173,8 +172,8 @@ def _variables(
     model: Model, bundle: Bundle, rows: np.ndarray, count: int, ended: dict[str, Any]
 ) -> dict[str, Any]:
     turn = turn_period(model, rows)
-    variables = batch_means.variables(rows, of_the_flow(bundle, count), turn, len(model.state))
-    section = section_exponents.estimates(rows, bundle.logs, turn, model, bundle.neutral)
+    variables = batch_means.variables(*of_the_flow(bundle, rows, count), turn, len(model.state))
+    section = section_exponents.estimates(bundle, rows, turn)
     variables |= described({key: ("multiplier", *each) for key, each in section.items()})
     if ended["status"] not in USABLE:
         variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}

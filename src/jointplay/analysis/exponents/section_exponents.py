@@ -2,19 +2,13 @@
 
 Where nothing outside keeps the time, the direction of the motion itself, F = dx/dt, is carried along by the
 tangent flow and through every event (S F- = F+): it neither grows nor shrinks in the long run, and has the
-exponent 0. A section's map has the other exponents, times the length of a turn. The volume of the first j
-tangents that hold F is |F| times the volume of their projection across F, so that
+exponent 0. A section's map has the other exponents, times the length of a turn. The volume of F and j
+tangents is |F| times the volume of what these have across F, and this grows as the sum of the section map's
+first j exponents, exactly, whichever section is taken. So the frame has F as its first tangent
+(numerics.tangent), and those after it give the map's exponents.
 
-    L_j = l_1 + ... + l_(j+1) - ln|F|,    l_i the logarithm of the growth of tangent i (Gram-Schmidt),
-
-grows as the sum of the section map's first j exponents, exactly, whichever section is taken: the neutral
-direction is projected out by volume. One tangent more than exponents are asked for is followed for that.
-Tangents before the neutral one keep their own growth, the neutral one and the next become one, less ln|F|.
-
-Validity: the neutral exponent is taken to be the one nearest to 0; where another is as near, either choice
-gives the same within their errors. None is taken out where all that were followed are positive. A motion that
-comes to rest has no section, and its exponents are NaN. Reference: Benettin et al., Meccanica 15 (1980) 9-20;
-Pikovsky and Politi, Lyapunov Exponents (2016), chapter 2.
+Validity: a motion that comes to rest has no section, and its exponents are NaN. Reference: Benettin et al.,
+Meccanica 15 (1980) 9-20; Pikovsky and Politi, Lyapunov Exponents (2016), chapter 2.
 """
 
 from __future__ import annotations
@@ -30,10 +24,8 @@ from jointplay.codegen import cache
 from jointplay.equations.structure import Oscillator
 from jointplay.mechanism.model import Model
 
-ERRORS = 3  # standard errors by which an exponent differs from 0
 STILL = math.log(1e-6)  # fall of the speed at which a motion counts as having come to rest
 LATER = 0.382  # of the period: another time, to see whether the rates depend on it
-ALONG = -1  # column of ln|F| in a row
 
 
 def timeless(model: Model) -> bool:
@@ -46,48 +38,20 @@ def timeless(model: Model) -> bool:
     return bool(np.array_equal(now, bundle.rate()))
 
 
-def rows_of_the_section(rows: np.ndarray, logs: slice, states: int) -> tuple[np.ndarray, slice]:
-    """Rows as those of the flow, with the logarithms of the section map's growth in place of the tangents'.
-
-    Parameters
-    ----------
-    rows : ndarray
-        Time, sums, logarithms of the tangents' growth, state, and ln|F| last; shape (rows, columns).
-    logs : slice
-        Columns of the logarithms: one more than exponents are wanted, or all `states`.
-    states : int
-        Number of states.
-    """
-    growth, means, count = rows[:, logs], batch_means.growth(rows, logs), logs.stop - logs.start - 1
-    with np.errstate(invalid="ignore"):
-        moves = rows[-1, ALONG] - rows[0, ALONG] >= STILL  # an equilibrium has -inf at both
-    if len(rows) < 2 or np.any(np.isnan(means)) or not moves:
-        columns = np.full((len(rows), count), np.nan)
-    elif (nearest := int(np.argmin(np.abs(means)))) == count or _later(rows, logs, nearest, states):
-        columns = np.delete(growth, nearest, axis=1)
-    else:
-        both = growth[:, nearest] + growth[:, nearest + 1] - rows[:, ALONG]
-        columns = np.column_stack([growth[:, :nearest], both, growth[:, nearest + 2 :]])
-    begin = logs.start
-    return np.column_stack([rows[:, :begin], columns]), slice(begin, begin + count)
+def moves(bundle: Bundle, start: float) -> bool:
+    """Whether a motion whose rate is the first tangent still moves; `start`: ln|F| where it began."""
+    return bool(start > -math.inf and bundle.y.logs[0] - start >= STILL)
 
 
-def _later(rows: np.ndarray, logs: slice, nearest: int, states: int) -> bool:
-    """Whether even the exponent nearest to 0 is positive, so that the neutral one was not followed."""
-    mean, error = (of(rows, logs)[nearest] for of in (batch_means.growth, batch_means.standard_error))
-    return bool(mean > ERRORS * error) and logs.stop - logs.start < states
-
-
-def estimates(
-    rows: np.ndarray, logs: slice, turn: float, model: Model, neutral: bool
-) -> dict[str, tuple[np.ndarray, str, str]]:
+def estimates(bundle: Bundle, rows: np.ndarray, turn: float) -> dict[str, tuple[np.ndarray, str, str]]:
     """Exponents of the section's map with errors, the largest first: values, units, long name of each.
 
-    `turn` is the length of a turn in s; `neutral` says that one of the flow's exponents is 0.
+    `turn` is the length of a turn in s.
     """
-    if neutral:
-        rows, logs = rows_of_the_section(rows, logs, len(model.state))
-    found = batch_means.estimates(rows, logs, turn)
+    found, model = batch_means.estimates(rows, bundle.carried, turn), bundle.model
+    if not bundle.neutral and timeless(model):
+        none = np.full(min(len(bundle.y.alive), len(model.state) - model.memories - 1), np.nan)
+        found = {name: (none, *rest) for name, (_, *rest) in found.items()}
     return {new: (found[old][0], found[old][1], text) for new, (old, text) in NAMES.items()}
 
 

@@ -34,13 +34,44 @@ def leading(
         ``status``, ``counts``, ``grazing``, ``turn_period``, and the values of `batch_means.estimates` and
         `section_exponents.estimates`.
     """
-    bundle = framed(model, Request(begin + span, rtol, max_steps=max_steps), exponents)
-    rows, ended = follow(bundle, begin)
+    request = Request(begin + span, rtol, max_steps=max_steps)
+    bundle, rows, ended = grown(model, request, exponents, begin)
     turn = turn_period(model, rows)
-    found = batch_means.estimates(rows, of_the_flow(bundle, exponents), turn)
-    found |= section_exponents.estimates(rows, bundle.logs, turn, model, bundle.neutral)
+    found = batch_means.estimates(*of_the_flow(bundle, rows, exponents), turn)
+    found |= section_exponents.estimates(bundle, rows, turn)
     values = {key: value for key, (value, *_) in found.items()}
     return ended | values | {"grazing": bundle.grazing, "turn_period": turn}
+
+
+def of_the_flow(bundle: Bundle, rows: np.ndarray, count: int) -> tuple[np.ndarray, slice]:
+    """Rows with the logarithms of the `count` directions that grow fastest, these first; their columns."""
+    begin, end = bundle.logs.start, bundle.logs.stop
+    order = np.argsort(-batch_means.growth(rows, bundle.logs))[:count]
+    columns = (rows[:, :begin], rows[:, bundle.logs][:, order], rows[:, end:])
+    return np.column_stack(columns), slice(begin, begin + count)
+
+
+def grown(
+    model: Model,
+    request: Request,
+    count: int,
+    begin: float,
+    error: float | None = None,
+    saltation: bool = True,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Bundle, np.ndarray, dict[str, Any]]:
+    """Follow a motion with the tangents that `count` exponents need: the run, its rows, how it ended.
+
+    Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
+    """
+    for neutral in (True, False) if section_exponents.timeless(model) else (False,):
+        bundle = framed(model, request, count, saltation, neutral)
+        bundle.advance(0.0)
+        start = float(bundle.y.logs[0])
+        rows, ended = follow(bundle, begin, error, progress)
+        if not neutral or section_exponents.moves(bundle, start):
+            break
+    return bundle, rows, ended
 
 
 def frame(count: int, scale: np.ndarray, last: int = 0) -> np.ndarray:
@@ -50,25 +81,16 @@ def frame(count: int, scale: np.ndarray, last: int = 0) -> np.ndarray:
     return np.pad(np.linalg.qr(random)[0].T[:count], ((0, 0), (0, last))) * scale
 
 
-def framed(model: Model, request: Request, count: int, saltation: bool = True) -> Bundle:
-    """Prepare a run with `count` tangents, and one more where one direction is neutral.
+def framed(
+    model: Model, request: Request, count: int, saltation: bool = True, neutral: bool = False
+) -> Bundle:
+    """Prepare a run with `count` tangents, and the motion's own before them where that is neutral.
 
     None has a part in what laws of contact remember at the start.
     """
-    neutral = section_exponents.timeless(model)
-    return Bundle(
-        model,
-        request,
-        frame(count + neutral, scales(model), model.memories),
-        tolerance=SOLVED * request.rtol,
-        saltation=saltation,
-        neutral=neutral,
-    )
-
-
-def of_the_flow(bundle: Bundle, count: int) -> slice:
-    """Columns of the `count` tangents that were asked for."""
-    return slice(bundle.logs.start, bundle.logs.start + count)
+    wanted, tolerance = frame(count + neutral, scales(model), model.memories), SOLVED * request.rtol
+    rows = batch_means.BLOCKS // LOOKS
+    return Bundle(model, request, wanted, tolerance, saltation, rows=rows, neutral=neutral)
 
 
 def follow(
@@ -77,10 +99,7 @@ def follow(
     error: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[np.ndarray, dict[str, Any]]:
-    """Follow the transient, then blocks until the end, the target error or a failure: rows, how it ended.
-
-    Rows are those of `Bundle.row`, and ln|F| (section_exponents).
-    """
+    """Follow the transient, then blocks until the end, the target error or a failure: rows, how it ended."""
     began, status, end = time.perf_counter(), OK, bundle.request.duration
 
     def go_on(until: float = math.inf) -> int:
@@ -93,29 +112,21 @@ def follow(
         if progress is not None:
             progress(bundle.time / end)
 
-    if begin:
-        status = go_on(begin)
-    kept = [_row(bundle)]
+    status = go_on(begin)
+    kept = bundle.row()
     bundle.record((end - begin) / batch_means.BLOCKS)
     while status == OK:
         status = go_on()
+        kept = np.concatenate([kept, bundle.taken()])
         if status != bundle.full:
             break
-        bundle.taken()
-        kept.append(_row(bundle))
-        status, look = OK, len(kept) % (batch_means.BLOCKS // LOOKS) == 1
-        if error is not None and look and batch_means.settled(np.array(kept), bundle.logs, error):
+        status = OK
+        if error is not None and batch_means.settled(kept, bundle.carried, error):
             break
-    if status in USABLE and bundle.time > kept[-1][0]:
-        kept.append(_row(bundle))
+    if status in USABLE and bundle.time > kept[-1, 0]:
+        kept = np.concatenate([kept, bundle.row()])
     ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
-    return np.array(kept), ended
-
-
-def _row(bundle: Bundle) -> np.ndarray:
-    """A row of where the run stands, with ln|F| as its last entry; 0 where no direction is neutral."""
-    size = float(np.linalg.norm(bundle.rate() / scales(bundle.model))) if bundle.neutral else 1.0
-    return np.append(bundle.row()[0], math.log(size) if size > 0.0 else -math.inf)
+    return kept, ended
 
 
 def turn_period(model: Model, rows: np.ndarray) -> float:
@@ -123,5 +134,5 @@ def turn_period(model: Model, rows: np.ndarray) -> float:
     crank = crank_place(model)
     if crank is None or len(rows) < 2:
         return model.period
-    at = rows.shape[1] - 1 - len(model.state) + crank
+    at = rows.shape[1] - len(model.state) + crank
     return 2 * math.pi * float((rows[-1, 0] - rows[0, 0]) / abs(rows[-1, at] - rows[0, at]))
