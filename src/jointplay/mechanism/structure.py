@@ -60,7 +60,7 @@ def linkage(
         tilted=mechanism.gravity_direction != DOWNWARDS,
         springs=actions.springs(mechanism, forest),
         loads=actions.loads(mechanism, forest),
-        torque=mechanism.drive.structure if mechanism.drive else None,
+        course=mechanism.drive.structure if mechanism.drive else None,
     )
     if problems := [*_unwound(mechanism, structure)]:
         raise InputError(problems, "mechanism")
