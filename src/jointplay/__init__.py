@@ -29,7 +29,7 @@ __version__ = "0.1.0"
 
 _RECORDS = (
     "Mechanism Link PointMass Beam Joint Pin Contact Friction Spring TorsionSpring Force Torque Harmonic "
-    "MotorLine ConstantSpeed PrescribedTorque SpeedProfile TestSystem "
+    "MotorLine ConstantSpeed PrescribedTorque SpeedCycle SpeedProfile TestSystem "
     "CrankAngle ContactSection SeparationSection Plane"
 )
 _HOME = {

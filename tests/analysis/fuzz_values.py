@@ -218,6 +218,7 @@ CALLS = {  # a call that is right
     "Harmonic": {"order": 1, "cosine": 1.0},
     "PointMass": {"at": 0.1, "mass": 1.0},
     "PrescribedTorque": {"link": "crank", "nominal_speed": 3.0, "constant": 1.0},
+    "SpeedCycle": {"link": "crank", "table": [1.0, 2.0, 3.0, 2.0], "frequency": 2.0},
     "SpeedProfile": {"link": "crank", "start": 1.0, "end": 3.0, "time": 0.1},
     "contact_stiffness": {"radius": 0.01, "clearance": 1e-4},
     "run": {"study": "none.toml"},

@@ -7,8 +7,9 @@ import pytest
 
 from jointplay.codegen import outputs
 from jointplay.equations.structure import powers
+from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.drive import ConstantSpeed, PrescribedTorque, SpeedProfile
+from jointplay.mechanism.drive import ConstantSpeed, PrescribedTorque, SpeedCycle, SpeedProfile
 from jointplay.mechanism.fourier import series
 from jointplay.mechanism.loads import Force, Torque
 from tests.reference.bodies import Parameters
@@ -187,3 +188,64 @@ def test_a_profile_that_changes_nothing_is_a_constant_speed():
     one, same = seen(held, held.state, 0.1), seen(other, other.state, 0.1)
     for word in ("drive_torque", "reaction_x:B", "reaction_y:O", "angular_acceleration:rocker"):
         assert one[word] == pytest.approx(same[word], rel=1e-11)
+
+
+# A cycle of speed
+
+HARMONICS = [{"order": 1, "cosine": 6.0}, {"order": 3, "cosine": -2.0, "sine": 4.0}]
+CYCLE = SpeedCycle(link="crank", constant=40.0, harmonics=HARMONICS, frequency=30.0)
+
+
+def speed_of(cycle, t):
+    """Angle turned, speed and acceleration of a cycle at a time, by its harmonics."""
+    each = [(h.order * cycle.frequency, h.cosine, h.sine) for h in cycle.harmonics]
+    turned = cycle.constant * t + sum((a * np.sin(w * t) + b * (1 - np.cos(w * t))) / w for w, a, b in each)
+    speed = cycle.constant + sum(a * np.cos(w * t) + b * np.sin(w * t) for w, a, b in each)
+    return turned, speed, sum(w * (b * np.cos(w * t) - a * np.sin(w * t)) for w, a, b in each)
+
+
+def test_a_cycle_has_the_speed_that_was_asked_for():
+    turned = pendulum(drive=CYCLE.model_copy(update={"link": "arm"}))
+    times = np.array([0.0, 0.05, 0.11, 0.3])
+    model, states, _ = follow(turned, at(turned, [0.5], [CYCLE.start_speed]), times)
+    for t, state in zip(times, states, strict=True):
+        angle, speed, acceleration = speed_of(CYCLE, t)
+        assert state == pytest.approx([0.5 + angle, speed], abs=1e-9)
+        assert seen(model, state, t)["angular_acceleration:arm"] == pytest.approx(acceleration, rel=1e-12)
+    assert model.period == pytest.approx(2 * np.pi / 40.0)
+
+
+def test_a_table_of_speeds_is_the_series_through_it():
+    phase = 2 * np.pi * np.arange(24) / 24
+    table = tuple(float(speed_of(CYCLE, p / CYCLE.frequency)[1]) for p in phase)
+    tabled = SpeedCycle(link="crank", table=table, tolerance=1e-2, frequency=30.0)
+    assert tabled.nominal_speed == pytest.approx(40.0)
+    assert tabled.start_speed == pytest.approx(CYCLE.start_speed, abs=1e-2 * np.ptp(table))
+
+
+@pytest.mark.parametrize(("joints", "modes"), SCENES)
+def test_a_cycle_moves_all_as_the_torque_that_it_takes(joints, modes):
+    start = {"crank_angle": 0.7, "crank_speed": CYCLE.start_speed}
+    model = assemble(four_bar(joints, drive=CYCLE), start)
+    n_q, random, t = len(model.turning), np.random.default_rng(1), 0.07
+    state = model.state + np.repeat([1e-4, 1.0], n_q) * random.standard_normal(2 * n_q)
+    rates = Point(plain(model.structure), model.numbers, state, modes, t=t).rate()[:, 0]
+    assert np.abs(rates / speed_of(CYCLE, t)[2] - 1.0).min() < 1e-12
+    load = Torque(name="same", link="crank", constant=touched(model, state, modes, t)["drive_torque"])
+    other = assemble(four_bar(joints, loads=(load,)), start)
+    theirs = Point(plain(other.structure), other.numbers, state, modes).rate()[:, 0]
+    assert rates == pytest.approx(theirs, abs=1e-9 * np.abs(theirs).max())
+
+
+@pytest.mark.parametrize(
+    ("wrong", "key"),
+    [
+        ({"constant": 3.0}, "table"),
+        ({"harmonics": HARMONICS}, "constant"),
+        ({"table": [1.0, 2.0]}, "table"),
+        ({"constant": 3.0, "harmonics": HARMONICS, "frequency": 0.0}, "frequency"),
+    ],
+)
+def test_a_cycle_that_is_none_is_refused(wrong, key):
+    with pytest.raises(InputError, match=rf"drive\.{key}"):
+        SpeedCycle(link="crank", **({"frequency": 30.0} | wrong))

@@ -107,9 +107,10 @@ class Coordinates:
         self.own[freedom], self.drift[freedom] = Integer(0), drift
 
     def impose(self, freedom: Freedom, acceleration: Expr) -> None:
-        """Make an unknown that was added last one whose acceleration is prescribed."""
-        self.imposed[len(self.speeds) - 1] = self.let(f"imposed_{freedom}", acceleration)
-        self.given(freedom, self.speed[freedom], self.imposed[len(self.speeds) - 1])
+        """Make an unknown one whose acceleration is prescribed."""
+        place = self.speeds.index(self.speed[freedom])
+        self.imposed[place] = self.let(f"imposed_{freedom}", acceleration)
+        self.given(freedom, self.speed[freedom], self.imposed[place])
 
     def follow(self, freedom: Freedom, ratios: dict[Freedom, Expr], own: Expr, closes: bool = False) -> None:
         """Add a freedom whose speed is a sum of ratios times others', and `own` beside that in acceleration.

@@ -61,7 +61,9 @@ class Parts:
     @cached_property
     def c(self) -> Coordinates:
         """The freedoms."""
-        found = coordinates(self.structure)
+        found, course = coordinates(self.structure), self.structure.course
+        if course and DRIVES[self.structure.drive].imposed:
+            found.impose(self.structure.driven, loads.slope(course, found))
         loop.complete(self.structure, found)
         return found
 
@@ -121,15 +123,15 @@ class Parts:
 
     def _phases(self) -> Iterator[Angle]:
         """Phases of what varies with time."""
-        courses = (load.course for load in self.structure.loads)
-        yield from (loads.phase(course) for course in courses if course.timed)
+        courses = (*(load.course for load in self.structure.loads), self.structure.course)
+        yield from (loads.phase(course) for course in courses if course and course.timed)
 
     @cached_property
     def _law_torque(self) -> Expr:
         """Torque of the drive on the crank where it is a law; 0 where it is an outcome."""
         structure, drive = self.structure, DRIVES[self.structure.drive]
-        if structure.torque:
-            return loads.value(structure.torque, self.c)
+        if structure.course and not drive.imposed:
+            return loads.value(structure.course, self.c)
         w = self.c.speed[structure.driven]
         return drive.torque(w, *map(number, drive.letters)) if drive.torque else Integer(0)
 

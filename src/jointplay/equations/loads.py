@@ -7,6 +7,8 @@ a link's angle: Q = f, power f w. Sines of multiples follow from sin phi and cos
 virtual work.
 """
 
+from collections.abc import Iterator
+
 from sympy import Expr, Integer
 
 from . import spans
@@ -23,17 +25,29 @@ def phase(course: Course) -> Angle:
 
 def value(course: Course, c: Coordinates) -> Expr:
     """The value of a course: its mean and its harmonics."""
-    name, total = course.name, number(f"mean_{course.name}")
+    total = number(f"mean_{course.name}")
     if not course.orders:
         return total
-    angle = phase(course) if course.timed else c.angle[course.link]
+    for _, a, b, cos, sin in _harmonics(course, c):
+        total += a * cos + b * sin
+    return c.let(f"f_{course.name}", total)
+
+
+def slope(course: Course, c: Coordinates) -> Expr:
+    """What a course over time gains a second."""
+    nu = number(f"nu_{course.name}")
+    return sum((n * nu * (b * cos - a * sin) for n, a, b, cos, sin in _harmonics(course, c)), Integer(0))
+
+
+def _harmonics(course: Course, c: Coordinates) -> Iterator[tuple[int, Expr, Expr, Expr, Expr]]:
+    """Order, amplitudes, cosine and sine of each harmonic."""
+    name, angle = course.name, phase(course) if course.timed else c.angle[course.link]
     cos, sin = angle.cos, angle.sin
     for n in range(1, max(course.orders) + 1):
         if n in course.orders:
-            total += number(f"a_{name}_{n}") * cos + number(f"b_{name}_{n}") * sin
+            yield n, number(f"a_{name}_{n}"), number(f"b_{name}_{n}"), cos, sin
         cos, sin = cos * angle.cos - sin * angle.sin, sin * angle.cos + cos * angle.sin
         cos, sin = c.let(f"cos_{name}_{n + 1}", cos), c.let(f"sin_{name}_{n + 1}", sin)
-    return c.let(f"f_{name}", total)
 
 
 def action(load: Load, c: Coordinates) -> Action:

@@ -173,7 +173,7 @@ class Load:
 class Linkage:
     """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and what is recorded.
 
-    `driven` is the crank; `drive` says how, a key of `equations.drives.DRIVES`; `torque` is its course, if
+    `driven` is the crank; `drive` says how, a key of `equations.drives.DRIVES`; `course` is its own, if
     prescribed. `section` names a quantity whose level crossings are wanted, as word:label; `powers` asks for
     the work integrals of the energy balance. `order` says which inertia terms of the `beams` are kept,
     "consistent" or "paper" (equations.beam); `relaxed` makes the modes' motion numbers, given from outside.
@@ -198,7 +198,7 @@ class Linkage:
     tilted: bool = False
     springs: tuple[Spring, ...] = ()
     loads: tuple[Load, ...] = ()
-    torque: Course | None = None
+    course: Course | None = None
 
     @property
     def soft_joints(self) -> tuple[Clearance, ...]:
@@ -282,7 +282,7 @@ def parameter_names(structure: Linkage) -> list[str]:
         names += _course_names(load.course)
         if load.span:
             names += [f"d{axis}_{load.span.name}" for axis in "xy"] + _span_names(load.span, nowhere=True)
-    names += _course_names(structure.torque) if structure.torque else []
+    names += _course_names(structure.course) if structure.course else []
     return [*dict.fromkeys(names), *DRIVES[structure.drive].letters]
 
 

@@ -72,8 +72,9 @@ def assemble(
     velocity, floor = np.append(velocity, remembered[:, 0]), np.append(floor, remembered[:, 1])
     # some of the motion is no unknown whose error is watched
     followed = DRIVES[structure.drive].imposed or forest.cuts
-    varying = (load for load in mechanism.loads if load.varies)
-    spans = [load.step / (load.frequency if load.timed else nominal) for load in varying]
+    varying = [load for load in mechanism.loads if load.varies]
+    varying += [mechanism.drive] if structure.course and followed else []
+    spans = [each.step / (getattr(each, "frequency", None) or nominal) for each in varying]
     return Model(
         structure=structure,
         numbers=np.array([values[name] for name in parameter_names(structure)]),

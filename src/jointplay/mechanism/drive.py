@@ -11,7 +11,7 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from jointplay.equations.structure import Course as Structure
-from jointplay.errors import refuse
+from jointplay.errors import NOTHING, refuse
 from jointplay.mechanism.base import Flag, Fraction, Name, Number, Positive, Record, measured, named
 from jointplay.mechanism.courses import Course
 
@@ -237,6 +237,64 @@ class SpeedProfile(Record):
         return f"{self.link} from {self.start:g} to {self.end:g} rad/s in {self.time:g} s"
 
 
-AnyDrive = MotorLine | ConstantSpeed | PrescribedTorque | SpeedProfile
+class SpeedCycle(Course):
+    """A speed of a link that varies with time, the same in every period, whatever torque it takes.
+
+    Time counts from the start of a run.
+
+    Parameters
+    ----------
+    link : str
+        The driven link.
+    constant, harmonics, table, tolerance, factor
+        The speed over the phase ν t, rad/s: see `Course`. Its mean is not 0, and turns are counted by it.
+    frequency : float
+        ν, rad/s: a period lasts 2π/ν.
+    """
+
+    root: ClassVar[str | None] = "drive"
+    units: ClassVar[str] = "rad/s"
+    transient: ClassVar[bool] = True
+    kind: Literal["cycle"] = "cycle"
+    link: Name = named("link name")
+    constant: Number = measured("constant part of the speed", "rad/s", 0.0)
+    frequency: Positive = measured("angular frequency", "rad/s")
+
+    @model_validator(mode="after")
+    def _goes_round(self) -> Self:
+        if not self.varies:
+            raise refuse(NOTHING, "harmonics or a table of the speed are needed", "table")
+        if not self.nominal_speed:
+            raise refuse(self.nominal_speed, "a mean speed other than 0 rad/s is accepted", "constant")
+        return self
+
+    @property
+    def nominal_speed(self) -> float:
+        """Speed by which turns are counted beforehand, rad/s."""
+        return self.factor * self.terms.mean
+
+    @property
+    def start_speed(self) -> float:
+        """Speed at which a run starts, rad/s."""
+        return self.factor * (self.terms.mean + sum(a for _, a, _ in self.terms.harmonics))
+
+    imposed_speed = start_speed
+
+    @property
+    def structure(self) -> Structure:
+        """Its structure in the equations."""
+        return self.course("drive", timed=True)
+
+    def numbers(self, angle: float) -> dict[str, float]:
+        """Parameters of the equations, where the link starts at an angle (rad)."""
+        return self.course_numbers("drive") | {"nu_drive": self.frequency}
+
+    @property
+    def description(self) -> str:
+        """The drive in a few words."""
+        return f"{self.link} at {self.course_description}, at {self.frequency:g} rad/s"
+
+
+AnyDrive = MotorLine | ConstantSpeed | PrescribedTorque | SpeedCycle | SpeedProfile
 DRIVES: tuple[type[AnyDrive], ...] = get_args(AnyDrive)
 Drive = Annotated[AnyDrive, Field(discriminator="kind")]

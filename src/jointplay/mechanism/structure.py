@@ -61,7 +61,7 @@ def linkage(
         tilted=mechanism.gravity_direction != DOWNWARDS,
         springs=actions.springs(mechanism, forest),
         loads=actions.loads(mechanism, forest),
-        torque=mechanism.drive.structure if mechanism.drive else None,
+        course=mechanism.drive.structure if mechanism.drive else None,
     )
     stretched = stretching.problems(mechanism, forest, structure.beams, structure.order)
     if problems := [*_unwound(mechanism, structure), *stretched]:

@@ -1,0 +1,54 @@
+"""Every law at every kind of joint, beside rigid and elastic links: mechanisms with contact entered and left.
+
+A cell pairs a normal law with a law of friction, so that each occurs with every kind of joint and link. Laws
+that differ in numbers alone share compiled code where they rub alike.
+"""
+
+from __future__ import annotations
+
+import jointplay as jp
+from jointplay import catalog
+from jointplay.equations.laws import FACTORS
+from tests.support.belt import LAWS as RUBBING
+from tests.support.belt import LUGRE
+
+E = 0.7
+STEEL = {"length": 0.02, "restitution": E}
+NORMAL = {
+    "kelvin_voigt": jp.Contact(stiffness=1e7, damping=200.0),
+    "hertz": jp.Contact(law="hertz", stiffness=2e9),
+    "hunt_crossley": jp.Contact(law="hunt_crossley", stiffness=2e9, parameters={"dissipation": 0.3}),
+    "restitution": jp.Contact(law="restitution", parameters={"restitution": E}),
+}
+NORMAL |= {
+    law: jp.Contact(law=law, stiffness=2e9, parameters={"restitution": E, "slowest": 0.01}) for law in FACTORS
+}
+NORMAL |= {
+    law: jp.Contact(law=law, parameters=STEEL | {"slowest": 0.01})
+    for law in ("johnson", "dubowsky_freudenstein", "liu")
+}
+FRICTION = {"none": None, "lugre": LUGRE} | RUBBING
+PAIRS = [
+    *[("kelvin_voigt", "coulomb"), ("hertz", "stribeck"), ("hunt_crossley", "tanh"), ("restitution", "none")],
+    *[("johnson", "brown_mcphee"), ("dubowsky_freudenstein", "andersson"), ("liu", "lugre")],
+    *[("flores", "ramp"), ("hu_guo", "ambrosio"), ("gonthier", "threlfall")],
+    *[(law, "none") for law in FACTORS if law not in ("flores", "hu_guo", "gonthier")],
+]
+BEAM = jp.Beam(shapes="sine", modes=1, damping_ratio=0.01)
+SCENES = {  # the elastic link, and the mechanism
+    "four_bar": ("coupler", lambda: catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)),
+    "slider_crank": ("rod", lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81)),
+}
+
+
+def mechanism(scene: str, normal: str, friction: str, elastic: bool) -> jp.Mechanism:
+    """A scene under two laws, one of its links rigid or elastic."""
+    bent, make = SCENES[scene]
+    plain = make()
+    laws = {"contact": NORMAL[normal], "friction": FRICTION[friction]}
+    joints = [joint if joint.ideal else joint.model_copy(update=laws) for joint in plain.joints]
+    links = [
+        link.model_copy(update={"elastic": True, "beam": BEAM}) if elastic and link.name == bent else link
+        for link in plain.links
+    ]
+    return jp.Mechanism(**dict(plain) | {"joints": tuple(joints), "links": tuple(links)})
