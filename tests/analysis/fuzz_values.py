@@ -179,6 +179,7 @@ CALLS = {  # a call that is right
     "open": {"path": "none.nc"},
     "cell": {"dataset": xr.Dataset()},
     "figure": {"dataset": xr.Dataset()},
+    "animate": {"motion": xr.Dataset(), "path": "film.png"},
     "catalog.lorenz": {},
     "catalog.impact_pair": {"gap": 3.0, "restitution": 0.8},
     "catalog.soft_impact_pair": {"gap": 3.0, "stiffness": 10.0, "damping": 0.1},

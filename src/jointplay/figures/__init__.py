@@ -1,5 +1,6 @@
 """Figures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
 
+from collections.abc import Collection
 from importlib import import_module
 from pkgutil import walk_packages
 from typing import Annotated, Any
@@ -9,18 +10,18 @@ from pydantic import PlainValidator
 from xarray import Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem, refuse
-from jointplay.figures.drawing import cell_quantity, lent, select, style
+from jointplay.figures.drawing import cell_quantity, lent, select, style, sweep_axes
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 
-from .check import GENERAL, problems, study_problems
-from .registry import ABOUT, KINDS, suited, suited_to
+from .check import problems, study_problems
+from .registry import ABOUT, GENERAL, KINDS, suited, suited_to, usual
 
 for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
     import_module(_each.name)
 
-__all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "study_problems", "suited"]
+__all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "study_problems", "suited", "usual"]
 
 OF_A_MECHANISM = "mechanism"
 
@@ -64,7 +65,7 @@ def draw(
     options = dict(options or {}) | named
     if isinstance(dataset, Mechanism) and options.get("kind", OF_A_MECHANISM) != OF_A_MECHANISM:
         raise select.refuse("kind", options["kind"], "mechanism, the kind of figure of a mechanism")
-    for known in ({}, {"kind": options.get("kind") or usual_kind(dataset)}):
+    for known in ({}, {"kind": options.get("kind") or usual_kind(dataset, options)}):
         if wrong := problems(options | known):
             raise InputError(wrong)
     general = {name: options.pop(name) for name in GENERAL if name in options}
@@ -85,15 +86,15 @@ def of_sweep(dataset: Dataset, options: dict) -> dict | None:
     return whole if asked else None
 
 
-def usual_kind(dataset: Dataset | Mechanism) -> str:
-    """Return the default kind of figure of a dataset or a mechanism."""
+def usual_kind(dataset: Dataset | Mechanism, options: Collection[str] = ()) -> str:
+    """Return the default kind of figure, with the given options, of a dataset or a mechanism."""
     if isinstance(dataset, Mechanism):
         return OF_A_MECHANISM
     if cell_quantity.usual(dataset):
         return "sweep"
     kind, there = dataset.attrs.get("kind"), {str(name) for name in dataset.data_vars}
-    for name in suited_to(kind):
-        if there.issuperset(ABOUT[name].needs):
-            return name
+    names = [name for name in suited_to(kind) if there.issuperset(ABOUT[name].needs)]
+    if name := usual(names, options, len(sweep_axes.varied(dataset))):
+        return name
     expected = f"the kind of figure: one of {', '.join(KINDS)}"
     raise select.refuse("kind", NOTHING if kind is None else kind, expected)

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from inspect import signature
 from typing import Any
 
 from matplotlib.axes import Axes
@@ -13,10 +12,9 @@ from jointplay.errors import NOTHING, InputError, Problem, did_you_mean, unknown
 from jointplay.figures.drawing import select, style, timebase
 from jointplay.figures.motion.phase_portrait import PAIRS
 
-from .registry import ABOUT, KINDS
+from .registry import ABOUT, GENERAL, KINDS, keywords
 
 NAMES = ("variables", "x", "y")
-GENERAL = ("width", "font", "ax")  # options that every figure has
 WIDEST = 1000.0  # mm
 
 
@@ -28,7 +26,7 @@ def problems(options: dict) -> list[Problem]:
     kind = options.get("kind")
     if kind is not None and not (isinstance(kind, str) and kind in KINDS):
         return [unknown("figure.kind", kind, kind, KINDS, "figure")]
-    accepted = sorted({"kind", *GENERAL}.union(*map(_options, [kind] if kind else KINDS)))
+    accepted = sorted({"kind", *GENERAL}.union(*map(keywords, [kind] if kind else KINDS)))
     strange = [key for key in options if key not in accepted]
     found = [unknown(f"figure.{key}", options[key], key, accepted, "option") for key in strange]
     return found + [each for key in options if key in accepted for each in _value(key, options, kind)]
@@ -67,16 +65,12 @@ def study_problems(kind: str, options: Mapping[str, Any], asked: Mapping[str, An
         None where they are not known.
     """
     about, names = ABOUT[kind], asked["recorded"]
-    if "kind" in options and names == () and (about.needs or about.pair or "variables" in _options(kind)):
+    if "kind" in options and names == () and (about.needs or about.pair or "variables" in keywords(kind)):
         expected = f"a list of what the figure {kind} draws is needed"
         return [Problem("analysis.record", NOTHING, expected)]
     linkage = names is not None and "state_value" not in names
     found = [*(_missing_variables(options, names) if linkage else ()), *about.fits(options, asked)]
     return [each for each in found if "kind" in options or each.key != "figure.kind"]
-
-
-def _options(kind: str) -> list[str]:
-    return list(signature(KINDS[kind]).parameters)[1:]
 
 
 def _listed(given: Any) -> list[Any]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from inspect import signature
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -37,6 +38,8 @@ class About:
         Whether it draws one of two recorded quantities over the other.
     clearance : bool
         Whether it draws a joint with clearance.
+    over : int
+        Number of varied parameters of which it is the default figure; 0: it does not matter.
     choices : mapping of str to collection of str
         By option: the words that it can be.
     checks : mapping of str to callable
@@ -49,11 +52,13 @@ class About:
     needs: tuple[str, ...] = ()
     pair: bool = False
     clearance: bool = False
+    over: int = 0
     choices: Mapping[str, Collection[str]] = field(default_factory=dict)
     checks: Mapping[str, Callable[[Any], Any]] = field(default_factory=dict)
     fits: Callable[[Options, Keywords], Iterator[Problem]] = _anything
 
 
+GENERAL = ("width", "font", "ax")  # options that every figure has
 KINDS: dict[str, Callable[..., Figure]] = {}
 ABOUT: dict[str, About] = {}
 
@@ -74,6 +79,18 @@ def suited(row: Kind | None) -> tuple[str, ...]:
         return ()
     others = (name for name, about in ABOUT.items() if row.name in about.of)
     return tuple(dict.fromkeys((*row.figures, *others)))
+
+
+def usual(names: Collection[str], options: Collection[str], over: int) -> str | None:
+    """Return the default among figures: made for so many varied parameters, and with the given options."""
+    first = sorted(names, key=lambda name: ABOUT[name].over != over if name in ABOUT else True)
+    having = (name for name in first if name in KINDS and {*options} <= {*GENERAL, *keywords(name)})
+    return next(having, next(iter(names), None))
+
+
+def keywords(name: str) -> list[str]:
+    """Return the options of a figure."""
+    return list(signature(KINDS[name]).parameters)[1:]
 
 
 def suited_to(kind: Any) -> tuple[str, ...]:

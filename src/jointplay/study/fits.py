@@ -27,7 +27,7 @@ def figure_problems(
     grown = largest(mechanism, keywords.get("over", followed))  # by what the analysis varies itself
     asked = {**keywords, "recorded": _recorded(row, grown, keywords)}
     suited = _suited(row, grown, keywords, vary)
-    kind = options.get("kind", next(iter(suited), None))
+    kind = options.get("kind", figures.usual(suited, options, len(keywords.get("over", ()))))
     if kind not in suited:
         expected = f"for this {row.name} one of {', '.join(suited) or 'none'} is accepted"
         problems = [Problem("figure.kind", kind, expected)]

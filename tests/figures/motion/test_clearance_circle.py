@@ -24,10 +24,12 @@ def test_orbit_is_in_clearances_with_equal_scales():
     data = response()
     (ax,) = figures.draw(data, {"kind": "journal_orbit"}).axes
     contact = next(line for line in ax.lines if line.get_label() == "contact")
-    there = np.isfinite(contact.get_ydata())
-    np.testing.assert_array_equal(there, data["mode"].values[:, 0] > 0)
-    np.testing.assert_allclose(contact.get_xdata(), data.journal_x.values[:, 0] / CLEARANCE)
-    np.testing.assert_allclose(contact.get_ydata()[there], data.journal_y.values[there, 0] / CLEARANCE)
+    x, y = contact.get_data()
+    samples = np.isin(x, data.journal_x.values[:, 0] / CLEARANCE)  # the path is smooth in between
+    there, touching = np.isfinite(y), data["mode"].values[:, 0] > 0
+    np.testing.assert_array_equal(there[samples], touching)
+    np.testing.assert_array_equal(y[samples & there], data.journal_y.values[touching, 0] / CLEARANCE)
+    assert np.all(np.hypot(x, y)[there & ~samples] > 0.999)
     assert ax.get_aspect() == 1
     assert ax.get_xlim() == ax.get_ylim()
     assert ax.get_xlim()[1] > data.eccentricity_ratio.max()
@@ -113,15 +115,22 @@ def test_a_periodic_motion_is_one_point_and_not_magnified_noise():
         assert high - low > 0.01 * abs(low)
 
 
-def test_overview_without_a_section_says_so():
-    figure = figures.draw(response(section=False))
-    assert sentences(figure) == ["This run kept no Poincaré section"]
-    assert headings(figure) == ["(a)", "(b)", "(c)", "(d)"]
+def test_overview_has_no_empty_panel_and_shows_every_joint():
+    bare = figures.draw(response(section=False))
+    assert headings(bare) == ["(a)", "(b)", "(c)"]
+    assert sentences(bare) == []
+    figure = figures.draw(response(joints=("B", "C")))
+    assert len(figure.axes) == 7
+    assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["B", "C"]
+    assert [ax.get_xlabel() for ax in figure.axes[1::3]] == [
+        f"Journal centre at {name}, $r_x/e$ (–)" for name in "BC"
+    ]
+    assert len(figures.draw(response(joints=("B", "C")), joint="C").axes) == 4
 
 
 def test_overview_shows_the_last_turns_and_the_whole_section():
     data = response()
     force, orbit, _, points = figures.draw(data, {"turns": 2}).axes
     assert force.lines[0].get_xdata()[0] == pytest.approx(300, abs=1)
-    assert orbit.lines[0].get_xdata().size == force.lines[0].get_xdata().size
+    assert orbit.lines[0].get_xdata()[0] == data.journal_x.sel(time=0.3, method="nearest") / CLEARANCE
     assert points.lines[0].get_xdata().size == data.sizes["turn"]

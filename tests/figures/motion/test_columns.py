@@ -113,7 +113,10 @@ def test_one_window_can_be_asked_for(pair):
 )
 def test_a_path_is_that_of_one_window(pair, kind, option, number):
     ax = figures.draw(pair, {"kind": kind, **option}).axes[0]
-    assert ax.lines[1].get_xdata().size == np.count_nonzero(pair.window.values == number)
+    orbit, portrait = pair.journal_x[:, 0] / pair.clearance[0], 1e6 * pair.eccentricity[:, 0]
+    samples = (orbit if kind == "journal_orbit" else portrait).values[pair.window.values == number]
+    assert np.isin(samples, ax.lines[1].get_xdata()).all()
+    assert tuple(ax.lines[1].get_xdata()[[0, -1]]) == (samples[0], samples[-1])
 
 
 def test_columns_fill_the_page_of_a_journal(pair):

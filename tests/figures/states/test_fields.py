@@ -7,6 +7,7 @@ import xarray as xr
 from jointplay import figures
 from jointplay.errors import InputError
 from jointplay.figures.states.basins import COLOURS
+from jointplay.figures.sweeps.parameter_map import SIGNS
 from tests.figures.support.synthetic import STATUS, flag_words
 
 X = {"units": "1", "long_name": "journal x over clearance"}
@@ -152,6 +153,14 @@ def test_more_attractors_than_colours_are_counted():
 def test_attractors_differ_in_lightness_from_the_next():
     light = [np.dot([0.3, 0.59, 0.11], [int(c[i : i + 2], 16) / 255 for i in (1, 3, 5)]) for c in COLOURS]
     assert np.abs(np.diff(light)).min() > 0.3
+    assert np.diff(sorted(light)).min() > 0.1  # and from all others
+
+
+def test_the_sign_of_an_exponent_is_told_in_grey():
+    grey = SIGNS(np.linspace(0, 1, 256))[:, :3] @ [0.3, 0.59, 0.11]
+    assert grey[:128].min() > grey[128:].max() + 0.1
+    assert np.all(np.diff(grey[:128]) >= 0)
+    assert np.all(np.diff(grey[128:]) <= 0)
 
 
 def test_what_is_drawn_by_itself_is_what_there_is():

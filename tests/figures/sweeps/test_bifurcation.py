@@ -9,6 +9,7 @@ from jointplay import figures
 from jointplay.errors import InputError
 from jointplay.figures.drawing import style, sweep_axes
 from jointplay.figures.sweeps.bifurcation import diagram
+from jointplay.kinds import KINDS
 from tests.figures.support.synthetic import response
 
 MEANINGS = "ok diverged step_limit chatter not_converged bad_parameters crashed not_run interrupted"
@@ -219,3 +220,12 @@ def test_wrong_options_are_told_with_what_is_accepted():
     assert "smallest_missed_gap" in refused(grid, kind="parameter_map", maps=["impact"])["figure.maps[0]"]
     assert "1 to 1" in refused(grid, kind="parameter_map", exponent=2)["figure.exponent"]
     assert set(refused(grid, kind="parameter_map", maps=[])) == {"figure.maps"}
+
+
+def test_two_parameters_are_drawn_as_a_map_unless_an_option_asks_for_a_diagram():
+    both = sweep(("reset",), over=("clearance", "gear_ratio"))
+    assert figures.usual_kind(both) == "parameter_map"
+    assert figures.usual_kind(both, ["at"]) == "bifurcation"
+    assert figures.usual_kind(sweep()) == "bifurcation"
+    names = figures.suited(KINDS["bifurcation"])
+    assert [figures.usual(names, (), over) for over in (1, 2)] == ["bifurcation", "parameter_map"]

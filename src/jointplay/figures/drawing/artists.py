@@ -1,6 +1,6 @@
 """Elements of several figures: curves with gaps, paths with contact, point clouds, labels, notes."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from textwrap import fill
 
 import numpy as np
@@ -12,12 +12,17 @@ from matplotlib.ticker import MaxNLocator
 from xarray import DataArray, Dataset
 
 from jointplay.display.units import PLAIN, Shown, shown
-from jointplay.figures.drawing import select, style
+from jointplay.figures.drawing import factors, select, style
+from jointplay.figures.drawing.lent import Panel
+from jointplay.figures.drawing.smooth import smooth
 from jointplay.figures.drawing.ticks import Degrees
 
 LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
 BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers
 DENSE = 3000  # samples of a path, from which it is drawn thinner
+SEEN = 1e-4  # of the radius of the clearance circle: what a print cannot show
+LONGEST_PERIOD = 16
+SCATTER = 50.0  # half an axis over the scatter of points that are one
 EMPTY = "No samples in this run"
 NOTE = 7.0  # mm of height for the status of the run
 EXPLAINED = {
@@ -50,16 +55,30 @@ def neighbours(mask: np.ndarray) -> np.ndarray:
     return beside
 
 
-def path(ax: Axes, x: np.ndarray, y: np.ndarray, contact: np.ndarray | None) -> None:
-    """Draw the path (x, y): free flight light and thin, contact dark and thick; plain if unknown."""
+def path(
+    ax: Axes,
+    x: np.ndarray,
+    y: np.ndarray,
+    contact: np.ndarray | None,
+    times: np.ndarray | None = None,
+    touches: Callable | None = None,
+) -> None:
+    """Draw the path (x, y): free flight light and thin, contact dark and thick; plain if unknown.
+
+    With the samples' times it is smooth in between; `touches` is as in `smooth`.
+    """
     if not x.size:
         say(ax, EMPTY)
+    thin = 1.0 if x.size < DENSE else 0.6
+    if times is not None:
+        touching = np.zeros(x.shape, dtype=bool) if contact is None else contact
+        x, y, touching = smooth(times, x, y, touching, touches)
+        contact = None if contact is None else touching
     if contact is None:
         curve(ax, x, y, color=style.BLACK, linewidth=0.6, label="path (modes not recorded)")
         return
     free = ~contact
     joined = free | neighbours(free)  # flight is drawn up to the contact samples
-    thin = 1.0 if x.size < DENSE else 0.6
     for where, look in ((joined, style.IN_FLIGHT), (contact, style.IN_CONTACT)):
         changes = {"linewidth": thin * look["linewidth"], "label": look["label"] if where.any() else "_"}
         curve(ax, x, np.where(where, y, np.nan), **(look | changes))
@@ -131,14 +150,27 @@ def valued(axis: DataArray) -> str:
     return f"{select.title(axis)} {float(value):.4g}{symbol}"
 
 
-def roomy(ax: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """Set limits around points; a cloud narrower than 0.1 % of its size is shown as the point that it is."""
+def roomy(ax: Axes, x: np.ndarray, y: np.ndarray, one: bool = False) -> None:
+    """Set limits around points; those narrower than 0.1 % of their size, or said to be one, as a point."""
     for values, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
         values = values[np.isfinite(values)]
         if values.size:
             low, high, size = values.min(), values.max(), np.abs(values).max()
-            pad = 0.06 * (high - low) if high - low > 1e-3 * size else 0.02 * size or 1.0
+            wide = high - low > 1e-3 * size and not one
+            pad = 0.06 * (high - low) if wide else max(0.02 * size, SCATTER * (high - low)) or 1.0
             set_limits(low - pad, high + pad)
+
+
+def returning(points: np.ndarray) -> tuple[int, float]:
+    """Return the period of section points and the most by which they miss it; 0 and NaN where none is seen.
+
+    Points, shape (points, 2), are in units in which `SEEN` cannot be told from 0 on paper.
+    """
+    for period in range(1, min(LONGEST_PERIOD, len(points) // 3) + 1):
+        missed = np.hypot(*(points[period:] - points[:-period]).T).max()
+        if missed < SEEN:
+            return period, float(missed)
+    return 0, np.nan
 
 
 def shade_missing(ax: Axes, x: np.ndarray, missing: np.ndarray, label: str) -> None:
@@ -192,6 +224,8 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
         frame = {"facecolor": "white", "edgecolor": style.WARNING, "linewidth": 0.8, "pad": 2.0}
         lines = fill(note, int(figure.bbox.width / figure.dpi / style.MILLIMETRE / 1.8))
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
+    if not isinstance(figure, Panel):
+        factors.into_labels(figure)
     if whole:
         figure.draw_without_rendering()
     return figure

@@ -26,7 +26,13 @@ def parameters(dataset: Dataset, kind: str) -> list[str]:
     """Return the varied parameters of a sweep; a dataset that is none is an error."""
     if dataset.attrs.get("kind") != "bifurcation" or "cell_status" not in dataset:
         raise select.refuse("kind", kind, "a result of a study of kind bifurcation")
-    return [str(dim) for dim in dataset["cell_status"].dims if dim not in BESIDE]
+    return varied(dataset)
+
+
+def varied(dataset: Dataset) -> list[str]:
+    """Return the parameters that vary in a dataset of cells; none in another."""
+    dims = dataset["cell_status"].dims if "cell_status" in dataset else ()
+    return [str(dim) for dim in dims if dim not in BESIDE]
 
 
 def one_parameter(dataset: Dataset, at: float | None) -> tuple[Dataset, str]:

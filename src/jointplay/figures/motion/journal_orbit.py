@@ -46,9 +46,14 @@ def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None, *titles: str) -> 
     """Draw the orbit of one joint, all of `dataset`."""
     joint = select.label(dataset, "joint", joint)
     x, y = (in_clearances(dataset, name, joint, "time") for name in ("journal_x", "journal_y"))
-    artists.path(ax, x, y, select.in_contact(dataset, joint))
+    artists.path(ax, x, y, select.in_contact(dataset, joint), dataset["time"].values, outside)
     orbit_frame(ax, dataset, joint, x, y)
     artists.heading(ax, *titles, artists.missing_note(x, y, "samples"))
+
+
+def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return which points, in clearances, lie beyond the clearance circle."""
+    return np.hypot(x, y) > 1.0
 
 
 def in_clearances(dataset: Dataset, name: str, joint: str, dim: str) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Overview of a response: force history, journal orbit, phase portrait and Poincaré section on one sheet."""
+"""Overview of a response: force histories; orbit, portrait and section of each journal, on one sheet."""
 
 from collections.abc import Sequence
 
@@ -13,53 +13,64 @@ from jointplay.figures.motion.poincare_section import counted, journal_points
 from jointplay.figures.motion.time_history import history_panel, legends
 from jointplay.figures.registry import picture
 
+MOST = 4  # joints on a sheet
+FORCES, JOINT = 57.0, 66.0  # mm of height: the forces, the pictures of a joint
+
 
 @picture(needs=("normal_force", "journal_x", "journal_y", "eccentricity", "normal_velocity"), clearance=True)
 def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Sequence[float] = 3) -> Figure:
-    """Draw four pictures of one clearance joint.
+    """Draw the forces of the joints with clearance; of each its orbit, portrait, and section if one was kept.
 
     Parameters
     ----------
     dataset : Dataset
         A response of a mechanism with clearance.
     joint : str, optional
-        The joint; by default the first with clearance.
+        One joint alone; by default the first four.
     turns : float or pair
-        Window of the first three pictures: the last so many turns, or [first, last]. The section is whole.
+        Window of the histories and paths: the last so many turns, or [first, last]. Sections are whole.
     """
     if not select.labels(dataset, "joint") or "time" not in dataset.dims:
         expected = "a response of a mechanism with clearance; else one of the other kinds"
         raise select.refuse("kind", "overview", expected)
-    joint = select.label(dataset, "joint", joint)
+    joints = loose(dataset)[:MOST] if joint is None else [select.label(dataset, "joint", joint)]
     part = window_panels.last(timebase.window(dataset, turns))
-    figure = style.sheet(180.0, 122.0)
-    axes = figure.subplot_mosaic("aaa;bcd", height_ratios=(1, 1.15))
-    force(axes["a"], dataset, part, joint)
-    orbit_panel(axes["b"], part, joint, "(b)")
-    portrait_panel(axes["c"], part, None, None, None, joint, titles=("(c)",))
-    axes["c"].set_box_aspect(1)
-    for key in "bd":
-        axes[key].locator_params(nbins=4)  # narrow panels
-    section(axes["d"], dataset, joint)
-    artists.shared_legend(figure, (axes["b"], axes["c"]), 4)
+    figure = style.sheet(180.0, FORCES + JOINT * len(joints))
+    columns = 3 if "turn" in dataset.dims else 2
+    grid = figure.add_gridspec(1 + len(joints), columns, height_ratios=(1.0, *[1.15] * len(joints)))
+    letters = iter("abcdefghijklm")
+    force(figure.add_subplot(grid[0, :]), dataset, part, joints, f"({next(letters)})")
+    for row, name in enumerate(joints, start=1):
+        axes = [figure.add_subplot(grid[row, column]) for column in range(columns)]
+        pictures(axes, dataset, part, name, [f"({next(letters)})" for _ in axes])
+    artists.shared_legend(figure, axes[:2], 4)
     return artists.finish(figure, dataset)
 
 
-def force(ax: Axes, dataset: Dataset, part: Dataset, joint: str) -> None:
-    """Draw the normal force of the window."""
+def loose(dataset: Dataset) -> list[str]:
+    """Return the joints with clearance."""
+    names = select.labels(dataset, "joint")
+    if "clearance" not in dataset:
+        return names
+    return [name for name in names if float(dataset["clearance"].sel(joint=name)) > 0] or names
+
+
+def force(ax: Axes, dataset: Dataset, part: Dataset, joints: list[str], letter: str) -> None:
+    """Draw the normal forces of the window."""
     bases = timebase.bases(dataset, part["time"].values, None)
-    array = select.variable(part, "normal_force").sel(joint=[joint])
-    history_panel(ax, array, bases[0], named=False)
+    array = select.variable(part, "normal_force").sel(joint=joints)
+    history_panel(ax, array, bases[0], named=len(joints) > 1)
     legends([ax])
     timebase.dress(ax, ax, bases)
-    artists.heading(ax, "(a)", beside_top_axis=len(bases) > 1)
+    artists.heading(ax, letter, beside_top_axis=len(bases) > 1)
 
 
-def section(ax: Axes, dataset: Dataset, joint: str) -> None:
-    """Draw the section that the run kept, or a note that it kept none."""
-    if "turn" in dataset.dims:
-        journal_points(ax, dataset, joint, False, "(d)", counted(dataset))
-        return
-    artists.say(ax, "This run kept no Poincaré section")
-    ax.set_box_aspect(1)
-    artists.heading(ax, "(d)")
+def pictures(axes: list[Axes], dataset: Dataset, part: Dataset, joint: str, letters: list[str]) -> None:
+    """Draw what one joint does: orbit, portrait, section."""
+    orbit_panel(axes[0], part, joint, letters[0])
+    portrait_panel(axes[1], part, None, None, None, joint, titles=(letters[1],))
+    axes[1].set_box_aspect(1)
+    for ax in axes[1:]:
+        ax.locator_params(nbins=4)  # narrow panels
+    for ax in axes[2:]:
+        journal_points(ax, dataset, joint, False, letters[2], counted(dataset))

@@ -61,7 +61,9 @@ def portrait_panel(
     at = of_joint(one, two)
     contact = select.in_contact(dataset, at) if at else None
     if at and contact is not None:
-        artists.path(ax, xs, ys, contact)
+        edge = bearing_edge(dataset, one)
+        touches = None if edge is None else lambda x, _: x > edge * x_unit.factor
+        artists.path(ax, xs, ys, contact, one["time"].values, touches)
     else:
         artists.curve(ax, xs, ys, color=style.BLACK, linewidth=0.6)
     if xs.size:
@@ -94,9 +96,15 @@ def of_joint(*arrays: DataArray) -> str | None:
     return joints.pop() if len(joints) == 1 else None
 
 
+def bearing_edge(dataset: Dataset, x: DataArray) -> float | None:
+    """Return where on the x axis, m, the journal meets the bearing; None if that is not the eccentricity."""
+    if str(x.name).removeprefix("section_") != "eccentricity" or "clearance" not in dataset:
+        return None
+    return float(dataset["clearance"].sel(joint=x["joint"]))
+
+
 def clearance_line(ax: Axes, dataset: Dataset, x: DataArray, factor: float) -> None:
     """Mark where the journal meets the bearing, if the x axis is the eccentricity."""
-    if str(x.name).removeprefix("section_") == "eccentricity" and "clearance" in dataset:
-        edge = float(dataset["clearance"].sel(joint=x["joint"])) * factor
+    if (edge := bearing_edge(dataset, x)) is not None:
         look = {"color": style.GREY, "linewidth": 0.6, "linestyle": (0, (6, 2)), "zorder": 0}
-        ax.axvline(edge, **look, label="clearance $e$")
+        ax.axvline(edge * factor, **look, label="clearance $e$")

@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.motion.journal_orbit import in_clearances, orbit_frame
 from jointplay.figures.motion.phase_portrait import pair
@@ -49,7 +50,8 @@ def poincare_section(
     if orbit:
         journal_points(axes[0], part, joint, zoom, "(a)", counted(part))
     letter, count = ("(b)", "") if orbit else ("", counted(part))
-    variable_points(axes[-1], part, x, y, link, joint, letter, count)
+    one = orbit and repeated(part, select.label(part, "joint", joint))[0] == 1
+    variable_points(axes[-1], part, x, y, link, joint, letter, count, one)
     return artists.finish(figure, dataset)
 
 
@@ -83,15 +85,31 @@ def journal_points(
     if zoom and x.size:
         ax.set(aspect="auto", box_aspect=1)
         artists.roomy(ax, x, y)
-    explain(ax, x, y, letter, count)
+    explain(ax, x, y, letter, words(*repeated(dataset, joint), count))
 
 
-def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, letter="", count="") -> None:
-    """Draw one variable over another at the crossings."""
+def repeated(dataset: Dataset, joint: str) -> tuple[int, float]:
+    """Return the period of a journal at the crossings, and by how much it misses it, in clearances."""
+    ways = [in_clearances(dataset, name, joint, "turn") for name in ("journal_x", "journal_y")]
+    return artists.returning(np.stack(ways, -1))
+
+
+def words(period: int, missed: float, count: str) -> str:
+    """Return how many points there are, of periodic ones with their scatter."""
+    if not period:
+        return count
+    within = f"within {plain(max(missed, 1e-16), 1)} $e$" if missed else "all the same"
+    return f"{count}: period\N{NO-BREAK SPACE}{period}, {within}"
+
+
+def variable_points(
+    ax: Axes, dataset: Dataset, x, y, link=None, joint=None, letter="", count="", single=False
+) -> None:
+    """Draw one variable over another at the crossings; `single` where they are one point but for rounding."""
     one, two = pair(dataset, x, y, "turn", link, joint)
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
     artists.cloud(ax, xs, ys)
-    artists.roomy(ax, xs, ys)
+    artists.roomy(ax, xs, ys, single)
     artists.name_axes(ax, one, x_unit, two, y_unit)
     ax.set_box_aspect(1)
     explain(ax, xs, ys, letter, count)

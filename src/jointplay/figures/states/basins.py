@@ -12,8 +12,8 @@ from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 from jointplay.figures.states.field import draw_cells, without_start
 
-# neighbours differ in lightness, so that a grey print keeps them apart
-COLOURS = ("#9ecae1", "#08306b", "#fdae6b", "#7f2704", "#a1d99b", "#00441b", "#dadaeb", "#54278f")
+# eight lightnesses, no two alike, neighbours far apart: a grey print tells them
+COLOURS = ("#a9d9f2", "#b02a2a", "#fdf3c7", "#3f7fc4", "#06280f", "#78ac52", "#4d1f7a", "#f3a552")
 REST, NONE = "#bdbdbd", "#ffffff"
 POINTS = 60  # of an attractor that are marked, at most
 

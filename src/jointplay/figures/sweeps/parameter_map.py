@@ -19,6 +19,11 @@ FLOW = "lyapunov_exponent_per_turn"  # of a result without exponents of the sect
 SIGNED = (USUAL[0], FLOW, "lyapunov_exponent", "growth", "growth_rate")
 NUMBERED = ("exponent", "multiplier")
 LONGEST = 8  # a period that has a colour of its own
+# below 0 light blues, above it reds that are darker than any of them: a grey print tells the sign
+SIGNS = ListedColormap(
+    [*colormaps["Blues_r"](np.linspace(0.5, 1.0, 128)), *colormaps["Reds"](np.linspace(0.6, 1.0, 128))],
+    "signs",
+)
 REST = 98  # percentile of absolute values that the colours reach
 
 
@@ -29,7 +34,7 @@ def fits(options: Mapping[str, Any], asked: Mapping[str, Any]) -> Iterator[Probl
     yield from sweep_axes.fits(options, asked)
 
 
-@picture(fits=fits)
+@picture(over=2, fits=fits)
 def parameter_map(
     dataset: Dataset,
     *,
@@ -125,13 +130,13 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
 
 
 def shades(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
-    """Return numbers with label and colours: signed ones in two hues that meet at 0, others dark to light."""
+    """Return numbers with label and colours: signed ones lighter below 0 than above it."""
     values, unit = artists.displayed(array)
     label, finite = artists.axis_label(array, unit), np.abs(values[np.isfinite(values)])
     if array.name not in SIGNED:
         return values, label, "neither", {"cmap": "viridis"}
     reach = (np.percentile(finite, REST) if finite.size else 0.0) or 1.0
-    return values, label, "both", {"cmap": "RdBu_r", "norm": Normalize(-reach, reach)}
+    return values, label, "both", {"cmap": SIGNS, "norm": Normalize(-reach, reach)}
 
 
 def classes(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:

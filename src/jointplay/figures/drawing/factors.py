@@ -1,0 +1,37 @@
+"""Powers of ten of an axis stand in its label, beside the unit, and never over a title or a tick."""
+
+import re
+
+from matplotlib.axis import Axis
+from matplotlib.figure import FigureBase
+
+from jointplay.display.number_text import RAISED
+from jointplay.display.units import PLAIN
+
+POWER = re.compile(r"10\^\{([−\d]+)\}")  # in what matplotlib writes
+UNIT = re.compile(r"\(([^()]*)\)$")  # that a label ends with
+
+
+def into_labels(figure: FigureBase) -> None:
+    """Move the power of ten that matplotlib writes beside an axis into the axis' label.
+
+    Panels that share an axis share its power; each that has a label gets it.
+    """
+    figure.get_figure(root=True).draw_without_rendering()  # powers are chosen as ticks are made
+    axes = [ax for each in figure.axes for ax in (each, *each.child_axes)]
+    for axis in (axis for ax in axes for axis in (ax.xaxis, ax.yaxis)):
+        if power := POWER.search(axis.get_offset_text().get_text()):
+            digits = power[1].replace("\N{MINUS SIGN}", "-")
+            move(axis, f"10{digits.translate(RAISED)}")
+
+
+def move(axis: Axis, factor: str) -> None:
+    """Write a factor before the unit of an axis' label, and not at the end of the axis."""
+    label = axis.get_label()
+    text = label.get_text()
+    if unit := UNIT.search(text):
+        words = factor if unit[1] in PLAIN.values() else f"{factor} {unit[1]}"
+        label.set_text(f"{text[: unit.start()]}({words})")
+    elif text:
+        label.set_text(f"{text} ({factor})")
+    axis.get_offset_text().set_visible(False)

@@ -1,0 +1,59 @@
+"""Paths drawn smoothly between samples: modified Akima splines over time, which do not overshoot at kinks.
+
+A contact vibrates many times a turn. At ten samples an oscillation straight lines miss the path by 5 % of the
+amplitude, the splines by 1 %; samples themselves are not moved.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.interpolate import Akima1DInterpolator
+
+BETWEEN = 8  # pieces of an interval in which the path bends
+BENT = np.deg2rad(4.0)  # between neighbouring lines, in a square panel that the path fills
+MOST = 20_000  # samples; a longer path is dense enough
+
+
+def smooth(
+    times: np.ndarray, x: np.ndarray, y: np.ndarray, contact: np.ndarray, touches: Callable | None = None
+) -> tuple[np.ndarray, ...]:
+    """Return x, y and contact with further points where the path bends or contact begins or ends.
+
+    Parameters
+    ----------
+    times, x, y : ndarray
+        Samples; NaN where there is no value.
+    contact : ndarray of bool
+        Whether a sample is in contact.
+    touches : callable, optional
+        Of x and y: whether points between a sample in contact and one in flight are in contact; without it
+        none of them is.
+    """
+    there = np.isfinite(x) & np.isfinite(y)
+    rising = np.r_[True, np.diff(times) > 0]  # at an event there may be two samples
+    if not 4 <= x.size <= MOST or not there.all() or not rising.all():
+        return x, y, contact
+    points = np.stack([x, y], -1)
+    changing = contact[1:] != contact[:-1]
+    intervals = np.flatnonzero(bends(points) | changing)
+    share = np.arange(1, BETWEEN) / BETWEEN
+    between = (times[intervals, None] + share * np.diff(times)[intervals, None]).ravel()
+    curve = Akima1DInterpolator(times, points, method="makima")(between)
+    places = np.repeat(intervals + 1, BETWEEN - 1)
+    both = np.repeat(contact[intervals] & contact[intervals + 1], BETWEEN - 1)
+    if touches is not None:
+        both = np.where(np.repeat(changing[intervals], BETWEEN - 1), touches(*curve.T), both)
+    return (
+        np.insert(x, places, curve[:, 0]),
+        np.insert(y, places, curve[:, 1]),
+        np.insert(contact, places, both),
+    )
+
+
+def bends(points: np.ndarray) -> np.ndarray:
+    """Return between which samples a path bends visibly, of shape (samples - 1,)."""
+    size = np.ptp(points, axis=0)
+    steps = np.diff(points / np.where(size > 0, size, 1.0), axis=0)
+    course = np.arctan2(steps[:, 1], steps[:, 0])
+    sharp = np.abs((np.diff(course) + np.pi) % (2 * np.pi) - np.pi) > BENT
+    return np.r_[sharp, False] | np.r_[False, sharp]

@@ -1,0 +1,62 @@
+"""Paths between samples: how near they come to the motion, and what they leave alone."""
+
+import numpy as np
+import pytest
+
+from jointplay import figures
+from jointplay.figures.drawing.smooth import smooth
+from tests.figures.support.synthetic import response, section
+
+
+def circle(samples: int):
+    turns = np.linspace(0.0, 4.0, 4 * samples + 1)
+    return turns, np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns), np.ones(turns.size, dtype=bool)
+
+
+def test_ten_samples_a_vibration_miss_its_circle_by_a_hundredth():
+    x, y, _ = smooth(*circle(10))
+    radius = np.hypot(x, y)[16:-16]  # splines know less at the ends
+    assert np.abs(radius - 1).max() < 0.01  # straight lines: 0.05
+    assert len(x) == 8 * 40 + 1
+
+
+def test_samples_stay_where_they_are_and_straight_paths_as_they_are():
+    t, x, y, contact = circle(12)
+    drawn = {*zip(*smooth(t, x, y, contact)[:2], strict=True)}
+    assert {*zip(x, y, strict=True)} <= drawn
+    assert smooth(t, t, 2 * t, contact)[0].size == t.size
+    gap = np.where(t < 1, np.nan, y)
+    assert smooth(t, x, gap, contact)[0] is x
+
+
+def test_contact_begins_where_the_circle_is_crossed():
+    t = np.linspace(0.0, 1.0, 9)
+    x, y = 0.8 + 0.4 * t, np.zeros(9)
+    contact = x > 1.05  # a sample late
+    points, _, touching = smooth(t, x, y, contact, lambda x, _: x > 1.0)
+    assert touching[points < 1.0].sum() == 0
+    assert touching[(points > 1.0) & (points > x[~contact].max())].all()
+
+
+def test_a_period_is_told_with_its_scatter_and_drawn_as_a_point():
+    data = section(300)
+    noise = 1e-9 * np.random.default_rng(3).standard_normal(300)
+    over = {name: each for name, each in data.items() if "turn" in each.dims}
+    fixed = data.assign({name: each * 0 + each.isel(turn=0) for name, each in over.items()})
+    noisy = fixed.assign(normal_velocity=fixed["normal_velocity"] * (1 + noise[:, None]))
+    figure = figures.draw(noisy)
+    told = figure.axes[0].get_title(loc="left").replace("\n", " ")
+    assert told == "(a) 300 crossings: period\N{NO-BREAK SPACE}1, all the same"
+    low, high = figure.axes[1].get_ylim()
+    assert np.ptp(figure.axes[1].lines[0].get_ydata()) < 0.01 * (high - low)
+    assert "period" not in figures.draw(data).axes[0].get_title(loc="left")
+
+
+@pytest.mark.parametrize("power", [7, -9])
+def test_powers_of_ten_stand_in_the_labels(power):
+    data = response()
+    data["normal_force"] = data["normal_force"] * 10.0**power
+    ax = figures.draw(data, {"kind": "time_history"}).axes[0]
+    assert not ax.yaxis.get_offset_text().get_visible()
+    raised = str(power + 1).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))  # forces are some 10 N
+    assert f"(10{raised} N)" in ax.get_ylabel().replace("\n", " ")
