@@ -46,3 +46,11 @@ def test_a_bare_clearance_is_that_of_the_joint_that_can_have_one():
 def test_where_several_can_the_paths_that_work_are_named():
     with pytest.raises(jp.InputError, match=r"joint B has no radius.*joints\.A\.clearance, joints\.C\.clear"):
         own("A", "C", with_data="AC").replace(clearance=2e-4)
+
+
+@pytest.mark.parametrize("name", ["main crank", "crank-1", "a*b", " crank"])
+def test_a_name_that_no_symbol_can_have_is_refused(name):
+    link = dict(jp.catalog.chunmei2002().links[0]) | {"name": name}
+    with pytest.raises(jp.InputError, match=r"link\.name: got .*letters, digits and _"):
+        jp.Link(**link)
+    assert jp.Link(**link | {"name": "Kurbel_ä1"}).name == "Kurbel_ä1"

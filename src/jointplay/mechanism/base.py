@@ -141,12 +141,19 @@ def _within_a_turn(angle: float) -> float:
     return angle
 
 
+def _in_equations(name: str) -> str:
+    if not f"_{name}".isidentifier():  # names of the equations' symbols end with it
+        raise refuse(name, "a name of letters, digits and _ is accepted, without blanks and signs")
+    return name
+
+
 Angle = Annotated[Number, AfterValidator(_near)]
 Turn = Annotated[Number, AfterValidator(_within_a_turn)]  # an angle that a person writes
 Count = Annotated[int, Field(strict=True, ge=0, le=10**9)]
 Natural = Annotated[int, Field(strict=True, ge=1, le=10**9)]
 Flag = Annotated[bool, Field(strict=True)]
 Name = Annotated[str, Field(min_length=1)]
+PartName = Annotated[Name, AfterValidator(_in_equations)]
 T = TypeVar("T")
 # A minimum length in pydantic would count wrong items as absent ones.
 MOST = 1000  # items of a list; many times what a mechanism has, and as many as are soon checked

@@ -21,9 +21,9 @@ from jointplay.mechanism.base import (
     GROUND,
     Few,
     Flag,
-    Name,
     NonNegative,
     Number,
+    PartName,
     Positive,
     Record,
     measured,
@@ -141,7 +141,7 @@ class Link(Record):
         How it bends; unused while the link is rigid.
     """
 
-    name: Name = named("link name")
+    name: PartName = named("link name")
     length: Positive = measured("length", "m")
     mass: Positive = measured("mass", "kg")
     centre: Number = measured("distance of the mass centre", "m", None, validate_default=True)

@@ -16,6 +16,7 @@ from jointplay.mechanism.base import (
     Name,
     NonNegative,
     Number,
+    PartName,
     Positive,
     Record,
     measured,
@@ -92,7 +93,7 @@ class Joint(Record):
         Law of the tangential force; none if left out.
     """
 
-    name: Name = named("joint name")
+    name: PartName = named("joint name")
     kind: Literal["revolute", "prismatic"] = "revolute"
     journal: Pin
     bearing: Pin

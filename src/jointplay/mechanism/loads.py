@@ -9,7 +9,7 @@ from pydantic import Field, field_validator
 
 from jointplay.equations import structure
 from jointplay.errors import refuse
-from jointplay.mechanism.base import GROUND, Angle, Name, Positive, measured, named
+from jointplay.mechanism.base import GROUND, Angle, Name, PartName, Positive, measured, named
 from jointplay.mechanism.courses import Course
 from jointplay.mechanism.joints import Pin
 
@@ -19,7 +19,7 @@ class _Load(Course):
 
     root: ClassVar[str | None] = "load"
     phases: ClassVar[tuple[str, ...]] = ("frequency", "angle")
-    name: Name = named("load name")
+    name: PartName = named("load name")
     frequency: Positive | None = measured("angular frequency", "rad/s", None)
     angle: Name | None = named("link name", None)
 

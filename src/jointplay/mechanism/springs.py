@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import BeforeValidator, Field, create_model, model_validator
 
 from jointplay.errors import refuse
-from jointplay.mechanism.base import Angle, Name, NonNegative, Record, measured, named
+from jointplay.mechanism.base import Angle, Name, NonNegative, PartName, Record, measured, named
 from jointplay.mechanism.joints import Pin
 
 _LINK = named("link name, or 'ground'")
@@ -38,7 +38,7 @@ class Spring(_Points):
     root: ClassVar[str | None] = "spring"
     twists: ClassVar[bool] = False
     kind: Literal["extension"] = "extension"
-    name: Name = named("spring name")
+    name: PartName = named("spring name")
     stiffness: NonNegative = measured("spring stiffness", "N/m")
     damping: NonNegative = measured("damping", "N s/m", 0.0)
     free_length: NonNegative = measured("free length", "m")
@@ -97,7 +97,7 @@ class TorsionSpring(_Links):
     twists: ClassVar[bool] = True
     pins: ClassVar[dict[str, Pin]] = {}
     kind: Literal["torsion"] = "torsion"
-    name: Name = named("spring name")
+    name: PartName = named("spring name")
     stiffness: NonNegative = measured("spring stiffness", "N m/rad")
     damping: NonNegative = measured("damping", "N m s/rad", 0.0)
     angle: Angle = measured("free angle", "rad", 0.0)
