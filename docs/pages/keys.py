@@ -16,6 +16,7 @@ from jointplay.equations.laws import LAWS
 from jointplay.mechanism import catalog, records
 from jointplay.mechanism.base import Record
 from jointplay.mechanism.courses import Course
+from jointplay.mechanism.drive import DRIVES
 from jointplay.mechanism.systems import SYSTEMS
 from pages.text import markdown, parameters, story, summary, table
 
@@ -27,11 +28,7 @@ PLACES: tuple[tuple[str, str, tuple[type[Record], ...]], ...] = (
     ("Joints", "[[mechanism.joints]]", (records.Joint, records.Pin)),
     ("Contact", "contact, of a joint", (records.Contact,)),
     ("Friction", "friction, of a joint", (records.Friction,)),
-    (
-        "Drives",
-        "[mechanism.drive]",
-        (records.MotorLine, records.ConstantSpeed, records.PrescribedTorque, records.SpeedProfile),
-    ),
+    ("Drives", "[mechanism.drive]", DRIVES),
     ("Loads", "[[mechanism.loads]]", (records.Force, records.Torque, records.Harmonic)),
     ("Springs", "[[mechanism.springs]]", (records.Spring, records.TorsionSpring)),
     (
