@@ -142,6 +142,7 @@ def test_a_page_is_one_small_file_without_an_address_outside(page):
     assert not re.findall(r'(?:src|href)\s*=\s*["\']?(?:https?:|//)', outside)
     assert "<script>document.title" not in text
     assert stored(path)["cells"]["ways"] == ["up", "down"]
+    assert len(stored(path)["cells"]["rows"]) == 6  # there is room for all
 
 
 def test_numbers_that_are_none_and_closing_tags_are_safe_in_json():
