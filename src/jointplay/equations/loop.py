@@ -30,8 +30,6 @@ from .structure import Closure, Linkage, Slide
 from .system import number
 
 Vector = tuple[Expr, Expr]
-
-
 ONE = Integer(1)
 
 
@@ -68,10 +66,7 @@ class Vectors:
         return ((named[name], sign) for name, sign in pairs)
 
     def _arm(self, k: str) -> Vector:
-        return scaled(self._length(k), self.c.e(k))
-
-    def _length(self, k: str) -> Expr:
-        return number(f"D_{self.of.name}_{k}") * self.c.longer(k)
+        return scaled(number(f"D_{self.of.name}_{k}") * self.c.longer(k), self.c.e(k))
 
     def _run(self, slide: Slide, sign: int) -> Vector:
         return scaled(sign * self.c.position[slide.freedom], self.c.e(slide.freedom))
@@ -109,9 +104,8 @@ class Vectors:
         for k in self.of.arms:
             w = speed.get(self.structure.frame(k), Integer(0))
             total = _plus(total, self._arm(k), -(w**2))
-            if k in self.c.stretch:
-                rate = number(f"D_{self.of.name}_{k}") * self.c.longer_rate(k)
-                total = _plus(total, self.c.n(k), 2 * w * rate)
+            longer = number(f"D_{self.of.name}_{k}") * self.c.longer_rate(k)
+            total = _plus(total, self.c.n(k), 2 * w * longer)
         for slide, sign in self.slides:
             w = speed.get(self.structure.frame(slide.link), Integer(0))
             total = _plus(total, self._run(slide, sign), -(w**2))
