@@ -126,10 +126,10 @@ def test_the_motion_is_that_of_the_mechanism_and_another_s_is_refused():
     wrong, why = moving.moving(turning(mechanism), jp.catalog.chunmei2002(clearance=2.9e-4, branch="lower"))
     assert wrong is not None  # the branch is a start alone
     other = jp.catalog.slider_crank()
-    assert "record its angles" in moving.moving(turning(mechanism), other)[1]
+    assert "angles of rod, slider are needed" in moving.moving(turning(mechanism), other)[1]
     bent = turning(mechanism)
     bent["angle"] = bent["angle"] + 0.2 * np.arange(3)
-    assert "do not close" in moving.moving(bent, mechanism)[1]
+    assert "joints miss by" in moving.moving(bent, mechanism)[1]
     assert "does not hold it" in moving.moving(bent, None)[1]
 
 

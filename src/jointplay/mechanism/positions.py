@@ -4,9 +4,9 @@ With all angles known the joints are linear in the origins o: a revolute one ask
 
     P_journal - P_bearing = r,    P = o + at (cos theta, sin theta),
 
-r its recorded eccentricity or 0; a prismatic one for n.(P_journal - P_bearing) = 0, and along the guide for
-its recorded slide. What is not recorded is taken as closed; where that contradicts, as of unrecorded play, it
-is shared out among the joints. Units: m, rad.
+r its recorded eccentricity or 0; a prismatic one for n.(P_journal - P_bearing) = 0, if it has no clearance,
+and along the guide for its recorded slide. What is not recorded is taken as closed; where that contradicts,
+as of unrecorded play, it is shared out among the joints. Units: m, rad.
 """
 
 from __future__ import annotations
@@ -48,11 +48,13 @@ def origins(
     for joint in mechanism.joints:
         slope, known = _difference(names, angles, joint)
         if joint.prismatic:
-            along = (slides or {}).get(joint.name)
-            axes, wanted = _guide(angles, joint), np.stack([along, 0 * along] if along is not None else [0.0])
-            axes = axes if along is not None else axes[:, 1:]
+            along, axes = (slides or {}).get(joint.name), _guide(angles, joint)
+            axes = axes[:, 0 if along is not None else 1 : 2 if joint.ideal else 1]
+            wanted = np.zeros(axes.shape[:2])
+            if along is not None:
+                wanted[:, 0] = along
             rows.append(axes @ slope)
-            right.append(np.broadcast_to(wanted.T, axes.shape[:2]) - (axes @ known[..., None])[..., 0])
+            right.append(wanted - (axes @ known[..., None])[..., 0])
         else:
             rows.append(np.broadcast_to(slope, (len(known), *slope.shape)))
             right.append((eccentricities or {}).get(joint.name, 0.0) - known)
@@ -65,6 +67,21 @@ def pin_positions(pin: Pin, angles: Values, places: Values) -> np.ndarray:
     if pin.link == GROUND:
         return np.broadcast_to(np.array(pin.point, dtype=float), next(iter(places.values())).shape)
     return places[pin.link] + _arm(pin, angles)
+
+
+def gap(mechanism: Mechanism, angles: Values, places: Values, eccentricities: Values) -> float:
+    """Widest gap in any joint beyond its recorded eccentricity, of a guide across it beyond its play, m."""
+    widest = 0.0
+    for joint in mechanism.joints:
+        ends = (pin_positions(pin, angles, places) for pin in (joint.journal, joint.bearing))
+        apart = np.subtract(*ends)
+        if joint.prismatic:
+            across = (_guide(angles, joint)[:, 1:] @ apart[..., None])[:, 0]
+            missed = np.abs(across) - joint.clearance
+        else:
+            missed = np.linalg.norm(apart - eccentricities.get(joint.name, 0.0), axis=1)
+        widest = max(widest, float(missed.max()))
+    return widest
 
 
 def _arm(pin: Pin, angles: Values) -> np.ndarray:

@@ -12,13 +12,13 @@ import numpy as np
 import xarray as xr
 from pydantic import Field
 
-from jointplay.analysis.places import places
 from jointplay.errors import NOTHING, InputError, Problem, refuse
 from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import Positive, accepts
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 from jointplay.results import provenance
+from jointplay.results.places import places
 from jointplay.results.store import check_writable, write_figure
 
 FILMS = (".mp4", ".gif")

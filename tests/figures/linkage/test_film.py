@@ -6,12 +6,12 @@ from PIL import Image
 
 import jointplay as jp
 from jointplay import cli
-from jointplay.analysis.places import places
 from jointplay.errors import InputError
 from jointplay.figures.linkage import film
 from jointplay.figures.linkage.film_sheet import film_sheet
 from jointplay.figures.linkage.scene import scene, spread
 from jointplay.results import animate
+from jointplay.results.places import places
 from tests.figures.support.synthetic_linkages import four_bar, slides
 
 

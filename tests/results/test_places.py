@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis.places import places
 from jointplay.errors import InputError
+from jointplay.results.places import places
 from tests.figures.support.synthetic_linkages import four_bar, slides
 
 
@@ -43,3 +43,16 @@ def test_what_was_not_recorded_is_told(name):
     mechanism, motion = four_bar()
     with pytest.raises(InputError, match=f"no {name}"):
         places(mechanism, motion.drop_vars(name))
+
+
+@pytest.mark.parametrize("recorded", [True, False])
+def test_a_slider_with_play_in_its_guide_is_where_its_rod_holds_it(recorded):
+    mechanism = catalog.slider_crank(clearance={"G": 1e-3})
+    motion = slides(catalog.slider_crank(clearance=0))
+    corners = mechanism.joint("G").contacts
+    slide = motion["slide_position"].sel(joint="G")
+    loose = motion.drop_vars("slide_position").drop_sel(joint="G")
+    if recorded:
+        loose = loose.assign(slide_position=slide.drop_vars("joint").expand_dims(corner=4))
+        loose = loose.drop_dims("joint").rename(corner="joint").assign_coords(joint=list(corners))
+    assert missed(places(mechanism, loose)) < 1e-12
