@@ -292,6 +292,7 @@ _ROWS = (
         varies=False,
         table=".lab.benchmarks.benchmark_table:benchmark_table",
         summary=".lab.benchmarks.benchmark_table:benchmark_answer",
+        example={"mechanism": {"catalog": "ivp_crank"}},
     ),
 )
 KINDS: dict[str, Kind] = {row.name: row for row in _ROWS}

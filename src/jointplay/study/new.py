@@ -69,7 +69,8 @@ def _lines(row: Kind, name: str, mechanism: str | None) -> Iterator[str]:
         "[mechanism]",
     )
     if mechanism is None:
-        yield from _entry(USUAL | row.example.get("mechanism", {}))
+        own = row.example.get("mechanism", {})
+        yield from _entry(own if "catalog" in own else USUAL | own)
     else:
         yield from _mechanism(mechanism)
     if "over" in row.function.fields() or row.varies:
