@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from jointplay.cli.parser import build_parser
-from jointplay.cli.verbs import DONE, FAILED
+from jointplay.cli.verb import DONE, FAILED
 from jointplay.errors import InputError
 from jointplay.terminal import harmless_output
 

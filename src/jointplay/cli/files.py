@@ -1,0 +1,163 @@
+"""Verbs that compute nothing: study files, references, the cache. What is heavy is imported inside them."""
+
+import json
+import os
+from argparse import Namespace
+from pathlib import Path
+
+from jointplay.cli.studies import loaded
+from jointplay.cli.verb import CHANGE, DONE, FAILED, STUDY, folder, option, verb
+from jointplay.errors import InputError, Problem
+from jointplay.kinds import KINDS
+from jointplay.terminal import one_line
+
+
+@verb(
+    "new",
+    option("kind", metavar="KIND", help=", ".join(KINDS)),
+    option("file", nargs="?", metavar="NAME.toml", help="default: KIND.toml"),
+    option("--mechanism", metavar="NAME", help="write a linkage out, such as four_bar or slider_crank"),
+    example="response own.toml --mechanism four_bar",
+)
+def new_study(arguments: Namespace) -> int:
+    """Write a study of one kind to begin with: it runs, and has a comment on every key."""
+    from jointplay.study.new import new
+
+    target = Path(arguments.file or f"{arguments.kind}.toml")
+    if target.suffix != ".toml":
+        raise InputError([Problem("file", str(target), "a name that ends in .toml is accepted")])
+    _write_new(target, new(arguments.kind, target.stem, arguments.mechanism), "file")
+    return DONE
+
+
+@verb("check", STUDY, CHANGE, example="studies/quickstart.toml")
+def check_study(arguments: Namespace) -> int:
+    """Validate a study file and say what it asks for; compute nothing."""
+    print(loaded(arguments).record.summary())
+    return DONE
+
+
+@verb(
+    "list",
+    option("folder", nargs="?", default="studies", metavar="DIR"),
+    folder("results", "where results are"),
+    example="studies",
+)
+def list_studies(arguments: Namespace) -> int:
+    """List the study files of a folder, and which of them have a result."""
+    folder, out = Path(arguments.folder), Path(arguments.out)
+    if not os.path.isdir(folder):
+        expected = "a folder with study files; there is no such folder"
+        raise InputError([Problem("folder", str(folder), expected)])
+    rows = [_row(path, out, path.parent.relative_to(folder)) for path in sorted(folder.rglob("*.toml"))]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+    return DONE
+
+
+def _row(path: Path, out: Path, inside: Path) -> tuple[str, str, str, str]:
+    """File, kind, state of the result, and title of a study, which is validated only where there is one."""
+    from jointplay.study.toml_text import parse, read_text
+
+    try:
+        table = parse(read_text(path))
+    except InputError:
+        return str(path), "?", "", "not a readable study file: see `jointplay check`"
+    name = str(table.get("name", path.stem))
+    results = [at for folder in (out, out / inside) if os.path.isfile(at := folder / f"{name}.nc")]
+    kind, title = (one_line(str(table.get(key, default))) for key, default in (("kind", "?"), ("title", "")))
+    return str(path), kind, _state(path, results[0]) if results else "", title
+
+
+def _state(path: Path, result: Path) -> str:
+    """State of a study's result in a word or two."""
+    from jointplay.study.file import load
+    from jointplay.study.standing import standing
+
+    try:
+        return standing(load(path).record, result).partition(" (")[0]
+    except InputError:
+        return "not valid"
+
+
+@verb(
+    "import",
+    option("file", metavar="FILE", help="ends in .json (of pylinkage) or .csv (links and joints)"),
+    option("--out", metavar="STUDY.toml", help="default: beside the file"),
+    option("--unit", help="of the lengths in a file of pylinkage, such as mm"),
+    option("--bar", metavar="MASS/LENGTH", help="take links as uniform bars, such as '0.8 kg/m'"),
+    example="linkage.json --unit mm --bar '0.8 kg/m' --out linkage.toml",
+)
+def import_linkage(arguments: Namespace) -> int:
+    """Write the study file of a linkage that another program stored: pylinkage's JSON, or a table (CSV)."""
+    from jointplay.study.import_file import imported
+
+    text, missing = imported(arguments.file, arguments.unit, arguments.bar)
+    target = Path(arguments.out) if arguments.out else Path(arguments.file).with_suffix(".toml")
+    _write_new(target, text, "--out")
+    for key in missing:
+        print(f"fill in {key}")
+    return DONE
+
+
+def _write_new(target: Path, text: str, key: str) -> None:
+    """Write a file that is not there yet."""
+    from jointplay.results.store import check_writable
+
+    check_writable(target.parent, key, files=[target.name])
+    try:
+        with target.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        expected = "the name of a file that is not there yet is accepted"
+        raise InputError([Problem(key, str(target), expected)]) from None
+    print(f"written {target}")
+
+
+@verb(
+    "cite",
+    option("study", metavar="STUDY.toml|RESULT.nc"),
+    option("--bibtex", action="store_true", help="as BibTeX entries"),
+    example="studies/quickstart.toml --bibtex",
+)
+def cite_study(arguments: Namespace) -> int:
+    """Print references of the mechanism, laws and methods that a study, or the study of a result, uses."""
+    from jointplay.study import cite
+    from jointplay.study.file import load
+
+    record = load(arguments.study).record
+    print(cite.as_bibtex(record) if arguments.bibtex else cite.as_text(record))
+    return DONE
+
+
+@verb("schema", example="> study.schema.json")
+def print_schema(arguments: Namespace) -> int:
+    """Print the JSON schema of study files, for editors."""
+    from jointplay.study.file import schema
+
+    print(json.dumps(schema(), indent=2))
+    return DONE
+
+
+@verb(
+    "cache",
+    option("action", nargs="?", choices=["list", "prune", "verify"], default="list"),
+    option("--all", action="store_true", help="prune: remove the kernels in use as well"),
+    example="verify",
+)
+def keep_cache(arguments: Namespace) -> int:
+    """List the compiled kernels on the disk, verify those in use, or remove those of older sources."""
+    from jointplay.codegen import upkeep
+
+    if arguments.all and arguments.action != "prune":
+        raise InputError([Problem("--all", arguments.action, "accepted beside prune only")])
+    if arguments.action == "verify":
+        sound, removed = upkeep.verify()
+        print(f"{sound} files of the kernels in use are sound, {removed} were not and are removed")
+        return FAILED if removed else DONE
+    if arguments.action == "prune":
+        print(f"removed {len(upkeep.prune(arguments.all))} of the cached kernel folders")
+    for entry in upkeep.entries():
+        print(entry)
+    return DONE

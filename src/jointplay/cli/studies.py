@@ -1,0 +1,196 @@
+"""Verbs that compute studies. What is heavy is imported inside them, so that help answers at once."""
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from jointplay.cli.results import draw, targets
+from jointplay.cli.verb import (
+    CHANGE,
+    DONE,
+    FAILED,
+    FRESH,
+    JOBS,
+    NO_FIGURE,
+    OUT,
+    STUDY,
+    changes,
+    folder,
+    option,
+    say,
+    verb,
+)
+from jointplay.errors import InputError
+from jointplay.terminal import Progress
+
+BACKENDS = ("loky", "threading", "dask")
+SWEEP = "studies/bifurcation/bifurcation_clearance.toml"
+
+
+@verb(
+    "run",
+    *(STUDY, OUT, NO_FIGURE, JOBS),
+    option("--backend", default="loky", choices=BACKENDS, help="processes, threads or a cluster"),
+    option("--scheduler", metavar="ADDRESS", help="of a dask cluster, such as tcp://host:8786"),
+    option("--part", metavar="I/N", help="compute part I of N only, to be put together by merge"),
+    *(FRESH, CHANGE),
+    example="studies/quickstart.toml --set mechanism.clearance=1e-4 --out other",
+)
+def run_study(arguments: Namespace) -> int:
+    """Compute a study, store the result and draw its figure."""
+    from jointplay.jobs.pool import Pool, share_of
+    from jointplay.study.execute import complete, resume_hint, writable
+    from jointplay.study.standing import refuse_other
+
+    study, share = loaded(arguments), share_of(arguments.part)
+    pool = Pool.checked(arguments.jobs, arguments.backend, arguments.scheduler)
+    out = writable(study, arguments.out, share, not arguments.no_figure)
+    if not (arguments.fresh or share):
+        refuse_other(study.record, out / f"{study.record.name}.nc")
+    say(f"{study.record.name}: {study.record.heading}")
+    try:
+        with Progress(study.record.name) as progress:
+            outcome = complete(study, out, pool, progress, fresh=arguments.fresh, share=share, say=say)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(*resume_hint(study, out, share)) from None
+    if outcome.dataset is None:
+        say(f"part    {outcome.journal}; when all are there: jointplay merge {arguments.study}")
+        return DONE
+    return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
+def _finished(outcome, options: dict, no_figure: bool) -> int:
+    """Print the files of a stored result, draw its figure, print its answer, and give the exit code."""
+    from jointplay.results.outcome import explain, write_table
+    from jointplay.results.summary import answer
+
+    dataset, path = outcome.dataset, outcome.path
+    say(f"result  {path}")
+    for table in write_table(dataset, path.with_suffix(".txt")):
+        say(f"table   {table}")
+    if "warning" in dataset.attrs:
+        print(f"warning {dataset.attrs['warning']}", file=sys.stderr)
+    failure = explain(dataset)
+    if failure:
+        print(f"stopped early; what was computed is stored\n  {failure}", file=sys.stderr)
+    options = None if no_figure else _figure_of_run(dataset, options)
+    if options is not None:
+        try:
+            draw(dataset, options, targets(None, path))
+        except InputError as error:
+            if not failure:
+                raise
+            print(f"  no figure: {error}", file=sys.stderr)  # too little was computed to draw
+    for line in answer(dataset):
+        say(line)
+    return FAILED if failure else DONE
+
+
+@verb(
+    "assess",
+    option("study", metavar="MECHANISM.toml"),
+    *(OUT, NO_FIGURE, JOBS),
+    changes("change one value, such as mechanism.clearance=1e-4 or analysis.reach=3"),
+    example="studies/quickstart.toml --set analysis.reach=1.5",
+)
+def assess_mechanism(arguments: Namespace) -> int:
+    """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
+    from jointplay.jobs.pool import Pool
+    from jointplay.results.answers.assessment import page
+    from jointplay.study.execute import complete, resume_hint, writable
+    from jointplay.study.file import load_as
+
+    study = load_as("assess", arguments.study, arguments.set)
+    for doubt in study.record.doubts():
+        print(f"warning {doubt}", file=sys.stderr)
+    out = writable(study, arguments.out, drawn=not arguments.no_figure)
+    try:
+        with Progress(study.record.name) as progress:
+            outcome = complete(study, out, Pool.checked(arguments.jobs, "loky", None), progress, say=say)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(*resume_hint(study, out)) from None
+    say(page(outcome.dataset, arguments.study))
+    return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
+def _figure_of_run(dataset, options: dict) -> dict | None:
+    """Options of the picture that a run draws; None, and a line, where a whole sweep has none."""
+    from jointplay import figures
+
+    if "swept" not in dataset.attrs:
+        return options
+    if (whole := figures.of_sweep(dataset, options)) is None:
+        say("figure  none of the whole sweep; one cell: jointplay.figure(jointplay.cell(result, ...))")
+    elif not options.get("quantity"):
+        shown = figures.drawing.cell_quantity.usual(dataset).name
+        say(f"figure  {shown} of each cell; others by kind = 'sweep' and quantity in [figure]")
+    return whole
+
+
+@verb("merge", STUDY, OUT, NO_FIGURE, CHANGE, example=f"{SWEEP} --out shared")
+def merge_study(arguments: Namespace) -> int:
+    """Put the parts of a study together that `run --part` computed, store the result and draw its figure."""
+    from jointplay.study.execute import merge, writable
+    from jointplay.study.file import load
+    from jointplay.study.standing import refuse_other
+
+    study = load(arguments.study, arguments.set)
+    out = writable(study, arguments.out, drawn=not arguments.no_figure)
+    refuse_other(study.record, out / f"{study.record.name}.nc")
+    outcome = merge(study, out, say)
+    return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
+@verb("plan", STUDY, OUT, JOBS, CHANGE, example=f"{SWEEP} --jobs 8")
+def plan_study(arguments: Namespace) -> int:
+    """Say what a study would compute: how many cells, side by side or not, how long, how much."""
+    from jointplay.jobs.pool import check_jobs
+    from jointplay.study.plan import plan
+
+    check_jobs(arguments.jobs)
+    for line in plan(loaded(arguments), Path(arguments.out), arguments.jobs):
+        say(line)
+    return DONE
+
+
+@verb("status", STUDY, OUT, CHANGE, example=SWEEP)
+def show_status(arguments: Namespace) -> int:
+    """Say where a study stands: what is finished, what failed, whether it runs, whose result there is."""
+    from jointplay.study.file import load
+    from jointplay.study.plan import status
+
+    for line in status(load(arguments.study, arguments.set), Path(arguments.out)):
+        say(line)
+    return DONE
+
+
+@verb(
+    "reproduce",
+    option("names", nargs="*", metavar="NAME", help="studies of studies/paper, such as fig05b; all if none"),
+    *(JOBS, folder("results/paper"), FRESH),
+    example="fig12c --out reproduced",
+)
+def reproduce_paper(arguments: Namespace) -> int:
+    """Compute and draw every figure of the paper, or those named, and grade its conclusions."""
+    from jointplay.lab.reproduce import reproduce
+
+    try:
+        outcomes = reproduce(arguments.names, arguments.jobs, arguments.out, fresh=arguments.fresh, say=say)
+    except KeyboardInterrupt:
+        kept = any(Path(arguments.out).glob("*.journal"))
+        raise KeyboardInterrupt(*["go on; finished cells are kept"] * kept) from None
+    failed = [outcome for outcome in outcomes if outcome.failure]
+    print(f"{len(outcomes) - len(failed)} of {len(outcomes)} studies done; results in {arguments.out}")
+    for outcome in failed:
+        print(f"failed: {outcome.name}: {outcome.failure}", file=sys.stderr)
+    return FAILED if failed else DONE
+
+
+def loaded(arguments: Namespace):
+    """The study of the arguments; what is probably meant otherwise is said on standard error."""
+    from jointplay.study.file import load
+
+    study = load(arguments.study, arguments.set)
+    for doubt in study.record.doubts():
+        print(f"warning {doubt}", file=sys.stderr)
+    return study
