@@ -11,18 +11,25 @@ The unknowns are the accelerations a and the tangential forces F_t of
     M a + sum_j T_j F_t,j = Q - sum_j N_j F_n,j,
     eta_j (T_j.a + T_j'.w) + (1 - eta_j) (kappa_j (sigma_j f(v_t) F_n,j + drag_j) - F_t,j) = 0,
 
-solved by M = L D L^T and the Schur complement T M^-1 T^T. The Jacobian solves the same matrix for the
+solved by M = L D L^T and the Schur complement S = T M^-1 T^T. The Jacobian solves the same matrix for the
 derivatives of the residual.
+
+Two corners i, j of a slider in line with its guide have one and the same row T: the motion knows the sum of
+their forces alone. Where both stick, v_t,i' = EASE S_ii c_i (c_i F_t,i - c_j F_t,j) takes the place of 0 in
+their rows, (c_i, c_j) along (F_n,j, -F_n,i): so they share the force as they share the load, and v_t,i' is 0
+to rounding. Tilted by more than sqrt(EASE) or so, they stick each for itself.
 """
 
 from collections.abc import Iterator
 from functools import cached_property
 
-from sympy import Expr, Integer, Symbol
+from sympy import Expr, Float, Integer, Symbol
 
 from ..equations.system import TIME, System, accelerations, traction
 from .tape import Tape
 from .variants import holding, masks
+
+EASE, TINY = Float(1e-9), Float(1e-100)  # TINY, N^2: its square is a number still
 
 
 class Dynamics:
@@ -106,7 +113,9 @@ class Dynamics:
         return [
             [
                 self.tape.let(
-                    f"S_{i}_{j}", self.masks[i].stick * dot(self._row(i), y) + self._released(i, int(i == j))
+                    f"S_{i}_{j}",
+                    self.masks[i].stick * (dot(self._row(i), y) + self._ease(i).get(j, 0))
+                    + self._released(i, int(i == j)),
                 )
                 for j, y in zip(self.held, self._columns, strict=True)
             ]
@@ -116,7 +125,21 @@ class Dynamics:
     def creep(self, j: int) -> Expr:
         """v_t' of contact j in this variant."""
         contact = self.contacts[j]
-        return dot(contact.tangential, self.a) + self._bias(j)
+        return dot(contact.tangential, self.a) + self._bias(j) - self._eased(j, self.F_t)
+
+    def _ease(self, i: int) -> dict[int, Expr]:
+        """What contact i and the other on its face have in v_t,i' while that one sticks, by their F_t."""
+        face = self.contacts[i].face
+        for j in self.held if face else ():
+            if j != i and self.contacts[j].face == face:
+                (c_j, c_i), own = (self.F_n[i], self.F_n[j]), self._columns[self.held.index(i)]
+                size = EASE * self.masks[j].stick * dot(self._row(i), own) / (c_i**2 + c_j**2 + TINY)
+                size = self.tape.let(f"ease_{i}", size)
+                return {i: size * c_i**2, j: -size * c_i * c_j}
+        return {}
+
+    def _eased(self, i: int, forces) -> Expr:
+        return sum((entry * forces[j] for j, entry in self._ease(i).items()), Integer(0))
 
     def jacobian(self) -> dict[tuple[int, int], Expr]:
         """d a_k / d x_i, x the positions and then the speeds; closes the tape to further derivatives."""
@@ -188,7 +211,8 @@ class Dynamics:
         for j, F in grip.items():
             push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
         hold = [
-            self.masks[j].stick * (dot(self._row(j), a) + self._bias(j)) + self._released(j, self.slipping[j])
+            self.masks[j].stick * (dot(self._row(j), a) + self._bias(j) - self._eased(j, grip))
+            + self._released(j, self.slipping[j])
             for j in self.held
         ]
         return push, hold

@@ -56,6 +56,7 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         {v_0: Max(g.v_n, floor) for v_0 in remembered} | dict.fromkeys(z, Integer(0)),
         dict.fromkeys(remembered, floor) | dict.fromkeys(z, Integer(0)),
         {each: friction.bristles(*given) for each in z},
+        f"{own} {joint.corner[1]}" if joint.corner else "",
     )
 
 

@@ -48,7 +48,7 @@ class Contact:
     prescribed accelerations make. `gap` is what is watched for roots in the place of u, of the same sign,
     where u itself is not smooth along a motion; `push` what is watched in the place of F_n, of the same sign
     where u > 0. `entry` gives speeds their new values where contact begins, `exit` where it ends; `rates` are
-    what they gain a second, as forces on them, while it lasts.
+    what they gain a second, as forces on them, while it lasts. Corners of a slider have a `face` in common.
     """
 
     name: str
@@ -69,6 +69,7 @@ class Contact:
     entry: dict[Symbol, Expr] = field(default_factory=dict)
     exit: dict[Symbol, Expr] = field(default_factory=dict)
     rates: dict[Symbol, Expr] = field(default_factory=dict)
+    face: str = ""
 
     @property
     def sticks(self) -> bool:

@@ -17,7 +17,7 @@ FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT, RESTING = Mode.num
 IN_FLIGHT, SLIPPING, STICKING = Variant.numbers()
 ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT, REST = Event.numbers()
 GAP, FORCE, SLIDE, CONE = range(4)
-PULLS, STICKS, REMEMBERS = 1, 2, 4
+PULLS, STICKS, REMEMBERS, SHARES = 1, 2, 4, 8
 
 
 @compiled
@@ -114,13 +114,18 @@ def start(contacts, j, flags, modes, m, s, p, rest, out):
 
 
 @inner
-def _loosen(contacts, except_for, modes, fired, m, s, p, out):
-    """Sticking contacts whose cone was left by a jump elsewhere begin to slip."""
+def _loosen(contacts, except_for, flags, modes, fired, m, s, p, rest, out):
+    """Sticking contacts whose cone was left by a jump elsewhere begin to slip.
+
+    Of those that share a face, one may stick from here on as another does; its v_t has no root of its own.
+    """
     for _ in range(len(modes)):
         changed = False
         look(contacts, modes, m, s, p, out)
         for j in range(len(modes)):
-            if modes[j] == STICK and j != except_for:
+            slips = modes[j] == SLIP_POSITIVE or modes[j] == SLIP_NEGATIVE
+            still = flags[j] & SHARES and slips and abs(out[6 * j + 2]) <= rest
+            if (modes[j] == STICK or still) and j != except_for:
                 held = modes[j]
                 _settle(contacts, j, modes, m, s, p, out)
                 if modes[j] != held:
@@ -164,6 +169,6 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
         look(contacts, modes, m, s, p, out)
         modes[j] = SLIP_POSITIVE if out[6 * j + 4] > 0.0 else SLIP_NEGATIVE
         fired[4 * j + SLIDE] = 2
-    _loosen(contacts, j, modes, fired, m, s, p, out)
+    _loosen(contacts, j, flags, modes, fired, m, s, p, rest, out)
     look(contacts, modes, m, s, p, out)
     return kind
