@@ -9,17 +9,25 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from jointplay.analysis import tangents, trajectory
 from jointplay.analysis.quantities import EVENTS
 from jointplay.mechanism.assemble import assemble
 from tests.numerics.test_tangent import differences, scaled
-from tests.support.laws_grid import PAIRS, mechanism
+from tests.support.laws_grid import PAIRS, SCENES, mechanism
 
 QUICK = [("four_bar", ("kelvin_voigt", "coulomb"), False)]
-HELD = {"four_bar": (0, 1, 2, 3, 6), "slider_crank": (0, 1, 2, 4, 5, 6, 10, 12, 13)}  # pairs of laws
-CELLS = [(scene, PAIRS[i], False) for scene, places in HELD.items() for i in places]
+BENT = {"four_bar": (2, 4, 7), "slider_crank": (0, 1, 6)}  # pairs of laws beside an elastic link
+CELLS = [(scene, pair, False) for scene in SCENES for pair in PAIRS]
+CELLS += [(scene, PAIRS[i], True) for scene, places in BENT.items() for i in places]
 STARTS, SHARE = 4, 0.04  # of a turn that tangents are followed for: some contacts
-TOLERANCE = 1e-5  # slopes of a force that begins as a root cost tangents up to 1e-6 a contact,
-LOGARITHMIC = {"johnson": 1e-3, "dubowsky_freudenstein": 1e-3}  # those that begin as a logarithm more
+LONGER = {("slider_crank", "herbert_mcwhannell"): 0.06, ("slider_crank", "zhiying_qishao"): 0.3}
+TOLERANCE = 1e-5
+NEAR, FAR = (1e-6, 3e-6, 1e-5, 3e-5), (1e-5, 3e-5, 1e-4, 3e-4)  # sizes of differences; for stiff modes
+BOUNDS = {
+    **dict.fromkeys(("ramp", "ambrosio", "threlfall"), 3e-5),  # quotients over kinks differ by as much
+    True: 3e-5,  # elastic: they see rounding
+    "restitution": 2e-3,  # the end of a row of rebounds, see below
+}
 ENTERED = {"contact", "impact"}
 LEFT = {"separation", "impact"}
 
@@ -40,9 +48,9 @@ def starts(model):
         yield replace(model, state=model.state + size * random.uniform(-1, 1, len(size)))
 
 
-def best(model, duration, exact, tolerance):
+def best(model, duration, exact, tolerance, sizes):
     """The best of the difference quotients, None where they do not agree; names of events."""
-    found = [differences(model, duration, size, exact) for size in (1e-6, 3e-6, 1e-5, 3e-5)]
+    found = [differences(model, duration, size, exact) for size in sizes]
     pairs = [(off(a, b), b) for (a, _, one), (b, _, other) in pairwise(found) if one and other]
     spread, quotient = min(pairs, key=lambda pair: pair[0], default=(math.inf, None))
     return quotient if spread < 0.5 * tolerance else None, {EVENTS[kind] for _, kind in found[0][1]}
@@ -57,14 +65,31 @@ def off(one, other):
 
 @pytest.mark.parametrize(("scene", "pair", "elastic"), map(marked, CELLS))
 def test_tangents_are_those_of_neighbours(scene, pair, elastic):
-    tolerance = LOGARITHMIC.get(pair[0], TOLERANCE)
+    tolerance = max(BOUNDS.get(law, TOLERANCE) for law in (*pair, elastic))
     model, met, compared = assemble(mechanism(scene, *pair, elastic)), set(), 0
     for start in starts(model):
-        exact = scaled(start, SHARE * start.period)
-        quotient, events = best(start, SHARE * start.period, exact, tolerance)
+        duration = LONGER.get((scene, pair[0]), SHARE) * start.period
+        exact = scaled(start, duration)
+        quotient, events = best(start, duration, exact, tolerance, FAR if elastic else NEAR)
         if quotient is not None:
             assert off(exact, quotient) < tolerance
             compared, met = compared + 1, met | events
     assert compared >= 2
     assert met & ENTERED
     assert met & LEFT
+
+
+@pytest.mark.long
+def test_the_end_of_a_row_of_rebounds_costs_tangents_its_time():
+    """Errors over the last rebound's share of the run: one number, whichever rebound is the last."""
+    model = [*starts(assemble(mechanism("slider_crank", "restitution", "none", False)))][3]
+    duration, shares = SHARE * model.period, []
+    quotient = differences(model, duration, 1e-5, scaled(model, duration))[0]
+    unit = tangents.scales(model)
+    for rtol in (1e-7, 1e-8, 1e-9, 1e-13):
+        found = tangents.tangent_map(model, duration, rtol) * unit / unit[:, None]
+        request = trajectory.Request(duration, rtol, events=True, log_from=0.0)
+        rebounds = trajectory.follow(model, request).events
+        assert EVENTS[int(rebounds[-1, 1])] == "rest"
+        shares.append(off(found, quotient) * duration / (rebounds[-2, 2] - rebounds[-3, 2]))
+    assert 5 < min(shares) < max(shares) < 25

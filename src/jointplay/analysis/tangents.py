@@ -14,6 +14,7 @@ from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 SAFE, FOLLOWED = 300.0, 8 / 14  # estimated errors are of order 8 and far larger than a step's, of order 14
+ROUGH = 1e-4  # of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
 TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
 
 
@@ -28,6 +29,12 @@ def variations(structure: Linkage | Oscillator) -> tuple:
 def scales(model: Model) -> np.ndarray:
     """Size of each state, in whose units tangents are measured."""
     return model.absolute * (1 + model.relative / SPEED_FLOOR)
+
+
+def tolerated(structure: Linkage | Oscillator, rtol: float) -> float:
+    """Estimated error of tangents that a step may have, relative to their length."""
+    rough = isinstance(structure, Linkage) and any(joint.rough for joint in structure.joints)
+    return SAFE * rtol**FOLLOWED * (ROUGH if rough else 1.0)
 
 
 @dataclass
@@ -74,7 +81,7 @@ class Bundle:
         for place, value in count.items():
             self.y.count[place] = value
         real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
-        real |= {tangent.LIMIT: SAFE * self.request.rtol**FOLLOWED}
+        real |= {tangent.LIMIT: tolerated(self.model.structure, self.request.rtol)}
         real |= {tangent.BLOCK: np.inf, tangent.NEXT: np.inf}
         for place, value in real.items():
             self.y.real[place] = value

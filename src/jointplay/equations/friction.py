@@ -69,6 +69,8 @@ class FrictionLaw:
         Of a law with a state z, its rate; arguments as of `ratio`. Both then take z behind v_t.
     deflection : callable, optional
         Of such a law, the largest |z| in steady sliding, m, of the coefficient and further numbers.
+    kinks : bool
+        Whether its slope, or that of the bristles' rate, jumps at a sliding speed that no guard locates.
     """
 
     ratio: Callable
@@ -76,6 +78,7 @@ class FrictionLaw:
     limit: str = ""
     bristles: Callable | None = None
     deflection: Callable | None = None
+    kinks: bool = False
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -158,19 +161,20 @@ FRICTIONS = {
     "tanh": FrictionLaw(lambda m, v_t, f, v_0: f * m.tanh(v_t / v_0), {"velocity": _VELOCITY}),
     # Piecewise linear, as Rooney and Deravi (1982, Mech. Mach. Theory 17): mu = f v_t/v_0 up to |v_t| = v_0,
     # then f. Kinks at |v_t| = v_0.
-    "ramp": FrictionLaw(_ramp, {"velocity": _VELOCITY}),
+    "ramp": FrictionLaw(_ramp, {"velocity": _VELOCITY}, kinks=True),
     # Ambrosio (2003, in Virtual Nonlinear Multibody Systems, Kluwer): mu = f c(|v_t|) sign(v_t), where c is 0
     # up to v_0, 1 from v_1 on and linear between. No force at all below v_0: the smallest load drives a body
     # to that speed. Kinks at v_0 and v_1.
     "ambrosio": FrictionLaw(
         _ambrosio,
         {"velocity": _VELOCITY, "full_velocity": Quantity("v1", "m/s", above="velocity")},
+        kinks=True,
     ),
     # Threlfall (1978, Mech. Mach. Theory 13): mu = f (1 - exp(-3 |v_t|/v_0)) sign(v_t) up to v_0. Certain is
     # this exponential; how the paper itself goes on beyond v_0 could not be checked (0.95 f is quoted, a jump
     # of 2e-4 f). Here mu keeps its value at v_0, f (1 - exp(-3)) = 0.9502 f: sliding never meets the full f.
     # Its slope has a kink at v_0, its curvature a jump at 0.
-    "threlfall": FrictionLaw(_threlfall, {"velocity": _VELOCITY}),
+    "threlfall": FrictionLaw(_threlfall, {"velocity": _VELOCITY}, kinks=True),
     # Andersson, Soderberg and Bjorklund (2007, Tribology Int. 40, 580-587):
     # mu = (f + (f_s - f) exp(-(|v_t|/v_s)^delta)) tanh(v_t/v_0), where f is the kinetic and f_s the static
     # coefficient; theirs writes 1/v_0 as k_tanh. The largest mu stays below f_s, the nearer to it the smaller
@@ -198,5 +202,6 @@ FRICTIONS = {
         },
         bristles=_bending,
         deflection=lambda f, s_0, s_1, f_s, v_s, delta: f_s / s_0,
+        kinks=True,
     ),
 }

@@ -55,6 +55,8 @@ class Law:
         Letters of the joint's own numbers that it takes: ``e``, its clearance, ``R``, its journal's radius.
     deepest : callable, optional
         Penetration at which the law ends, m, of the arguments; None: it holds at any.
+    smooth : bool
+        Whether F_n has no infinite curvature at u = 0 either, where contact begins and ends.
     """
 
     force: Callable | None
@@ -70,6 +72,7 @@ class Law:
     rigid: bool = False
     joint: tuple[str, ...] = ()
     deepest: Callable | None = None
+    smooth: bool = False
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -95,6 +98,7 @@ _kelvin_voigt = Law(
     slopes=lambda depth, K, C: (K, C),
     numbers={"stiffness": ("K", "N/m"), "damping": ("C", "N s/m")},
     source="Kelvin and Voigt; Chunmei et al. (2002)",
+    smooth=True,
 )
 
 # Power laws: F_n = K u^n (1 + chi v_n), stored K u^(n + 1) / (n + 1), n >= 1; n = 3/2 is that of Hertz for
@@ -254,6 +258,7 @@ _restitution = Law(
     limits={"restitution": _UP_TO_ONE},
     pulls=False,
     rigid=True,
+    smooth=True,
 )
 
 LAWS = {"kelvin_voigt": _kelvin_voigt, "hertz": _hertz, "hunt_crossley": _hunt_crossley}

@@ -57,6 +57,12 @@ class Clearance:
         """Whether its law of friction has bristles, whose deflection is a state."""
         return self.friction in FRICTIONS and FRICTIONS[self.friction].bristles is not None
 
+    @property
+    def rough(self) -> bool:
+        """Whether slopes of its forces are not smooth within contact, or up to its beginning and end."""
+        rubs = self.friction in FRICTIONS and FRICTIONS[self.friction].kinks
+        return rubs or not LAWS[self.law].smooth
+
 
 @dataclass(frozen=True)
 class Beam:

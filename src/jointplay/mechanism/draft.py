@@ -98,14 +98,15 @@ class Draft:
                 yield Problem(f"joints[{i}].clearance", joint.clearance, text)
 
     def _unfit_guides(self, joints: Sequence[Joint]) -> Iterator[Problem]:
-        """Guides with clearance between links that bend, or whose contacts are called as another joint."""
+        """Links that bend at a guide, and guides whose contacts are called as another joint."""
         bent = {link.name for _, link in self.links if link is not None and link.elastic}
         names = [joint.name for joint in joints]
         for i, joint in enumerate(joints):
+            for side in ("journal", "bearing") * joint.prismatic:
+                if (name := getattr(joint, side).link) in bent:
+                    text = "a rigid link is accepted: what slides would bend an elastic one"
+                    yield Problem(f"joints[{i}].{side}.link", name, text)
             loose = joint.prismatic and not joint.ideal
-            if loose and (elastic := bent & joint.links):
-                text = f"0 m is accepted between links that bend: {', '.join(sorted(elastic))} is elastic"
-                yield Problem(f"joints[{i}].clearance", joint.clearance, text)
             if loose and (same := {*joint.contacts} & {*names}):
                 text = f"a name is accepted whose corner is not called as another joint, {', '.join(same)}"
                 yield Problem(f"joints[{i}].name", joint.name, text)
