@@ -76,11 +76,10 @@ def main(kills):
                 time.sleep(0.5)  # workers whose parent is dead end within a quarter of a second
                 assert not twice(journal), "a finished cell ran twice"
             if name not in alone:
-                alone[name] = ran(loaded(text, *changes), out / "alone", jobs=2).load()
-            one = open_result(out / f"{name}.nc").load()
-            assert same(one, alone[name]), (
-                f"the result differs:\n{diff_dataset(one, alone[name], 'identical')}"
-            )
+                ran(loaded(text, *changes), out / "alone", jobs=2)
+                alone[name] = open_result(out / "alone" / f"{name}.nc").load()
+            one, other = open_result(out / f"{name}.nc").load(), alone[name]
+            assert same(one, other), f"the result differs: {diff_dataset(one, other, 'identical')}"
             print(f"{number + 1:>3} {name:<7} {told}", flush=True)
 
 
