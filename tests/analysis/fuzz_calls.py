@@ -28,12 +28,14 @@ from tests.analysis.fuzz_values import (
     CALLS,
     DUFFING,
     FIGURES,
+    GUIDED,
     IDEAL,
     LOOPS,
     LOOSE,
     MOVING,
     PAIR,
     RIGHT,
+    RIGID,
     STRANGE,
     WEIGHTS,
 )
@@ -109,7 +111,7 @@ def fault(name, function, positional, given):
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             warnings.simplefilter("ignore", DeprecationWarning)
-            warnings.simplefilter("ignore", getattr(jp, "ModelWarning", ResourceWarning))
+            warnings.simplefilter("ignore", jp.ModelWarning)
             answer = function(*positional, **given)
     except jp.InputError as error:
         signal.setitimer(signal.ITIMER_PROF, 0)
@@ -122,7 +124,7 @@ def fault(name, function, positional, given):
     return wrong_answer(name, answer), "answered"
 
 
-OTHERS = ("figure", "summary", "contact_stiffness")  # which give no dataset
+OTHERS = ("figure", "summary", "contact_stiffness", "animate", "export", "report")  # which give no dataset
 
 
 def wrong_answer(name, answer):
@@ -141,10 +143,11 @@ def warm():
     """Compile and import what calls need, so that none is slow for that."""
     from matplotlib import pyplot  # noqa: F401
 
-    for one in (*MOVING, BENT):
+    for one in (*MOVING, BENT, GUIDED, RIGID):
         for more in ({}, {"record": ["energy_residual"] if isinstance(one, jp.Mechanism) else None}):
             jp.simulate(one, turns=0.1, **more)
         jp.lyapunov(one, turns=0.1)
+    CALLS["animate"]["motion"] = jp.simulate(LOOSE, turns=0.1, record=["angle"])
     for one in (PAIR, DUFFING, LOOSE, IDEAL):
         jp.growth(one, turns=1, transient=0)
         jp.basins(

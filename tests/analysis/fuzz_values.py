@@ -4,16 +4,25 @@ import math
 from datetime import date
 from decimal import Decimal
 from fractions import Fraction
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import xarray as xr
 
 import jointplay as jp
+from jointplay.equations.friction import FRICTIONS
+from jointplay.equations.laws import LAWS
 from jointplay.mechanism import catalog
 
 LOOSE = catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
 IDEAL = catalog.chunmei2002(clearance=0)
 BENT = LOOSE.replace(elastic=("coupler",))
+GUIDED = catalog.slider_crank(clearance={"B": 1e-4, "G": 1e-4})
+RIGID = catalog.flores2010()
+FOLDER = TemporaryDirectory()  # for what calls write
+STORED = Path(__file__).parents[2] / "results" / "paper"
+RESULTS = tuple(jp.open(STORED / f"{name}.nc") for name in ("fig10", "fig12a", "readings", "claims"))
 PAIR, DUFFING, LORENZ = catalog.impact_pair(3.0, 0.8), catalog.duffing(), catalog.lorenz()
 MOVING = (LOOSE, LOOSE, IDEAL, PAIR, DUFFING, LORENZ)
 SECTIONS = (
@@ -36,6 +45,13 @@ STARTS = (
     {key: dict.fromkeys(("crank", "coupler", "rocker"), 1e12) for key in ("angle", "angular_velocity")},
     *([0.0, 0.1, 0.2], np.array([0.1, 0.1]), [1e300, 1.0], ["a", "b"], [[0.1], [0.2]], [10**400, 0]),
 )
+SPRING = {
+    "name": "s",
+    "from": {"link": "crank"},
+    "to": {"link": "rocker"},
+    "stiffness": 1.0,
+    "free_length": 0.1,
+}
 STRANGE = (
     *(None, True, False, 0, -1, 1, 2, 3, 7, 1.5, -0.0, math.nan, math.inf, -math.inf, 1e-300, 1e300, 1e12),
     *(10**9, 10**400, -(10**400), 10**5000, "", "a", "contact", "ground", "B", "all", b"x", [], (), {}, [1]),
@@ -63,7 +79,7 @@ STRANGE = (
     ),
 )
 RIGHT = {  # what some keywords may be, beside the strange
-    "mechanism": (*MOVING, BENT),
+    "mechanism": (*MOVING, BENT, GUIDED, RIGID),
     "section": SECTIONS,
     "initial": STARTS,
     "starts": ([{"crank_angle": 1.0}], [[0.1, 0.2], [0.2, 0.1]], *STARTS),
@@ -117,14 +133,37 @@ RIGHT = {  # what some keywords may be, beside the strange
     "drive": (LOOSE.drive, jp.ConstantSpeed(link="crank", speed=3.0), {"kind": "none"}),
     "journal": (LOOSE.joints[0].journal, {"link": "crank"}),
     "bearing": (LOOSE.joints[0].bearing, {"link": "ground", "point": [0, 0]}),
-    "contact": (LOOSE.joints[0].contact, {"stiffness": 1.0, "damping": 0.0}),
-    "friction": (LOOSE.joints[0].friction, 0.1, {"coefficient": 0.1}),
-    "beam": (LOOSE.links[0].beam, {"elements": 2}),
+    "contact": (
+        *(LOOSE.joints[0].contact, {"stiffness": 1.0, "damping": 0.0}),
+        *({"law": law, "stiffness": 1e9, "parameters": {"restitution": 0.5}} for law in LAWS),
+        {"law": "restitution", "parameters": {"restitution": 0.5, "tangential_restitution": 3}},
+    ),
+    "friction": (
+        *(LOOSE.joints[0].friction, 0.1, {"coefficient": 0.1}),
+        *({"law": law, "coefficient": 0.1, "velocity": 0.01} for law in FRICTIONS),
+    ),
+    "law": (*LAWS, *FRICTIONS),
+    "beam": (LOOSE.links[0].beam, {"elements": 2}, {"axial": True}, {"shapes": "sine", "axial": True}),
+    "axial": (True,),
+    "half_length": (0.02,),
+    "half_height": (0.01,),
+    "springs": ([SPRING], [SPRING] * 2, {"s": SPRING}),
+    "masses": ([{"at": 0.1, "mass": 1.0}], {"at": 0.1}),
+    "guess": ({"crank": 0.0, "coupler": 1.0, "rocker": 2.0}, {"crank": 1e12}),
+    "table": ([1.0, 2.0, 3.0, 2.0], [1.0] * 64, [0.0, 0.0], [1e300, -1e300, 1.0]),
+    "dataset": (*RESULTS, xr.Dataset({"a": ("time", [1.0])}), xr.Dataset(attrs={"kind": "response"})),
+    "motion": RESULTS,
+    "along": (["clearance"], ["gear_ratio"], ["joints.B.clearance", "speed"], "clearance"),
+    "reach": (1.01, 1.5),
     "point": ((0.0, 1.0), np.array([0.0, 1.0])),
     "parameters": ({"gap": 3.0, "restitution": 0.8}, {"gap": "a"}),
     "system": ("duffing", "none"),
-    "kind": ("journal_orbit", "overview", "time_history", "sweep", "bifurcation"),
-    "path": ("none.nc", "/", "."),
+    "kind": ("journal_orbit", "overview", "time_history", "sweep", "bifurcation", "prismatic", "profile"),
+    "path": (
+        *("none.nc", "/", "."),
+        *(f"{FOLDER.name}/a{end}" for end in (".mat", ".csv", ".html", ".png", ".gif", "")),
+        "/none/a.csv",
+    ),
 }
 BRIEF = {"max_steps": 300, "n_jobs": 1}  # so that a call costs little, unless another value is wrong
 LOOPS = {  # what would only take long if it were large
@@ -140,7 +179,7 @@ LOOPS = {  # what would only take long if it were large
         "patience",
     ),
     *("max_points", "max_branches", "max_iterations", "neighbours", "references", "repeats", "growth_turns"),
-    *("start_turn", "frequencies", "lyapunov_turns", "steps", "step"),
+    *("start_turn", "frequencies", "lyapunov_turns", "steps", "step", "seconds", "rate", "frames", "reach"),
 }
 MOTION = {"mechanism": LOOSE, "turns": 0.3}
 CALLS = {  # a call that is right
@@ -179,7 +218,9 @@ CALLS = {  # a call that is right
     "open": {"path": "none.nc"},
     "cell": {"dataset": xr.Dataset()},
     "figure": {"dataset": xr.Dataset()},
-    "animate": {"motion": xr.Dataset(), "path": "film.png"},
+    "animate": {"motion": xr.Dataset(), "path": f"{FOLDER.name}/film.png"},
+    "export": {"dataset": RESULTS[0], "path": f"{FOLDER.name}/result.csv"},
+    "report": {"dataset": RESULTS[1], "path": f"{FOLDER.name}/result.html"},
     "catalog.lorenz": {},
     "catalog.impact_pair": {"gap": 3.0, "restitution": 0.8},
     "catalog.soft_impact_pair": {"gap": 3.0, "stiffness": 10.0, "damping": 0.1},

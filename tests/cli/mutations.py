@@ -12,7 +12,10 @@ from jointplay.kinds import KINDS
 from tests.support import study_samples, sweep_samples
 
 STUDIES = sorted((Path(__file__).parents[2] / "studies").rglob("*.toml"))
-SAMPLES = (study_samples.TEXT, study_samples.WRITTEN_OUT, study_samples.BENT, study_samples.BENT_WRITTEN_OUT)
+SAMPLES = (
+    *(study_samples.TEXT, study_samples.WRITTEN_OUT, study_samples.BENT, study_samples.BENT_WRITTEN_OUT),
+    *(study_samples.STRETCHED, *[study_samples.GUIDED] * 5),  # most of the grammar of parts is in the last
+)
 TEXTS = [*(path.read_text() for path in STUDIES), *SAMPLES, sweep_samples.CELLS, sweep_samples.CHAINS]
 TABLES = [tomllib.loads(text) for text in TEXTS]
 NAN, INF = float("nan"), float("inf")

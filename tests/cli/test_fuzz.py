@@ -16,14 +16,26 @@ from jointplay.kinds import KINDS
 from jointplay.study import vary_table
 from jointplay.study.file import validate
 from tests.cli import mutations
-from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
+from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, GUIDED, STRETCHED, TEXT, WRITTEN_OUT
 from tests.support.sweep_samples import CELLS, CHAINS
 
 GRID = "gap = { start = 2.9, stop = 3.1, num = 3 }\nrestitution = [0.7, 0.8]\n"
 ZIPPED = CELLS.replace(GRID, "gap = [2.9, 3.0, 3.1]\nrestitution = [0.7, 0.8, 0.7]\nzip = true\n")
 CASES = CELLS.replace(GRID, "cases = [{ gap = 2.9, restitution = 0.7 }, { gap = 3.0, restitution = 0.8 }]\n")
 SHIPPED = {tomllib.loads(text)["kind"]: text for text in mutations.TEXTS}
-TEXTS = [TEXT, WRITTEN_OUT, BENT, BENT_WRITTEN_OUT, CELLS, CHAINS, ZIPPED, CASES, *SHIPPED.values()]
+TEXTS = [
+    TEXT,
+    WRITTEN_OUT,
+    BENT,
+    BENT_WRITTEN_OUT,
+    GUIDED,
+    STRETCHED,
+    CELLS,
+    CHAINS,
+    ZIPPED,
+    CASES,
+    *SHIPPED.values(),
+]
 SEEDS = st.integers(0, 2**32)
 LINE = re.compile(r"  (\S.*?: got .*; .+|and [\d,]+ more)")
 
@@ -49,6 +61,7 @@ def test_the_samples_hold_every_kind_of_study():
     assert set(SHIPPED) == set(KINDS)
     assert ZIPPED != CELLS != CASES
     assert all(validate({"name": "sample"} | tomllib.loads(text)).vary for text in (ZIPPED, CASES))
+    assert all(validate({"name": "sample"} | tomllib.loads(text)) for text in (GUIDED, STRETCHED))
 
 
 @settings(max_examples=60, deadline=None)

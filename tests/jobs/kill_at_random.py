@@ -3,7 +3,8 @@
     python -m tests.jobs.kill_at_random [KILLS]
 
 Every answer in the journal must be there once, and the result must be the undisturbed one bit for bit. 30
-kills take a quarter of an hour, mostly to start Python anew.
+kills take a quarter of an hour, mostly to start Python anew. Of a checkout that stays as it is meanwhile: its
+state is in the result.
 """
 
 import os
@@ -17,9 +18,11 @@ from collections import Counter
 from contextlib import suppress
 from pathlib import Path
 
+from xarray.testing import assert_identical
+
 from jointplay.jobs.journal import Journal
 from jointplay.results.store import open_result
-from tests.support.sweep_samples import CELLS, CHAINS, PLANE, loaded, ran, same
+from tests.support.sweep_samples import CELLS, CHAINS, PLANE, TIMES, loaded, ran
 
 LONGER = {
     "cells": (CELLS, ["vary.gap={start=2.9, stop=3.1, num=60}", "analysis.turns=1500"]),
@@ -58,7 +61,7 @@ def twice(journal):
 
 def main(kills):
     """Take the studies in turn."""
-    names = list(LONGER)
+    names, alone = list(LONGER), {}
     for number in range(kills):
         name = names[number % len(names)]
         text, changes = LONGER[name]
@@ -72,9 +75,11 @@ def main(kills):
                 told.append(run_and_kill(command, journal, random.uniform(0.0, 2.0) if not told else 600))
                 time.sleep(0.5)  # workers whose parent is dead end within a quarter of a second
                 assert not twice(journal), "a finished cell ran twice"
-            ran(loaded(text, *changes), out / "alone", jobs=2)
-            one, other = (open_result(place / f"{name}.nc") for place in (out, out / "alone"))
-            assert same(one, other), "the result differs"
+            if name not in alone:
+                ran(loaded(text, *changes), out / "alone", jobs=2)
+                alone[name] = open_result(out / "alone" / f"{name}.nc").load()
+            one = open_result(out / f"{name}.nc").load()
+            assert_identical(*(each.drop_vars(TIMES, errors="ignore") for each in (one, alone[name])))
             print(f"{number + 1:>3} {name:<7} {told}", flush=True)
 
 
