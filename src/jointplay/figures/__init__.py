@@ -1,6 +1,6 @@
 """Figures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from importlib import import_module
 from pkgutil import walk_packages
 from typing import Annotated, Any
@@ -16,25 +16,33 @@ from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 
 from .check import problems, study_problems
+from .comparison import compared
 from .registry import ABOUT, GENERAL, KINDS, suited, suited_to, usual
 
 for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
     import_module(_each.name)
 
-__all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "study_problems", "suited", "usual"]
+__all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "sheet_of", "study_problems", "suited", "usual"]
 
 OF_A_MECHANISM = "mechanism"
+ACCEPTED = "a result, a list of results to be compared, or a mechanism is accepted"
+_ONE = Dataset | Mechanism
 
 
-def _drawn(given: Any) -> Dataset | Mechanism:
-    if not isinstance(given, Dataset | Mechanism):
-        raise refuse(given, "a result or a mechanism is accepted")
+def _drawn(given: Any) -> Dataset | Mechanism | list[Dataset]:
+    several = isinstance(given, list | tuple) and len(given) > 1
+    if not all(isinstance(each, Dataset) for each in given) if several else not isinstance(given, _ONE):
+        raise refuse(given, ACCEPTED)
     return given
 
 
 @checked()
 def draw(
-    dataset: Annotated[Dataset | Mechanism, PlainValidator(_drawn), accepts("a result or a mechanism")],
+    dataset: Annotated[
+        Dataset | Mechanism | Sequence[Dataset],
+        PlainValidator(_drawn),
+        accepts("a result, a list of results or a mechanism"),
+    ],
     options: Annotated[dict[str, Any] | None, accepts("a table of options")] = None,
     /,
     **named: Any,
@@ -43,8 +51,9 @@ def draw(
 
     Parameters
     ----------
-    dataset : Dataset or Mechanism
-        What an analysis returned, or `jointplay.open`; or a linkage, to see it.
+    dataset : Dataset, Mechanism or list of Dataset
+        What an analysis returned, or `jointplay.open`; or a linkage, to see it. Several results are drawn on
+        one sheet, with the same axes.
     options : dict, optional
         `kind`, one of `KINDS`, and the keywords of that function: the `[figure]` table of a study file.
         By default the kind that suits the dataset's own `kind`.
@@ -63,6 +72,8 @@ def draw(
         If an option, or a variable, link or joint that it names, does not exist.
     """
     options = dict(options or {}) | named
+    if isinstance(dataset, list | tuple):
+        return sheet_of([(each, options) for each in dataset])
     if isinstance(dataset, Mechanism) and options.get("kind", OF_A_MECHANISM) != OF_A_MECHANISM:
         raise select.refuse("kind", options["kind"], "mechanism, the kind of figure of a mechanism")
     for known in ({}, {"kind": options.get("kind") or usual_kind(dataset, options)}):
@@ -77,6 +88,17 @@ def draw(
     options.pop("kind", None)
     with style.asked(**general):
         return lent.owner(KINDS[known["kind"]](dataset, **options))
+
+
+def sheet_of(parts: Sequence[tuple[Dataset, dict[str, Any]]]) -> Figure:
+    """Draw results on one sheet with the same axes, each with its own options as in `draw`."""
+    general = {name: parts[0][1][name] for name in GENERAL if name in parts[0][1]}
+    own = [
+        (one, {"kind": usual_kind(one, options)} | {k: v for k, v in options.items() if k not in GENERAL})
+        for one, options in parts
+    ]
+    with style.asked(**general):
+        return lent.owner(compared(own, draw))
 
 
 def of_sweep(dataset: Dataset, options: dict) -> dict | None:

@@ -14,6 +14,7 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
 from jointplay.jobs.pool import Pool, check_jobs
 from jointplay.kinds import KINDS
+from jointplay.lab.sheets import write_sheets
 from jointplay.results.outcome import explain, write_table
 from jointplay.results.store import check_writable, write_figure
 from jointplay.study.execute import complete
@@ -99,7 +100,7 @@ def reproduce(
     jobs : int
         Worker processes.
     out : path-like
-        Where results, figures and tables go.
+        Where results, figures and tables go, and the sheets of figures that are compared.
     folder : path-like, optional
         Where the studies are; found by `find_folder` if left out.
     fresh : bool
@@ -134,6 +135,9 @@ def reproduce(
     except BrokenProcessPool:
         done = {outcome.name for outcome in outcomes}
         outcomes += [Outcome(path.stem, failure=DIED) for path in paths if path.stem not in done]
+    anew = [outcome.name for outcome in outcomes if not outcome.failure]
+    for sheet in write_sheets(paths[0].parent, Path(out), anew):
+        say(f"compared in {sheet}")
     for table in (file for outcome in outcomes for file in outcome.files if file.name == "claims.txt"):
         say("\n" + table.read_text(encoding="utf-8"))
     return outcomes

@@ -139,7 +139,10 @@ def name_y(ax: Axes, y: DataArray, unit: Shown, longest: int = LONGEST) -> None:
 
 def displayed(array: DataArray, unit: Shown | None = None) -> tuple[np.ndarray, Shown]:
     """Return the values of `array` in its display unit, or in `unit`, and that unit."""
-    unit = unit or shown(array.values, str(array.attrs.get("units", "")))
+    if unit is None:
+        others = (other[array.name].values for other in style.beside() if array.name in other)
+        values = np.concatenate([np.ravel(each) for each in (array.values, *others)])
+        unit = shown(values, str(array.attrs.get("units", "")))
     return array.values * unit.factor, unit
 
 
@@ -224,7 +227,7 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
         frame = {"facecolor": "white", "edgecolor": style.WARNING, "linewidth": 0.8, "pad": 2.0}
         lines = fill(note, int(figure.bbox.width / figure.dpi / style.MILLIMETRE / 1.8))
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
-    if not isinstance(figure, Panel):
+    if not isinstance(figure, Panel) and not style.beside():
         factors.into_labels(figure)
     if whole:
         figure.draw_without_rendering()

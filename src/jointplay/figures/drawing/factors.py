@@ -25,6 +25,12 @@ def into_labels(figure: FigureBase) -> None:
             move(axis, f"10{digits.translate(RAISED)}")
 
 
+def unit(label: str) -> str:
+    """Return the unit that a label ends with; empty where there is none."""
+    found = UNIT.search(label.replace("\n", " "))
+    return found[1] if found else ""
+
+
 def move(axis: Axis, factor: str) -> None:
     """Write a factor before the unit of an axis' label, and not at the end of the axis."""
     label = axis.get_label()

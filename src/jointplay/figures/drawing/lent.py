@@ -27,6 +27,10 @@ class Panel:
             self._several(rows * columns)
         return self.ax if squeeze else np.array([[self.ax]])
 
+    def subfigures(self, rows: int, columns: int, **_: Any) -> Any:
+        """Refuse: a sheet of several results has several panels."""
+        self._several(rows * columns)
+
     def subplot_mosaic(self, mosaic: str, **_: Any) -> Any:
         """Refuse: a mosaic has several panels."""
         self._several(len({*mosaic} - {";"}))

@@ -14,6 +14,7 @@ import matplotlib.style
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
+from xarray import Dataset
 
 from jointplay.figures.drawing.lent import Panel
 
@@ -71,11 +72,12 @@ TALL = 0.5  # height over width from which a sheet keeps its shape where its wid
 
 
 class Asked(NamedTuple):
-    """What was asked of a figure beside its content: width in mm, font, and where it is to be drawn."""
+    """What was asked of a figure beside its content: width in mm, font, where it is drawn, beside what."""
 
     width: float | None = None
     font: str | None = None
     ax: Axes | SubFigure | None = None
+    beside: tuple[Dataset, ...] = ()
 
     @property
     def rc(self) -> dict[str, Any]:
@@ -95,11 +97,16 @@ _ASKED: ContextVar[Asked] = ContextVar("asked", default=_NOTHING)
 @contextmanager
 def asked(**given: Any) -> Iterator[None]:
     """Draw figures inside the block as `Asked` says."""
-    token = _ASKED.set(Asked(**given))
+    token = _ASKED.set(_ASKED.get()._replace(**given))
     try:
         yield
     finally:
         _ASKED.reset(token)
+
+
+def beside() -> tuple[Dataset, ...]:
+    """Results on the same sheet, with which a figure has units and axes in common."""
+    return _ASKED.get().beside
 
 
 @contextmanager

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from xarray import Dataset
 
 from jointplay.display.number_text import plain
@@ -46,12 +46,14 @@ def poincare_section(
     there = {"journal_x", "journal_y"} <= set(select.names(dataset, "turn"))
     orbit = there and bool(select.labels(dataset, "joint"))
     figure = style.sheet(180.0 if orbit else 88.0, 88.0)
-    axes = figure.subplots(1, 2 if orbit else 1, squeeze=False)[0]
+    upright = isinstance(figure, SubFigure) and figure.bbox.height > figure.bbox.width
+    count = 2 if orbit else 1
+    axes = figure.subplots(*((count, 1) if upright else (1, count)), squeeze=False).ravel()
     if orbit:
         journal_points(axes[0], part, joint, zoom, "(a)", counted(part))
-    letter, count = ("(b)", "") if orbit else ("", counted(part))
+    letter, told = ("(b)", "") if orbit else ("", counted(part))
     one = orbit and repeated(part, select.label(part, "joint", joint))[0] == 1
-    variable_points(axes[-1], part, x, y, link, joint, letter, count, one)
+    variable_points(axes[-1], part, x, y, link, joint, letter, told, one)
     return artists.finish(figure, dataset)
 
 

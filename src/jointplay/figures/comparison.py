@@ -1,0 +1,111 @@
+"""Comparison: several results on one sheet, each as its own figure shows it, with the same axes and units."""
+
+import re
+from collections.abc import Callable, Sequence
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from xarray import Dataset
+
+from jointplay.figures.drawing import artists, factors, style, window_panels
+
+ROW, COLUMN = 54.0, 118.0  # mm of height: of a result below others, and beside others
+UPRIGHT = ("poincare_section",)  # kinds that stand beside each other
+LETTER = re.compile(r"^\([a-z]\) *")
+WIDE = 1.9  # mm a letter
+AROUND = 0.03  # of an axis that several panels have in common
+
+Part = tuple[Dataset, dict[str, Any]]
+
+
+def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
+    """Draw results on one sheet, below or beside each other; axes that show the same unit have one scale.
+
+    Parameters
+    ----------
+    parts : sequence of (Dataset, dict)
+        Results, with the options of the figure of each.
+    draw : callable
+        Draws one result with its options, and ``ax`` among them.
+    """
+    count, beside = len(parts), all(options.get("kind") in UPRIGHT for _, options in parts)
+    with style.paper():
+        figure = style.sheet(180.0, COLUMN if beside else ROW * count)
+        places = figure.subfigures(*((1, count) if beside else (count, 1)), squeeze=False).ravel()
+        with style.asked(ax=None, beside=tuple(dataset for dataset, _ in parts)):
+            for place, (dataset, options) in zip(places, parts, strict=True):
+                draw(dataset, options | {"ax": place})
+                title(place, dataset, 180.0 / count if beside else 180.0)
+        panels = [place.axes for place in places]
+        if len({len(row) for row in panels}) == 1:
+            for same in zip(*panels, strict=True):
+                share(same)
+            if beside:
+                align(places)
+            else:
+                once(panels)
+        factors.into_labels(figure)
+        if isinstance(figure, style.Sheet):
+            figure.draw_without_rendering()
+    return figure
+
+
+def title(place: SubFigure, dataset: Dataset, width: float) -> None:
+    """Write the study's title over a result, and take the letters off its panels."""
+    words = str(dataset.attrs.get("title", dataset.attrs.get("study", "")))
+    place.suptitle(fill(words.replace("Fig. ", "Fig.\N{NO-BREAK SPACE}"), int(width / WIDE)), fontsize=8)
+    for ax in place.axes:
+        artists.heading(ax, LETTER.sub("", ax.get_title(loc="left")), beside_top_axis=bool(ax.child_axes))
+
+
+def share(panels: Sequence[Axes]) -> None:
+    """Give panels the limits that hold all of them, in the directions in which they show one unit."""
+    for way in "xy":
+        units = {factors.unit(getattr(ax, f"get_{way}label")()) for ax in panels}
+        if len(units) == 1:
+            ends = np.array([getattr(ax, f"get_{way}lim")() for ax in panels])
+            low, high = ends[:, 0].min(), ends[:, 1].max()
+            pad = AROUND * (high - low) * bool(np.ptp(ends, axis=0).any())
+            for ax in panels:
+                getattr(ax, f"set_{way}lim")(low - pad, high + pad)
+
+
+def align(places: Sequence[SubFigure]) -> None:
+    """Give titles that stand beside each other the same number of lines: panels are then at one height."""
+    columns = ([place.get_suptitle() for place in places], *headings(places))
+    most = [max(text.count("\n") for text in row) for row in columns]
+    for number, place in enumerate(places):
+        texts = [row[number] for row in columns]
+        first, *rest = [
+            "\n" * (lines - text.count("\n")) + text for lines, text in zip(most, texts, strict=True)
+        ]
+        place.suptitle(first, fontsize=8)
+        for ax, text in zip(place.axes, rest, strict=True):
+            ax.set_title(text, loc="left")
+
+
+def headings(places: Sequence[SubFigure]) -> list[list[str]]:
+    """Return the headings of panels that stand beside each other, a list a row."""
+    return [
+        [ax.get_title(loc="left") for ax in row]
+        for row in zip(*(place.axes for place in places), strict=True)
+    ]
+
+
+def once(rows: Sequence[Sequence[Axes]]) -> None:
+    """Label what rows have in common once: the upper axis and titles above, the lower axis below."""
+    for row in rows:
+        for ax in row:
+            ax.tick_params(labelleft=True)
+        window_panels.level(row)
+    for row in rows[:-1]:
+        for ax in row:
+            ax.set_xlabel("")
+    for row in rows[1:]:
+        for ax in row:
+            artists.heading(ax)
+            for upper in list(ax.child_axes):
+                upper.remove()
