@@ -3,8 +3,9 @@
 The settled motion is followed from value to value, each from the end of the one before, in even steps of the
 logarithm. One of the neighbour's period is taken as soon as a few turns repeat. Where they do not yet, it is
 followed to its end, and more values beside it are looked at: the slower a motion settles, the nearer it is to
-the end of its stability, and so a window narrower than a step is met. In chaos, and beyond the end of
-period 1, steps are longer. Where a trait (`settled`) first differs from the present motion's, the step is
+the end of its stability, and so a window narrower than a step is met. What has not settled to the neighbour's
+period in the end has it nevertheless where the periodic orbit, found from the neighbour, is stable. In chaos,
+and beyond the end of period 1, steps are longer. Where a trait (`settled`) first differs, the step is
 halved until the two motions that differ are `accuracy` apart: they enclose the edge. Loss of contact and loss
 of period 1 are then located on the periodic orbit itself, by `continuation` across that bracket: the grazing
 at which a separation appears, the multiplier through -1, the fold. Chaos has no such point: brackets stand.
@@ -27,6 +28,7 @@ from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.orbits.orbit_events import OF_GAPS
 from jointplay.analysis.orbits.orbit_request import present
+from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.analysis.vary import changed
@@ -94,9 +96,22 @@ class Walk:
             here = changed(self.mechanism, {self.key: at[0]})
             found = followed(here, before.end, self.quick) if _brief(before) else None
             if found is None or found.traits != before.traits or found.period != before.period:
-                found = replace(settled(here, before.end, self.carried, before.period), slow=True)
+                found = settled(here, before.end, self.carried, before.period)
+                if _brief(before) and found.period != before.period:
+                    found = self._kept(here, before) or found
+                found = replace(found, slow=True)
             self.known[at] = found
         return self.known[at]
+
+    def _kept(self, here: Mechanism, before: Settled) -> Settled | None:
+        """The motion of the same period if its orbit is stable yet: it may take thousands of turns."""
+        start, limit = tuple(map(float, before.end.state)), self.how.max_steps
+        given = {"period": before.period, "initial": start, "transient": 0, "rtol": RTOL, "max_steps": limit}
+        orbit = periodic_orbit(here, ONCE_A_TURN, **given)
+        if int(orbit["status"]) or int(orbit["stable"]) != 1:
+            return None
+        motion = followed(here, before.end._replace(state=orbit["orbit_state"].values), self.quick)
+        return motion if motion.period == before.period else None
 
     def towards(self, value: float, last: Place) -> Iterator[Place]:
         """The motion at a value; before it others on the way, where one of the two settles slowly."""
