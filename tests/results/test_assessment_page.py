@@ -44,7 +44,11 @@ def test_the_page_says_where_the_motion_changes_and_where_not():
     assert "above: not met up to 300 µm, where it stopped: step_limit: contact is kept" in lines
     assert any(line.startswith("above: chaos begins 4.5000 ± 0.0045 (") for line in lines)
     assert any("rpm) 33.3 % 3.96 and 4.04 fold" in line for line in lines)
-    assert "looked for in steps of 1 %: what begins and ends within one is not seen" in lines
+    assert (
+        "motions looked at: 50 values below, 1.4 % apart on average; 50 values above, 0.81 % apart on average"
+        in lines
+    )
+    assert "what begins and ends between two neighbouring values is not seen" in lines
 
 
 def test_three_lines_say_the_hardest_joint_the_motion_and_the_nearest_change():

@@ -81,6 +81,25 @@ def test_the_edge_of_period_1_is_where_the_multiplier_is_minus_1():
         assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=0.005)
 
 
+def test_a_window_narrower_than_a_step_is_met():
+    """Doubled from 26.659 down to 26.63 µm, a tenth of a percent: beside it motions settle slowly."""
+    slow = LOOSE.replace(gear_ratio=15.0, clearance=2.675e-5)
+    found, _ = one_side(slow, "joints.B.clearance", "below", 1.006, 0.0025)
+    edge, _, _, _, how = found["doubling"]
+    assert HOW[int(how)] == "period_doubling"
+    assert edge == pytest.approx(2.66585e-5, rel=1e-5)
+    orbit = jp.periodic_orbit(slow.replace(clearance=edge), rtol=1e-10)
+    assert float(orbit["floquet_multiplier"][0, 0]) == pytest.approx(-1.0, abs=1e-3)
+
+
+def test_a_motion_that_takes_long_to_settle_has_kept_its_period():
+    """At 32.22 µm a disturbance halves in 250 turns."""
+    slow = LOOSE.replace(gear_ratio=15.0, clearance=3.215e-5)
+    found, limit = one_side(slow, "joints.B.clearance", "above", 1.004, 0.0025)
+    assert limit == pytest.approx(1.004 * 3.215e-5)
+    assert np.isnan(found["doubling"][0])
+
+
 def test_a_chaotic_motion_stays_so_as_it_is_carried_on():
     """Beside 0.29 mm, where the motion is chaotic, there is no edge within a percent."""
     found, limit = one_side(LOOSE.replace(clearance=2.9e-4), "joints.B.clearance", "above", 1.01, 0.01)

@@ -42,7 +42,7 @@ def side(limit, edges=(NAN, NAN, NAN), how=("not_met",) * 3, status=0):
     edge = np.array(edges)
     codes = np.array([HOW.index(each) for each in how], dtype=float)
     found = {"edge": edge, "error": 1e-3 * edge, "low": 0.99 * edge, "high": 1.01 * edge, "how": codes}
-    return {"status": status, "trouble": "", "limit": limit} | found
+    return {"status": status, "trouble": "", "limit": limit, "looked": 50} | found
 
 
 SIDES = (

@@ -31,7 +31,7 @@ from jointplay.mechanism.base import Count, Natural, Number, is_number, unit
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 TURNS, TRANSIENT, LYAPUNOV_TURNS, RTOL = 20, 100, 200, 1e-7
-REACH, STEP, ACCURACY = 2.0, 0.01, 1e-3
+REACH, STEP, ACCURACY = 2.0, 0.0025, 1e-3
 LOOKED_AT = 32  # turns in which a settled motion must repeat
 SPEEDS = {"motor": "gear_ratio", "speed": "speed"}  # by the kind of drive
 
@@ -92,13 +92,14 @@ def assess(
     reach : float
         Each is followed from its present value down to this fraction, and up to this multiple, of it.
     step : float
-        Relative distance of the values looked at first: what begins and ends within it may be missed.
+        Relative distance of the values looked at first; ten times that where the present motion is chaotic,
+        twice that beyond the end of period 1. What begins and ends within it may be missed.
     accuracy : float
-        Relative distance of the two values that enclose a change in the end.
+        Relative distance of the two values that enclose a change in the end; in chaos not below `step`.
     turns, transient : int
         Turns over which forces are recorded, and turns dropped before the motion is looked at.
     lyapunov_turns : int
-        Turns over which an exponent is averaged.
+        Turns over which the present motion's exponent is averaged; 0.3 of them at other values.
     rtol, initial, max_steps
         As in `bifurcation`.
     n_jobs : int, optional
@@ -116,10 +117,10 @@ def assess(
         and ``drive_work`` (J per turn), equal where nothing else takes energy. Over ``parameter``, ``side``
         and ``change`` (contact_loss, doubling, chaos): ``edge_ratio``, where the trait first differs from the
         ``present`` one, over the parameter's ``present_value``; its error and ``bracket_low`` to
-        ``bracket_high``; ``found_by`` says
-        how; ``edge_speed`` is the drive's there. ``limit_ratio`` is how far was looked, ``side_status`` why
-        no further. ``period``, ``section_exponent_per_turn`` with its error; ``preparation`` is the time that
-        compiling or loading took, ``step`` the keyword; ``status``.
+        ``bracket_high``; ``found_by`` says how; ``edge_speed`` is the drive's there. ``limit_ratio`` is how
+        far was looked, ``values_looked_at`` at how many values, ``side_status`` why no further. ``period``,
+        ``section_exponent_per_turn`` with its error; ``preparation`` is the time that compiling or loading
+        took, ``step`` the keyword; ``status``.
 
     Raises
     ------

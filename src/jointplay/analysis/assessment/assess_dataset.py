@@ -130,7 +130,11 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "parameter_units": ([axis.units for axis in axes], "1", "units of the parameter"),
         "parameter_name": ([axis.long_name for axis in axes], "1", "the parameter"),
     }
-    limit = {"limit_ratio": (limits / values[:, None], "1", "last value looked at, over the present one")}
+    looked = np.reshape([each.get("looked", 0) for each in sides], shape[:2])
+    limit = {
+        "limit_ratio": (limits / values[:, None], "1", "last value looked at, over the present one"),
+        "values_looked_at": (looked, "1", "values looked at, in even steps of the logarithm"),
+    }
     codes = np.array([each["status"] for each in sides]).reshape(shape[:2])
     return {
         **labelled(table, OVER),

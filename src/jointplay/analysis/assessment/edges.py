@@ -1,10 +1,14 @@
 """Values of a parameter at which the motion of a linkage changes, from its present value outward.
 
 The settled motion is followed from value to value, each from the end of the one before, in even steps of the
-logarithm. Where a trait (`settled`) first differs from the present motion's, the step is halved until the two
-motions that differ are `accuracy` apart: they enclose the edge. Loss of contact and loss of
-period 1 are then located on the periodic orbit itself, by `continuation` across that bracket: the grazing at
-which a separation appears, the multiplier through -1, the fold. Chaos has no such point; its bracket stands.
+logarithm. One of the neighbour's period is taken as soon as a few turns repeat. Where they do not yet, it is
+followed to its end, and more values beside it are looked at: the slower a motion settles, the nearer it is to
+the end of its stability, and so a window narrower than a step is met. What has not settled to the neighbour's
+period in the end has it nevertheless where the periodic orbit, found from the neighbour, is stable. In chaos,
+and beyond the end of period 1, steps are longer. Where a trait (`settled`) first differs, the step is
+halved until the two motions that differ are `accuracy` apart: they enclose the edge. Loss of contact and loss
+of period 1 are then located on the periodic orbit itself, by `continuation` across that bracket: the grazing
+at which a separation appears, the multiplier through -1, the fold. Chaos has no such point: brackets stand.
 
 Validity: what begins and ends between two steps is not seen, and a motion that coexists with the one followed
 is another one.
@@ -13,16 +17,19 @@ is another one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.assessment.settled import CHANGES, ONCE_A_TURN, Settled, Unsettled, settled
+from jointplay.analysis.assessment.settled import CHANGES, ONCE_A_TURN, Settled, Unsettled, followed, settled
 from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.orbits.orbit_events import OF_GAPS
 from jointplay.analysis.orbits.orbit_request import present
+from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
+from jointplay.analysis.period import REPEATS
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.analysis.vary import changed
 from jointplay.errors import InputError
@@ -31,9 +38,14 @@ from jointplay.numerics.codes import Status
 
 SIDES = {"below": -1, "above": 1}
 HOW = ("not_met", "bracketed", *SPECIAL)
-CARRIED = 0.3  # of the transient, for a motion that begins from its neighbour's
+CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that begins from its neighbour's
+QUICK, REPEATED = 0.25, 8  # of the transient; turns that then repeat, at least, of a motion that settles fast
+LONG = 2  # steps at once where the motion that is left has lost period 1 already
+CHAOTIC = 10  # steps at once where the present motion is chaotic; its edges are enclosed to one step
+NARROW = 4  # values in a step beside which a motion settles slowly
 WIDER = 5.0  # brackets beyond each end in which a branch is searched: motions settle slowly beside an edge
 RTOL, STEP, POINTS = 1e-10, 0.1, 100  # of the branch
+Place = tuple[float, Settled]
 LEAVES = {"contact_loss": ("grazing",), "doubling": tuple(kind for kind in SPECIAL if kind != "grazing")}
 
 
@@ -44,6 +56,12 @@ class Search:
     reach: float
     step: float
     accuracy: float
+
+    def of(self, motion: Settled) -> Search:
+        """The search that a motion calls for: no finer in chaos than its windows make sense of."""
+        if motion.period:
+            return self
+        return replace(self, step=CHAOTIC * self.step, accuracy=max(self.accuracy, self.step))
 
     def values(self, begin: float, way: int) -> np.ndarray:
         """Values after the first, in even steps of the logarithm."""
@@ -58,16 +76,57 @@ class Walk:
     mechanism: Mechanism
     key: str
     how: Plan
+    known: dict[tuple[float, Settled], Settled] = field(default_factory=dict)
+
+    @property
+    def quick(self) -> Plan:
+        """Settings of motions that are to settle fast."""
+        return replace(self.how, transient=round(QUICK * self.how.transient), turns=REPEATED)
 
     @property
     def carried(self) -> Plan:
         """Settings of motions that begin beside the one they settle to."""
-        return replace(self.how, transient=round(CARRIED * self.how.transient))
+        turns = max(round(CARRIED * self.how.lyapunov_turns), 1)
+        return replace(self.how, transient=round(CARRIED * self.how.transient), lyapunov_turns=turns)
 
     def at(self, value: float, before: Settled) -> Settled:
         """The motion at a value, from the end of another one."""
-        here = changed(self.mechanism, {self.key: float(value)})
-        return settled(here, before.end, self.carried, before.period)
+        at = float(value), before  # edges of several traits in one step begin with the same motions
+        if at not in self.known:
+            here = changed(self.mechanism, {self.key: at[0]})
+            found = followed(here, before.end, self.quick) if _brief(before) else None
+            if found is None or found.traits != before.traits or found.period != before.period:
+                found = settled(here, before.end, self.carried, before.period)
+                if _brief(before) and found.period != before.period:
+                    found = self._kept(here, before) or found
+                found = replace(found, slow=True)
+            self.known[at] = found
+        return self.known[at]
+
+    def _kept(self, here: Mechanism, before: Settled) -> Settled | None:
+        """The motion of the same period if its orbit is stable yet: it may take thousands of turns."""
+        start, limit = tuple(map(float, before.end.state)), self.how.max_steps
+        given = {"period": before.period, "initial": start, "transient": 0, "rtol": RTOL, "max_steps": limit}
+        orbit = periodic_orbit(here, ONCE_A_TURN, **given)
+        if int(orbit["status"]) or int(orbit["stable"]) != 1:
+            return None
+        motion = followed(here, before.end._replace(state=orbit["orbit_state"].values), self.quick)
+        return motion if motion.period == before.period else None
+
+    def towards(self, value: float, last: Place) -> Iterator[Place]:
+        """The motion at a value; before it others on the way, where one of the two settles slowly."""
+        at = self.at(value, last[1])
+        if _brief(last[1]) and (at.slow or last[1].slow):
+            for between in np.geomspace(last[0], value, NARROW + 1)[1:-1]:
+                last = float(between), self.at(between, last[1])
+                yield last
+            at = self.at(value, last[1])
+        yield value, at
+
+
+def _brief(motion: Settled) -> bool:
+    """Whether a motion's period is short enough to be seen in few turns."""
+    return 0 < motion.period <= REPEATED // REPEATS
 
 
 def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search, how: Plan) -> dict[str, Any]:
@@ -76,33 +135,33 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
     Returns
     -------
     dict
-        ``status``; ``limit``, the last value looked at; and over `CHANGES`: ``edge`` (NaN: not met), its
-        ``error``, ``low`` and ``high``, settled motions that differ and the edge between them, and ``how``,
-        an index into `HOW`.
+        ``status``; ``limit``, the last value looked at; ``looked``, their number; and over `CHANGES`:
+        ``edge`` (NaN: not met), its ``error``, ``low`` and ``high``, settled motions that differ and the edge
+        between them, and ``how``, an index into `HOW`.
     """
     walk, begin = Walk(mechanism, key, how), float(present(mechanism, key))
     found = {name: (math.nan,) * 4 + (HOW.index("not_met"),) for name in CHANGES}
-    limit, status, trouble = begin, 0, ""
+    limit, looked, status, trouble = begin, 0, 0, ""
     try:
-        here = at = settled(mechanism, start, how)
-        for value in search.values(begin, SIDES[side]):
-            before, last = at, limit
-            at, limit = walk.at(value, before), float(value)
-            new = [name for name in CHANGES if not found[name][-1] and at.traits[name] != here.traits[name]]
-            for name in new:
-                found[name] = _located(walk, name, (last, before), (limit, at), search.accuracy)
-            if all(each[-1] for each in found.values()):
-                break
+        here = settled(mechanism, start, how)
+        last, search = (begin, here), search.of(here)
+        values = search.values(begin, SIDES[side])
+        while len(values) and not all(each[-1] for each in found.values()):
+            for place in walk.towards(float(values[0]), last):
+                for name in CHANGES:
+                    if not found[name][-1] and place[1].traits[name] != here.traits[name]:
+                        found[name] = _located(walk, name, last, place, search.accuracy)
+                last, limit, looked = place, place[0], looked + 1
+            steps = LONG if found["doubling"][-1] and here.period else 1
+            values = values[min(steps, max(len(values) - 1, 1)) :]  # the last one is looked at in any case
     except Unsettled as error:
         status, trouble = error.status, Status(error.status).meaning
     except InputError as error:
         status, trouble = int(Status.BAD_PARAMETERS), str(error)
     columns = np.array([found[name] for name in CHANGES]).T
     names = ("edge", "error", "low", "high", "how")
-    return {"status": status, "trouble": trouble, "limit": limit} | dict(zip(names, columns, strict=True))
-
-
-Place = tuple[float, Settled]
+    ended = {"status": status, "trouble": trouble, "limit": limit, "looked": looked}
+    return ended | dict(zip(names, columns, strict=True))
 
 
 def _located(walk: Walk, name: str, last: Place, first: Place, accuracy: float) -> tuple[float, ...]:

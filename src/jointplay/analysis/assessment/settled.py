@@ -4,7 +4,9 @@
 where its section points, one a turn, do not all agree; it is *chaotic* where no period is found and the
 largest exponent of its section map is above 0 by more than `ERRORS` standard errors whose batches do not
 follow one another. What is neither is followed further, since motions settle slowly beside the edge of their
-period. Validity: as of `bifurcation`.
+period. A motion carried on from a chaotic one is asked for its exponent at once, over fewer turns: three of
+its errors say whether these were enough, and it is followed further where they do not.
+Validity: as of `bifurcation`.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ class Unsettled(ArithmeticError):
         self.status = status
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Settled:
     """A motion that a mechanism has settled to.
 
@@ -46,11 +48,14 @@ class Settled:
         Where it stands, at crank angle 0.
     values : dict
         As `attractor.settle` describes it.
+    slow : bool
+        Whether it did not repeat soon.
     """
 
     mechanism: Mechanism
     end: End
     values: dict[str, Any]
+    slow: bool = False
 
     def value(self, name: str, missing: float = np.nan) -> Any:
         """A number of the description, or a list of them over joints."""
@@ -84,20 +89,21 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
     """Follow a motion until it has settled; `Unsettled` where that fails.
 
     A period other than the `usual` one counts if it is found again later: a motion that alternates about an
-    orbit of period 1 as it decays seems to have period 2.
+    orbit of period 1 as it decays seems to have period 2. If none is usual an exponent is measured at once.
     """
-    motion = _followed(mechanism, start, how)
+    motion = followed(mechanism, start, how if usual else replace(how, exponents=1))
     for more in PATIENCE:
         if motion.period == max(usual, 1) or motion.traits["chaos"]:
             break
         longer, before = replace(how, transient=max(more * how.transient, 1), exponents=1), motion.period
-        motion = _followed(mechanism, motion.end, longer)
+        motion = followed(mechanism, motion.end, longer)
         if before and motion.period == before:
             break
     return motion
 
 
-def _followed(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
+def followed(mechanism: Mechanism, start: Any, how: Plan) -> Settled:
+    """Follow a motion once; `Unsettled` where that fails."""
     answer = settle(mechanism, start, how)
     if answer["status"]:
         raise Unsettled(answer["status"])

@@ -140,9 +140,18 @@ def _changes(dataset: Dataset) -> list[str]:
         for side in ("below", "above"):
             rows += _met(dataset, key, side)
             unmet += _not_met(dataset, key, side)
-        lines += [*_table(rows), *(f"    {line}" for line in unmet)]
-    step = plain(100 * float(dataset["step"]), 3)
-    return [*lines, f"  looked for in steps of {step} %: what begins and ends within one is not seen"]
+        lines += [*_table(rows), *(f"    {line}" for line in [*unmet, _looked(one)])]
+    return [*lines, "  what begins and ends between two neighbouring values is not seen"]
+
+
+def _looked(one: Dataset) -> str:
+    """At how many values of a parameter motions were looked at, and their relative distance."""
+    parts = []
+    for side in ("below", "above"):
+        count, ratio = (float(one[name].sel(side=side)) for name in ("values_looked_at", "limit_ratio"))
+        apart = f", {plain(100 * abs(math.log(ratio)) / count, 2)} % apart on average" if count else ""
+        parts.append(f"{int(count)} {'value' if count == 1 else 'values'} {side}{apart}")
+    return f"motions looked at: {'; '.join(parts)}"
 
 
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
