@@ -32,7 +32,7 @@ def smooth(
     rising = np.r_[True, np.diff(times) > 0]  # at an event there may be two samples
     if not 4 <= x.size <= MOST or not there.all() or not rising.all():
         return x, y, contact
-    from scipy.interpolate import Akima1DInterpolator  # a quarter second that studies without a picture need not wait
+    from scipy.interpolate import Akima1DInterpolator  # studies without a picture need not wait for it
 
     points = np.stack([x, y], -1)
     changing = contact[1:] != contact[:-1]
