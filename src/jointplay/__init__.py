@@ -23,6 +23,7 @@ if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].removeprefix("-m") =
         pass
 
 from jointplay.codegen.cache import activate
+from jointplay.errors import no_attribute
 from jointplay.kinds import KINDS
 
 __version__ = "0.1.0"
@@ -58,8 +59,7 @@ activate()
 
 def __getattr__(name: str):
     if name not in _HOME:
-        whole = sys.modules[__name__]  # by it Python suggests the nearest name
-        raise AttributeError(f"module 'jointplay' has no attribute {name!r}", name=name, obj=whole)
+        raise no_attribute("module 'jointplay'", name, __all__)
     home, _, attribute = _HOME[name].partition(":")
     module = import_module(f"jointplay.{home}")
     value = module if _HOME[name].endswith(":") else getattr(module, attribute or name)

@@ -150,6 +150,13 @@ def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str 
     return Problem(key, given, _NoSuch(what, word, list(known)))
 
 
+def no_attribute(whose: str, name: str, known: Iterable[str]) -> AttributeError:
+    """Make the error of a name that a module does not have, with the nearest that it has."""
+    near = did_you_mean(name, known)
+    text = f"{whose} has no attribute {name!r}{near and ':'}{near}"
+    return AttributeError(text, name=name, obj=None)  # or else a traceback says the nearest name again
+
+
 class _NoSuch(UserString):
     """Message on an unknown name; composed only when it is read, as comparing names takes long."""
 

@@ -1,5 +1,7 @@
 """Study files run from Python: as the command does, with changes and progress."""
 
+import traceback
+
 import numpy as np
 import pytest
 
@@ -72,11 +74,14 @@ def test_no_study_at_all():
 
 
 def test_a_name_that_is_not_there_and_a_result_where_none_is_accepted():
-    """Python suggests the nearest name; a result is no wall of text in a message."""
-    with pytest.raises(AttributeError) as caught:
-        jp.lyapunof
-    assert caught.value.obj is jp
-    assert caught.value.name == "lyapunof"
+    """The nearest name is suggested, once; a result is no wall of text in a message."""
+    for module, name, near in ((jp, "lyapunof", "lyapunov"), (jp.catalog, "slider_krank", "slider_crank")):
+        assert not hasattr(module, name)
+        with pytest.raises(AttributeError) as caught:
+            getattr(module, name)
+        shown = "".join(traceback.format_exception(caught.value))
+        assert shown.count(f"did you mean '{near}'?") == 1
+        assert "Did you mean" not in shown
     cut = jp.poincare(jp.catalog.duffing(), turns=2)
     with pytest.raises(jp.InputError, match="over: got <Dataset of kind 'section'>"):
         jp.figure(cut, over=cut)

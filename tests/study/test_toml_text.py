@@ -3,7 +3,9 @@
 import pytest
 
 from jointplay.errors import InputError
+from jointplay.mechanism import catalog
 from jointplay.study import toml_text
+from jointplay.study.mechanism_table import build_mechanism
 
 
 def keys(error):
@@ -44,6 +46,32 @@ def test_a_change_that_does_not_fit_is_refused(change):
     with pytest.raises(InputError) as error:
         toml_text.override({"a": 0, "list": []}, [change])
     assert keys(error) == ["--set"]
+
+
+@pytest.mark.parametrize("written_out", [True, False])
+def test_a_part_is_found_by_its_name_and_by_its_number(written_out):
+    mechanism = catalog.chunmei2002()
+    table = (
+        mechanism.model_dump(mode="json", exclude_none=True) if written_out else {"catalog": "chunmei2002"}
+    )
+    table = {"mechanism": table}
+    for path in ("joints.C.clearance", "joints[3].clearance"):
+        changed = toml_text.override(table, [f"mechanism.{path}=1e-4", "mechanism.links.crank.mass=0.4"])
+        found = build_mechanism(changed["mechanism"])
+        assert found == mechanism.replace(**{path: 1e-4, "links.crank.mass": 0.4})
+        assert [joint.clearance for joint in found.joints] == [0, 0, 2.9e-5, 1e-4]
+
+
+@pytest.mark.parametrize("written_out", [True, False])
+@pytest.mark.parametrize(
+    ("change", "near"),
+    [("joints.CC.clearance=0", "C"), ("links.cranc.mass=1", "crank"), ("joints.C.clearence=0", "clearance")],
+)
+def test_the_nearest_part_is_suggested(written_out, change, near):
+    table = catalog.chunmei2002().model_dump(mode="json", exclude_none=True)
+    table = {"mechanism": table if written_out else {"catalog": "chunmei2002"}}
+    with pytest.raises(InputError, match=f"did you mean '{near}'"):
+        build_mechanism(toml_text.override(table, [f"mechanism.{change}"])["mechanism"])
 
 
 def test_every_wrong_change_is_named():

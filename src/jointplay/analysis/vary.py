@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,10 @@ from jointplay.analysis.quantities import WORDS
 from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, join, refuse, unknown
-from jointplay.mechanism.base import Record, is_number
+from jointplay.mechanism.base import is_number
 from jointplay.mechanism.changes import Changes
 from jointplay.mechanism.courses import FORCES
+from jointplay.mechanism.paths import as_counted, below, found, is_path, steps
 from jointplay.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
@@ -68,23 +69,17 @@ def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Me
     mechanism : Mechanism or TestSystem
         Stays as it is.
     changes : mapping of str to object
-        By name, as in the record's `replace`, or of a linkage by key path, through links and joints by their
-        names: ``joints.B.contact.stiffness``, ``links.coupler.mass``, ``drive.rated_torque``. Only the number
-        named changes: a link that becomes longer keeps its mass centre.
+        As the record's `replace` takes them, of a linkage by key path too: ``joints.B.contact.stiffness``,
+        ``links.coupler.mass``, ``drive.rated_torque``. Only the number named changes: a link that becomes
+        longer keeps its mass centre.
 
     Raises
     ------
     InputError
         Listing every key that does not exist, or what is wrong with the values.
     """
-    paths = {key: value for key, value in changes.items() if _is_path(mechanism, key)}
-    plain = {key: _as_counted(Changes, key, value) for key, value in changes.items() if key not in paths}
-    if problems := [problem for key in paths for problem in _path_problems(mechanism, key, key)]:
-        raise InputError(problems)
-    result = mechanism.replace(**plain) if plain else mechanism
-    for key, value in paths.items():
-        result = _replaced(result, key.split("."), value)
-    return result
+    counted = {key: as_counted(Changes, key, value) for key, value in changes.items()}
+    return mechanism.replace(**counted) if counted else mechanism
 
 
 def largest(mechanism: Mechanism | TestSystem, over: Mapping[str, Sequence[float]]) -> Mechanism | TestSystem:
@@ -135,7 +130,7 @@ def checked_axes(mechanism: Mechanism | TestSystem, given: Mapping[str, Sequence
 
 
 def _is_path(mechanism: Any, key: Any) -> bool:
-    return isinstance(mechanism, Mechanism) and isinstance(key, str) and "." in key
+    return isinstance(mechanism, Mechanism) and is_path(key)
 
 
 def _axis_problems(mechanism: Any, key: Any, values: Any, root: str) -> Iterator[Problem]:
@@ -177,56 +172,20 @@ def _key_problems(mechanism: Any, key: Any, place: str) -> Iterator[Problem]:
 
 def _path_problems(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
     """Problem of a key path that leads to no number of the record."""
-    record: Any = mechanism
-    for step in key.split("."):
-        known = _below(record)
-        if step not in known:
-            yield unknown(place, step, step, known, "part")
-            return
-        record = known[step]
-    if record is not None and (not isinstance(record, Real) or isinstance(record, bool)):
+    number, problem = found(mechanism, key, place)
+    if problem:
+        yield problem
+    elif number is not None and (not isinstance(number, Real) or isinstance(number, bool)):
         yield Problem(place, key, "the path to a number is accepted")
-
-
-def _below(record: Any) -> dict[str, Any]:
-    """Parts of a record, of a tuple of named records, or of a table, by name."""
-    if isinstance(record, tuple):
-        return {part.name: part for part in record if getattr(part, "name", None)}
-    if isinstance(record, dict):
-        return record
-    return dict(record) if isinstance(record, Record) else {}
-
-
-def _replaced(record: Any, steps: Sequence[str], value: Any) -> Any:
-    """A validated copy with one number changed."""
-    first, *rest = steps
-    if isinstance(record, tuple):
-        return tuple(_replaced(part, rest, value) if part.name == first else part for part in record)
-    if isinstance(record, dict):
-        return record | {first: value}
-    inner = (
-        _replaced(getattr(record, first), rest, value) if rest else _as_counted(type(record), first, value)
-    )
-    return type(record)(**dict(record) | {first: inner})
-
-
-def _as_counted(record: Any, name: str, value: Any) -> Any:
-    """A whole number as an int where the record's field is one: the values of a sweep are floats."""
-    field = record.model_fields.get(name)
-    whole = isinstance(value, float) and value.is_integer()
-    return int(value) if whole and field is not None and _counts(field.annotation) else value
-
-
-def _counts(annotation: Any) -> bool:
-    return annotation is int or any(map(_counts, get_args(annotation)))
 
 
 def _names(keys: Sequence[str]) -> list[str]:
     """Names of dimensions: the last part of each key, where that is not taken; else the whole path."""
-    last = [key.rpartition(".")[2] for key in keys]
+    whole = ["_".join(step.strip("[]") for step in steps(key)) for key in keys]
+    last = [name if key.endswith("]") else steps(key)[-1] for name, key in zip(whole, keys, strict=True)]
     return [
-        short if last.count(short) == 1 and short not in TAKEN else key.replace(".", "_")
-        for short, key in zip(last, keys, strict=True)
+        short if last.count(short) == 1 and short not in TAKEN else name
+        for short, name in zip(last, whole, strict=True)
     ]
 
 
@@ -246,16 +205,17 @@ def _declared(mechanism: Any, key: str) -> tuple[str, str]:
     """Units and long name of a parameter, from its record's field."""
     if isinstance(mechanism, TestSystem):
         return "1", key.replace("_", " ")
-    *path, last = key.split(".")
+    *path, last = steps(re.sub(r"\[\d+\]$", "", key))
     record, law, own = mechanism, {}, "1"
     for step in path:
-        record = _below(record)[step]
+        record = below(record)[step]
         law = LAWS[record.law].numbers if isinstance(record, Contact) else law
         if isinstance(record, Friction):
             law = {name: ("", each.units) for name, each in FRICTIONS[record.law].numbers.items()}
         own = getattr(record, "units", own)
     field = getattr(type(record) if path else Changes, "model_fields", {}).get(last)
-    whose = f" of {PARTS[path[0]]} {path[1]}" if path and path[0] in PARTS else ""
+    of_part = path and path[0] in PARTS
+    whose = f" of {PARTS[path[0]]} {below(getattr(mechanism, path[0]))[path[1]].name}" if of_part else ""
     units = (getattr(field, "json_schema_extra", None) or {}).get("units", "1")
     _, units = law.get(last, ("", own if units == FORCES else units))
     return units, (getattr(field, "description", None) or last.replace("_", " ")) + whose

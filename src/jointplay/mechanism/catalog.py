@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from jointplay.errors import no_attribute
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
@@ -105,6 +106,10 @@ _LINKAGES = (
 NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
     each.__name__: each for each in _LINKAGES
 } | SYSTEMS
+
+
+def __getattr__(name: str) -> Any:
+    raise no_attribute("the catalog", name, NAMES)
 
 
 def __dir__() -> list[str]:

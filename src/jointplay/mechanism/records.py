@@ -24,6 +24,7 @@ from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine, Prescribe
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.loads import AnyLoad, Force, Torque
 from jointplay.mechanism.masses import PointMass
+from jointplay.mechanism.paths import checked_paths, with_parts
 from jointplay.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.mechanism.signature import checked
 from jointplay.mechanism.springs import AnySpring, Spring, TorsionSpring
@@ -143,14 +144,17 @@ class Mechanism(Record):
         **changes
             `clearance`, `gear_ratio`, `friction`, `tension`, `efficiency_in_slope`, `elastic`, `elements`,
             `damping_ratio`, `order`, `branch`, `gravity`, `gravity_direction`, `springs`, `loads`, `drive`,
-            `speed`: see `Changes`.
+            `speed`: see `Changes`; then, by key path, parts: ``**{"joints.C.clearance": 1e-4}``.
 
         Raises
         ------
         InputError
             Listing every change that does not exist, cannot have its value, or finds nothing to change.
         """
-        return type(self)(**dict(self) | changed(self, changes))
+        by_path = checked_paths(self, changes)
+        named = {name: value for name, value in changes.items() if name not in by_path}
+        renewed = type(self)(**dict(self) | changed(self, named)) if named or not by_path else self
+        return with_parts(renewed, by_path)
 
     def summary(self) -> str:
         """Describe the mechanism in a few lines of text."""

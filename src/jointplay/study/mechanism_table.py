@@ -11,6 +11,7 @@ from pydantic import create_model
 from jointplay.errors import InputError, refuse, unknown
 from jointplay.mechanism import catalog
 from jointplay.mechanism.base import Record
+from jointplay.mechanism.paths import as_paths
 from jointplay.mechanism.records import Changes, Mechanism, TestSystem
 
 FORMS = (
@@ -24,9 +25,10 @@ def build_mechanism(given: Any) -> Mechanism | TestSystem:
     Parameters
     ----------
     given : mapping
-        With the key ``catalog``, the other keys are that entry's keywords; with ``system``, a test system
-        written out; else a linkage written out. A record passes as it is. `InputError` lists everything that
-        is wrong, with keys relative to the table.
+        With the key ``catalog``, the other keys are that entry's keywords, and tables of parts by name, as
+        ``joints = { C = { clearance = 1e-4 } }``; with ``system``, a test system written out; else a linkage
+        written out. A record passes as it is. `InputError` lists everything that is wrong, with keys relative
+        to the table.
     """
     if isinstance(given, Mechanism | TestSystem):
         return given
@@ -37,7 +39,7 @@ def build_mechanism(given: Any) -> Mechanism | TestSystem:
         name = changes.pop("catalog")
         if not isinstance(name, str) or name not in catalog.NAMES:
             raise InputError([unknown("catalog", name, name, catalog.NAMES, "mechanism")])
-        return catalog.NAMES[name](**changes)
+        return catalog.NAMES[name](**as_paths(changes))
     return (TestSystem if "system" in given else Mechanism).model_validate(given)
 
 
@@ -65,4 +67,5 @@ def _form(name: str, function: Callable[..., Any]) -> type[Record]:
         for a in arguments
         if a.name not in known
     }
+    own |= {part: (dict[str, dict[str, Any]], {}) for part in ("links", "joints") if linkage}
     return create_model(f"catalog_{name}", __base__=base, catalog=catalog_key, **own)  # type: ignore[call-overload]

@@ -11,7 +11,7 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from jointplay.errors import InputError, Problem
+from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.measures import SMALLEST
 
 DEPTH = 16  # tables inside tables; no study needs more
@@ -67,8 +67,8 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     table : dict
         The parsed study; left as it is.
     changes : iterable of str
-        Such as ``mechanism.clearance=1e-4`` or ``mechanism.links[0].mass=0.2``. A value is read as TOML,
-        and as a plain string where it is none.
+        Such as ``mechanism.clearance=1e-4``, ``mechanism.links[0].mass=0.2`` or, by an entry's name,
+        ``mechanism.links.crank.mass=0.2``. A value is read as TOML, and as a plain string where it is none.
 
     Returns
     -------
@@ -80,11 +80,11 @@ def override(table: dict[str, Any], changes: Iterable[str]) -> dict[str, Any]:
     table = deepcopy(table)
     for change in changes:
         path, equals, value = change.partition("=")
-        steps = _steps(path.strip())
+        steps = _of_the_catalog(table, _steps(path.strip()))
         if not equals or not steps or not _is_text(change):
             problems.append(Problem("--set", change, "key.path=value, such as mechanism.clearance=1e-4"))
-        elif not _set(table, steps, _value(value.strip())):
-            problems.append(Problem("--set", change, "a path through tables and existing list entries"))
+        elif problem := _set(table, steps, _value(value.strip()), change):
+            problems.append(problem)
     if problems:
         raise InputError(problems)
     return table
@@ -147,18 +147,49 @@ def _steps(path: str) -> list[str | int]:
     return [match["name"] or int(match["index"]) for match in matches] if whole else []
 
 
-def _set(node: Any, steps: list[str | int], value: Any) -> bool:
-    """Set the value at the end of a path, making missing tables; False where the path does not fit."""
-    for n, step in enumerate(steps, 1):
-        if not isinstance(node, list if isinstance(step, int) else dict):
-            return False
-        if isinstance(step, int) and step >= len(node):
-            return False
-        if n == len(steps):
-            node[step] = value
+def _of_the_catalog(table: dict[str, Any], steps: list[str | int]) -> list[str | int]:
+    """Steps of a path; the numbers of parts of a mechanism that its table only names stay in brackets."""
+    mechanism = table.get("mechanism")
+    named = steps[:1] == ["mechanism"] and isinstance(mechanism, dict) and "catalog" in mechanism
+    if not named or steps[1:2] == [] or steps[1] in mechanism:
+        return steps
+    return [f"[{step}]" if isinstance(step, int) else step for step in steps]
+
+
+def _set(node: Any, steps: list[str | int], value: Any, change: str) -> Problem | None:
+    """Set the value at the end of a path, making missing tables; the problem where the path does not fit."""
+    *path, last = steps
+    for step in path:
+        if isinstance(node, dict) and isinstance(step, str):
+            node = node.setdefault(step, {})
+        elif (place := _place(node, step)) is None:
+            return _lost(node, step, change)
         else:
-            node = node[step] if isinstance(step, int) else node.setdefault(step, {})
-    return True
+            node = node[place]
+    place = last if isinstance(node, dict) and isinstance(last, str) else _place(node, last)
+    if place is None:
+        return _lost(node, last, change)
+    node[place] = value
+    return None
+
+
+def _place(node: Any, step: str | int) -> int | None:
+    """Where in a list the entry with this number or name is."""
+    known = [*range(len(node)), *_names(node)] if isinstance(node, list) else []
+    return known.index(step) % len(node) if step in known else None
+
+
+def _names(entries: list[Any]) -> list[Any]:
+    """Names of the tables in a list; None of an entry without one."""
+    return [each.get("name") if isinstance(each, dict) else None for each in entries]
+
+
+def _lost(node: Any, step: str | int, change: str) -> Problem:
+    """Problem of a path whose step leads nowhere."""
+    names = [str(name) for name in _names(node) if name] if isinstance(node, list) else []
+    if isinstance(step, str) and names:
+        return unknown("--set", change, step, names, "entry")
+    return Problem("--set", change, "a path through tables and existing list entries")
 
 
 def _value(text: str) -> Any:

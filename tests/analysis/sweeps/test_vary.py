@@ -48,6 +48,21 @@ def test_only_the_named_number_changes(key, value):
     assert differences(LINKAGE, changed(LINKAGE, {key: value})) == [key]
 
 
+def test_a_number_in_a_path_counts_parts():
+    by_number, by_name = ({path: 3e-5} for path in ("joints[3].clearance", "joints.C.clearance"))
+    assert changed(LINKAGE, by_number) == changed(LINKAGE, by_name) == LINKAGE.replace(**by_name)
+    (numbered,), (named,) = (axes(LINKAGE, {key: [3e-5] for key in each}) for each in (by_number, by_name))
+    assert (numbered.name, numbered.units, numbered.long_name) == (named.name, named.units, named.long_name)
+    (ground,) = axes(LINKAGE, {"joints.C.bearing.point[0]": [0.21]})
+    assert (ground.name, ground.units) == ("joints_C_bearing_point_0", "m")
+    moved = changed(LINKAGE, {ground.key: 0.21})
+    assert differences(LINKAGE, moved) == ["joints.C.bearing.point"]
+    assert moved.joint("C").bearing.point == (0.21, 0.0)
+    assert (
+        "accepted: O, A, B, C" in problems(LINKAGE, {"joints[4].clearance": [0]})["over.joints[4].clearance"]
+    )
+
+
 def test_names_are_the_changes_of_replace_and_go_together_with_paths():
     found = changed(LINKAGE, {"clearance": 1e-4, "gear_ratio": 5.0, "links.crank.mass": 0.4})
     expected = LINKAGE.replace(clearance=1e-4, gear_ratio=5.0)

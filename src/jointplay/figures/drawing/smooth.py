@@ -7,7 +7,6 @@ amplitude, the splines by 1 %; samples themselves are not moved.
 from collections.abc import Callable
 
 import numpy as np
-from scipy.interpolate import Akima1DInterpolator
 
 BETWEEN = 8  # pieces of an interval in which the path bends
 BENT = np.deg2rad(4.0)  # between neighbouring lines, in a square panel that the path fills
@@ -33,6 +32,8 @@ def smooth(
     rising = np.r_[True, np.diff(times) > 0]  # at an event there may be two samples
     if not 4 <= x.size <= MOST or not there.all() or not rising.all():
         return x, y, contact
+    from scipy.interpolate import Akima1DInterpolator  # studies without a picture need not wait for it
+
     points = np.stack([x, y], -1)
     changing = contact[1:] != contact[:-1]
     intervals = np.flatnonzero(bends(points) | changing)
