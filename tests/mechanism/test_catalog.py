@@ -212,3 +212,12 @@ def test_presets_take_values_with_units():
     found = catalog.slider_crank(clearance="0.2 mm", speed="1500 rpm", crank="5 cm")
     assert found == catalog.slider_crank(clearance=2e-4, speed=50 * math.pi, crank=0.05)
     assert catalog.slider_crank(clearance={"A": "20 um"}).joint("A").clearance == 2e-5
+    tables = {"mass": {"rod": "300 g"}, "inertia_centre": {"rod": "4 kg cm²"}, "centre": {"rod": "40 mm"}}
+    numbers = {"mass": {"rod": 0.3}, "inertia_centre": {"rod": 4e-4}, "centre": {"rod": 0.04}}
+    assert catalog.slider_crank(**tables) == catalog.slider_crank(**numbers)
+
+
+def test_presets_name_the_link_whose_number_is_wrong():
+    wrong = {"mass": {"slider": -1.0}, "inertia_centre": {"crank": 0.0}, "centre": {"rod": "2 kg"}}
+    found = problems_of(catalog.slider_crank, **wrong)
+    assert set(found) == {"mass.slider", "inertia_centre.crank", "centre.rod"}

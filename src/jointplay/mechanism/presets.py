@@ -10,10 +10,8 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import Field
-
 from jointplay.errors import InputError, unknown
-from jointplay.mechanism.base import Name, Number, Positive, unit
+from jointplay.mechanism.base import Name, Number, Positive, accepts, unit
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import ConstantSpeed
 from jointplay.mechanism.preset_parts import (
@@ -37,7 +35,10 @@ from jointplay.mechanism.preset_parts import (
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 
-_ByLink = Annotated[dict[Name, Number], Field(json_schema_extra={"accepts": "a table of numbers by link"})]
+_POSITIVE, _FINITE = "a table of numbers greater than 0 by link", "a table of finite numbers by link"
+_Masses = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg")]
+_Inertias = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg m²")]
+_Centres = Annotated[dict[Name, Number], accepts(_FINITE, units="m")]
 
 _Numbers = dict[str, float]
 MASS = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
@@ -62,9 +63,9 @@ def slider_crank(
     crank: Length = 0.05,
     rod: Length = 0.12,
     offset: Offset = 0.0,
-    mass: _ByLink | None = None,
-    inertia_centre: _ByLink | None = None,
-    centre: _ByLink | None = None,
+    mass: _Masses | None = None,
+    inertia_centre: _Inertias | None = None,
+    centre: _Centres | None = None,
     clearance: Play = {"B": 1e-4},  # noqa: B006  read only
     radius: Radius = 0.01,
     stiffness: Stiffness = 1e7,
