@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 import jointplay as jp
 from jointplay.analysis.quantities import BALANCE, LINKAGE, recorded
-from jointplay.equations.structure import parameter_names
+from jointplay.equations.parameters import parameter_names
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.joints import Friction
 

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from jointplay.equations.oscillators import SYSTEMS
-from jointplay.equations.structure import parameter_names
+from jointplay.equations.parameters import parameter_names
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.beam import Beam

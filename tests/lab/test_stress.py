@@ -14,7 +14,7 @@ from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.starts import moved
 from jointplay.analysis.tangents import tangent_map
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.equations.structure import parameter_names
+from jointplay.equations.parameters import parameter_names
 from jointplay.errors import InputError
 from jointplay.lab.stress import error_growth, stress
 from jointplay.lab.stress.motion import move, residual, sizes

@@ -7,7 +7,8 @@ import numpy as np
 
 from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.laws import LAWS, Law
-from jointplay.equations.structure import Linkage, Oscillator, parameter_names
+from jointplay.equations.parameters import parameter_names
+from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 EPS = float(np.finfo(float).eps)

@@ -135,3 +135,10 @@ def momentum_rate(structure: Linkage, beam: Beam, c: Coordinates, axis: int) -> 
         along = 2 * w * rate + c.acceleration[j] * sigma
         total -= along * c.e(j)[axis] + w**2 * sigma * c.n(j)[axis]
     return total + stretch.momentum_rate(beam, c, axis) if beam.axial else total
+
+
+def deflections(structure: Linkage, c: Coordinates) -> Iterator[tuple[str, Expr]]:
+    """Deflection at the gauge of each link, by name; of a rigid one 0."""
+    beams = {beam.link: beam for beam in structure.beams}
+    for k in structure.links:
+        yield f"deflection:{k}", combined(beams[k], "gauge", c.position) if k in beams else Integer(0)

@@ -12,8 +12,9 @@ from . import chain, contact, corner, loads, loop, play, springs
 from .contact import Geometry
 from .coordinates import Coordinates, Freedom, coordinates, dot
 from .drives import DRIVES
+from .parameters import parameter_names
 from .springs import Action
-from .structure import Clearance, Closure, Linkage, Pin, Slide, parameter_names
+from .structure import Clearance, Closure, Linkage, Pin, Slide
 from .system import Angle, Contact, System, number, traction
 
 Vector = tuple[Expr, Expr]
@@ -225,7 +226,7 @@ class Parts:
             return
         yield from self._energies()
         if structure.beams:
-            yield from self._deflections()
+            yield from elastic.deflections(self.structure, self.c)
 
     def _energies(self) -> Iterator[tuple[str, Expr]]:
         structure, c = self.structure, self.c
@@ -240,12 +241,6 @@ class Parts:
         yield "kinetic_energy", kinetic
         yield "potential_energy", potential + strain
         yield "strain_energy", strain
-
-    def _deflections(self) -> Iterator[tuple[str, Expr]]:
-        beams = {beam.link: beam for beam in self.structure.beams}
-        for k in self.structure.links:
-            bent = elastic.combined(beams[k], "gauge", self.c.position) if k in beams else Integer(0)
-            yield f"deflection:{k}", bent
 
     def _modal_loads(self) -> Iterator[tuple[str, Expr]]:
         """Load on each mode of links whose modes are given: inertia, gravity, friction's end moments."""
@@ -262,10 +257,9 @@ class Parts:
 
     def _drive_torque(self) -> Expr:
         """The motor's law, or what a prescribed speed costs."""
-        structure, c = self.structure, self.c
-        if not DRIVES[structure.drive].imposed:
+        c, driven = self.c, self.structure.driven
+        if not DRIVES[self.structure.drive].imposed:
             return self._law_torque
-        driven = structure.driven
         led = ((lead[driven], self.residual(k)) for k, lead in c.leads.items() if driven in lead)
         total = sum((ratio * residual for ratio, residual in led), Integer(0))
         for name, g in self.joints.items():

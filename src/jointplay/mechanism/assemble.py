@@ -10,7 +10,8 @@ import numpy as np
 
 from jointplay.equations.drives import DRIVES
 from jointplay.equations.laws import LAWS
-from jointplay.equations.structure import Linkage, parameter_names
+from jointplay.equations.parameters import parameter_names
+from jointplay.equations.structure import Linkage
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import oscillators
 from jointplay.mechanism.approach import approaches

@@ -19,7 +19,7 @@ import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.trajectory import Request, follow
-from jointplay.equations.structure import parameter_names
+from jointplay.equations.parameters import parameter_names
 from jointplay.lab.benchmarks.answer import Answer, Digits
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.model import Model
