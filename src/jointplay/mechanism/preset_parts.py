@@ -26,12 +26,15 @@ Gravity = Annotated[Number, unit("gravity", "m/s²")]
 
 
 def joined(pins: Mapping[str, tuple[Pin, Pin]], guides: Iterable[str], **laws: float) -> tuple[Joint, ...]:
-    """Joints from journal and bearing, revolute ones and guides, all with contact data."""
+    """Joints from journal and bearing, revolute ones and guides, all with contact data.
+
+    Guides that have no `half_length` and `half_height` stay ideal.
+    """
     contact = Contact(stiffness=laws["stiffness"], damping=laws["damping"])
     friction = Friction(coefficient=laws["friction"]) if laws["friction"] else None
     kinds = {
         False: {"radius": laws["radius"]},
-        True: {"kind": "prismatic", "half_length": laws["half_length"], "half_height": laws["half_height"]},
+        True: {"kind": "prismatic"} | {k: laws.get(k) for k in ("half_length", "half_height")},
     }
     return tuple(
         Joint(name=k, journal=one, bearing=two, contact=contact, friction=friction, **kinds[k in guides])
