@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import jointplay as jp
-from tests.analysis.fuzz_calls import CALLS, drawn, fault
+from tests.analysis.fuzz_calls import CALLS, drawn, fault, found
 from tests.analysis.fuzz_values import LOOSE
 
 SLOW = (
@@ -26,6 +26,11 @@ SLOW = (
 def test_every_public_name_is_called():
     assert set(jp.__all__) - {"__version__", "InputError", "ModelWarning", "catalog"} <= set(CALLS)
     assert {f"catalog.{name}" for name in jp.catalog.NAMES} <= set(CALLS)
+
+
+@pytest.mark.parametrize("name", [name for name in CALLS if name.startswith("catalog.")])
+def test_every_entry_of_the_catalog_is_made(name):
+    assert fault(name, found(name)[0], [], CALLS[name]) == (None, "answered")
 
 
 def test_a_hundred_drawn_calls():

@@ -95,7 +95,7 @@ def ran(path, table, folder):
     cells = re.search(r"(\d+) cells", planned[1])
     if cells and int(cells[1]) > CELLS:
         return None, True
-    code, _, err, _ = called(["run", path, *words], RUN_LIMIT)
+    code, _, err, _ = called(["run", path, "--fresh", *words], RUN_LIMIT)
     return (None if code in (0, 1) else f"run ended with {code}\n{err}"), True
 
 

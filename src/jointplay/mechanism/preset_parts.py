@@ -25,19 +25,16 @@ Speed = Annotated[Number, unit("speed", "rad/s")]
 Gravity = Annotated[Number, unit("gravity", "m/s²")]
 
 
-def joined(
-    pins: Mapping[str, tuple[Pin, Pin]],
-    guides: Iterable[str],
-    half_length: float = 0.02,
-    half_height: float = 0.01,
-    **laws: float,
-) -> tuple[Joint, ...]:
-    """Joints from journal and bearing, revolute ones and guides, all with contact data."""
+def joined(pins: Mapping[str, tuple[Pin, Pin]], guides: Iterable[str], **laws: float) -> tuple[Joint, ...]:
+    """Joints from journal and bearing, revolute ones and guides, all with contact data.
+
+    Guides that have no `half_length` and `half_height` stay ideal.
+    """
     contact = Contact(stiffness=laws["stiffness"], damping=laws["damping"])
     friction = Friction(coefficient=laws["friction"]) if laws["friction"] else None
     kinds = {
         False: {"radius": laws["radius"]},
-        True: {"kind": "prismatic", "half_length": half_length, "half_height": half_height},
+        True: {"kind": "prismatic"} | {k: laws.get(k) for k in ("half_length", "half_height")},
     }
     return tuple(
         Joint(name=k, journal=one, bearing=two, contact=contact, friction=friction, **kinds[k in guides])
@@ -72,6 +69,6 @@ def example(
 ) -> Mechanism:
     """A linkage of these parts whose crank turns at a constant speed."""
     laws = {"radius": 0.01, "stiffness": 1e7, "damping": 200.0, "friction": 0.05}
-    joints = joined(pins, guides, **laws)
+    joints = joined(pins, guides, half_length=0.02, half_height=0.01, **laws)
     drive = ConstantSpeed(link="crank", speed=speed)
     return Mechanism(name=name, links=links, joints=joints, drive=drive, gravity=gravity, guess=dict(guess))

@@ -27,6 +27,9 @@ TURN = 0.75  # largest increment of an angle in a step: where the structure's po
 OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = Status.numbers()[:5]  # the others are of runs never begun
 FULL = -1  # the log is full: empty it and call again
 CHATTER_COUNT = 12  # events that follow each other closely
+IDLE_COUNT = 1000  # steps in a row that move nothing
+IDLE_STEP = 1e-3  # of the time within which events crowd: 10^-10 of a turn
+IDLE_CHANGE = 10.0  # tolerated errors: rounding that the error estimate bounds moves a state by a few
 HUGE = 1e12  # of a state, beyond which it diverges
 
 
@@ -130,6 +133,21 @@ def restarted(h, served, kept):
 def close_events(count, later, near):
     """Number of events in close succession, after one that is `later` than the last."""
     return count + 1 if later < near else 0
+
+
+@inner
+def idle_steps(count, h, near, w, at, weight):
+    """Number of idle steps in a row: very short ones, with increments w[at:] of a few tolerated errors.
+
+    Towards a singularity of the equations, as a dead centre, their rounding grows without bound; it makes
+    steps shorter and shorter, and the motion never gets there.
+    """
+    if not h < IDLE_STEP * near:
+        return 0
+    for r in range(len(weight)):
+        if not abs(w[at + 8 * r + 6]) * weight[r] < IDLE_CHANGE:
+            return 0
+    return count + 1
 
 
 @inner

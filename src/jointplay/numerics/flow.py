@@ -13,6 +13,8 @@ from .control import (
     CHATTER,
     CHATTER_COUNT,
     FULL,
+    IDLE_COUNT,
+    NOT_CONVERGED,
     OK,
     ORDER,
     STEP_LIMIT,
@@ -23,6 +25,7 @@ from .control import (
     close_events,
     failure,
     fastest,
+    idle_steps,
     instant,
     learnt,
     restarted,
@@ -43,6 +46,7 @@ from .memory import (
     H_REJECTED,
     H_START,
     H_VARIANT,
+    IDLE,
     LOGGED,
     REJECTED,
     SAMPLES,
@@ -259,7 +263,10 @@ def run(f, k, x, o, g, y):
             if x.s[0] == real[T_EVENT]:
                 kept = real[H_START + variant]
                 real[H_START + variant] = learnt(kept, real[H_REJECTED] > 0.0, h, error)
+            count[IDLE] = idle_steps(count[IDLE], h, o.near, k.w, 8 * (o.first + 1), k.weight)
             _take(f, variant, k, x, o, g, y, h, error)
+            if count[IDLE] >= IDLE_COUNT:
+                return NOT_CONVERGED
             if count[CLOSE] >= CHATTER_COUNT or (y is not None and count[TOGETHER] > 0):
                 return CHATTER
         if not real[H] > instant(x.s[0], o.near):

@@ -31,7 +31,7 @@ from .polynomial import STACK
 
 # Places in Trajectory.count
 STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
-CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, COUNTERS = range(8, 16)
+CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, IDLE, COUNTERS = range(8, 17)
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
 # of each variant: last length, length of the step after an event

@@ -85,6 +85,7 @@ def _loaded(random: Random, made: Mechanism) -> dict[str, Any]:
 
 PRESETS: dict[str, tuple[Callable[..., Mechanism], str, Callable[[Random, Mechanism], dict[str, Any]]]] = {
     "slider_crank": (presets.slider_crank, "B", _plain),
+    "guide": (presets.slider_crank, "G", _plain),
     "stephenson": (six_bars.stephenson, "BD", _run_up),
     "quick_return": (presets.quick_return, "E", _loaded),
 }
@@ -106,7 +107,9 @@ def preset(random: Random, name: str) -> tuple[Mechanism, dict[str, Any]]:
         for k in made.links
     ]
     held = {"contact": Contact(**contact), "friction": Friction(coefficient=friction)}
-    joints = [joint if joint.prismatic else Joint(**dict(joint) | held) for joint in made.joints]
+    joints = [
+        joint if joint.prismatic and joint.ideal else Joint(**dict(joint) | held) for joint in made.joints
+    ]
     down = float(random.uniform(-math.pi, math.pi))
     fields = {"links": links, "joints": joints, "gravity_direction": down} | carried(random, made)
     begin = float(random.uniform(-math.pi, math.pi))

@@ -1,0 +1,40 @@
+"""Five uniform bars in two parallelograms fall into one line, where no step leads on (N-four-bar)."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.quantities import STATUS
+
+L, M, G, SPEED = 1.0, 1.0, 9.81, -1.0
+
+
+def falling():
+    """Three upright bars on the ground, joined by two level ones."""
+    names = ("crank", "c1", "r1", "c2", "r2")
+    links = [jp.Link(name=name, length=L, mass=M, inertia=M * L * L / 3) for name in names]
+    pins = {
+        "O": ({"link": "crank"}, {"link": "ground", "point": (0, 0)}),
+        "A": ({"link": "crank", "at": L}, {"link": "c1"}),
+        "B": ({"link": "c1", "at": L}, {"link": "r1", "at": L}),
+        "C": ({"link": "r1"}, {"link": "ground", "point": (1, 0)}),
+        "D": ({"link": "c2"}, {"link": "r1", "at": L}),
+        "E": ({"link": "c2", "at": L}, {"link": "r2", "at": L}),
+        "F": ({"link": "r2"}, {"link": "ground", "point": (2, 0)}),
+    }
+    joints = [jp.Joint(name=name, journal=one, bearing=two) for name, (one, two) in pins.items()]
+    guess = {"crank": 1.57, "c1": 0.0, "r1": 1.57, "c2": 0.0, "r2": 1.57}
+    return jp.Mechanism(name="falling", links=links, joints=joints, gravity=G, guess=guess)
+
+
+@pytest.mark.long
+def test_a_dead_centre_ends_a_run_soon():
+    """Energy by hand: inertia 3 M L^2/3 + 2 M L^2, weights at 3 L/2 + 2 L."""
+    start = {"crank_angle": np.pi / 2, "crank_speed": SPEED}
+    names = ["angle", "angular_velocity"]
+    run = jp.simulate(falling(), duration=10.0, initial=start, record=names, max_steps=200_000)
+    assert STATUS[int(run.status)] == "not_converged"
+    last = run.sel(link="crank").isel(time=-1)
+    squared = SPEED**2 + 2 * 3.5 * M * G * L * (1 - np.sin(last.angle)) / (3 * M * L**2)
+    assert 0 < last.angle < 0.1
+    np.testing.assert_allclose(last.angular_velocity**2, squared, rtol=1e-7)
