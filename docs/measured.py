@@ -56,7 +56,7 @@ def orbit(result: xr.Dataset) -> Iterator[tuple[str, str]]:
 def parameter_map(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Where the map over clearance and gear ratio is chaotic, and its periods at gear ratio 15."""
     cells = result.squeeze(drop=True)
-    beyond = cells.lyapunov_exponent_per_turn > 3 * cells.lyapunov_standard_error_per_turn
+    beyond = cells.section_exponent_per_turn > 3 * cells.section_standard_error_per_turn
     chaotic = (beyond & (cells.period == 0)).transpose("clearance", "gear_ratio").values
     ratios = cells.gear_ratio.values
     for name, row in (("narrow", 0), ("wide", -1)):
@@ -64,7 +64,7 @@ def parameter_map(result: xr.Dataset) -> Iterator[tuple[str, str]]:
         yield f"{name}_clearance", f"{cells.clearance.values[row] * MICRO:.0f} µm"
         yield f"{name}_from", f"{inside.min():.2f}"
         yield f"{name}_to", f"{inside.max():.2f}"
-    largest = cells.lyapunov_exponent_per_turn.where(beyond).max()
+    largest = cells.section_exponent_per_turn.where(beyond).max()
     yield "largest", f"{float(largest):.1f}"
     yield "failed", str(int((cells.cell_status != 0).sum()))
 

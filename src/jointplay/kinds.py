@@ -172,7 +172,7 @@ _ROWS = (
         shown=(
             Shown("section_exponent_per_turn", title="largest exponent of the section's map, per turn"),
             Shown("section_exponent", title="largest exponent of the section's map"),
-            Shown("lyapunov_exponent_per_turn", title="largest Lyapunov exponent a turn"),
+            Shown("lyapunov_exponent_per_turn", title="largest Lyapunov exponent per turn"),
             Shown("lyapunov_exponent", title="largest Lyapunov exponent"),
         ),
         tangents=True,

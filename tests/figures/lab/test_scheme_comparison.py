@@ -18,7 +18,7 @@ def panels(figure):
 def test_each_number_of_windows_has_a_panel_with_a_line_a_case():
     data = schemes()
     passes, _, _ = panels(figures.draw(data))
-    assert [ax.get_title(loc="left") for ax in passes] == ["(a) 1 window a turn", "(b) 48 windows a turn"]
+    assert [ax.get_title(loc="left") for ax in passes] == ["(a) 1 window per turn", "(b) 48 windows per turn"]
     for number, ax in enumerate(passes):
         assert ax.get_yscale() == "log"
         for line, stored in zip(ax.lines, data.pass_deflection_error.values[:, number], strict=True):

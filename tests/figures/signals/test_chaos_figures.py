@@ -62,7 +62,7 @@ def test_one_point_has_no_walk():
     _, walk, grown = figures.draw(judged(False, constant=True)).axes
     for ax in (walk, grown):
         assert not ax.lines
-        assert words(ax) == ["All samples are one point"]
+        assert words(ax) == ["Regular: all are one point"]
 
 
 def test_too_few_samples_have_no_walk():
@@ -144,7 +144,7 @@ def test_no_slope():
     sums, slopes = figures.draw(counted(math.nan)).axes
     assert len(sums.lines) == len(slopes.lines) == 1
     empty = figures.draw(counted(0.0).isel(radius=slice(0)))
-    assert words(empty.axes[0]) == ["The points lie in one place"]
+    assert words(empty.axes[0]) == ["Dimension 0: all is one point"]
 
 
 @pytest.mark.parametrize("kind", ["lyapunov", "chaos_test", "spectrum", "dimension"])

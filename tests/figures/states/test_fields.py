@@ -92,7 +92,7 @@ def test_every_neighbour_the_mean_and_the_fit_are_drawn():
     np.testing.assert_allclose(drawn[3], np.exp(data.mean_log_distance.values))
     np.testing.assert_allclose(drawn[4], np.exp(data.fitted_log_distance.values))
     assert ax.lines[3].get_linewidth() > 2 * ax.lines[0].get_linewidth()
-    assert names(figure) == ["neighbours", "mean logarithm", "growth 0.500 ± 0.034 a turn", "stays at 0.1"]
+    assert names(figure) == ["neighbours", "mean logarithm", "growth 0.500 ± 0.034 per turn", "stays at 0.1"]
 
 
 def test_what_is_not_known_is_not_drawn():
@@ -116,7 +116,7 @@ def test_a_field_has_its_first_coordinate_along_x():
     assert ax.get_xlabel().startswith("Journal x over clearance")
     assert ax.get_ylabel() == "Crank angle (deg)"
     assert ax.get_ylim()[1] == pytest.approx(np.degrees(2.5))
-    assert bar.get_ylabel() == "Exponent a turn, over 3 turns (\N{EN DASH})"
+    assert bar.get_ylabel() == "Exponent per turn, over 3 turns (\N{EN DASH})"
     assert ax.get_title(loc="left") == "chatter: 1"
     assert len(bar.lines) == 1
 

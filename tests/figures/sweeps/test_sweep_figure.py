@@ -88,7 +88,7 @@ def test_a_curve_shows_the_largest_exponent_with_its_errors_over_a_logarithmic_a
     np.testing.assert_allclose(curve(ax).get_xdata(), 1e6 * AXES["clearance"][0])
     np.testing.assert_array_equal(curve(ax).get_ydata(), np.arange(5) - 1.5)
     assert (ax.get_xscale(), ax.get_xlabel()) == ("log", "Radial clearance (µm)")
-    assert ax.get_ylabel().replace("\n", " ") == "Largest Lyapunov exponent a turn (\N{EN DASH})"
+    assert ax.get_ylabel().replace("\n", " ") == "Largest Lyapunov exponent per turn (\N{EN DASH})"
     bars = next(each for each in ax.collections if len(each.get_segments()) == 5)
     heights = [np.ptp(segment[:, 1]) for segment in bars.get_segments()]
     np.testing.assert_allclose(heights, 2 * 2 * 0.25)

@@ -197,9 +197,9 @@ def heading(ax: Axes, *words: str, beside_top_axis: bool = False) -> None:
     ax.set_title(fill(" ".join(filter(None, words)), NARROW), loc="left", **place)
 
 
-def say(ax: Axes, sentence: str) -> None:
-    """Write a sentence in a panel that has nothing to draw."""
-    look = {"ha": "center", "va": "center", "color": style.WARNING}
+def say(ax: Axes, sentence: str, colour: str = style.WARNING) -> None:
+    """Write a sentence in a panel that has nothing to draw: a warning, or an answer in black."""
+    look = {"ha": "center", "va": "center", "color": colour}
     ax.text(0.5, 0.5, fill(sentence, 30), transform=ax.transAxes, **look)
     ax.tick_params(left=False, bottom=False, labelleft=False, labelbottom=False)
 

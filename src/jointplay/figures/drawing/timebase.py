@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
 from jointplay.display.units import shown
@@ -13,6 +14,7 @@ from jointplay.figures.drawing.ticks import Degrees
 AXES = ("time", "turns", "angle")
 CRANK = "crank"
 LATE = 10.0  # s: until then, a short stretch of time is given in ms
+FEW = 5  # intervals of the axis on top
 SNAP = 2e-3  # turns by which an axis may be longer, to end with a whole turn
 
 
@@ -149,6 +151,7 @@ def dress(bottom: Axes, top: Axes, shown_bases: list[Base], loc: str = "center")
         functions=(lambda x: over.forward(under.inverse(x)), lambda x: under.forward(over.inverse(x))),
     )
     second.set_xlabel(over.label, loc=loc)
+    second.xaxis.set_major_locator(MaxNLocator(FEW, steps=[1, 2, 2.5, 5, 10]))
     degrees(second.xaxis, over)
 
 

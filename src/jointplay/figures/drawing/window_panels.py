@@ -10,7 +10,7 @@ from xarray import Dataset
 
 from jointplay.figures.drawing import artists, timebase
 
-ALIKE = 0.25  # panels share a scale if none of them would fill less of it
+ALIKE = 0.4  # panels share a scale if none of them would fill less of it
 WHOLE = 1e-6  # turns from a whole number that still count as whole
 LONG = 2.0  # turns beyond which an axis counts turns, not degrees
 

@@ -12,7 +12,7 @@ from jointplay.figures.drawing import artists, select, style, table
 from jointplay.figures.registry import picture
 
 PER = {
-    "turn": ("Lyapunov exponent a turn (\N{EN DASH})", "Turns"),
+    "turn": ("Lyapunov exponent per turn (\N{EN DASH})", "Turns"),
     "second": ("Lyapunov exponent (1/s)", "Time (s)"),
 }
 LIMIT = 0.32  # of the correlation of batch means: above it, batches are too short for their error bar
@@ -114,7 +114,7 @@ def table_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:
     correlations = dataset["batch_correlation"].values
     ax.set_axis_off()
     artists.heading(ax, "(b)")
-    head = ("", "a turn" if per == "turn" else "1/s", "batches")
+    head = ("", "per turn" if per == "turn" else "1/s", "batches")
     rows = [
         (f"$\\lambda_{{{n}}}$", with_error(value, error), correlation_words(correlation))
         for n, (value, error, correlation) in enumerate(zip(values, errors, correlations, strict=True), 1)

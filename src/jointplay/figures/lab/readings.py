@@ -12,9 +12,9 @@ from jointplay.figures.registry import picture
 NAMES, ROW, HEAD, FOOT = 38.3, 8.6, 13.0, 1.0  # mm: the readings' names, a row, above and below the rows
 COLUMNS = {"separations": 14.4, "period": 8.8, "growth": 13.6, "section": 8.6}  # mm of width
 HEADINGS = {
-    "separations": "separations\na turn",
+    "separations": "separations\nper turn",
     "period": "period\n(turns)",
-    "growth": "growth\na turn",
+    "growth": "growth\nper turn",
     "section": "section",
 }
 FEW = 20  # distinct points of a section, which are drawn larger

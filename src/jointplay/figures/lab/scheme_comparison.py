@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from xarray import DataArray, Dataset
 
-from jointplay.display.units import PLAIN
+from jointplay.display.units import PLAIN, measure
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
@@ -81,7 +81,7 @@ def passes_panel(ax: Axes, errors: DataArray, looks: list[dict], letter: str) ->
     ax.set_xlabel("Pass (\N{EN DASH})")
     ax.set_xlim(x[0] - 0.5, x[-1] + 0.5)
     ax.xaxis.get_major_locator().set_params(integer=True)
-    artists.heading(ax, letter, f"{count} window{'s' * (count != 1)} a turn")
+    artists.heading(ax, letter, f"{count} window{'s' * (count != 1)} per turn")
 
 
 def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> None:
@@ -94,8 +94,15 @@ def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> No
             there = np.isfinite(x) & np.isfinite(y)
             ax.plot(1e3 * x[there], y[there], markerfacecolor="white" if hollow else one["color"], **one)
     ax.set(xscale="log", yscale="log")
-    ax.set(xlabel="Run time of a turn (ms)", ylabel="Error of the deflection (\N{EN DASH})")
+    ax.set(xlabel="Run time per turn (ms)", ylabel="Error of the deflection (\N{EN DASH})")
     artists.heading(ax, letter)
+
+
+def cases(dataset: Dataset) -> list[str]:
+    """Return the names of the cases, clearances with a prefix of their unit."""
+    names = select.labels(dataset, "case")
+    sizes = dataset["clearance"].values if "clearance" in dataset.coords else np.zeros(len(names))
+    return [name.replace(f"{size:g} m", measure(size, "m")) for name, size in zip(names, sizes, strict=True)]
 
 
 def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
@@ -103,6 +110,8 @@ def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
     plain = {"color": style.BLACK, "marker": "o", "markersize": 3.0, "linestyle": "none"}
     handles = [Line2D([], [], **one) for one in looks]
     handles += [Line2D([], [], **plain, markerfacecolor="white"), Line2D([], [], **plain)]
-    names = [*select.labels(dataset, "case"), "scheme, in windows that settle", "all unknowns at once"]
+    names = [*cases(dataset), "scheme, in windows that settle", "all unknowns at once"]
     ax.set_axis_off()
-    ax.legend(handles, names, loc="center left", title="One window a turn: as in the paper", alignment="left")
+    ax.legend(
+        handles, names, loc="center left", title="One window per turn: as in the paper", alignment="left"
+    )

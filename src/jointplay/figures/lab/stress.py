@@ -45,7 +45,7 @@ def time_panel(ax: Axes, dataset: Dataset) -> None:
         label = f"{word} ({np.count_nonzero(chosen)})"
         ax.plot(x[chosen], y[chosen], linestyle="none", label=label, rasterized=True, **look)
     ax.set(xscale="log", yscale="log")
-    ax.set(xlabel="Contact vibration in a turn (rad)", ylabel="Processor time of a turn (ms)")
+    ax.set(xlabel="Contact vibration per turn (rad)", ylabel="Processor time per turn (ms)")
     artists.heading(ax, "(a)")
     ax.figure.legend(loc="outside upper center", ncols=len(LOOKS), handletextpad=0.2, columnspacing=1.2)
 

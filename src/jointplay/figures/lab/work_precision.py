@@ -19,7 +19,7 @@ LOOKS = {  # of a method: colour, marker, dashes
     "DOP853": (style.AMBER, "P", (0, (6, 1, 1, 1))),
 }
 OTHER = (style.GREY, "X", "-")
-PANELS = {"cpu_time": "CPU time of a turn (ms)", "evaluations": "Evaluations of a turn (\N{EN DASH})"}
+PANELS = {"cpu_time": "CPU time per turn (ms)", "evaluations": "Evaluations per turn (\N{EN DASH})"}
 HEIGHTS = {"single": 142.0, "double": 86.0}  # mm
 LEAST = 1e-16  # an error of nothing is drawn there
 

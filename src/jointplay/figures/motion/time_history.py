@@ -90,9 +90,19 @@ def history_column(
     for ax, array in zip(axes, arrays, strict=False):
         several = any(array.sizes[dim] > 1 for dim in array.dims if dim != "time")
         history_panel(ax, array.isel(time=pane.index), base, several, artists.displayed(array)[1])
+        if array.name == "eccentricity":
+            rim(ax, pane.samples, array)
     if rows:
         first, last = times[[0, -1]] if times.size else (np.inf, -np.inf)
         strip(axes[-1], {kind: t[(t >= first) & (t <= last)] for kind, t in rows.items()}, base)
+
+
+def rim(ax: Axes, dataset: Dataset, array: DataArray) -> None:
+    """Draw the clearance, the journal's distance from the middle as it touches, of the joints shown."""
+    sizes = {float(dataset["clearance"].sel(joint=joint)) for joint in np.atleast_1d(array["joint"].values)}
+    for number, size in enumerate(sorted(sizes)):
+        look = {"color": style.GREY, "linewidth": 0.6, "linestyle": "--", "zorder": 1}
+        ax.axhline(size * artists.displayed(array)[1].factor, **look, label="_" if number else "$e$")
 
 
 def chosen(dataset: Dataset, variables, **labelled: str | None) -> list[DataArray]:

@@ -91,6 +91,6 @@ def remarks(dataset: Dataset) -> list[str]:
     turns, impacts = float(dataset["period"]), float(dataset["impacts"])
     return [
         f"{word}; period {turns:g} turn{'s' * (turns != 1)}, {plain(float(dataset['period_time']), 7)} s",
-        f"{plain(impacts, 4)} contact{'s' * (impacts != 1)} begun a turn",
+        f"{plain(impacts, 4)} contact{'s' * (impacts != 1)} begun per turn",
         f"residual {plain(float(dataset['residual']), 2)}",
     ]

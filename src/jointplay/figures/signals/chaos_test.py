@@ -10,6 +10,7 @@ from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
 NEEDED = ("chaos_indicator", "chaos_indicator_quartile", "walk_x", "walk_y", "square_displacement")
+REGULAR = "Regular: all are one point"
 MARGIN = 0.12  # of K, beyond 0 and 1
 
 
@@ -49,7 +50,7 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
 def walk_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw the path of the point that the samples drive."""
     if excuse := nothing_to_see(dataset):
-        artists.say(ax, excuse)
+        artists.say(ax, excuse, style.BLACK if excuse == REGULAR else style.WARNING)
         return
     x, unit = artists.displayed(dataset["walk_x"])
     y, _ = artists.displayed(dataset["walk_y"], unit)
@@ -63,7 +64,7 @@ def walk_panel(ax: Axes, dataset: Dataset) -> None:
 def displacement_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw the mean square displacement of that point over the number of samples."""
     if excuse := nothing_to_see(dataset):
-        artists.say(ax, excuse)
+        artists.say(ax, excuse, style.BLACK if excuse == REGULAR else style.WARNING)
         return
     _, unit = artists.displayed(dataset["walk_x"])
     symbol = unit.symbol if unit.symbol in PLAIN.values() else f"{unit.symbol}²"
@@ -76,4 +77,4 @@ def nothing_to_see(dataset: Dataset) -> str:
     """Return the reason why there is no path to draw; empty where there is one."""
     if not np.any(np.isfinite(dataset["chaos_indicator"])):
         return "Too few samples"
-    return "" if np.any(dataset["chaos_indicator"]) else "All samples are one point"
+    return "" if np.any(dataset["chaos_indicator"]) else REGULAR

@@ -29,8 +29,9 @@ def dimension(dataset: Dataset) -> Figure:
         slope_panel(slopes, dataset)
     else:
         point = dataset["correlation_dimension"] == 0
+        answer = "Dimension 0: all is one point", style.BLACK
         for ax in (sums, slopes):
-            artists.say(ax, "The points lie in one place" if point else artists.EMPTY)
+            artists.say(ax, *(answer if point else (artists.EMPTY,)))
     return artists.finish(figure, dataset)
 
 

@@ -50,7 +50,7 @@ def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
     ax.plot(turn, np.exp(dataset["mean_log_distance"].values), **MEAN, label="mean logarithm")
     if np.isfinite(dataset["growth"]):
         fit = np.exp(dataset["fitted_log_distance"].values)
-        ax.plot(turn, fit, **FIT, label=f"growth {growth} a turn")
+        ax.plot(turn, fit, **FIT, label=f"growth {growth} per turn")
     level = float(dataset["saturation"])
     if np.isfinite(level):
         ax.axhline(level, **LEVEL, label=f"stays at {plain(level, 2)}")

@@ -46,7 +46,7 @@ def field(dataset: Dataset, *, per: str = "turn") -> Figure:
     mesh = draw_cells(ax, exponents, cmap=COLOURS, vmin=low, vmax=high)
     turns = int(dataset["field_turns"])
     unit = shown(exponents.values, str(exponents.attrs["units"])).symbol
-    per_turn = " a turn" if per == "turn" else ""
+    per_turn = " per turn" if per == "turn" else ""
     bar = figure.colorbar(mesh, ax=ax, extend="both", pad=0.02)
     over = f"over {turns} turn" + "s" * (turns != 1)
     bar.set_label(f"Exponent{per_turn}, {over} ({unit})")
@@ -69,11 +69,14 @@ def draw_cells(ax: Axes, array: DataArray, **look):
     """Draw a cell a node over a plane's two coordinates, its first along x; name the axes."""
     first, second = array.dims
     (xs, x_unit), (ys, y_unit) = (artists.displayed(array[dim]) for dim in (first, second))
-    values = np.ma.masked_invalid(array.transpose(second, first).values.astype(float))
+    numbers = array.transpose(second, first).values.astype(float)
+    values = np.ma.array(numbers, mask=~np.isfinite(numbers))
     mesh = ax.pcolormesh(xs, ys, values, shading="nearest", rasterized=True, **look)
     artists.name_axes(ax, array[first], x_unit, array[second], y_unit)
     if {first, second} == CIRCLE:
-        ax.add_patch(Circle((0, 0), 1, facecolor="none", edgecolor=style.GREY, linewidth=0.8))
+        rim = ax.add_patch(Circle((0, 0), 1, facecolor="none", edgecolor=style.GREY, linewidth=0.8))
+        if np.hypot(*np.meshgrid(xs, ys))[~values.mask].max(initial=0.0) <= 1.0:
+            mesh.set_clip_path(rim)  # cells of starts inside it
         ax.set_aspect("equal")
     return mesh
 

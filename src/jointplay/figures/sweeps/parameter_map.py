@@ -125,7 +125,7 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
     mesh, _ = sweep_axes.colour_map(ax, dataset, names, values, look)
     bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=f"{letter} {label}", pad=0.02)
     if colours is classes:
-        bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "none"])
+        bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "0"])
         bar.ax.tick_params(length=0, labelsize=7)
 
 
@@ -146,4 +146,4 @@ def classes(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
     colours = [*colormaps["viridis_r"](np.linspace(0.05, 0.9, LONGEST)), style.GREY, style.BLACK]
     norm = BoundaryNorm(np.arange(0.5, LONGEST + 3), LONGEST + 2)
     look = {"cmap": ListedColormap(colours), "norm": norm}
-    return np.where(place < 0, np.nan, place), "Period (turns)", "neither", look
+    return np.where(place < 0, np.nan, place), "Period (turns; 0: none)", "neither", look
