@@ -121,6 +121,7 @@ def answer(record: Study, changes: Mapping[str, float]) -> Entry:
     single = record.model_copy(update={"mechanism": changed(record.mechanism, changes)})
     dataset = computed(single, partial(in_memory, 1))
     status, warning = Status(int(dataset.variables["status"])), dataset.attrs.pop("warning", "")
+    dataset.attrs.pop("mechanism", None)  # of each cell its own, which its place among the others tells
     trouble = status.meaning if status else warning
     return {"status": int(status), "trouble": trouble, "dataset": gather.plain(dataset)}
 
