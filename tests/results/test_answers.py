@@ -84,6 +84,17 @@ def test_a_failed_run_says_so_first():
     assert lines[0].startswith("stopped early: step_limit")
 
 
+def test_a_status_that_is_not_one_is_refused():
+    one = exponents(1.64, 0.07)
+    several = xr.concat([one, one], "case")
+    with pytest.raises(jp.InputError, match="status: got '2 of them, over case'"):
+        jp.summary(several)
+    assert said(several.isel(case=0)) == said(one)
+    for odd in (one.drop_vars("status"), one.assign(status=3), one.assign(status=one.status + 100)):
+        with pytest.raises(jp.InputError, match="one status is accepted"):
+            jp.summary(odd)
+
+
 def swept(kind, variables, clearance, status=None):
     n = len(clearance)
     coords = {"clearance": var("clearance", clearance, "m")}

@@ -7,6 +7,9 @@ import subprocess
 import pytest
 import xarray as xr
 
+import jointplay as jp
+from jointplay.jobs.origin import version
+from jointplay.mechanism.records import TestSystem
 from jointplay.results import provenance
 
 
@@ -56,3 +59,13 @@ def test_a_result_says_in_plain_attributes_what_made_it():
     assert told["study_toml"] == text
     assert told["history"] == f"{told['source']}: jointplay run small.toml"
     assert provenance.read(xr.Dataset(attrs=told))["study_text"] == text
+
+
+def test_what_python_computes_says_of_what_and_how():
+    pair = jp.catalog.impact_pair(3.6, 0.8)
+    cut = jp.poincare(pair, turns=2, initial=(0.0, 0.5), rtol=1e-9)
+    plane = jp.bifurcation(pair, over={"gap": [3.6]}, turns=2, n_jobs=1, rtol=1e-9)
+    for found in (cut, plane):
+        assert TestSystem.model_validate_json(found.attrs["mechanism"]) == pair
+        assert found.attrs["rtol"] == 1e-9
+        assert found.attrs["source"] == f"jointplay {version('jointplay')}"

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import wraps
 from inspect import isgeneratorfunction
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
@@ -25,6 +26,7 @@ from pydantic import (
 from jointplay.analysis.looks import reported
 from jointplay.analysis.written import in_own_units
 from jointplay.errors import refuse, warn
+from jointplay.jobs.origin import version
 from jointplay.mechanism.base import (
     Angle,
     Name,
@@ -63,11 +65,33 @@ def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P
     """
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
-        return checked(*rules, before=_in_own_units, after=_warned, **more)(
-            function if isgeneratorfunction(function) else reported(function)
-        )
+        whole = _signed_at_its_end(function) if isgeneratorfunction(function) else _signed(reported(function))
+        return checked(*rules, before=_in_own_units, after=_warned, **more)(whole)
 
     return decorated
+
+
+def _signed(function: Callable[P, T]) -> Callable[P, T]:
+    """Write into a dataset what it was computed of, how accurately, and by what."""
+
+    @wraps(function)
+    def call(*values: P.args, **keywords: P.kwargs) -> T:
+        return function(*values, **keywords).assign_attrs(_origin(keywords))
+
+    return call
+
+
+def _signed_at_its_end(function: Callable[P, T]) -> Callable[P, T]:
+    @wraps(function)
+    def call(*values: P.args, **keywords: P.kwargs) -> T:
+        return (yield from function(*values, **keywords)).assign_attrs(_origin(keywords))
+
+    return call
+
+
+def _origin(keywords: dict[str, Any]) -> dict[str, Any]:
+    mechanism, source = keywords["mechanism"].model_dump_json(), f"jointplay {version('jointplay')}"
+    return {"mechanism": mechanism, "rtol": keywords["rtol"], "source": source}
 
 
 def _in_own_units(given: dict[str, Any]) -> dict[str, Any]:

@@ -172,7 +172,6 @@ def simulate(
     )
     records = follow(model, request, progress)
     result = _dataset(model, request, records, names, begin if section else None)
-    result = result.assign_attrs(mechanism=mechanism.model_dump_json()) if model.links else result
     return result if windows is None else marked(result, number, windows, model.period)
 
 

@@ -65,6 +65,7 @@ def processor() -> str:
     return f"{name} {hashlib.sha256(f'{triple} {features}'.encode()).hexdigest()[:8]}"
 
 
+@lru_cache
 def version(package: str) -> str:
     """Version of an installed package, or ``unknown``."""
     try:

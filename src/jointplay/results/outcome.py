@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from jointplay.errors import NOTHING, refuse
 from jointplay.jobs.files import replaced
 from jointplay.kinds import KINDS, load
 from jointplay.numerics.codes import Status
@@ -15,10 +16,16 @@ SHOWN = 8  # cells named
 
 
 def name_of(dataset: xr.Dataset) -> str:
-    """The status of a result by name, such as ``ok`` or ``step_limit``."""
-    status = dataset["status"]
-    names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
-    return names[int(status)]
+    """The status of a result by name, such as ``ok`` or ``step_limit``; `InputError` where it has not one."""
+    status = dataset.get("status", xr.DataArray())
+    try:
+        names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
+        return names[status.item()]
+    except (KeyError, ValueError, TypeError, AttributeError):
+        several = f"{status.size} of them, over {', '.join(map(str, status.dims))}" if status.dims else None
+        given = several or (status.item() if "status" in dataset else NOTHING)
+        expected = "one status is accepted, as an analysis gives it; of several results take one, as by isel"
+        raise refuse(given, expected, "status") from None
 
 
 def explain(dataset: xr.Dataset) -> str | None:
