@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+import jointplay as jp
 from jointplay.analysis import tangents, trajectory
 from jointplay.analysis.quantities import EVENTS
 from jointplay.mechanism.assemble import assemble
@@ -24,9 +26,11 @@ LONGER = {("slider_crank", "herbert_mcwhannell"): 0.06, ("slider_crank", "zhiyin
 TOLERANCE = 1e-5
 NEAR, FAR = (1e-6, 3e-6, 1e-5, 3e-5), (1e-5, 3e-5, 1e-4, 3e-4)  # sizes of differences; for stiff modes
 BOUNDS = {
-    **dict.fromkeys(("ramp", "ambrosio", "threlfall"), 3e-5),  # quotients over kinks differ by as much
+    **dict.fromkeys(
+        ("ramp", "ambrosio", "threlfall"), 1e-4
+    ),  # no step ends at a kink, estimates can miss one
     True: 3e-5,  # elastic: they see rounding
-    "restitution": 2e-3,  # the end of a row of rebounds, see below
+    ("slider_crank", "restitution"): 2e-3,  # the end of a row of rebounds, see below
 }
 ENTERED = {"contact", "impact"}
 LEFT = {"separation", "impact"}
@@ -63,9 +67,9 @@ def off(one, other):
     return float(np.max(np.linalg.norm((one - other)[:, kept], axis=0) / size[kept]))
 
 
-@pytest.mark.parametrize(("scene", "pair", "elastic"), map(marked, CELLS))
+@pytest.mark.parametrize(("scene", "pair", "elastic"), [marked(cell) for cell in CELLS])
 def test_tangents_are_those_of_neighbours(scene, pair, elastic):
-    tolerance = max(BOUNDS.get(law, TOLERANCE) for law in (*pair, elastic))
+    tolerance = max(BOUNDS.get(law, TOLERANCE) for law in (*pair, elastic, (scene, pair[0])))
     model, met, compared = assemble(mechanism(scene, *pair, elastic)), set(), 0
     for start in starts(model):
         duration = LONGER.get((scene, pair[0]), SHARE) * start.period
@@ -93,3 +97,17 @@ def test_the_end_of_a_row_of_rebounds_costs_tangents_its_time():
         assert EVENTS[int(rebounds[-1, 1])] == "rest"
         shares.append(off(found, quotient) * duration / (rebounds[-2, 2] - rebounds[-3, 2]))
     assert 5 < min(shares) < max(shares) < 25
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("pair", PAIRS[:1], ids="-".join)
+def test_a_sweep_has_an_exponent(pair):
+    """Two clearances from one start, for so few turns that tolerances as far apart follow one motion."""
+    cells = {"over": {"clearance": [1e-4, 1.1e-4]}, "turns": 1, "transient": 0, "direction": ("reset",)}
+    run = partial(jp.bifurcation, mechanism("slider_crank", *pair, False), **cells, lyapunov_turns=1)
+    loose, tight = (run(exponents=1, rtol=rtol) for rtol in (1e-8, 1e-10))
+    assert (loose["status"] == 0).all()
+    assert (tight["status"] == 0).all()
+    found = [each["lyapunov_exponent_per_turn"].values for each in (loose, tight)]
+    assert found[0].size == 2
+    assert found[0] == pytest.approx(found[1], abs=1e-3)
