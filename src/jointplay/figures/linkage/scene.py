@@ -62,7 +62,8 @@ class Scene:
         slides = {}
         for joint in self.mechanism.joints:
             if joint.prismatic:
-                way = self.motion["slide_position"].sel(joint=joint.name).values
+                label = (*joint.contacts, joint.name)[0]  # with play its corners slide as it does
+                way = self.motion["slide_position"].sel(joint=label).values
                 slides[joint.name] = (float(way.min()), float(way.max()))
         return Sketch(self.mechanism, MM, slides)
 
@@ -107,8 +108,8 @@ def spread(times: np.ndarray, count: int) -> np.ndarray:
 
 
 def scene(mechanism: Mechanism, motion: Dataset, joint: str | None, turns=None, time=None) -> Scene:
-    """Choose the joint that is enlarged and the window that is shown."""
-    loose = {each.name: each for each in mechanism.clearance_joints}
+    """Choose the bearing that is enlarged and the window that is shown."""
+    loose = {each.name: each for each in mechanism.clearance_joints if not each.prismatic}
     if joint is not None:
         select.choice("joint", joint, loose)
     part = timebase.window(motion, turns, time)
