@@ -68,7 +68,7 @@ def test_a_map_shows_each_cell_s_value_in_the_picture_s_colours():
     (image,) = found[2].chart.renderers
     wanted = dataset.impacts.isel(direction=0, joint=0).transpose("clearance", "gear_ratio")
     np.testing.assert_allclose(image.data_source.data["image"][0], wanted)
-    assert found[1].chart.above[-1].major_label_overrides[10.0] == "none"
+    assert found[1].chart.above[-1].major_label_overrides[10.0] == "0"
 
 
 def test_a_thinned_curve_keeps_its_extremes_and_gaps_and_a_page_says_so():

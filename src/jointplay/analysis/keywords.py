@@ -90,8 +90,9 @@ def _signed_at_its_end(function: Callable[P, T]) -> Callable[P, T]:
 
 
 def _origin(keywords: dict[str, Any]) -> dict[str, Any]:
-    mechanism, source = keywords["mechanism"].model_dump_json(), f"jointplay {version('jointplay')}"
-    return {"mechanism": mechanism, "rtol": keywords["rtol"], "source": source}
+    mechanism, found = keywords.get("mechanism"), {"source": f"jointplay {version('jointplay')}"}
+    found |= {"mechanism": mechanism.model_dump_json()} if mechanism is not None else {}
+    return found | ({"rtol": keywords["rtol"]} if "rtol" in keywords else {})
 
 
 def _in_own_units(given: dict[str, Any]) -> dict[str, Any]:

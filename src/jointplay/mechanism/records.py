@@ -20,7 +20,14 @@ from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
 from jointplay.mechanism.courses import Harmonic
 from jointplay.mechanism.draft import Draft, driven_link
-from jointplay.mechanism.drive import ConstantSpeed, Drive, MotorLine, PrescribedTorque, SpeedProfile
+from jointplay.mechanism.drive import (
+    ConstantSpeed,
+    Drive,
+    MotorLine,
+    PrescribedTorque,
+    SpeedCycle,
+    SpeedProfile,
+)
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.loads import AnyLoad, Force, Torque
 from jointplay.mechanism.masses import PointMass

@@ -23,7 +23,9 @@ from jointplay.results.words import words
 
 @checked()
 def export(
-    dataset: Annotated[xr.Dataset, accepts("a result")], path: Path | str, over: Sequence[str] | None = None
+    dataset: Annotated[xr.Dataset, accepts("a result")],
+    path: Annotated[Path | str, accepts("the name of a file")],
+    over: Annotated[str | list[str] | tuple[str, ...] | None, accepts("names of dimensions")] = None,
 ) -> Path:
     """Write a result in another form, whole or not at all.
 

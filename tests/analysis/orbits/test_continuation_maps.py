@@ -21,6 +21,8 @@ class Plain:
     turns: int = 1
     phase: float = 0.0
     plane: bool = True
+    units: object = None
+    scale = None
 
     @property
     def free(self):

@@ -325,7 +325,10 @@ def test_wrong_keywords(system, options, key):
 
 def test_of_two_joints_with_clearance_one_is_to_be_named(monkeypatch):
     model = assemble(linkage(), None, start_plane.section_of(linkage()))
-    monkeypatch.setattr(start_plane, "assemble", lambda *_: replace(model, joints=("B", "C")))
+    bearing = model.structure.joints[0]
+    two = replace(model.structure, joints=(bearing, replace(bearing, name="C")))
+    loose = replace(model, structure=two, joints=("B", "C"))
+    monkeypatch.setattr(start_plane, "assemble", lambda *_: loose)
     (problem,) = start_plane.plane_fits(linkage(), {"journal_x": [0, 1], "journal_y": [0, 1]}, None, None)
     assert problem.key == "joint"
     assert problem.expected.endswith("one of B, C")
