@@ -150,7 +150,7 @@ _ROWS = (
         summary=".lab.scheme.scheme_answer:scheme_answer",
         example={
             "mechanism": {"elastic": ["coupler"], "elements": 2},
-            "analysis": {"clearance": (0.0, 2.9e-5), "start_turn": (0,), "windows_per_turn": (12,)},
+            "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
         },
     ),
     Kind(

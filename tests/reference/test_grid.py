@@ -13,6 +13,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis import tangents, trajectory
 from jointplay.analysis.quantities import EVENTS
+from jointplay.analysis.starts import End, placed, state_names
 from jointplay.mechanism.assemble import assemble
 from tests.numerics.test_tangent import differences, scaled
 from tests.support.laws_grid import PAIRS, SCENES, mechanism
@@ -111,3 +112,17 @@ def test_a_sweep_has_an_exponent(pair):
     found = [each["lyapunov_exponent_per_turn"].values for each in (loose, tight)]
     assert found[0].size == 2
     assert found[0] == pytest.approx(found[1], abs=1e-3)
+
+
+@pytest.mark.long
+def test_a_sweep_of_rigid_bearings_goes_up_and_says_why_not_down():
+    """A clearance that shrinks leaves the end of the last motion beyond the face."""
+    faces = mechanism("slider_crank", "restitution", "none", False)
+    cells = {"over": {"clearance": [1e-4, 1.1e-4]}, "turns": 1, "transient": 0, "lyapunov_turns": 1}
+    up = jp.bifurcation(faces, **cells, direction=("up",), exponents=1)
+    assert int(up["status"]) == 0
+    assert np.isfinite(up["lyapunov_exponent"]).all()
+    model = assemble(faces.replace(clearance={"B": 1e-4}))
+    end = End(state_names(model), np.array([0.0, 0.12 + 0.05 + 1.1e-4, 0.0, 0.0]), 0.0)
+    with pytest.raises(jp.InputError, match="clearances out at B"):
+        placed(faces.replace(clearance={"B": 1e-4}), end)

@@ -10,13 +10,15 @@ import numpy as np
 
 from jointplay.analysis import rules
 from jointplay.analysis.states.journal_position import Journals
-from jointplay.codegen import cache
-from jointplay.errors import refuse
+from jointplay.codegen import cache, outputs
+from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import ANGLE, FAR
 from jointplay.mechanism.model import DEEP, Model
 from jointplay.mechanism.oscillators import inside
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+BEYOND = 1e-6  # of the clearance: rounding of a body that rests on a rigid face
 
 
 class End(NamedTuple):
@@ -101,7 +103,21 @@ def moved(model: Model, state: np.ndarray) -> Model:
 
 
 def _inside(model: Model) -> Model:
-    """The model, with a position beyond a rigid wall moved back to the wall."""
+    """The model, with a position beyond a rigid wall moved back to the wall; of a linkage that is refused."""
     module = cache.structure_module(model.structure)
     numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
+    if not module.RESETS:
+        return model
+    if model.links:
+        given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], model.state, strict=True))
+        shares = outputs.evaluate(module, [f"eccentricity_ratio:{name}" for name in module.RESETS], given)
+        expected = "a start inside rigid faces is accepted; this one is {:.6g} clearances out at {}"
+        problems = [
+            Problem("initial", "the end of another motion", expected.format(share, name.partition(":")[2]))
+            for name, share in shares.items()
+            if share > 1 + BEYOND
+        ]
+        if problems:
+            raise InputError(problems)
+        return model
     return replace(model, state=inside(module, numbers, model.state))
