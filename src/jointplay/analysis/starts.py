@@ -105,9 +105,9 @@ def moved(model: Model, state: np.ndarray) -> Model:
 def _inside(model: Model) -> Model:
     """The model, with a position beyond a rigid wall moved back to the wall; of a linkage that is refused."""
     module = cache.structure_module(model.structure)
-    numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
     if not module.RESETS:
         return model
+    numbers = dict(zip(module.PARAMETERS, model.numbers, strict=True))
     if model.links:
         given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], model.state, strict=True))
         shares = outputs.evaluate(module, [f"eccentricity_ratio:{name}" for name in module.RESETS], given)

@@ -39,7 +39,7 @@ SWEEP = "studies/bifurcation/bifurcation_clearance.toml"
 def run_study(arguments: Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
     from jointplay.jobs.pool import Pool, share_of
-    from jointplay.study.execute import complete, resume_hint, writable
+    from jointplay.study.execute import writable
     from jointplay.study.standing import refuse_other
 
     study, share = loaded(arguments), share_of(arguments.part)
@@ -48,15 +48,22 @@ def run_study(arguments: Namespace) -> int:
     if not (arguments.fresh or share):
         refuse_other(study.record, out / f"{study.record.name}.nc")
     say(f"{study.record.name}: {study.record.heading}")
-    try:
-        with Progress(study.record.name) as progress:
-            outcome = complete(study, out, pool, progress, fresh=arguments.fresh, share=share, say=say)
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(*resume_hint(study, out, share)) from None
+    outcome = _completed(study, out, pool, share, arguments.fresh)
     if outcome.dataset is None:
         say(f"part    {outcome.journal}; when all are there: jointplay merge {arguments.study}")
         return DONE
     return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
+def _completed(study, out: Path, pool, share=None, fresh: bool = False):
+    """Compute a study with a bar of its progress; whoever interrupts it is told how it goes on."""
+    from jointplay.study.execute import complete, resume_hint
+
+    try:
+        with Progress(study.record.name) as progress:
+            return complete(study, out, pool, progress, fresh=fresh, share=share, say=say)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(*resume_hint(study, out, share)) from None
 
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:
@@ -97,18 +104,12 @@ def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
     from jointplay.jobs.pool import Pool
     from jointplay.results.answers.assessment import page
-    from jointplay.study.execute import complete, resume_hint, writable
+    from jointplay.study.execute import writable
     from jointplay.study.file import load_as
 
-    study = load_as("assess", arguments.study, arguments.set)
-    for doubt in study.record.doubts():
-        print(f"warning {doubt}", file=sys.stderr)
+    study = _doubted(load_as("assess", arguments.study, arguments.set))
     out = writable(study, arguments.out, drawn=not arguments.no_figure)
-    try:
-        with Progress(study.record.name) as progress:
-            outcome = complete(study, out, Pool.checked(arguments.jobs, "loky", None), progress, say=say)
-    except KeyboardInterrupt:
-        raise KeyboardInterrupt(*resume_hint(study, out)) from None
+    outcome = _completed(study, out, Pool.checked(arguments.jobs, "loky", None))
     say(page(outcome.dataset, arguments.study))
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
@@ -190,7 +191,11 @@ def loaded(arguments: Namespace):
     """The study of the arguments; what is probably meant otherwise is said on standard error."""
     from jointplay.study.file import load
 
-    study = load(arguments.study, arguments.set)
+    return _doubted(load(arguments.study, arguments.set))
+
+
+def _doubted(study):
+    """The study; what is probably meant otherwise is said on standard error."""
     for doubt in study.record.doubts():
         print(f"warning {doubt}", file=sys.stderr)
     return study
