@@ -47,9 +47,7 @@ def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
                 align(places)
             else:
                 once(panels)
-        factors.into_labels(figure)
-        if isinstance(figure, style.Sheet):
-            figure.draw_without_rendering()
+        factors.settle(figure)
     return figure
 
 

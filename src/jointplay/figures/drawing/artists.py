@@ -228,7 +228,5 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
         lines = fill(note, int(figure.bbox.width / figure.dpi / style.MILLIMETRE / 1.8))
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
     if not isinstance(figure, Panel) and not style.beside():
-        factors.into_labels(figure)
-    if whole:
-        figure.draw_without_rendering()
+        factors.settle(figure)
     return figure

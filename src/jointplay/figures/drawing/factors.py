@@ -8,21 +8,26 @@ from matplotlib.figure import FigureBase
 from jointplay.display.number_text import RAISED
 from jointplay.display.units import PLAIN
 
-POWER = re.compile(r"10\^\{([−\d]+)\}")  # in what matplotlib writes
+POWER = re.compile(r"^1e([−\d]+)$")  # as matplotlib writes it
 UNIT = re.compile(r"\(([^()]*)\)$")  # that a label ends with
 
 
-def into_labels(figure: FigureBase) -> None:
-    """Move the power of ten that matplotlib writes beside an axis into the axis' label.
+def settle(figure: FigureBase) -> None:
+    """Lay a figure out, with the powers of ten that matplotlib writes beside axes in the axes' labels.
 
     Panels that share an axis share its power; each that has a label gets it.
     """
-    figure.get_figure(root=True).draw_without_rendering()  # powers are chosen as ticks are made
+    whole = figure.get_figure(root=True)
+    whole.draw_without_rendering()  # powers are chosen as ticks are made
+    moved = False
     axes = [ax for each in figure.axes for ax in (each, *each.child_axes)]
     for axis in (axis for ax in axes for axis in (ax.xaxis, ax.yaxis)):
         if power := POWER.search(axis.get_offset_text().get_text()):
             digits = power[1].replace("\N{MINUS SIGN}", "-")
             move(axis, f"10{digits.translate(RAISED)}")
+            moved = True
+    if moved:  # labels take room
+        whole.draw_without_rendering()
 
 
 def unit(label: str) -> str:

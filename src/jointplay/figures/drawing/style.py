@@ -31,7 +31,6 @@ IN_FLIGHT = {"color": AMBER, "linewidth": 0.6, "linestyle": "-", "label": "free 
 RC = {
     "agg.path.chunksize": 20_000,  # longer paths are drawn in pieces: the rasterizer holds no more
     "axes.formatter.limits": (-3, 5),
-    "axes.formatter.use_mathtext": True,
     "axes.formatter.useoffset": False,
     "axes.labelsize": 8,
     "axes.linewidth": 0.6,
