@@ -25,6 +25,8 @@ def test_the_page_is_printed_and_kept_beside_the_result(tmp_path, capsys):
     table = (tmp_path / "press_assess.txt").read_text(encoding="utf-8")
     assert table.replace("MECHANISM.toml", str(path)) in said
     assert (tmp_path / "press_assess.png").exists()
+    assert assessed(path, tmp_path, "--set", *BRIEF, "analysis.turns=3") == 2  # would write over it
+    assert "other settings (analysis.turns)" in capsys.readouterr().err
     same = jp.assess(found_mechanism(), turns=2, transient=10, reach=1.01, lyapunov_turns=5, n_jobs=1)
     assert same["peak_force"].values.tolist() == found["peak_force"].values.tolist()
 

@@ -39,20 +39,27 @@ SWEEP = "studies/bifurcation/bifurcation_clearance.toml"
 def run_study(arguments: Namespace) -> int:
     """Compute a study, store the result and draw its figure."""
     from jointplay.jobs.pool import Pool, share_of
-    from jointplay.study.execute import writable
-    from jointplay.study.standing import refuse_other
 
     study, share = loaded(arguments), share_of(arguments.part)
     pool = Pool.checked(arguments.jobs, arguments.backend, arguments.scheduler)
-    out = writable(study, arguments.out, share, not arguments.no_figure)
-    if not (arguments.fresh or share):
-        refuse_other(study.record, out / f"{study.record.name}.nc")
+    out = _free(study, arguments, share, arguments.fresh)
     say(f"{study.record.name}: {study.record.heading}")
     outcome = _completed(study, out, pool, share, arguments.fresh)
     if outcome.dataset is None:
         say(f"part    {outcome.journal}; when all are there: jointplay merge {arguments.study}")
         return DONE
     return _finished(outcome, study.record.figure, arguments.no_figure)
+
+
+def _free(study, arguments: Namespace, share=None, fresh: bool = False) -> Path:
+    """Give the folder for results, where the study can be written and no other study's result is lost."""
+    from jointplay.study.execute import writable
+    from jointplay.study.standing import refuse_other
+
+    out = writable(study, arguments.out, share, not arguments.no_figure)
+    if not (fresh or share):
+        refuse_other(study.record, out / f"{study.record.name}.nc")
+    return out
 
 
 def _completed(study, out: Path, pool, share=None, fresh: bool = False):
@@ -96,7 +103,7 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
 @verb(
     "assess",
     option("study", metavar="MECHANISM.toml"),
-    *(OUT, NO_FIGURE, JOBS),
+    *(OUT, NO_FIGURE, JOBS, FRESH),
     changes("change one value, such as mechanism.clearance=1e-4 or analysis.reach=3"),
     example="studies/quickstart.toml --set analysis.reach=1.5",
 )
@@ -104,12 +111,12 @@ def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
     from jointplay.jobs.pool import Pool
     from jointplay.results.answers.assessment import page
-    from jointplay.study.execute import writable
     from jointplay.study.file import load_as
 
     study = _doubted(load_as("assess", arguments.study, arguments.set))
-    out = writable(study, arguments.out, drawn=not arguments.no_figure)
-    outcome = _completed(study, out, Pool.checked(arguments.jobs, "loky", None))
+    out = _free(study, arguments, fresh=arguments.fresh)
+    pool = Pool.checked(arguments.jobs, "loky", None)
+    outcome = _completed(study, out, pool, fresh=arguments.fresh)
     say(page(outcome.dataset, arguments.study))
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
@@ -131,14 +138,11 @@ def _figure_of_run(dataset, options: dict) -> dict | None:
 @verb("merge", STUDY, OUT, NO_FIGURE, CHANGE, example=f"{SWEEP} --out shared")
 def merge_study(arguments: Namespace) -> int:
     """Put the parts of a study together that `run --part` computed, store the result and draw its figure."""
-    from jointplay.study.execute import merge, writable
+    from jointplay.study.execute import merge
     from jointplay.study.file import load
-    from jointplay.study.standing import refuse_other
 
     study = load(arguments.study, arguments.set)
-    out = writable(study, arguments.out, drawn=not arguments.no_figure)
-    refuse_other(study.record, out / f"{study.record.name}.nc")
-    outcome = merge(study, out, say)
+    outcome = merge(study, _free(study, arguments), say)
     return _finished(outcome, study.record.figure, arguments.no_figure)
 
 
