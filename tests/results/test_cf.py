@@ -1,13 +1,14 @@
 """Stored results against the CF conventions, by the IOOS compliance checker."""
 
-from functools import partial
 from pathlib import Path
 
 import pytest
 
 import jointplay as jp
+from jointplay.kinds import KINDS
 from jointplay.results import provenance
 from jointplay.results.store import write_result
+from tests.analysis.fuzz_values import CALLS, PAIR
 
 runner = pytest.importorskip("compliance_checker.runner", reason="needs compliance-checker: the extra cf")
 
@@ -16,19 +17,16 @@ OWN_FAULT = "check_coordinate_variables_strict_monotonicity"
 # CF 3.3 leaves standard_name open; the table's `time` is a date since an epoch, which a model's time is not.
 NO_DATE = "Coordinate variable 'time' should have standard_name='time', found: 'None'"
 PAPER = Path(__file__).parents[2] / "results" / "paper"
-START = {"mechanism": jp.catalog.impact_pair(3.6, 0.8), "initial": (0.0, 0.5)}
-MADE = {
-    "response": lambda: jp.simulate(turns=3, section=jp.ContactSection(), **START),
-    "section": lambda: jp.poincare(turns=3, **START),
-    "orbit": lambda: jp.periodic_orbit(transient=50, **START),
-    "diagram": lambda: jp.bifurcation(over={"gap": [3.5, 3.6]}, turns=4, transient=4, n_jobs=1, **START),
-    "exponents": lambda: jp.lyapunov(turns=40, transient=10, **START),
-    "spectrum": lambda: jp.spectrum(turns=16, quantity="y", **START),
-    **{
-        name: partial(jp.open, PAPER / f"{name}.nc")
-        for name in ("fig03a", "fig12c", "claims", "readings", "scheme_comparison")
-    },
+MADE = {  # more of some kinds than a call that is right
+    "response": {"mechanism": PAIR, "initial": (0.0, 0.5), "turns": 3, "section": jp.ContactSection()},
+    "periodic_orbit": {"mechanism": PAIR, "transient": 50},
+    "lyapunov": {"mechanism": PAIR, "turns": 40, "transient": 10},
+    "spectrum": {"mechanism": PAIR, "turns": 16, "quantity": "y"},
+    "benchmark": {"mechanism": jp.catalog.ivp_crank(), "rtol": 1e-6},
+    "stress": {"scenes": 1, "variants": ["rigid"], "turns": 1},
 }
+STORED = ("fig03a", "fig12c", "claims", "readings", "scheme_comparison")
+COMPUTED = [kind for kind in KINDS if kind not in STORED]
 
 
 def failed(path):
@@ -50,15 +48,28 @@ def stored(dataset, path):
     )
 
 
-@pytest.mark.parametrize("kind", MADE)
-def test_a_result_keeps_to_the_conventions(kind, tmp_path):
-    dataset = MADE[kind]()
+def made(kind):
+    function = KINDS[kind].function
+    return function(**MADE.get(kind, CALLS[function.__name__]))
+
+
+def kept(dataset, path):
     timed = "time" in dataset.indexes
-    assert failed(stored(dataset, tmp_path / "result.nc")) == ({NO_DATE} if timed else set())
+    assert failed(stored(dataset, path / "result.nc")) == ({NO_DATE} if timed else set())
+
+
+@pytest.mark.parametrize("kind", COMPUTED)
+def test_a_result_of_each_kind_keeps_to_the_conventions(kind, tmp_path):
+    kept(made(kind), tmp_path)
+
+
+@pytest.mark.parametrize("name", STORED)
+def test_a_stored_result_keeps_to_the_conventions(name, tmp_path):
+    kept(jp.open(PAPER / f"{name}.nc"), tmp_path)
 
 
 def test_what_does_not_keep_to_them_is_found(tmp_path):
-    wrong = MADE["response"]()
+    wrong = made("response")
     wrong["event_time"].attrs["units"] = "seconds and more"
     del wrong.attrs["Conventions"]
     found = failed(stored(wrong, tmp_path / "result.nc"))
