@@ -2,14 +2,17 @@
 
 import inspect
 import math
+from decimal import Decimal
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import evaluate
 from jointplay.analysis.quantities import STATUS
+from jointplay.lab.paper import claims
 from jointplay.mechanism.closure import ideal_state
 from jointplay.study.file import validate
 
@@ -216,3 +219,23 @@ def test_a_journal_deep_in_its_bearing_is_told(monkeypatch):
             found = function(LOOSE, turns=1)
         assert found.attrs["warning"] == str(told[0].message)
         assert told[0].filename == __file__
+
+
+@pytest.mark.parametrize(
+    ("function", "given", "key"),
+    [
+        (jp.basins, {"progress": Decimal(1)}, "progress"),
+        (jp.scheme_comparison, {"steps": xr.Dataset()}, "steps"),
+        (jp.Joint, {"name": "B", "contact": {None: None}}, "joint.contact.None"),
+    ],
+)
+def test_values_that_only_look_right_are_refused(function, given, key):
+    """A number equal to true, a dataset in place of an array, a key that is no text."""
+    with pytest.raises(jp.InputError) as refused:
+        function(**given)
+    assert any(problem.key.startswith(key) for problem in refused.value.problems)
+
+
+def test_claims_of_a_mechanism_whose_links_bend_are_of_the_same_cases():
+    bent = jp.catalog.chunmei2002(clearance=2.9e-4, elastic=("coupler",))
+    assert claims._panel(bent, "c", "clearance") == claims._panel(jp.catalog.chunmei2002(), "c", "clearance")

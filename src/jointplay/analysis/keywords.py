@@ -29,6 +29,7 @@ from jointplay.errors import refuse, warn
 from jointplay.jobs.origin import version
 from jointplay.mechanism.base import (
     Angle,
+    Flag,
     Name,
     NonNegative,
     Number,
@@ -160,7 +161,7 @@ def _moving(given: Any) -> Any:
 
 def as_list(given: Any) -> Any:
     """Arrays and ranges as lists."""
-    if hasattr(given, "__array__"):
+    if hasattr(given, "__array__") and hasattr(given, "dtype"):  # which a whole dataset has not
         return given.__array__().tolist()
     return list(given) if isinstance(given, range) else given
 
@@ -218,5 +219,5 @@ Start = _table_or_list(Initial, tuple[Number, ...], _START)
 Starts = Annotated[tuple[Start, ...], accepts("a list of starts, each as initial,")]
 Plane = Annotated[dict[str, _table_or_list(Span, list[Number], _PLANE)], accepts(_PLANE)]
 Progress = Annotated[
-    bool | Callable[[float], None] | None, accepts("true, false, or a function of the fraction done")
+    Flag | Callable[[float], None] | None, accepts("true, false, or a function of the fraction done")
 ]

@@ -82,11 +82,11 @@ def _in_si(given: Any, units: str | None) -> Any:
 
 
 def plain(given: Any) -> Any:
-    """Turn NumPy's numbers and arrays into Python's, in tables and lists too."""
+    """Turn NumPy's numbers and arrays into Python's, in tables and lists too, and keys into texts."""
     if type(given).__module__ == "numpy" and hasattr(given, "tolist"):
         return given.tolist()
     if type(given) is dict:
-        return {key: plain(value) for key, value in given.items()}
+        return {str(key): plain(value) for key, value in given.items()}
     return type(given)(map(plain, given)) if type(given) in (list, tuple) else given
 
 

@@ -70,8 +70,8 @@ def claims(
     Parameters
     ----------
     mechanism : Mechanism, optional
-        Rigid, as printed; the catalog's `chunmei2002` if left out. Each panel of Figure 12 sets clearance and
-        gear ratio.
+        As printed; the catalog's `chunmei2002` if left out. Each panel of Figure 12 sets clearance and gear
+        ratio, and each case which links bend, whatever bends in what is given.
     damping_ratios : sequence of float
         Of the elastic coupler; 0 and 0.01 are always among them.
     turns, transient, growth_turns : int
@@ -133,7 +133,8 @@ def cell(kind: str, keywords: dict[str, Any]) -> dict[str, Any]:
 
 def _panel(printed: Mechanism, panel: str, joints: str) -> Mechanism:
     clearance, ratio = PANELS[panel]
-    return printed.replace(clearance=clearance if joints == "clearance" else 0.0, gear_ratio=ratio)
+    rigid = {"gear_ratio": ratio, "elastic": ()}
+    return printed.replace(clearance=clearance if joints == "clearance" else 0.0, **rigid)
 
 
 def starts(mechanism: Mechanism) -> dict[str, dict[str, Any] | None]:
