@@ -66,7 +66,7 @@ class Cell:
     function: Callable[..., Entry]
     keywords: dict[str, Any]
     key: str
-    carried: ClassVar[bool] = False
+    chains: ClassVar[tuple] = ()
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -29,16 +29,24 @@ from jointplay.numerics.codes import Row
 
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
 LOG_ROWS = 8192
+FEWEST = 16  # motions side by side that fill the lanes of two workers
 ACCEPTED = (
     "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint "
     f"under laws that ensembles know (of contact: {', '.join(LAWS)}), at an rtol of {RTOL:g} or more"
 )
 
 
-def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list[Problem]:
+def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
     """Rule: motions of the mechanism can be followed eight at once, where `ensemble` asks for it."""
     fit = not ensemble or (rtol >= RTOL and isinstance(mechanism, Mechanism) and _fits(mechanism))
     return [] if fit else [Problem("ensemble", ensemble, ACCEPTED)]
+
+
+def in_lanes(ensemble: bool | None, mechanism: Mechanism | TestSystem, rtol: float, count: int) -> bool:
+    """Whether `count` motions side by side go in lanes: as asked, or where they can and fill them."""
+    if ensemble is not None:
+        return ensemble
+    return count >= FEWEST and not ensemble_fits(mechanism, True, rtol)
 
 
 def _fits(mechanism: Mechanism) -> bool:
@@ -149,4 +157,4 @@ def _records(jobs, n: int, log: np.ndarray, seconds: float) -> Records:
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
     status = int(jobs.count[n, C_STATUS])
-    return Records(jobs.final[n : n + 1], *kinds, jobs.start[n], status, seconds, counts)
+    return Records(jobs.final[n : n + 1], *kinds, jobs.start[n], status, seconds, counts, 1)

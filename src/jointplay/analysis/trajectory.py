@@ -20,6 +20,7 @@ from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Row, Section, Status
 
 INTERRUPTED = int(Status.INTERRUPTED)
+WAYS = ("one_by_one", "in_lanes")  # of following a motion
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
 SHARP = 1500.0  # tolerated errors of its speed in a turn: an acceleration in doubt; its error is below 1000
@@ -77,8 +78,9 @@ class Request:
 class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
-    Misses have the gap that is left in place of a kind. Doubts are beginnings of steps where accelerations
-    may be wrong (analysis.rates), after which guards fired there and the time of the end.
+    `way` says how the motion was followed, by its place in `WAYS`. Misses have the gap that is left in place
+    of a kind. Doubts are beginnings of steps where accelerations may be wrong (analysis.rates), after which
+    guards fired there and the time of the end.
     """
 
     samples: np.ndarray
@@ -91,6 +93,7 @@ class Records:
     status: int
     wall_time: float
     counts: dict[str, int]
+    way: int = 0
 
 
 def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:

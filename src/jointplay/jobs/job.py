@@ -41,10 +41,10 @@ class Notes(Protocol):
 
 
 class Job(Protocol):
-    """Cells that run one after another; `carried`: each from where the one before it ended."""
+    """Cells that run one after another; `chains`: keys of those that start where the one before ended."""
 
     keys: tuple[str, ...]
-    carried: bool
+    chains: tuple[tuple[str, ...], ...]
 
     def run(self, notes: Notes) -> None:
         """Run the cells."""
@@ -83,9 +83,9 @@ def redone(jobs: Sequence[Job], index: Mapping[str, int]) -> set[str]:
     """Keys of the cells that are to run again: those that crashed, and what follows them in a chain."""
     done = {key for key, status in index.items() if status != CRASHED}
     again = index.keys() - done
-    for job in (job for job in jobs if job.carried):
-        n = next((i for i, key in enumerate(job.keys) if key not in done), len(job.keys))
-        again |= {key for key in job.keys[n:] if key in done}
+    for keys in (keys for job in jobs for keys in job.chains):
+        n = next((i for i, key in enumerate(keys) if key not in done), len(keys))
+        again |= {key for key in keys[n:] if key in done}
     return again
 
 

@@ -66,9 +66,9 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     cells, journal = prod(work.shape.values()), journal_of(out, study.record.name)
     index = journal.index()
     yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
-    chains = [job for job in queue if job.carried]
+    chains = [keys for job in queue for keys in job.chains]
     if chains:
-        longest = max(len(chain.keys) for chain in chains)
+        longest = max(map(len, chains))
         yield f"chains   {len(chains)} of up to {longest} points, one after another; chains run side by side"
     left = [_left(job, index) for job in queue]
     missing, width = sum(left), sum(n > 0 for n in left)

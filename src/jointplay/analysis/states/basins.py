@@ -19,15 +19,16 @@ from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
-from jointplay.analysis.ensemble_runs import ensemble_fits
+from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
-from jointplay.analysis.labels import outcome
+from jointplay.analysis.labels import coded, outcome
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.states import basin_dataset, start_plane
 from jointplay.analysis.states.basin_uncertainty import PAIRS, Pairs, count_pairs, grid_pairs, is_even
 from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
+from jointplay.analysis.trajectory import WAYS
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 
 TURNS, TRANSIENT, PATIENCE = 64, 100, 4
@@ -35,6 +36,7 @@ TOLERANCE = 1e-3
 BLOCK = 64  # nodes a cell
 HALVINGS = 5  # distances of random pairs: a step of the grid, halved once to five times
 SEED = 4
+FOLLOWED = "how the node's motion was followed"
 
 
 @divided
@@ -53,7 +55,7 @@ def basins(
     rtol: Rtol = 1e-8,
     initial: Start | None = None,
     max_steps: Natural | None = None,
-    ensemble: Flag = False,
+    ensemble: Flag | None = None,
     progress: Progress = None,
     n_jobs: Natural | None = None,
 ) -> Steps:
@@ -81,16 +83,14 @@ def basins(
         Random points for it beside the grid, each with partners at half a step of the grid and below.
     rtol, initial, max_steps, progress, n_jobs
         As in `sensitivity`; `initial` is the start that the plane goes through.
-    ensemble : bool
-        Follow eight motions at once: of a rigid linkage of three links and a motor with clearance in one
-        joint, at an rtol of 1e-8 or more. Two to three times as fast; by another method, whose numbers
-        differ within the tolerance, and do not depend on which motions run beside each other.
+    ensemble : bool, optional
+        Whether to follow eight motions at once; if left out, where that can be (see `bifurcation`).
 
     Returns
     -------
     xarray.Dataset
-        Over the plane: ``attractor`` (0: none, see ``node_status``). Over ``number``, the attractors:
-        ``period`` (0: none), ``count``, ``fraction`` with ``fraction_standard_error`` and the 95 % interval
+        Over the plane: ``attractor`` (0: none, see ``node_status``); ``followed``, how. Over ``number``, the
+        attractors: ``period`` (0: none), ``count``, ``fraction``, ``fraction_standard_error``, 95 % interval
         ``fraction_low`` to ``fraction_high``; ``section_state`` over ``point`` and ``state``, and the same
         points in the plane, ``section_plane``. Over ``pair``: ``uncertain_fraction`` with its error,
         ``pair_distance``, ``pair_count``, ``pair_kind``; ``uncertainty_exponent`` and
@@ -101,24 +101,27 @@ def basins(
     InputError
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
-    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     began, axes = time.perf_counter(), axis_values(plane)
+    together = in_lanes(ensemble, mechanism, rtol, math.prod(map(len, axes.values())))
+    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, together)
     starts = Starts(mechanism, initial, tuple(axes), joint)
-    warm([starts.model], ensemble)
+    warm([starts.model], together)
     nodes = grid(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([nodes, extra.reshape(-1, 2)])
     cells = starts.cells(values, BLOCK, observation=observation)
     answers = yield from handed_out(ends, cells, progress)
     none = np.zeros((0, len(starts.model.state)))
-    answers = start_plane.with_crashed(answers, cells, period=0, states=none)
-    status, periods = (np.concatenate([each[name] for each in answers]) for name in ("node_status", "period"))
+    answers = start_plane.with_crashed(answers, cells, period=0, followed=0, states=none)
+    columns = ("node_status", "period", "followed")
+    status, periods, ways = (np.concatenate([each[name] for each in answers]) for name in columns)
     states = [end for each in answers for end in each["states"]]
     points = [features(starts.model, end) if len(end) else end for end in states]
     attractors = _renumbered(match(periods, points, tolerance), len(nodes))
     labels, status = attractors.labels[: len(nodes)], status[: len(nodes)]
     table, count = labels.reshape(*map(len, axes.values())), len(attractors.periods)
     variables = basin_dataset.plane_variables(tuple(axes), table, status.reshape(table.shape), count)
+    variables["followed"] = coded(tuple(axes), ways[: len(nodes)].reshape(table.shape), FOLLOWED, WAYS)
     variables |= basin_dataset.fractions(attractors, len(nodes), int(np.sum(status != BAD)))
     variables |= basin_dataset.section_points(attractors, states, starts)
     if uncertainty:

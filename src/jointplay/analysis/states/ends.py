@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rules
-from jointplay.analysis.ensemble_runs import follow_ensemble
+from jointplay.analysis.ensemble_runs import follow_ensemble, suits
 from jointplay.analysis.exponents.growth import STATE
 from jointplay.analysis.period import period
 from jointplay.analysis.quantities import STATUS
@@ -61,12 +61,19 @@ def ends(starts: Starts, nodes: np.ndarray, observation: Observation) -> dict[st
     Returns
     -------
     dict
-        ``node_status`` and ``period`` (0: none), an entry a node; ``states``, a list of arrays: the states at
-        the section, one period of them or the last that were observed; ``status``.
+        ``node_status``, ``period`` (0: none) and ``followed``, an entry a node; ``states``, a list of arrays:
+        the states at the section, one period of them or the last that were observed; ``status``.
     """
-    reached = end_states(starts.model, [starts(node) for node in nodes], observation)
-    status, periods, states = zip(*reached, strict=True)
-    return {"status": 0, "node_status": np.array(status), "period": np.array(periods), "states": list(states)}
+    models = [starts(node) for node in nodes]
+    status, periods, states = zip(*end_states(starts.model, models, observation), strict=True)
+    rows = {"node_status": status, "period": periods, "followed": _ways(starts.model, models, observation)}
+    return {"status": 0, "states": list(states)} | {name: np.array(row) for name, row in rows.items()}
+
+
+def _ways(base: Model, starts: list[Model | None], observation: Observation) -> list[int]:
+    """How motions are followed, by places in `WAYS`."""
+    asked = ((start, start and _request(base, start, observation.transient, observation)) for start in starts)
+    return [int(observation.ensemble and start is not None and suits(start, what)) for start, what in asked]
 
 
 def end_states(

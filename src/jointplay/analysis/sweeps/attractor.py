@@ -47,7 +47,10 @@ OF_SECTION = (
 
 @dataclass(frozen=True)
 class Plan:
-    """Settings of every point of a sweep; the fields are the keywords of `bifurcation`."""
+    """Settings of every point of a sweep; the fields are the keywords of `bifurcation`.
+
+    `ensemble` None: the sweep's chains choose.
+    """
 
     section: Section
     record: tuple[str, ...]
@@ -59,7 +62,7 @@ class Plan:
     lyapunov_turns: int = 200
     rtol: float = RTOL
     max_steps: int | None = None
-    ensemble: bool = False
+    ensemble: bool | None = False
 
 
 def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[str, Any]:
@@ -206,7 +209,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
         "end": End(state_names(model), _state(model, plan, last), model.crank_angle),
         "labels": {dim: getattr(model, f"{dim}s") for dim in LABELLED},
         "points": points.variables(plan.record, "point"),
-        "values": values,
+        "values": values | {"followed": ((), np.int8(records.way))},
     }
 
 

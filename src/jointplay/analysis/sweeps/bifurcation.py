@@ -116,12 +116,7 @@ def _exponents_fit(varied: Mechanism | TestSystem, exponents: int) -> Iterator[P
         yield Problem("exponents", exponents, f"a whole number from 0 to {states} is accepted")
 
 
-def _only_resets(ensemble: bool, direction: tuple[str, ...]) -> Iterator[Problem]:
-    if ensemble and {*direction} != {"reset"}:
-        yield Problem("ensemble", True, "true is accepted where the only direction is reset")
-
-
-def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list[Problem]:
+def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
     return ensemble_fits(varied, ensemble, rtol)
 
 
@@ -134,7 +129,6 @@ def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool, rtol: float) 
     _one_kind_of_start,
     _starts_fit,
     _exponents_fit,
-    _only_resets,
     _ensemble_fits,
     varied=_varied,
 )
@@ -155,7 +149,7 @@ def bifurcation(
     rtol: Rtol = RTOL,
     initial: Start | None = None,
     max_steps: Natural | None = None,
-    ensemble: Flag = False,
+    ensemble: Flag | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
 ) -> Steps:
@@ -198,10 +192,12 @@ def bifurcation(
         As in `simulate`; a whole state vector, as ``end_state``, too.
     max_steps : int, optional
         Attempted steps of each run after which a point fails with status ``step_limit``.
-    ensemble : bool
-        Follow eight points of a reset sweep at once: of a rigid linkage of three links and a motor with
-        clearance in one joint, at an rtol of 1e-8 or more. Two to three times as fast; by another method,
-        whose numbers differ within the tolerance, and do not depend on which points run beside each other.
+    ensemble : bool, optional
+        Whether to follow eight motions at once: points of a reset sweep, or chains side by side. If left
+        out, where there are eight or more and the structure allows it: a rigid linkage of three links and a
+        motor with clearance in one joint, at an rtol of 1e-8 or more. Two to three times as fast; by another
+        method, whose numbers differ within the tolerance, and do not depend on which motions run beside each
+        other. ``followed`` says of each point how it went.
     n_jobs : int, optional
         Worker processes, 2 if left out. Sweeps up and down run one point after another, so that there are as
         many cells as directions, starts and values of the other parameter. The result does not depend on it.
@@ -219,9 +215,9 @@ def bifurcation(
         of a test system over all its contacts; ``mode_word`` (see `contacts.words`); ``end_state`` over
         ``state``; ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s and per turn) over ``exponent``,
         ``section_exponent_per_turn`` and its standard error (see `lyapunov`) over ``multiplier``;
-        ``cell_status``, ``trouble`` and ``n_steps``, and ``status``, the first that is not ok. A point that
-        failed has NaN, its status and a reason; the next one of an up or down sweep then starts from the last
-        good end.
+        ``followed`` (in lanes or one by one), ``cell_status``, ``trouble`` and ``n_steps``, and ``status``,
+        the first that is not ok. A point that failed has NaN, its status and a reason; the next one of an up
+        or down sweep then starts from the last good end.
 
     Raises
     ------
@@ -246,9 +242,8 @@ def planned(
     **settings: Any,
 ) -> Sweep:
     """Plan the motions to follow, from checked keywords of `bifurcation`."""
-    quantities = names(record, largest(mechanism, over))
-    plan = Plan(record=quantities, turns=turns, keep=min(keep, turns), **settings)
-    begun = (initial,) if starts is None else starts
+    varied, begun = largest(mechanism, over), (initial,) if starts is None else starts
+    plan = Plan(record=names(record, varied), turns=turns, keep=min(keep, turns), **settings)
     return Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
 
 

@@ -1,29 +1,32 @@
 """The points of a sweep in their order: continuation chains from neighbour to neighbour, or single points.
 
-A chain runs one point after another, and chains run side by side. The result does not depend on where or in
-which order they run.
+A chain runs one point after another, and chains run side by side: in workers, and in the lanes of an
+ensemble. The result does not depend on where or in which order they run.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import product, zip_longest
 from typing import Any
 
 import numpy as np
 
 from jointplay.analysis.cells import Work, guarded
+from jointplay.analysis.ensemble_runs import FEWEST, in_lanes
 from jointplay.analysis.starts import End, same_states
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
 from jointplay.analysis.sweeps.points import labelled
-from jointplay.analysis.vary import Axis, changed
+from jointplay.analysis.vary import Axis, changed, largest
 from jointplay.jobs.job import Entry, Kept, Notes, key_of
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 DIRECTIONS = ("up", "down", "reset")
 BLOCK, TOGETHER = 8, 32  # points of a reset sweep in one cell, one by one or as an ensemble
+ABREAST = 16  # chains that share the lanes of an ensemble, at most
 
 
 def numbered(dim: str, count: int, name: str, first: int = 0) -> dict[str, Any]:
@@ -65,21 +68,38 @@ class Sweep:
         *others, last = (range(n) for n in self.shape[: len(self.axes)])
         for *other, (d, way), s in product(*others, enumerate(self.directions), range(len(self.starts))):
             indices = [(*other, n, d, s) for n in (reversed(last) if way == "down" else last)]
-            block = TOGETHER if self.plan.ensemble else BLOCK
+            block = -(-len(last) // groups(len(last), TOGETHER)) if self._plan(False).ensemble else BLOCK
             size = block if way == "reset" else len(indices)
             for at in range(0, len(indices), size):
                 some = indices[at : at + size]
                 chains.append((self._chain(some, self.starts[s], way != "reset"), some))
         return chains
 
+    def _plan(self, carried: bool) -> Plan:
+        """The settings, with lanes where they are asked for, or filled by chains or single points."""
+        return self._plans[carried]
+
+    @cached_property
+    def _plans(self) -> dict[bool, Plan]:
+        *others, last = self.shape[: len(self.axes)]
+        varied = largest(self.mechanism, {axis.key: axis.values for axis in self.axes})
+        side, plans = math.prod(others) * len(self.starts), {}
+        for carried in (False, True):
+            ways = sum((way != "reset") == carried for way in self.directions)
+            count = side * ways * (1 if carried else last)
+            together = in_lanes(self.plan.ensemble, varied, self.plan.rtol, count)
+            plans[carried] = replace(self.plan, ensemble=together)
+        return plans
+
     def _chain(self, indices: Sequence[tuple[int, ...]], start: Any, carried: bool) -> Chain:
         """A chain; the key of a carried point holds all points before it, on which it depends."""
-        plan = asdict(self.plan) | {"section": self.plan.section}
+        settings = self._plan(carried)
+        plan = asdict(settings) | {"section": settings.section}
         origin = before = key_of("bifurcation", plan, self.mechanism, start, carried)
         changes, keys = tuple(map(self._changes, indices)), []
         for change in changes:
             keys.append(before := key_of(before if carried else origin, change))
-        return Chain(tuple(keys), self.mechanism, changes, start, self.plan, carried)
+        return Chain(tuple(keys), self.mechanism, changes, start, settings, carried)
 
     def _changes(self, index: tuple[int, ...]) -> dict[str, float]:
         """Changes of the mechanism at a point."""
@@ -88,7 +108,7 @@ class Sweep:
     def work(self, progress: Callable[[float], None] | None) -> Work:
         """The chains as work to hand out."""
         shape = dict(zip(self.dims, self.shape, strict=True))
-        return Work([each for each, _ in self.chains], shape, progress, self.warm)
+        return Work(abreast([each for each, _ in self.chains]), shape, progress, self.warm)
 
     @property
     def keys(self) -> list[str]:
@@ -98,8 +118,8 @@ class Sweep:
 
     def warm(self) -> None:
         """Compile what the first and the last point need, so that workers find it on the disk."""
-        brief = replace(self.plan, turns=1, transient=0, lyapunov_turns=1)
-        for corner in (0, -1):
+        for corner, carried in product((0, -1), {way != "reset" for way in self.directions}):
+            brief = replace(self._plan(carried), turns=1, transient=0, lyapunov_turns=1)
             change = {axis.key: axis.values[corner] for axis in self.axes}
             Chain(("",), self.mechanism, (change,), self.starts[0], brief, False).run(Kept())
 
@@ -133,37 +153,32 @@ class Chain:
     end: Sequence[Any] | None = None
 
     @property
-    def _at_once(self) -> bool:
-        return self.plan.ensemble and not self.carried
+    def chains(self) -> tuple[tuple[str, ...], ...]:
+        """Keys of points that start from ends."""
+        return (self.keys,) if self.carried else ()
 
     def run(self, notes: Notes) -> None:
         """Settle at one point after another, or as an ensemble at all of them."""
-        end = self.end
-        if self._at_once:
-            notes.begin(self.keys[0])
-            for key, answer in zip(self.keys, self._together(), strict=True):
-                notes.put(key, labelled(answer, self.plan.keep))
+        if self.plan.ensemble:
+            points = [(self, n) for n in range(len(self.keys))]
+            _in_rows([[each] for each in points] if self.carried else [points], self.plan, notes)
             return
-        for key, change in zip(self.keys, self.changes, strict=True):
+        end = self.end
+        for n, key in enumerate(self.keys):
             notes.begin(key)
-            answer = guarded(self._point, {"change": change, "end": end})
+            answer = guarded(self._point, {"n": n, "end": end})
             end = answer.get("end", end) if self.carried else None
             notes.put(key, labelled(answer, self.plan.keep))
 
-    def _point(self, change: dict[str, float], end: Sequence[Any] | None) -> Entry:
-        here, last = changed(self.mechanism, change), end
+    def _point(self, n: int, end: Sequence[Any] | None) -> Entry:
+        return settle(*self.begun(n, end)["begun"], self.plan)
+
+    def begun(self, n: int, end: Sequence[Any] | None) -> Entry:
+        """Mechanism and start of the n-th point, after one that ended so."""
+        here, last = changed(self.mechanism, self.changes[n]), end
         if end is not None and not isinstance(end, End):  # from a journal
             last = End(*end)
-        return settle(here, last if last is not None and same_states(here, last) else self.start, self.plan)
-
-    def _together(self) -> list[Entry]:
-        made = [guarded(self._changed, {"change": change}) for change in self.changes]
-        starts = [(each["made"], self.start) for each in made if "made" in each]
-        settled = iter(settle_together(starts, self.plan))
-        return [next(settled) if "made" in each else each for each in made]
-
-    def _changed(self, change: dict[str, float]) -> Entry:
-        return {"made": changed(self.mechanism, change)}
+        return {"begun": (here, last if last is not None and same_states(here, last) else self.start)}
 
     def only(self, key: str) -> Chain:
         """Give the chain up to a point; the point alone where none depends on another."""
@@ -171,8 +186,8 @@ class Chain:
         return self._at(range(last + 1) if self.carried else [last])
 
     def sample(self) -> Chain:
-        """Give the first point; of an ensemble all, since they run at once."""
-        return self if self.plan.ensemble else self._at([0])
+        """Give the first point; of an ensemble all that run at once."""
+        return self if self.plan.ensemble and not self.carried else self._at([0])
 
     def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Chain | None:
         """Give what is to run still: a carried point depends on those before it."""
@@ -187,3 +202,66 @@ class Chain:
     def _at(self, places: Sequence[int]) -> Chain:
         keys, changes = (tuple(each[i] for i in places) for each in (self.keys, self.changes))
         return replace(self, keys=keys, changes=changes)
+
+
+@dataclass(frozen=True)
+class Abreast:
+    """Chains whose points are followed side by side as an ensemble, the first of all, then the second, …"""
+
+    own: tuple[Chain, ...]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of all points, in the order in which they run."""
+        rows = zip_longest(*(chain.keys for chain in self.own))
+        return tuple(key for row in rows for key in row if key is not None)
+
+    @property
+    def chains(self) -> tuple[tuple[str, ...], ...]:
+        """Keys of each chain."""
+        return tuple(chain.keys for chain in self.own)
+
+    def run(self, notes: Notes) -> None:
+        """Settle at one row of points after another."""
+        rows = zip_longest(*([(chain, n) for n in range(len(chain.keys))] for chain in self.own))
+        _in_rows([[each for each in row if each] for row in rows], self.own[0].plan, notes)
+
+    def only(self, key: str) -> Chain:
+        """Give the chain of a point, up to that."""
+        return next(chain for chain in self.own if key in chain.keys).only(key)
+
+    def sample(self) -> Abreast:
+        """Give the first row."""
+        return Abreast(tuple(chain.sample() for chain in self.own))
+
+    def left(self, done: Container[str], answers: Mapping[str, Entry]) -> Abreast | None:
+        """Give what is to run still."""
+        rest = [left for chain in self.own if (left := chain.left(done, answers)) is not None]
+        return Abreast(tuple(rest)) if rest else None
+
+
+def abreast(chains: Sequence[Chain]) -> list[Chain | Abreast]:
+    """Put carried chains side by side where they go in lanes, in groups of nearly one size."""
+    side = [chain for chain in chains if chain.carried and chain.plan.ensemble]
+    single = [chain for chain in chains if not (chain.carried and chain.plan.ensemble)]
+    count = groups(len(side), ABREAST)
+    return [Abreast(tuple(side[n::count])) for n in range(count)] + single
+
+
+def groups(count: int, most: int) -> int:
+    """Number of groups of at most so many motions; two at least, where these fill two workers."""
+    return max(-(-count // most), 2 if count >= FEWEST else 0)
+
+
+def _in_rows(rows: Sequence[Sequence[tuple[Chain, int]]], plan: Plan, notes: Notes) -> None:
+    """Settle at the points of each row at once, each given as a chain and its number there."""
+    ends: dict[int, Any] = {}
+    for row in rows:
+        notes.begin(row[0][0].keys[row[0][1]])
+        begun = [guarded(one.begun, {"n": n, "end": ends.get(id(one), one.end)}) for one, n in row]
+        settled = iter(settle_together([each["begun"] for each in begun if "begun" in each], plan))
+        for (chain, n), each in zip(row, begun, strict=True):
+            answer = next(settled) if "begun" in each else each
+            if chain.carried and "end" in answer:
+                ends[id(chain)] = answer["end"]
+            notes.put(chain.keys[n], labelled(answer, plan.keep))

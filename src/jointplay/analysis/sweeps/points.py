@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.evaluate import flags
+from jointplay.analysis.trajectory import WAYS
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
 
@@ -30,6 +32,7 @@ ATTRIBUTES = {
     "section_batch_correlation": ("1", "correlation of a batch mean with the next"),
     "end_state": ("1", "positions and speeds at the end"),
     "n_steps": ("1", "accepted steps"),
+    "followed": ("1", "how the motion was followed"),
 }
 COMMENTS = {
     "period": "turns, where the section is a crank angle; 0: none within period_tolerance; -1: not known",
@@ -78,5 +81,6 @@ def _padded(dims: tuple[str, ...], values: Any, keep: int) -> np.ndarray:
 def attributes(name: str, si: bool = True) -> dict[str, str]:
     """Attributes of a variable of a sweep; without units, as a test system's lengths, unless `si`."""
     units, text = ATTRIBUTES[name]
-    comment = {"comment": COMMENTS[name]} if name in COMMENTS else {}
-    return {"units": units if si else "1", "long_name": text} | comment
+    more = {"comment": COMMENTS[name]} if name in COMMENTS else {}
+    more |= flags(WAYS) if name == "followed" else {}
+    return {"units": units if si else "1", "long_name": text} | more
