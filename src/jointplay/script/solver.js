@@ -1,0 +1,250 @@
+// The driver: one run in arrays that are made once, gone on with piece by piece.
+// `functions`, `variations`, `quantities` and the kernels' names come from the translated text before.
+
+function makeSolver(data) {
+  const FAR = 2; // clearances: further out, a motion begins at its start
+  const PIECE = 32; // attempts between two looks at the clock
+  const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , FRESH, SMOOTH, , PASSED, STARTED] = data.places_of.count;
+  const { H, LEVEL } = data.places_of.real;
+  const { OK, FULL, STEP_LIMIT } = data.codes;
+  const INTEGERS = ["modes", "flags", "fired", "group", "count", "alive"];
+
+  const filled = (name, given) => {
+    const kind = INTEGERS.includes(name) ? Int32Array : Float64Array;
+    return typeof given === "number" ? new kind(given) : kind.from(given, Number); // a length, or values
+  };
+  const arrays = (table) => Object.fromEntries(Object.entries(table).map(([name, given]) => [name, filled(name, given)]));
+  const rows = (count, width) => {
+    const whole = new Float64Array(count * width);
+    return Array.from({ length: count }, (_, i) => whole.subarray(i * width, (i + 1) * width));
+  };
+  const numbers = (table) => Object.fromEntries(Object.entries(table).map(([name, value]) => [name, Number(value)]));
+
+  const o = numbers(data.options);
+  const k = arrays(data.work);
+  const start = arrays(data.trajectory);
+  const x = arrays(data.trajectory);
+  const y = arrays(data.tangents);
+  const width = 1 + o.n_q + o.n + x.modes.length;
+  x.samples = [];
+  x.log = rows(data.log_rows, 3 + width);
+  y.rows = [new Float64Array(y.logs.length + x.absolute.length + 4)];
+  const firstTangents = arrays(data.tangents);
+  const values = new Float64Array(data.quantities.length);
+  let period = data.period;
+  let began = 0; // turns until the tangents' sum began
+  let turns = 0;
+  let sum = 0;
+
+  const pins = Float64Array.from(data.pins);
+  const parameters = data.parameters.map((each) => ({ ...each }));
+  const set_to = parameters.map((each) => each.value);
+  let last = null; // all that the last run's samples give
+
+  // A number where parameter `number` alone has its present value; forms are those of script/sliders.py.
+  function form(first, [number, kind, numbers]) {
+    const ratio = set_to[number] / parameters[number].value;
+    if (kind === "power") return first * ratio ** numbers[0];
+    return numbers.reduceRight((total, c) => total * (ratio - 1) + c, 0);
+  }
+
+  function follow() {
+    data.followed.forEach(({ array, at, value, rule, forms }) => {
+      const first = Number(value);
+      const alone = forms.map((each) => form(first, each));
+      const times = () => first * alone.reduce((product, each) => product * (each / first), 1);
+      const now = rule === "times" ? times() : alone.reduce((total, each) => total + (each - first), first);
+      if (array === "span") period = now;
+      else if (array === "pins") pins[at] = now;
+      else if (array === "weight") y.weight[at] = firstTangents.weight[at] = now;
+      else if (array in o) o[array] = now;
+      else {
+        start[array][at] = now;
+        if (array !== "s") x[array][at] = now;
+      }
+    });
+    start.real[H] = data.first_step * period;
+  }
+
+  // Empty, or why a value is refused. The motion goes on from where it is, with a new length from its start.
+  function set(key, value) {
+    const number = parameters.findIndex((each) => each.key === key);
+    if (number < 0) return `there is no slider ${key}`;
+    const { min, max, label, unit, factor, restarts } = parameters[number];
+    if (!(value >= min && value <= max)) {
+      const shown = (each) => Number((each * factor).toPrecision(4));
+      return `${label}: from ${shown(min)} to ${shown(max)}${unit && ` ${unit}`} is accepted`;
+    }
+    set_to[number] = value;
+    follow();
+    if (restarts || outside()) reset();
+    else restart();
+    return "";
+  }
+
+  // Whether a journal is so far out that a force on it would be absurd.
+  function outside() {
+    quantities(Float64Array.of(...x.s.subarray(0, 1 + x.absolute.length), ...x.modes), x.p, values);
+    return data.quantities.some(({ name }, i) => name === "eccentricity_ratio" && !(values[i] < FAR));
+  }
+
+  // Least squares: the x for which A x comes nearest to b (the normal equations, by Gauss and Jordan).
+  function solved(A, b, n) {
+    const M = Array.from({ length: n }, (_, i) => {
+      const row = new Float64Array(n + 1);
+      A.forEach((each, r) => {
+        for (let j = 0; j < n; j += 1) row[j] += each[i] * each[j];
+        row[n] += each[i] * b[r];
+      });
+      return row;
+    });
+    for (let i = 0; i < n; i += 1) {
+      const top = M.reduce((best, row, r) => (r > i && Math.abs(row[i]) > Math.abs(M[best][i]) ? r : best), i);
+      [M[i], M[top]] = [M[top], M[i]];
+      const pivot = M[i].map((each) => each / M[i][i]);
+      M[i] = pivot;
+      M.forEach((row, r) => {
+        if (r !== i) M[r] = row.map((each, j) => each - row[i] * pivot[j]);
+      });
+    }
+    return M.map((row) => row[n]);
+  }
+
+  // Where links are at a sample of the last run: {link: [x, y, angle]}, as mechanism/positions.py has it.
+  function places(sample) {
+    const angle = (pin) => (pin.link in last.angle ? last.angle[pin.link][sample] : 0);
+    const n = 2 * data.links.length;
+    const [A, b] = [[], []];
+    data.linkage.forEach((joint, number) => {
+      const rows = [new Float64Array(n), new Float64Array(n)];
+      const known = [0, 0];
+      [[joint.journal, 1], [joint.bearing, -1]].forEach(([pin, sign], side) => {
+        const at = data.links.indexOf(pin.link);
+        const arm = at < 0 ? 0 : pins[2 * number + side];
+        known[0] += sign * (at < 0 ? pin.point[0] : arm * Math.cos(angle(pin)));
+        known[1] += sign * (at < 0 ? pin.point[1] : arm * Math.sin(angle(pin)));
+        if (at >= 0) [0, 1].forEach((axis) => { rows[axis][2 * at + axis] += sign; });
+      });
+      const of = (name, label) => (last[name] && last[name][label] ? last[name][label][sample] : undefined);
+      if (!joint.prismatic) {
+        ["journal_x", "journal_y"].forEach((name, axis) => {
+          A.push(rows[axis]);
+          b.push((of(name, joint.name) || 0) - known[axis]);
+        });
+        return;
+      }
+      const turned = joint.bearing.direction + angle(joint.bearing);
+      const [c, s] = [Math.cos(turned), Math.sin(turned)];
+      const slide = of("slide_position", joint.label) ?? of("slide_position", joint.name);
+      const put = (a, d, wanted) => {
+        A.push(rows[0].map((each, j) => a * each + d * rows[1][j]));
+        b.push(wanted - a * known[0] - d * known[1]);
+      };
+      if (slide !== undefined) put(c, s, slide);
+      if (slide === undefined || joint.ideal) put(-s, c, 0);
+    });
+    const found = solved(A, b, n);
+    return Object.fromEntries(data.links.map((name, i) => [name, [found[2 * i], found[2 * i + 1], last.angle[name][sample]]]));
+  }
+
+  function refill(from, into) {
+    Object.entries(from).forEach(([name, array]) => into[name].set(array));
+  }
+
+  function reset() {
+    const kept = {};
+    Object.entries(start).forEach(([name, array]) => {
+      if (name !== "at") kept[name] = array;
+    });
+    refill(kept, x);
+    refill(firstTangents, y);
+    turns = 0;
+    sum = 0;
+  }
+
+  // Begin anew at the state there is: contact modes are found again, steps begin small.
+  function restart() {
+    x.count[STARTED] = x.count[FRESH] = x.count[SMOOTH] = 0;
+    x.fired.fill(0);
+    x.modes.fill(0);
+    x.real[H] = data.first_step * period;
+  }
+
+  function setState(state) {
+    x.s.set(state, 1);
+    restart();
+    if (data.crank !== null && o.period > 0) {
+      const beyond = ((x.s[1 + data.crank] - x.real[LEVEL]) * o.direction) / o.period;
+      x.count[PASSED] = Math.max(0, Math.floor(beyond) + 1);
+    }
+    sum = y.logs[y.logs.length - 1];
+    began = turns;
+  }
+
+  function drained(found) {
+    for (let i = 0; i < x.count[LOGGED]; i += 1) {
+      const row = x.log[i];
+      if (row[0] === data.rows.event) {
+        const joint = data.joints[row[1]];
+        found.events.push({ time: row[3], joint: joint === undefined ? "" : joint, kind: data.events[row[2]] });
+      } else if (row[0] === data.rows.section) found.section.push(row.slice(3));
+      else if (row[0] === data.rows.doubt) found.doubts += 1;
+    }
+    x.count[LOGGED] = 0;
+  }
+
+  // Quantities of rows (time, state, modes): {name: {label: Float64Array}}.
+  function evaluated(taken) {
+    const found = { time: Float64Array.from(taken, (row) => row[0]) };
+    const into = data.quantities.map(({ name, label }) => {
+      found[name] = found[name] || {};
+      found[name][label] = new Float64Array(taken.length);
+      return found[name][label];
+    });
+    taken.forEach((row, i) => {
+      quantities(row, x.p, values);
+      into.forEach((array, at) => {
+        array[i] = values[at];
+      });
+    });
+    return found;
+  }
+
+  function only_shown(found) {
+    const names = new Set(["time", ...data.quantities.filter((each) => each.shown).map((each) => each.name)]);
+    return Object.fromEntries(Object.entries(found).filter(([name]) => names.has(name)));
+  }
+
+  const measured = (taken) => only_shown(evaluated(taken));
+
+  function run(length, { samples = 0, tangent = false, budget_ms = Infinity } = {}) {
+    const found = { events: [], section: [], doubts: 0 };
+    const from = x.s[0];
+    if (x.samples.length !== samples) {
+      x.samples = rows(samples, width);
+      x.at = new Float64Array(samples);
+    }
+    for (let i = 0; i < samples; i += 1) x.at[i] = i + 1 < samples ? from + ((i + 1) / samples) * length * period : from + length * period;
+    x.count[SAMPLES] = 0;
+    o.t_end = from + length * period;
+    const until = performance.now() + budget_ms;
+    let code = STEP_LIMIT;
+    while (code === STEP_LIMIT || code === FULL) {
+      if (performance.now() > until) break;
+      o.max_steps = x.count[STEPS] + x.count[REJECTED] + x.count[FAILED] + PIECE;
+      code = tangent ? flow$run(functions, k, x, o, variations, y) : flow$run(functions, k, x, o, null, null);
+      drained(found);
+    }
+    const done = (x.s[0] - from) / period;
+    turns += done;
+    const status = data.statuses[code === STEP_LIMIT || code === FULL ? OK : code];
+    const exponent = { sum: y.logs[y.logs.length - 1] - sum, turns: turns - began };
+    const taken = x.samples.slice(0, x.count[SAMPLES]);
+    last = evaluated(taken);
+    return { status: status.word, meaning: status.meaning, turns_done: done, ...only_shown(last), ...found, exponent };
+  }
+
+  const state = () => x.s.slice(1, 1 + x.absolute.length);
+  reset();
+  return { parameters, set, run, reset, state, setState, measured, places, time: () => x.s[0], period: () => period };
+}
