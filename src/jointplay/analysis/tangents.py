@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.trajectory import Request, advance, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
@@ -19,11 +20,11 @@ TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is 
 
 
 @lru_cache(maxsize=256)
-def variations(structure: Linkage | Oscillator) -> tuple:
+def variations(structure: Linkage | Oscillator, directions: tuple[tuple[str, ...], ...] = ()) -> tuple:
     """The compiled derivatives of a structure's functions."""
     from jointplay.numerics.interface import Variations, pointers
 
-    return pointers(cache.variation_module(structure), kind=Variations)
+    return pointers(cache.variation_module(structure, directions), kind=Variations)
 
 
 def scales(model: Model) -> np.ndarray:
@@ -57,6 +58,8 @@ class Bundle:
         Recorded rows after which `advance` comes back.
     neutral : bool
         Whether the first tangent is the rate of the state itself, which is then evaluated (numerics.tangent).
+    directions : Directions, optional
+        Parameters in which the state is differentiated too: by as many tangents, after those of the frame.
     """
 
     model: Model
@@ -67,17 +70,25 @@ class Bundle:
     held: bool = False
     rows: int = 1
     neutral: bool = False
+    directions: Directions | None = None
 
     def __post_init__(self):
         from jointplay.numerics import tangent
 
         cache.prepare("tangent_flow")
         self.at = tangent  # the names of its places
-        rows = cache.variation_module(self.model.structure).ROWS
+        self._names = self.directions.names if self.directions else ()
+        rows = cache.variation_module(self.model.structure, self._names).ROWS
         self.k, self.x, self.o = memory(self.model, self.request)
-        frame = np.asarray(self.frame, dtype=float)
-        self.y = tangent.tangents(frame, scales(self.model), self.o.n, rows, self.rows)
-        count = {tangent.SALTATION: self.saltation, tangent.HELD: self.held, tangent.NEUTRAL: self.neutral}
+        frame, driven = np.asarray(self.frame, dtype=float), ()
+        if self.directions:
+            self.x = self.x._replace(p=np.concatenate([self.x.p, self.directions.rates]))
+            driven = np.append(np.zeros(len(frame)), np.arange(1, 1 + len(self.directions)))
+            frame = np.vstack([frame, self.directions.starts])
+        given = frame, scales(self.model), self.o.n, rows, self.rows
+        self.y = tangent.tangents(*given, driven, len(self.x.work))
+        held = self.held or self.directions is not None
+        count = {tangent.SALTATION: self.saltation, tangent.HELD: held, tangent.NEUTRAL: self.neutral}
         for place, value in count.items():
             self.y.count[place] = value
         real = {tangent.TOLERANCE: self.tolerance, tangent.GRAZING: np.inf}
@@ -92,7 +103,7 @@ class Bundle:
         `tell` is called after each piece of the run (analysis.pieces).
         """
         structure, o = self.model.structure, self.o._replace(t_end=min(self.o.t_end, float(until)))
-        return advance(structure, self.k, self.x, o, variations(structure), self.y, tell)
+        return advance(structure, self.k, self.x, o, variations(structure, self._names), self.y, tell)
 
     def record(self, block: float) -> None:
         """From here on, record a row after each `block` of time."""
@@ -153,7 +164,18 @@ class Bundle:
     @property
     def vectors(self) -> np.ndarray:
         """The tangents, shape (vectors, states)."""
-        return self.y.d.reshape(len(self.y.alive), -1)[:, 1:].copy()
+        return self.y.d.reshape(-1, 1 + len(self.x.absolute))[:, 1:].copy()
+
+    def shift(self, times: np.ndarray) -> None:
+        """Add the rate of the state, times a time of each direction, to the directions' tangents."""
+        d = self.y.d.reshape(-1, 1 + len(self.x.absolute))
+        d[len(d) - len(times) :, 1:] += np.outer(times, self.rate())
+
+    @property
+    def works(self) -> np.ndarray:
+        """Derivatives of the works, of each tangent where there are directions; shape (vectors, works)."""
+        whole = self.y.works[: len(self.y.works) // 2]
+        return whole.reshape(len(self.y.alive), -1).copy()
 
 
 def warm_tangents(model: Model) -> None:

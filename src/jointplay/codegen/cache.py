@@ -136,11 +136,15 @@ def structure_module(structure) -> ModuleType:
     return _module(f"structure {structure!r}", lambda: _from_equations("module", structure))
 
 
-def variation_module(structure) -> ModuleType:
-    """The compiled derivatives of a structure, for those who follow tangents."""
+def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) -> ModuleType:
+    """The compiled derivatives of a structure, for those who follow tangents.
+
+    `directions`: names of the numbers that change along each (codegen.variation).
+    """
     sizes = structure_module(structure).SIZES
-    own, planned = sizes["first"], bool(sizes["planned"])
-    return _module(f"variation {structure!r}", lambda: _from_equations("variation", structure, own, planned))
+    given = sizes["first"], bool(sizes["planned"]), directions
+    key = f"variation {structure!r} {directions!r}" if directions else f"variation {structure!r}"
+    return _module(key, lambda: _from_equations("variation", structure, *given))
 
 
 def ensemble_module(structure) -> ModuleType:

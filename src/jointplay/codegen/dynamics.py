@@ -142,13 +142,23 @@ class Dynamics:
         return sum((entry * forces[j] for j, entry in self._ease(i).items()), Integer(0))
 
     def jacobian(self) -> dict[tuple[int, int], Expr]:
-        """d a_k / d x_i, x the positions and then the speeds; closes the tape to further derivatives."""
-        entries = {}
-        for i, push, hold in self._slopes(self.system.positions + self.system.speeds):
+        """d a_k / d x_i, x the positions, the speeds, then directions; closes the tape to other derivatives.
+
+        Those of what follows from the accelerations alone can be taken still.
+        """
+        entries, variables = {}, self.variables
+        for i, push, hold in self._slopes(variables):
             if any(value != 0 for value in push + hold):
-                column, _ = self._solve(push, hold, f"J{i}")
+                column, held = self._solve(push, hold, f"J{i}")
                 entries |= {(k, i): value for k, value in enumerate(column)}
+                forces = {self.F_t[j]: value for j, value in held.items()}
+                self.tape.solved(variables[i], dict(zip(self.a, column, strict=True)) | forces)
         return entries
+
+    @property
+    def variables(self) -> tuple[Symbol, ...]:
+        """Positions, speeds, directions."""
+        return (*self.system.positions, *self.system.speeds, *self.system.directions)
 
     def held_slopes(self, variables: tuple[Symbol, ...]) -> dict[tuple[int, int], Expr]:
         """d F_t,j / d x_i of held contacts; closes the tape to further derivatives."""
@@ -159,13 +169,13 @@ class Dynamics:
         return result
 
     def residual_jacobian(self) -> tuple[dict[tuple[int, int], Expr], dict[tuple[int, int], Expr]]:
-        """d (Q - M a)_k / d x_i at fixed a, by positions and by speeds; held forces follow.
+        """d (Q - M a)_k / d x_i at fixed a, by positions, and by speeds and directions; held forces follow.
 
         Of M^-1 times these, `jacobian` is the sum. Closes the tape to further derivatives.
         """
         result: tuple[dict, dict] = ({}, {})
         n_q = len(self.system.positions)
-        for i, push, hold in self._slopes(self.system.positions + self.system.speeds):
+        for i, push, hold in self._slopes(self.variables):
             column = self._held_back(push, hold, f"B{i}")
             part, place = (result[0], i) if i < n_q else (result[1], i - n_q)
             part |= {(k, place): value for k, value in enumerate(column) if value != 0}

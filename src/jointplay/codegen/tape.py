@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 from sympy import Expr, Integer, Symbol, cse, numbered_symbols, sympify
 
-from ..equations.system import TIME, System
+from ..equations.system import System
 
 FLOW = Symbol("flow", real=True)
 
@@ -22,7 +22,7 @@ class Tape:
         self._named: dict[Expr, Symbol] = {}
         self._slopes: dict[tuple[Symbol, Symbol], Expr] = {}
         # the flow changes every position at its speed, speeds not at all
-        self._ways = {FLOW: dict(zip(system.positions, system.speeds, strict=False))}
+        self._ways = {FLOW: dict(zip(system.positions, system.speeds, strict=False))} | system.directions
         self._trig = {a.sin: (a, a.cos) for a in system.angles} | {a.cos: (a, -a.sin) for a in system.angles}
         for symbol, value in system.definitions:
             self.define(symbol, value)
@@ -42,7 +42,7 @@ class Tape:
         return self._named[value]
 
     def derivative(self, value: Expr, x: Symbol) -> Expr:
-        """d value / d x through every assignment (x: a position, a speed, time, or `FLOW`)."""
+        """d value / d x through every assignment (x: a position, a speed, time, `FLOW`, or a direction)."""
         total = Integer(0)
         for s in sorted(sympify(value).free_symbols, key=str):
             slope = self._slope(s, x)
@@ -56,12 +56,16 @@ class Tape:
             return way[s]
         if s in self._trig:
             angle, other = self._trig[s]
-            return other * (angle.rate if x == TIME else way.get(angle.position, Integer(0)))
+            return other * self.derivative(angle.value, x)
         if s not in self.values:
             return Integer(0)
         if (s, x) not in self._slopes:
             self._slopes[s, x] = self.let(f"d_{s}_d_{x}", self.derivative(self.values[s], x))
         return self._slopes[s, x]
+
+    def solved(self, x: Symbol, slopes: dict[Expr, Expr]) -> None:
+        """Take these derivatives along x as known."""
+        self._slopes |= {(s, x): slope for s, slope in slopes.items() if s.is_Symbol}
 
     def program(self, results: dict[str, Expr]) -> list[tuple[Symbol, Expr]]:
         """Assignments that `results` need, common subexpressions taken out, in an order that can be executed.

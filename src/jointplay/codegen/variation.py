@@ -12,13 +12,21 @@ ROWS                              rows of w: the structure's own, then those of 
 Only models that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
 itself; of many (codegen.elimination) the residual's B = d (Q - M a) / d state and the factors of
 M = L D L^T, and rates are M^-1 B times a tangent.
+
+Of a system with directions (equations.system.directed) a tangent d can be that of a state as numbers change
+along the j-th, counted from 1: d[0] = j, and 0 of any other tangent. Then
+
+    vary      adds d rate / d direction, and writes the rates of the works into the rows before the last
+    gradient  has d guard / d direction at the end, one number for each
+    turned    has at the end, for each direction, d (new positions) where it rests on a wall (else 0), and
+              d (new speeds)
 """
 
 from collections.abc import Iterator
 
 from sympy import Expr, Integer, Symbol
 
-from ..equations.system import TIME, System
+from ..equations.system import TIME, System, directed
 from .dynamics import Dynamics
 from .module import HEADER, jumped, remembered, settled
 from .source import LANES, Layout, dispatch, entry, importing, lanes, point
@@ -27,11 +35,13 @@ from .variants import variants
 Entries = dict[tuple[int, int], Expr]
 
 
-def text(system: System, method: int, planned: bool) -> str:
+def text(system: System, method: int, planned: bool, directions: tuple[tuple[str, ...], ...] = ()) -> str:
     """Source of the module of a system; `method` rows of w are the method's own, as in its structure's."""
+    system = directed(system, directions) if directions else system
     layout, names = Layout(system, method), variants(system)
     solved = {name: Dynamics(system, name) for name in names}
     entries = {name: _residual(each) if planned else each.jacobian() for name, each in solved.items()}
+    entries = {name: found | _powers(solved[name]) for name, found in entries.items()}
     factors = solved[names[0]].inverse_mass if planned else None
     rows = _Rows(
         layout, sorted({p for found in entries.values() for p, v in found.items() if v != 0}), factors
@@ -58,25 +68,41 @@ def _residual(dynamics: Dynamics) -> Entries:
     return by_position | {(k, shift + i): value for (k, i), value in by_speed.items()}
 
 
+def _powers(dynamics: Dynamics) -> Entries:
+    """d power / d x_i behind those of the rates, where there are directions."""
+    system, tape = dynamics.system, dynamics.tape
+    if not system.directions:
+        return {}
+    powers = enumerate(system.powers.values(), start=len(system.speeds))
+    pairs = ((k, i, power, x) for k, power in powers for i, x in enumerate(dynamics.variables))
+    return {(k, i): tape.let(f"dP_{k}_{i}", tape.derivative(power, x)) for k, i, power, x in pairs}
+
+
 class _Rows:
-    """Rows of w behind the structure's own: entries d / d x_i by (k, i), factors of M, the divergence."""
+    """Rows of w behind the structure's own: entries d / d x_i by (k, i), factors of M, powers, divergence."""
 
     def __init__(self, layout: Layout, entries: list[tuple[int, int]], factors):
         self.layout, self.entries, self.factors = layout, entries, factors
         self.n, self.n_x = len(layout.system.speeds), len(layout.state)
         self.begin = layout.rows["end"]
-        count = self.begin + self.n * self.n_x
+        self.width = self.n_x + len(layout.system.directions)
+        self.powers = range(self.n, self.n + len(layout.system.powers) * (self.width > self.n_x))
+        count = self.begin + self.powers.stop * self.width
         self.L, self.pivot = {}, {}
         if factors is not None:
             self.L = {place: count + k for k, place in enumerate(sorted(factors.L))}
             scaled = [k for k, v in enumerate(factors.pivot) if v != 1]
             self.pivot = {k: count + len(self.L) + place for place, k in enumerate(scaled)}
-        self.divergence = count + len(self.L) + len(self.pivot)
+        self.divergence = count + len(self.L) + len(self.pivot) + len(self.powers)
         self.end = self.divergence + 1
 
     def entry(self, k: int, i: int) -> int:
-        """Row of d / d x_i of the k-th rate (or residual)."""
-        return self.begin + k * self.n_x + i
+        """Row of d / d x_i of the k-th rate (or residual), or power."""
+        return self.begin + k * self.width + i
+
+    def varied(self, k: int) -> int:
+        """Row of a tangent's k-th rate, or power."""
+        return self.layout.rows["rate"] + k if k < self.n else self.divergence - self.powers.stop + k
 
     def solved(self) -> list[str]:
         """Lane statements: r_0 … r_n become M^-1 r; none where the entries are rates already."""
@@ -103,15 +129,31 @@ def _variation(rows: _Rows, dynamics: Dynamics, name: str, found: Entries) -> st
 
 def _vary(rows: _Rows) -> str:
     """Rates of a tangent, the zeros of every variant left out."""
-    layout, columns = rows.layout, sorted({i for _, i in rows.entries})
-    state, rate = layout.rows["state"], layout.rows["rate"]
-    body = [f"x_{i} = d_{i} + {_at(state + i)}" for i in columns]
-    for k in range(rows.n):
-        terms = [f"{_at(rows.entry(k, i))} * x_{i}" for kk, i in rows.entries if kk == k]
+    columns, state = sorted({i for _, i in rows.entries if i < rows.n_x}), rows.layout.rows["state"]
+    body, written = [f"x_{i} = d_{i} + {_at(state + i)}" for i in columns], range(rows.powers.stop)
+    for k in written:
+        terms = [f"{_at(rows.entry(k, i))} * x_{i}" for kk, i in rows.entries if kk == k and i < rows.n_x]
         body.append(f"r_{k} = {' + '.join(terms) or '0.0'}")
-    body += rows.solved()
-    body += [f"{_at(rate + k)} = r_{k}" for k in range(rows.n)]
-    return _lane_function("vary", "w, d", [f"d_{i} = d[{1 + i}]" for i in columns], body)
+    driven = rows.width > rows.n_x
+    body += [] if driven else rows.solved()
+    body += [f"{_at(rows.varied(k))} = r_{k}" for k in written]
+    text = _lane_function("vary", "w, d", [f"d_{i} = d[{1 + i}]" for i in columns], body)
+    return text.rstrip() + "\n" + "\n".join(_driven(rows)) + "\n\n" if driven else text
+
+
+def _driven(rows: _Rows) -> list[str]:
+    """Lines that add what a direction drives: a loop for each, so that places in w are known."""
+    lines = []
+    for i in range(rows.n_x, rows.width):
+        pairs = [(rows.varied(k), rows.entry(k, i)) for k, ii in rows.entries if ii == i]
+        body = [f"            {_at(to)} += {_at(row)}" for to, row in pairs]
+        if body:
+            lines += [f"    if d[0] == {i - rows.n_x + 1}.0:", f"        for i in range({LANES}):", *body]
+    if rows.factors is not None:
+        body = [f"r_{k} = {_at(rows.varied(k))}" for k in range(rows.n)] + rows.solved()
+        body += [f"{_at(rows.varied(k))} = r_{k}" for k in range(rows.n)]
+        lines += [f"    for i in range({LANES}):", *(f"        {line}" for line in body)]
+    return lines
 
 
 def _divergence(rows: _Rows) -> str:
@@ -151,7 +193,7 @@ def _gradients(layout: Layout) -> Iterator[tuple[int, str]]:
 
 
 def _variables(layout: Layout) -> tuple[Symbol, ...]:
-    return (TIME, *layout.state)
+    return (TIME, *layout.state, *layout.system.directions)
 
 
 def _gradient(layout: Layout, g: int, value: Expr) -> str:
@@ -167,12 +209,14 @@ def _cone(layout: Layout, j: int) -> str:
     """(f_s F_n)^2 - F_t^2 while contact j sticks: the slope of F_t is solved for."""
     dynamics = Dynamics(layout.system, "stick")
     tape, f = dynamics.tape, layout.system.contacts[j].limit
-    normal = _slopes(layout, tape, dynamics.F_n[j])
+    normal, limits = (_slopes(layout, tape, value) for value in (dynamics.F_n[j], f))
     held = dynamics.held_slopes(_variables(layout))
     slopes = [
         2 * f**2 * dynamics.F_n[j] * slope - 2 * dynamics.F_t[j] * held.get((j, i), Integer(0))
         for i, slope in enumerate(normal)
     ]
+    for i in range(1 + len(layout.state), len(slopes)):
+        slopes[i] += 2 * f * dynamics.F_n[j] ** 2 * limits[i]
     return _at_point(layout, f"gradient_{4 * j + 3}", "s, p, m, out", "out", tape, slopes)
 
 
@@ -195,7 +239,9 @@ def _turned(layout: Layout, k: int) -> str:
     else:
         jump = jumped(dynamics, k) if k < len(resets) else settled(dynamics, k - len(resets))
     new = [jump.get(z, z) for z in layout.system.speeds]
-    slopes = [slope for value in new for slope in _slopes(layout, tape, value)]
+    slopes = [tape.derivative(value, x) for value in new for x in (TIME, *layout.state)]
+    new = [jump.get(q, q) for q in layout.system.positions] + new
+    slopes += [tape.derivative(value, x) for x in layout.system.directions for value in new]
     return _at_point(layout, f"turned_{k}", "s, p, out", "out", tape, slopes)
 
 

@@ -9,7 +9,7 @@ cosines of angles are symbols of their own; an angle is a position, or a prescri
 or a sum of both.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from sympy import Expr, Integer, Symbol, symbols
 
@@ -99,7 +99,10 @@ class Reset:
 
 @dataclass(frozen=True)
 class System:
-    """Equations of motion, ready for code generation. See the module's text for the form."""
+    """Equations of motion, ready for code generation. See the module's text for the form.
+
+    `directions` are those along which parameters change (`directed`), by a symbol each.
+    """
 
     positions: tuple[Symbol, ...]
     speeds: tuple[Symbol, ...]
@@ -113,11 +116,22 @@ class System:
     powers: dict[str, Expr] = field(default_factory=dict)
     outputs: dict[str, Expr] = field(default_factory=dict)
     section: Expr | None = None
+    directions: dict[Symbol, dict[Symbol, Expr]] = field(default_factory=dict)
 
 
 def number(name: str) -> Symbol:
     """The symbol of a parameter (a real number of the mechanism)."""
     return Symbol(name, real=True)
+
+
+def directed(system: System, directions: tuple[tuple[str, ...], ...]) -> System:
+    """The system with directions: along each, named parameters change at rates that are parameters too."""
+    ways = {
+        number(f"direction_{j}"): {number(name): number(f"way_{j}_{name}") for name in names}
+        for j, names in enumerate(directions)
+    }
+    rates = tuple(rate for way in ways.values() for rate in way.values())
+    return replace(system, parameters=system.parameters + rates, directions=ways)
 
 
 def accelerations(n: int) -> tuple[Symbol, ...]:

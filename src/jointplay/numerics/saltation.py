@@ -6,6 +6,9 @@ other side's rate:
     d+ = d- + (F+ - F-) (grad h . d-) / h',                 h' = dh/dt + grad h . F-
     d+ = D d- + (F+ - D F- - dR/dt) (grad h . d-) / h'      where the state is reset by R, D = dR/dx.
 
+Along a direction in which numbers change (numerics.tangent), dh/dp adds to grad h . d-, and dR/dp to D d-.
+A work, whose rate is a power, jumps as a state does that is continuous itself.
+
 Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so do
 the beginning and the end of a contact that a law remembers: what it remembered before is of no account.
 Coming to rest on a rigid wall loses two, those of the gap and of its rate: both are projected away along the
@@ -21,7 +24,7 @@ import numpy as np
 from .frame import determinant, orthonormalise
 from .interface import inner
 from .modes import FREE, REMEMBERS, RESTING, STICK, variant_of
-from .tangent import GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
+from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
 from .walls import walls_of
 
 # What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
@@ -40,7 +43,9 @@ def _stuck(modes):
 def before_event(f, g, variant, x, o, y, guard):
     """Note what the jump at an event needs of the side before it."""
     f.trig(x.s, x.p)
+    y.count[FOLLOWS] = 0
     rates(f, variant, x, o, y, y.before)
+    _powers(x, o, y, 0.0)
     g.gradient(guard, x.s, x.p, x.m, y.gradient)
     wall, y.real[ONSET], y.count[TURNED] = guard - 4 * len(x.flags), _stuck(x.modes), 0
     if wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
@@ -65,6 +70,7 @@ def jump(f, g, x, o, y, guard):
         project_at_rest(f, g, x, o, y)
         return
     rates(f, variant_of(x.modes), x, o, y, y.after)
+    _powers(x, o, y, 1.0)
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
     for r in range(n_x):
         term = y.gradient[1 + r] * y.before[r]
@@ -79,7 +85,9 @@ def jump(f, g, x, o, y, guard):
     real[VOLUME] += _volume(y, o.n_q, n_x, slope, later, reset, lossy)
     for i in range(len(y.alive)):
         if y.alive[i]:
-            _through(y, y.d[i * width : (i + 1) * width], o.n_q, n_x, slope, reset, y.count[SALTATION])
+            d = y.d[i * width : (i + 1) * width]
+            delay = _through(y, d, o.n_q, n_x, slope, reset, y.count[SALTATION])
+            _add_works(y, i, delay)
     if y.count[NEUTRAL]:
         along(y, n_x)
     if y.count[HELD] == 0:
@@ -123,31 +131,62 @@ def _project(y, d, n_q, n):
             new[r] += y.D[r * width + 1 + i] * d[1 + i]
     for r in range(n):
         d[1 + n_q + r] = new[r]
+    if d[0] > 0.0:
+        at = _driven(d, width, n)
+        for r in range(n_q + n):
+            d[1 + r] += y.D[at + r]
+
+
+@inner
+def _driven(d, width, n):
+    """Place in D of the column of a tangent's direction: new positions, new speeds."""
+    return n * width + (int(d[0]) - 1) * (width - 1)
+
+
+@inner
+def _powers(x, o, y, after):
+    """Note the powers at the base point, whose rates are in the lane buffer, of one side of an event."""
+    n_w = len(y.powers) // 2
+    for m in range(n_w):
+        y.powers[int(after) * n_w + m] = y.w[8 * (o.guards + len(x.fired) + m) + 7]
+
+
+@inner
+def _add_works(y, i, delay):
+    """What the works of the i-th tangent gain as the event comes earlier."""
+    n_w = len(y.powers) // 2
+    for m in range(n_w):
+        y.works[i * n_w + m] += (y.powers[n_w + m] - y.powers[m]) * delay
 
 
 @inner
 def _through(y, d, n_q, n_x, slope, reset, saltation):
-    """Replace a tangent by what the jump makes of it."""
+    """Replace a tangent by what the jump makes of it; by how much it comes earlier to the event."""
     width, delay = 1 + n_x, 0.0
     if saltation:
         for r in range(n_x):
             delay += y.gradient[1 + r] * d[1 + r]
+        if d[0] > 0.0:
+            delay += y.gradient[n_x + int(d[0])]
         delay /= slope
     if not reset:
         for r in range(n_q, n_x):
             d[1 + r] += (y.after[r] - y.before[r]) * delay
-        return
+        return delay
     new = y.S[n_x * n_x :]
     for r in range(n_x - n_q):
         turned, swept = 0.0, y.D[r * width]
         for i in range(n_x):
             turned += y.D[r * width + 1 + i] * d[1 + i]
             swept += y.D[r * width + 1 + i] * y.before[i]
+        if d[0] > 0.0:
+            turned += y.D[_driven(d, width, n_x - n_q) + n_q + r]
         new[r] = turned + (y.after[n_q + r] - swept) * delay
     for r in range(n_q):
         d[1 + r] += (y.after[r] - y.before[r]) * delay
     for r in range(n_x - n_q):
         d[1 + n_q + r] = new[r]
+    return delay
 
 
 @inner

@@ -7,6 +7,11 @@ Within a piece a tangent's stage increments solve the collocation equations line
 by Newton's iteration with the matrices that the step itself was solved with. At events tangents jump
 (saltation). Where nothing outside keeps the time, the rate F = dx/dt is a tangent too: it is the frame's
 first then, and is evaluated, not carried. What is left of the others across F grows as a section's tangents.
+
+A tangent may also be the derivative of the state as numbers change along a direction p: its place for time
+then holds the direction's number, counted from 1, and in each piece d' = (dF/dx) d + dF/dp. With it goes the
+derivative of the works, whose rates are powers. Reference: Hiskens and Pai, IEEE Trans. Circuits Syst. I 47
+(2000) 204-220, for such derivatives through events.
 """
 
 from math import exp, log
@@ -20,15 +25,16 @@ from .memory import lane_rows
 from .modes import mask
 from .polynomial import basis, interpolate
 from .radau import COLLOCATION
+from .step import keep
 
 ITERATIONS = 40
 ROUNDING = 3e-16
 TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
 # Places in Tangents.count
-ROWS, SALTATION, HELD, JUMPS, SOLVES, TURNED, NEUTRAL = range(7)
+ROWS, SALTATION, HELD, JUMPS, SOLVES, TURNED, NEUTRAL, FOLLOWS = range(8)
 # Places in Tangents.real
-TRACE, VOLUME, GRAZING, THETA, TOLERANCE, NEXT, BLOCK, UNRESOLVED, ONSET, LIMIT, PIECE = range(11)
+TRACE, VOLUME, GRAZING, THETA, TOLERANCE, NEXT, BLOCK, UNRESOLVED, ONSET, LIMIT, PIECE, SPAN = range(12)
 AHEAD = 4  # columns of a row before the logarithms: time, trace, volume, unresolved time
 
 
@@ -46,20 +52,30 @@ class Tangents(NamedTuple):
     b: np.ndarray  # Lagrange basis
     before: np.ndarray  # rate of the state before and after an event
     after: np.ndarray
-    gradient: np.ndarray  # of the guard: time, state
-    D: np.ndarray  # of the reset: rows of new speeds, columns as the gradient
+    gradient: np.ndarray  # of the guard: time, state, directions
+    D: np.ndarray  # of the reset: rows of new speeds, by time and state; then columns of directions
     S: np.ndarray  # a saltation matrix, and room for a vector
     unit: np.ndarray
     count: np.ndarray
     real: np.ndarray
+    past: np.ndarray  # of each vector that is driven, its increments in the last piece, of length SPAN
+    works: np.ndarray  # of each vector, derivatives of the works; then those before the piece
+    powers: np.ndarray  # before an event, then after
     rows: np.ndarray  # at ends of blocks: time, trace, volume, unresolved time; logs; state
 
 
-def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks: int) -> Tangents:
-    """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows in all."""
+def tangents(
+    frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks: int, driven=(), n_powers: int = 0
+) -> Tangents:
+    """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows in all.
+
+    `driven`: each tangent's direction, 0 of none; where there are any, `n_powers` works go with them.
+    """
     k, n_x = frame.shape
-    d = np.zeros((k, 1 + n_x))
+    d, n_p = np.zeros((k, 1 + n_x)), int(max(driven, default=0))
     d[:, 1:] = frame
+    if n_p:
+        d[:, 0] = driven
     return Tangents(
         w=lane_rows(n_rows),
         kept=d.ravel().copy(),
@@ -72,12 +88,15 @@ def tangents(frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks
         b=lane_rows(2),
         before=np.zeros(n_x),
         after=np.zeros(n_x),
-        gradient=np.zeros(1 + n_x),
-        D=np.zeros(n * (1 + n_x)),
+        gradient=np.zeros(1 + n_x + n_p),
+        D=np.zeros(n * (1 + n_x) + n_p * n_x),
         S=np.zeros(n_x * n_x + n_x),
         unit=np.zeros(1 + n_x),
-        count=np.zeros(7, dtype=np.int64),
-        real=np.zeros(11),
+        count=np.zeros(8, dtype=np.int64),
+        real=np.zeros(12),
+        past=lane_rows(k * n_x * (n_p > 0)),
+        works=np.zeros(2 * k * n_powers * (n_p > 0)),
+        powers=np.zeros(2 * n_powers * (n_p > 0)),
         rows=np.zeros((n_blocks, AHEAD + k + n_x)),
     )
 
@@ -108,19 +127,29 @@ def propagate(f, g, variant, k, x, o, y, h, root):
     worst, last = 0.0, len(y.alive) - 1
     for i in range(len(y.d)):
         y.kept[i] = y.d[i]
+    works = len(y.works) // 2
+    for i in range(works):
+        y.works[works + i] = y.works[i]
     for i in range(first, len(y.alive)):
         if y.alive[i]:
             d = y.d[i * width : (i + 1) * width]
-            if not _solve(f, g, variant, k, o, y, d, h):
+            if not _solve(f, g, variant, k, o, y, d, i, h):
                 worst = np.inf
-            elif i < last or last + 1 < n_x:  # a whole frame's last one is known by its volume
+            elif i < last or last + 1 < n_x or d[0] > 0.0:  # a whole frame's last one is known by its volume
                 limit = y.real[LIMIT] * (1.0 if i == first else TRAILING)
                 worst = max(worst, _estimate(f, g, variant, k, o, y, d, h, limit))
+            if d[0] > 0.0:
+                keep(w, 8 * (o.first + 1), y.past[8 * n_x * i : 8 * n_x * (i + 1)])
+            _add_works(g, y, d, i, h)
             interpolate(w, 8 * (o.first + 1), d, width - n_x, n_x, y.b, d)
     if worst > 1.0:
         for i in range(len(y.d)):
             y.d[i] = y.kept[i]
+        for i in range(works):
+            y.works[i] = y.works[works + i]
+        y.count[FOLLOWS] = 0
         return worst
+    y.count[FOLLOWS], y.real[SPAN] = 1, h
     y.real[TRACE] += trace
     y.real[PIECE] = trace
     return worst
@@ -176,7 +205,8 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
         begin = max(begin, abs(y.weight[r] * d[1 + r]))
         end = max(end, abs(y.weight[r] * (d[1 + r] + y.w[state + 8 * r + 6])))
         y.error[r] = d[1 + o.n_q + r] if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
-    limit *= max(min(begin, end), 1e-300)  # what shrinks must be known relative to what is left
+    # what shrinks must be known relative to what is left; what is driven begins at nothing
+    limit *= max(max(begin, end) if d[0] > 0.0 else min(begin, end), 1e-300)
     size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
     if size > limit:  # again, with the error added: sharper for stiff parts (see step)
         for r in range(n_x):
@@ -189,6 +219,26 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
             y.w[state + 8 * r + 7] = 0.0
         size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
     return size / limit
+
+
+@inner
+def _size(y, d, at):
+    """Largest component of a tangent, at the piece's begin or end, in units of the scales."""
+    size = 0.0
+    for r in range(len(y.weight)):
+        begin, end = d[1 + r], d[1 + r] + y.w[at + 8 * r + 6]
+        size = max(size, abs(y.weight[r] * begin), abs(y.weight[r] * end))
+    return size
+
+
+@inlined
+def _add_works(g, y, d, i, h):
+    """Integrals of the powers' derivatives in the piece, of the i-th tangent."""
+    n_w = len(y.powers) // 2
+    if n_w > 0:
+        g.vary(y.w, d)
+    for m in range(n_w):
+        y.works[i * n_w + m] += _integral(y.w, len(y.w) - 8 * (1 + n_w - m), h, y.b)
 
 
 @inlined
@@ -206,10 +256,13 @@ def _integral(w, at, h, b):
 
 
 @inlined
-def _solve(f, g, variant, k, o, y, d, h):
-    """Stage increments of the tangent d, in the lane buffer; whether the iteration converged."""
-    w, real = y.w, y.real
-    f.rest(w)
+def _solve(f, g, variant, k, o, y, d, i, h):
+    """Stage increments of the i-th tangent d, in the lane buffer; whether the iteration converged."""
+    w, real, width = y.w, y.real, 8 * (o.n_q + o.n)
+    if d[0] > 0.0 and y.count[FOLLOWS]:
+        f.extrapolate(w, y.past[width * i : width * (i + 1)], 1.0, h / real[SPAN])
+    else:
+        f.rest(w)
     f.move(w, d, h)
     size, scale, theta = 0.0, 1.0, 0.0
     for iteration in range(ITERATIONS):
@@ -220,7 +273,7 @@ def _solve(f, g, variant, k, o, y, d, h):
         if not size < 1e100:
             return False
         if iteration == 0:
-            scale = max(1.0, size)
+            scale = max(_size(y, d, 8 * (o.first + 1)) if d[0] > 0.0 else 1.0, size)
         else:
             theta = size / before
         slowest = max(theta, real[THETA])  # of one operator, whichever tangent has shown it

@@ -9,6 +9,12 @@ state at the end and the coordinate c that is fixed on the section,
 
 of a forced system P = M. A start at another phase begins at that phase's time.
 
+With directions in which parameters change (analysis.gradients) the flow's derivative Y in them gives
+
+    dP/dp = (I - F e_c^T / F_c) Y,  dT/dp = -Y_c / F_c;      of a forced system dP/dp = Y + F dT/dp,
+
+at a fixed start on the section; Y = -F dt/dp where a run that begins at another time t begins.
+
 Reference: Parker and Chua, Practical Numerical Algorithms for Chaotic Systems (1989), chapters 2 and 5.
 Validity: the section must be crossed, not touched (F_c != 0), and away from events that jump.
 """
@@ -22,6 +28,7 @@ from functools import cached_property
 import numpy as np
 
 from jointplay.analysis import rules
+from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rates import resolved
 from jointplay.analysis.starts import crank_place, state_names
@@ -54,6 +61,10 @@ class Image:
         Rows: contact, kind, time since the start over the duration, time, positions, speeds, modes.
     grazing : float
         Smallest approach speed of a guard at an event, relative to the terms that it is a sum of.
+    along : ndarray
+        Derivatives of the free coordinates, in units of their scales, in parameters: a column each.
+    times : ndarray
+        Derivatives of the duration in these.
     """
 
     status: int
@@ -62,6 +73,8 @@ class Image:
     derivative: np.ndarray | None = None
     events: np.ndarray | None = None
     grazing: float = math.inf
+    along: np.ndarray | None = None
+    times: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -130,10 +143,20 @@ class SectionMap:
             state[self.place] = self.phase
         return state
 
-    def image(self, state: np.ndarray, derivative: bool = True, turns: int | None = None) -> Image:
-        """Image of a state on the section, with the derivative or without; over the map's turns or others."""
+    def image(
+        self,
+        state: np.ndarray,
+        derivative: bool = True,
+        turns: int | None = None,
+        directions: Directions | None = None,
+    ) -> Image:
+        """Image of a state on the section, with the derivative or without; over the map's turns or others.
+
+        With `directions` (`gradients.directions.along`, whose `begin` is `SectionMap.begin` of that value's
+        map) also the derivatives in parameters.
+        """
         turns = self.turns if turns is None else turns
-        image = self._followed(state, 0.0, turns, derivative)
+        image = self._followed(state, 0.0, turns, derivative, directions)
         return image if image.status else replace(image, state=self._wrapped(image.state, state))
 
     def moved(self, state: np.ndarray, ahead: float) -> tuple[SectionMap, Image]:
@@ -164,7 +187,14 @@ class SectionMap:
             state[self.place] = self.phase
         return state
 
-    def _followed(self, state: np.ndarray, ahead: float, turns: int, derivative: bool) -> Image:
+    def _followed(
+        self,
+        state: np.ndarray,
+        ahead: float,
+        turns: int,
+        derivative: bool,
+        directions: Directions | None = None,
+    ) -> Image:
         """Follow a state to the section `ahead` rad and whole turns on."""
         lost = np.full_like(state, np.nan)
         end, status = self._end(state, ahead, turns)
@@ -172,7 +202,7 @@ class SectionMap:
             return Image(status, lost)
         frame = np.eye(len(state)) if derivative else np.zeros((0, len(state)))
         request = self.request(end, events=True, log_from=0.0)
-        bundle, rows, status = self.run(state, request, frame)
+        bundle, rows, status = self.run(state, request, frame, directions)
         if status:
             return Image(status, lost)
         span, reached, rate = end - self.begin, bundle.state, bundle.rate()
@@ -184,8 +214,24 @@ class SectionMap:
         events = rows[rows[:, 0] == Row.EVENT, 1:]
         places = (events[:, 2] - self.begin) / span
         events = np.column_stack([events[:, :2], places, events[:, 2:]])
-        P = self._projected(bundle.vectors.T, rate) if derivative else None
-        return Image(0, reached, span, P, events, bundle.grazing)
+        M, n_x = bundle.vectors.T, len(frame)
+        P = self._projected(M[:, :n_x], rate) if derivative else None
+        image = Image(0, reached, span, P, events, bundle.grazing)
+        if directions is None:
+            return image
+        along, times = self._along(M[:, n_x:], rate, directions, turns + ahead / math.tau)
+        return replace(image, along=along, times=times)
+
+    def _along(
+        self, Y: np.ndarray, rate: np.ndarray, directions: Directions, turns: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Derivatives of the image and of its duration in parameters."""
+        if self.place is not None:
+            times = ends = -Y[self.place] / rate[self.place]
+        else:
+            times = turns * directions.periods
+            ends = times + directions.begins
+        return (Y + np.outer(rate, ends))[self.free] / self.scale[self.free, None], times
 
     def _target(self, ahead: float, turns: int) -> float:
         return self.phase if self.plane else self.phase + self.direction * (ahead + turns * math.tau)
@@ -234,13 +280,28 @@ class SectionMap:
         """Request for a run with the map's tolerance and limit of steps."""
         return Request(end, self.rtol, max_steps=rules.steps(self.max_steps), **fields)
 
-    def run(self, state: np.ndarray, request: Request, frame: np.ndarray) -> tuple[Bundle, np.ndarray, int]:
-        """Follow a state from the section on: the run at its end, the rows of its log, and its status."""
+    def run(
+        self,
+        state: np.ndarray,
+        request: Request,
+        frame: np.ndarray,
+        directions: Directions | None = None,
+    ) -> tuple[Bundle, np.ndarray, int]:
+        """Follow a state from the section on: the run at its end, the rows of its log, and its status.
+
+        The start is the section's: that of the directions is of no account.
+        """
         from jointplay.numerics.memory import LOGGED
 
-        bundle = Bundle(replace(self.model, state=state), request, frame, held=True)
+        model, driven = replace(self.model, state=state), directions
+        if directions is not None:
+            driven = replace(directions, starts=np.zeros_like(directions.starts))
+        bundle = Bundle(model, request, frame, held=True, directions=driven)
         x, parts, status = bundle.x, [], bundle.full
         x.s[0] = self.begin
+        if directions is not None and np.any(directions.begins):
+            bundle.advance(self.begin)  # no step: the modes of the start
+            bundle.shift(-directions.begins)
         while status == bundle.full:
             status = bundle.advance()
             parts.append(x.log[: x.count[LOGGED]].copy())

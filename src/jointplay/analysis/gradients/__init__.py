@@ -1,0 +1,1 @@
+"""Derivatives in parameters: of states, section maps, forces and works."""
