@@ -1,0 +1,233 @@
+"""A mechanism's solver as JavaScript: its equations, the method, and the driver of solver.js, in one text.
+
+The text belongs to a structure, the data to a mechanism. The flow is that of numerics.flow with its tangents,
+translated (script.translate) line by line; recorded quantities are those of the structure's own program.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
+from inspect import getsource
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis import rates, rules
+from jointplay.analysis.exponents.stretching import SOLVED, frame
+from jointplay.analysis.quantities import EVENTS, MODES, WORDS
+from jointplay.analysis.tangents import scales, tolerated
+from jointplay.analysis.trajectory import Request, memory
+from jointplay.codegen import algebra, cache, variation
+from jointplay.codegen.lambert import LAMBERT
+from jointplay.equations.structure import Linkage, Oscillator
+from jointplay.equations.write import system
+from jointplay.mechanism.model import Model
+from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.numerics.codes import Row, Status
+from jointplay.numerics.control import FULL
+from jointplay.numerics.interface import Functions, Variations
+from jointplay.numerics.memory import COUNTERS, LEVEL, H
+from jointplay.numerics.modes import RELEASED, mask, variant_of
+from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
+from jointplay.script.places import joints
+from jointplay.script.translate import Script, Unit, generated, unit_of
+
+SHOWN = (
+    *("angle", "angular_velocity", "journal_x", "journal_y", "eccentricity_ratio", "normal_velocity"),
+    *("normal_force", "slide_position", "deflection", "reaction", "state_value"),
+)
+LOG_ROWS = 512
+LATER = 0.382  # of the period: another time, to see whether the rates depend on it
+HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tanh\n"
+
+
+@dataclass(frozen=True)
+class Solver:
+    """JavaScript that defines ``makeSolver``, and what to call it with, which is fit for JSON.
+
+    Parameters
+    ----------
+    text : str
+        Belongs to the structure: mechanisms that differ in numbers alone share it.
+    data : dict
+        Numbers, names, start, tolerances.
+    """
+
+    text: str
+    data: dict[str, Any]
+
+
+def solver(
+    mechanism: Mechanism | TestSystem,
+    *,
+    initial: Any = None,
+    section: Any = None,
+    rtol: float = 1e-8,
+    names: tuple[str, ...] = SHOWN,
+) -> Solver:
+    """Give the solver of a mechanism's motion.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    initial, section, rtol
+        As in `jointplay.simulate`.
+    names : tuple of str
+        Quantities that it records; those that the mechanism has not are left out.
+
+    Raises
+    ------
+    InputError
+        If the start or the section does not fit the mechanism.
+    UntranslatableError
+        If a kernel, or an equation, holds what has no translation.
+    """
+    model = rules.model_for(mechanism, initial, section)
+    outputs = cache.structure_module(model.structure).OUTPUTS
+    shown = [
+        (name, label) for name in names for label in _labels(model, name) if _key(name, label) in outputs
+    ]
+    keys = tuple(_key(*each) for each in shown)
+    request = Request(
+        math.inf,
+        rtol,
+        log_from=0.0,
+        events=True,
+        rates=bool(rates.needed({name for name, _ in shown})),
+        **rules.section_fields(section, model, 0),
+    )
+    data = _numbers(model, request) | {
+        "quantities": [{"name": n, "label": k, "units": WORDS[n].units} for n, k in shown],
+        "joints": [*model.joints, *model.walls],
+        "events": EVENTS,
+        "modes": MODES,
+        "statuses": [{"word": each.word, "meaning": each.meaning} for each in Status],
+        "state": cache.structure_module(model.structure).STATE[1:],
+        "linkage": joints(mechanism) if isinstance(mechanism, Mechanism) else [],
+    }
+    return Solver(solver_text(model.structure, keys), data)
+
+
+def _labels(model: Model, name: str) -> tuple[str, ...]:
+    kinds = {"link": model.links, "bending": model.bending, "joint": model.joints, "pin": model.pins}
+    return (kinds | {"guide": model.guides, "guided": model.pins, "state": model.states}).get(
+        WORDS[name].of, ("",)
+    )
+
+
+def _key(name: str, label: str) -> str:
+    return f"{'state' if name == 'state_value' else name}:{label}" if label else name
+
+
+@lru_cache(maxsize=64)
+def solver_text(structure: Linkage | Oscillator, keys: tuple[str, ...]) -> str:
+    """Give the JavaScript of a structure's equations, of the method and of the driver; it defines makeSolver.
+
+    Raises
+    ------
+    UntranslatableError
+        If a kernel, or an equation, holds what has no translation.
+    """
+    script = Script()
+    script.function(unit_of("jointplay.numerics.flow"), "run")
+    module = cache.structure_module(structure)
+    own = Unit("structure", getsource(module), vars(module))
+    parts = {"functions": [own], "variations": [_variation(structure)]}
+    if not module.SIZES["planned"]:
+        sizes = module.SIZES["positions"], module.SIZES["speeds"]
+        parts["functions"].append(generated("algebra", algebra.text(*sizes)))
+    handed = []
+    for name, fields in (("functions", Functions._fields), ("variations", Variations._fields)):
+        known = {field: unit for unit in parts[name] for field in fields if field in unit.functions}
+        pairs = (f"{field}: {script.function(unit, field)}" for field, unit in known.items())
+        handed.append(f"const {name} = {{ {', '.join(pairs)} }};")
+    handed.append(f"const quantities = {script.function(_quantities(module, keys), 'quantities')};")
+    runtime, driver = ((files(__package__) / name).read_text() for name in ("runtime.js", "solver.js"))
+    body = "\n".join([runtime, script.text, *handed, driver])
+    return f"const makeSolver = (() => {{\n{body}\nreturn makeSolver;\n}})();\n"
+
+
+def _variation(structure: Linkage | Oscillator) -> Unit:
+    sizes = cache.structure_module(structure).SIZES
+    return generated("variation", variation.text(system(structure), sizes["first"], bool(sizes["planned"])))
+
+
+def _quantities(module: Any, keys: tuple[str, ...]) -> Unit:
+    """The part of a structure's program that some quantities need, as a function of a record."""
+    wanted, lines = {module.OUTPUTS[key] for key in keys}, []
+    for symbol, source, reads in reversed(module.PROGRAM):
+        if symbol in wanted:
+            wanted.update(reads)
+            lines.insert(0, f"{symbol} = {source}")
+    names = {name: f"row[{i}]" for i, name in enumerate(module.STATE)}
+    names |= {name: f"p[{i}]" for i, name in enumerate(module.PARAMETERS)}
+    for j, name in enumerate((*module.CONTACTS, *module.RESETS)):
+        mode = f"row[{len(module.STATE) + j}]"
+        names[f"touch_{name}"] = f"1.0 if {mode} > {RELEASED} else 0.0"
+        names[f"slip_{name}"] = f"1.0 if {mode} == 2 else (-1.0 if {mode} == 3 else 0.0)"
+        names[f"stick_{name}"] = f"1.0 if {mode} == 4 else 0.0"
+    head = [f"{name} = {value}" for name, value in names.items() if name in wanted]
+    tail = [f"out[{i}] = {module.OUTPUTS[key]}" for i, key in enumerate(keys)]
+    body = "\n".join(f"    {line}" for line in (*head, *lines, *tail))
+    law = LAMBERT if "lambert(" in body else ""
+    return generated("outputs", f"{HEADER}{law}def quantities(row, p, out):\n{body or '    pass'}\n")
+
+
+def _numbers(model: Model, request: Request) -> dict[str, Any]:
+    """Arrays and options of a run, as lengths where they begin as zeros."""
+    k, x, o = memory(model, request)
+    names = cache.structure_module(model.structure).STATE[1:]
+    crank = f"theta_{model.crank}"
+    return {
+        "work": {name: len(array) for name, array in k._asdict().items()},
+        "trajectory": {n: _packed(a) for n, a in x._asdict().items() if n not in ("samples", "log")},
+        "options": {name: _plain(value) for name, value in o._asdict().items()},
+        "tangents": _tangents(model, request, x, o),
+        "log_rows": LOG_ROWS,
+        "period": model.period,
+        "first_step": float(x.real[H]) / model.period,
+        "crank": names.index(crank) if crank in names else None,
+        "places_of": {"count": list(range(COUNTERS)), "real": {"H": H, "LEVEL": LEVEL}},
+        "codes": {"OK": int(Status.OK), "FULL": FULL, "STEP_LIMIT": int(Status.STEP_LIMIT)},
+        "rows": {each.word: float(each) for each in Row},
+    }
+
+
+def _tangents(model: Model, request: Request, x: Any, o: Any) -> dict[str, Any]:
+    """One tangent, and the motion's own direction before it where nothing outside keeps the time."""
+    neutral = _timeless(model, x, o)
+    wanted = frame(1 + neutral, scales(model), model.memories)
+    y = tangents(wanted, scales(model), o.n, _variation(model.structure).scope["ROWS"], 1)
+    y.count[SALTATION], y.count[NEUTRAL] = 1, neutral
+    y.real[GRAZING] = y.real[BLOCK] = y.real[NEXT] = np.inf
+    y.real[TOLERANCE], y.real[LIMIT] = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
+    return {name: _packed(array) for name, array in y._asdict().items() if name != "rows"}
+
+
+def _timeless(model: Model, x: Any, o: Any) -> bool:
+    """Whether the rates do not depend on the time, so that one exponent of the flow is 0."""
+    if isinstance(model.structure, Oscillator):
+        return "phase" not in cache.structure_module(model.structure).OUTPUTS
+    module, found = cache.structure_module(model.structure), []
+    for time in (0.0, LATER * model.period):
+        s, w = x.s.copy(), np.zeros(8 * module.SIZES["rows"])
+        s[0] = time
+        module.trig(s, x.p)
+        mask(x.modes, x.m)
+        module.rate(variant_of(x.modes), w, s, x.p, x.m)
+        found.append(w[8 * (o.first + 1 + o.n_q + o.n) :][: 8 * o.n])
+    return np.array_equal(*found)
+
+
+def _packed(array: np.ndarray) -> int | list[Any]:
+    """Length of zeros, else the values."""
+    return [_plain(value) for value in array.tolist()] if array.any() else len(array)
+
+
+def _plain(value: float) -> float | str:
+    """A number as JSON has it: what is not finite as a word that both languages read."""
+    return value if math.isfinite(value) else str(value).replace("inf", "Infinity").replace("nan", "NaN")
