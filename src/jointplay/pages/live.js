@@ -135,6 +135,15 @@ if (jointplay.data.live) {
     return Math.max(ends[1] - ends[0], 1e-3);
   }
 
+  // The same of points of a map, whose clearance may be another.
+  function tolerance({ value, across, section: rows }) {
+    const { axes } = jointplay.diagram.asked();
+    const own = [value, across][axes.findIndex(({ key }) => key === view.clearance)];
+    if (view.circle) return 1e-4 * view.section.factors[0] * (own || clearance());
+    const ends = plots.span(rows.map((row) => place(row)[0]));
+    return 1e-4 * Math.max(ends[1] - ends[0], 1e-3);
+  }
+
   function say(words) {
     element("live-verdict").textContent = words;
   }
@@ -188,7 +197,7 @@ if (jointplay.data.live) {
     parameters.forEach((each) => { nominal[each.key] = held[each.key] = each.value; });
     parameters.forEach(showValue);
     read(jointplay.view);
-    if (jointplay.diagram) jointplay.diagram.begin(parameters, { solver, held, nominal, wish, place: (row) => place(row), section: () => view.section });
+    if (jointplay.diagram) jointplay.diagram.begin(parameters, { solver, held, wish, place: (row) => place(row), tolerance, words: () => view.section.words });
     element("live").dataset.ready = "yes";
     requestAnimationFrame(frame);
   }

@@ -37,26 +37,31 @@ const plots = (() => {
     return [low - room, high + room];
   }
 
-  // Begin a chart; `x` and `y` are ends of the axes, `log` that x is logarithmic. Returns how to draw in it.
-  function chart(canvas, { x, y, xLabel, yLabel, log = false, aspect = 0.66 }) {
-    const [pen, width, height] = stage.clear(canvas, aspect);
-    const scale = log ? Math.log : Number;
-    const [left, right, bottom, top] = [LEFT, width - EDGE, height - BELOW, EDGE];
-    const [first, last] = x.map(scale);
-    const px = (value) => left + ((scale(value) - first) / (last - first)) * (right - left);
-    const py = (value) => bottom - ((value - y[0]) / (y[1] - y[0])) * (bottom - top);
-    const view = { pen, px, py, left, right, bottom, top };
-    view.x = (at) => {
-      const value = first + ((at - left) / (right - left)) * (last - first);
+  // From values to pixels, and back.
+  function scaled(ends, log, begin, end) {
+    const [first, last] = log ? ends.map(Math.log) : ends;
+    const to = (value) => begin + (((log ? Math.log(value) : value) - first) / (last - first)) * (end - begin);
+    const at = (pixel) => {
+      const value = first + ((pixel - begin) / (end - begin)) * (last - first);
       return log ? Math.exp(value) : value;
     };
+    return [to, at];
+  }
+
+  // Begin a chart; `x` and `y` are ends of the axes, `log` and `logY` that they are logarithmic. Returns how to draw.
+  function chart(canvas, { x, y, xLabel, yLabel, log = false, logY = false, aspect = 0.66 }) {
+    const [pen, width, height] = stage.clear(canvas, aspect);
+    const [left, right, bottom, top] = [LEFT, width - EDGE, height - BELOW, EDGE];
+    const [toX, atX] = scaled(x, log, left, right);
+    const [toY, atY] = scaled(y, logY, bottom, top);
+    const view = { pen, px: toX, py: toY, x: atX, y: atY, left, right, bottom, top };
     pen.strokeStyle = stage.colour("--line");
     pen.fillStyle = stage.colour("--faint");
     pen.lineWidth = 1;
     pen.textAlign = "center";
     let free = -Infinity;
     (log ? decades(...x) : ticks(...x)).forEach((value) => {
-      const at = px(value);
+      const at = toX(value);
       pen.strokeRect(at, top, 0, bottom - top);
       if (at - pen.measureText(text(value)).width / 2 > free + 4) {
         pen.fillText(text(value), at, bottom + 14);
@@ -65,9 +70,9 @@ const plots = (() => {
     });
     pen.fillText(xLabel, (left + right) / 2, height - 4);
     pen.textAlign = "right";
-    ticks(...y, 4).forEach((value) => {
-      pen.strokeRect(left, py(value), right - left, 0);
-      pen.fillText(text(value), left - 5, py(value) + 4);
+    (logY ? decades(...y) : ticks(...y, 4)).forEach((value) => {
+      pen.strokeRect(left, toY(value), right - left, 0);
+      pen.fillText(text(value), left - 5, toY(value) + 4);
     });
     pen.save();
     pen.translate(11, (top + bottom) / 2);
@@ -111,5 +116,5 @@ const plots = (() => {
     pen.strokeRect(at, top, 0, bottom - top);
   }
 
-  return { chart, dots, line, span, text, upright };
+  return { chart, clipped, dots, line, span, text, upright };
 })();

@@ -105,18 +105,23 @@ function on({ budget, most }) {
   return found;
 }
 
-// A diagram: for each value, its section points after a transient. The next value goes on from there.
-function scan({ values, key, list, transient, kept }) {
+// For each value, its section points after a transient; the next value goes on from there. A map has a line of
+// values for each value of another slider, begun anew.
+function scan({ values, key, across, list, lines, transient, kept }) {
   set({ values });
-  for (const value of list) {
-    const row = { value, section: [], status: set({ values: { [key]: value } }).refused[key] || "" };
-    for (let done = 0; !row.status && done < transient + kept; done += 1) {
-      const out = ahead.run(1, { samples: 0, tangent: false, budget_ms: BUDGET });
-      row.status = ended(out, 1);
-      if (!row.status && done >= transient) row.section.push(...points(ahead, out.section));
+  for (const line of lines) {
+    const why = across === null ? "" : set({ values: { [across]: line } }).refused[across] || "";
+    if (across !== null) reset();
+    for (const value of list) {
+      const row = { value, across: line, section: [], status: why || set({ values: { [key]: value } }).refused[key] || "" };
+      for (let done = 0; !row.status && done < transient + kept; done += 1) {
+        const out = ahead.run(1, { samples: 0, tangent: false, budget_ms: BUDGET });
+        row.status = ended(out, 1);
+        if (!row.status && done >= transient) row.section.push(...points(ahead, out.section));
+      }
+      if (row.status) reset();
+      postMessage({ what: "row", row });
     }
-    if (row.status) reset();
-    postMessage({ what: "row", row });
   }
   return {};
 }
