@@ -68,3 +68,37 @@ def test_two_turns_are_the_compiled_ones(name, tmp_path):
             expected = (there.sel({there.dims[1]: label}) if label else there).values[1:]
             most = share * max(float(np.abs(there).max()), 1e-300)
             np.testing.assert_allclose(series, expected, rtol=0, atol=most, err_msg=f"{quantity} {label}")
+
+
+CHANGED = {"clearance.B": 1e-4, "gear_ratio": 5.0, "friction.B": 0.02, "stiffness.B": 2e7, "damping.B": 100.0}
+SET = """
+const solver = makeSolver(data.solver);
+solver.run(0.3);
+const said = Object.entries(data.values).map(([key, value]) => solver.set(key, value));
+solver.reset();
+const found = solver.run(1, { samples: 4 });
+const refused = [solver.set("gear_ratio", 1e9), solver.set("clearance.B", NaN), solver.set("mass", 1)];
+return { ...found, state: solver.state(), said, refused, period: solver.period() };
+"""
+
+
+def test_numbers_follow_the_sliders_as_they_follow_a_study(tmp_path):
+    script = solver(SCENES["C"](), rtol=RTOL, section=jp.CrankAngle())
+    found = ran(script.text, {"solver": script.data, "values": CHANGED}, SET, tmp_path)
+    parts = {"clearance.B": "joints.B.clearance", "friction.B": "joints.B.friction.coefficient"}
+    parts |= {f"{word}.B": f"joints.B.contact.{word}" for word in ("stiffness", "damping")}
+    changed = SCENES["C"]().replace(**{parts.get(key, key): value for key, value in CHANGED.items()})
+    motion = jp.simulate(changed, turns=1, rtol=RTOL, samples_per_turn=4, section=jp.CrankAngle())
+    assert found["said"] == [""] * len(CHANGED)
+    assert found["status"] == "ok"
+    assert found["period"] == pytest.approx(float(motion.turn_period_nominal), rel=1e-14)
+    times, kinds = events(motion)
+    assert [(each["joint"], each["kind"]) for each in found["events"]] == kinds
+    np.testing.assert_allclose([each["time"] for each in found["events"]], times, rtol=1e-9)
+    for link, angles in found["angle"].items():
+        np.testing.assert_allclose(angles, motion.angle.sel(link=link).values[1:], atol=1e-9)
+    assert found["refused"] == [
+        "gear ratio: from 0.6 to 9 is accepted",
+        "radial clearance of joint B: from 29 to 2900 µm is accepted",
+        "there is no slider mass",
+    ]

@@ -2,6 +2,7 @@
 // `functions`, `variations`, `quantities` and the kernels' names come from the translated text before.
 
 function makeSolver(data) {
+  const FAR = 2; // clearances: further out, a motion begins at its start
   const PIECE = 32; // attempts between two looks at the clock
   const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , FRESH, SMOOTH, , PASSED, STARTED] = data.places_of.count;
   const { H, LEVEL } = data.places_of.real;
@@ -34,6 +35,117 @@ function makeSolver(data) {
   let began = 0; // turns until the tangents' sum began
   let turns = 0;
   let sum = 0;
+
+  const pins = Float64Array.from(data.pins);
+  const parameters = data.parameters.map((each) => ({ ...each }));
+  const set_to = parameters.map((each) => each.value);
+  let last = null; // all that the last run's samples give
+
+  // A number where parameter `number` alone has its present value; forms are those of script/sliders.py.
+  function form(first, [number, kind, numbers]) {
+    const ratio = set_to[number] / parameters[number].value;
+    if (kind === "power") return first * ratio ** numbers[0];
+    return numbers.reduceRight((total, c) => total * (ratio - 1) + c, 0);
+  }
+
+  function follow() {
+    data.followed.forEach(({ array, at, value, rule, forms }) => {
+      const first = Number(value);
+      const alone = forms.map((each) => form(first, each));
+      const times = () => first * alone.reduce((product, each) => product * (each / first), 1);
+      const now = rule === "times" ? times() : alone.reduce((total, each) => total + (each - first), first);
+      if (array === "span") period = now;
+      else if (array === "pins") pins[at] = now;
+      else if (array === "weight") y.weight[at] = firstTangents.weight[at] = now;
+      else if (array in o) o[array] = now;
+      else {
+        start[array][at] = now;
+        if (array !== "s") x[array][at] = now;
+      }
+    });
+    start.real[H] = data.first_step * period;
+  }
+
+  // Empty, or why a value is refused. The motion goes on from where it is, with a new length from its start.
+  function set(key, value) {
+    const number = parameters.findIndex((each) => each.key === key);
+    if (number < 0) return `there is no slider ${key}`;
+    const { min, max, label, unit, factor, restarts } = parameters[number];
+    if (!(value >= min && value <= max)) {
+      const shown = (each) => Number((each * factor).toPrecision(4));
+      return `${label}: from ${shown(min)} to ${shown(max)}${unit && ` ${unit}`} is accepted`;
+    }
+    set_to[number] = value;
+    follow();
+    if (restarts || outside()) reset();
+    else restart();
+    return "";
+  }
+
+  // Whether a journal is so far out that a force on it would be absurd.
+  function outside() {
+    quantities(Float64Array.of(...x.s.subarray(0, 1 + x.absolute.length), ...x.modes), x.p, values);
+    return data.quantities.some(({ name }, i) => name === "eccentricity_ratio" && !(values[i] < FAR));
+  }
+
+  // Least squares: the x for which A x comes nearest to b (the normal equations, by Gauss and Jordan).
+  function solved(A, b, n) {
+    const M = Array.from({ length: n }, (_, i) => {
+      const row = new Float64Array(n + 1);
+      A.forEach((each, r) => {
+        for (let j = 0; j < n; j += 1) row[j] += each[i] * each[j];
+        row[n] += each[i] * b[r];
+      });
+      return row;
+    });
+    for (let i = 0; i < n; i += 1) {
+      const top = M.reduce((best, row, r) => (r > i && Math.abs(row[i]) > Math.abs(M[best][i]) ? r : best), i);
+      [M[i], M[top]] = [M[top], M[i]];
+      const pivot = M[i].map((each) => each / M[i][i]);
+      M[i] = pivot;
+      M.forEach((row, r) => {
+        if (r !== i) M[r] = row.map((each, j) => each - row[i] * pivot[j]);
+      });
+    }
+    return M.map((row) => row[n]);
+  }
+
+  // Where links are at a sample of the last run: {link: [x, y, angle]}, as mechanism/positions.py has it.
+  function places(sample) {
+    const angle = (pin) => (pin.link in last.angle ? last.angle[pin.link][sample] : 0);
+    const n = 2 * data.links.length;
+    const [A, b] = [[], []];
+    data.linkage.forEach((joint, number) => {
+      const rows = [new Float64Array(n), new Float64Array(n)];
+      const known = [0, 0];
+      [[joint.journal, 1], [joint.bearing, -1]].forEach(([pin, sign], side) => {
+        const at = data.links.indexOf(pin.link);
+        const arm = at < 0 ? 0 : pins[2 * number + side];
+        known[0] += sign * (at < 0 ? pin.point[0] : arm * Math.cos(angle(pin)));
+        known[1] += sign * (at < 0 ? pin.point[1] : arm * Math.sin(angle(pin)));
+        if (at >= 0) [0, 1].forEach((axis) => { rows[axis][2 * at + axis] += sign; });
+      });
+      const of = (name, label) => (last[name] && last[name][label] ? last[name][label][sample] : undefined);
+      if (!joint.prismatic) {
+        ["journal_x", "journal_y"].forEach((name, axis) => {
+          A.push(rows[axis]);
+          b.push((of(name, joint.name) || 0) - known[axis]);
+        });
+        return;
+      }
+      const turned = joint.bearing.direction + angle(joint.bearing);
+      const [c, s] = [Math.cos(turned), Math.sin(turned)];
+      const slide = of("slide_position", joint.label) ?? of("slide_position", joint.name);
+      const put = (a, d, wanted) => {
+        A.push(rows[0].map((each, j) => a * each + d * rows[1][j]));
+        b.push(wanted - a * known[0] - d * known[1]);
+      };
+      if (slide !== undefined) put(c, s, slide);
+      if (slide === undefined || joint.ideal) put(-s, c, 0);
+    });
+    const found = solved(A, b, n);
+    return Object.fromEntries(data.links.map((name, i) => [name, [found[2 * i], found[2 * i + 1], last.angle[name][sample]]]));
+  }
 
   function refill(from, into) {
     Object.entries(from).forEach(([name, array]) => into[name].set(array));
@@ -82,7 +194,7 @@ function makeSolver(data) {
   }
 
   // Quantities of rows (time, state, modes): {name: {label: Float64Array}}.
-  function measured(taken) {
+  function evaluated(taken) {
     const found = { time: Float64Array.from(taken, (row) => row[0]) };
     const into = data.quantities.map(({ name, label }) => {
       found[name] = found[name] || {};
@@ -97,6 +209,13 @@ function makeSolver(data) {
     });
     return found;
   }
+
+  function only_shown(found) {
+    const names = new Set(["time", ...data.quantities.filter((each) => each.shown).map((each) => each.name)]);
+    return Object.fromEntries(Object.entries(found).filter(([name]) => names.has(name)));
+  }
+
+  const measured = (taken) => only_shown(evaluated(taken));
 
   function run(length, { samples = 0, tangent = false, budget_ms = Infinity } = {}) {
     const found = { events: [], section: [], doubts: 0 };
@@ -121,10 +240,11 @@ function makeSolver(data) {
     const status = data.statuses[code === STEP_LIMIT || code === FULL ? OK : code];
     const exponent = { sum: y.logs[y.logs.length - 1] - sum, turns: turns - began };
     const taken = x.samples.slice(0, x.count[SAMPLES]);
-    return { status: status.word, meaning: status.meaning, turns_done: done, ...measured(taken), ...found, exponent };
+    last = evaluated(taken);
+    return { status: status.word, meaning: status.meaning, turns_done: done, ...only_shown(last), ...found, exponent };
   }
 
   const state = () => x.s.slice(1, 1 + x.absolute.length);
   reset();
-  return { run, reset, restart, state, setState, measured, time: () => x.s[0], period: () => period };
+  return { parameters, set, run, reset, state, setState, measured, places, time: () => x.s[0], period: () => period };
 }

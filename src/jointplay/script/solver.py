@@ -33,12 +33,16 @@ from jointplay.numerics.memory import COUNTERS, LEVEL, H
 from jointplay.numerics.modes import RELEASED, mask, variant_of
 from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
 from jointplay.script.places import joints
+from jointplay.script.sliders import followed
 from jointplay.script.translate import Script, Unit, generated, unit_of
 
 SHOWN = (
     *("angle", "angular_velocity", "journal_x", "journal_y", "eccentricity_ratio", "normal_velocity"),
     *("normal_force", "slide_position", "deflection", "reaction", "state_value"),
 )
+NEEDED = ("angle", "journal_x", "journal_y", "slide_position", "eccentricity_ratio")  # for places, and `set`
+ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone")
+OPTIONS = ("h_max", "near", "rest", "hop", "play", "sharp")
 LOG_ROWS = 512
 LATER = 0.382  # of the period: another time, to see whether the rates depend on it
 HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tanh\n"
@@ -87,29 +91,48 @@ def solver(
         If a kernel, or an equation, holds what has no translation.
     """
     model = rules.model_for(mechanism, initial, section)
+    wanted = dict.fromkeys((name, label) for name in (*names, *NEEDED) for label in _labels(model, name))
     outputs = cache.structure_module(model.structure).OUTPUTS
-    shown = [
-        (name, label) for name in names for label in _labels(model, name) if _key(name, label) in outputs
-    ]
-    keys = tuple(_key(*each) for each in shown)
-    request = Request(
-        math.inf,
-        rtol,
-        log_from=0.0,
-        events=True,
-        rates=bool(rates.needed({name for name, _ in shown})),
-        **rules.section_fields(section, model, 0),
-    )
-    data = _numbers(model, request) | {
-        "quantities": [{"name": n, "label": k, "units": WORDS[n].units} for n, k in shown],
+    shown = [each for each in wanted if _key(*each) in outputs]
+
+    def request(model: Model) -> Request:
+        fields = rules.section_fields(section, model, 0)
+        sharp = rates.needed(name for name, _ in shown)
+        return Request(math.inf, rtol, log_from=0.0, events=True, rates=sharp, **fields)
+
+    def numbers(changed: Mechanism | TestSystem) -> dict[tuple[str, int], float] | None:
+        other = rules.model_for(changed, initial, section)
+        return _numbers(changed, other, request(other)) if other.structure == model.structure else None
+
+    data = _begun(model, request(model)) | followed(mechanism, numbers)
+    linkage = joints(mechanism) if isinstance(mechanism, Mechanism) else []
+    data |= {
+        "quantities": [
+            {"name": n, "label": k, "units": WORDS[n].units, "shown": n in names} for n, k in shown
+        ],
         "joints": [*model.joints, *model.walls],
+        "links": model.links,
         "events": EVENTS,
         "modes": MODES,
         "statuses": [{"word": each.word, "meaning": each.meaning} for each in Status],
         "state": cache.structure_module(model.structure).STATE[1:],
-        "linkage": joints(mechanism) if isinstance(mechanism, Mechanism) else [],
+        "linkage": linkage,
+        "pins": [place for joint in linkage for place in (joint["journal"]["at"], joint["bearing"]["at"])],
     }
-    return Solver(solver_text(model.structure, keys), data)
+    return Solver(solver_text(model.structure, tuple(_key(*each) for each in shown)), data)
+
+
+def _numbers(
+    mechanism: Mechanism | TestSystem, model: Model, request: Request
+) -> dict[tuple[str, int], float]:
+    """All that a run begins with and that a parameter may change, by array and place."""
+    _, x, o = memory(model, request)
+    arrays = {name: getattr(x, name) for name in ARRAYS} | {"weight": 1 / scales(model)}
+    arrays |= {name: np.array([getattr(o, name)]) for name in OPTIONS} | {"span": np.array([model.period])}
+    if isinstance(mechanism, Mechanism):
+        ends = [pin.at for joint in mechanism.joints for pin in (joint.journal, joint.bearing)]
+        arrays["pins"] = np.array(ends)
+    return {(name, i): float(v) for name, array in arrays.items() for i, v in enumerate(array)}
 
 
 def _labels(model: Model, name: str) -> tuple[str, ...]:
@@ -151,6 +174,7 @@ def solver_text(structure: Linkage | Oscillator, keys: tuple[str, ...]) -> str:
     return f"const makeSolver = (() => {{\n{body}\nreturn makeSolver;\n}})();\n"
 
 
+@lru_cache(maxsize=64)
 def _variation(structure: Linkage | Oscillator) -> Unit:
     sizes = cache.structure_module(structure).SIZES
     return generated("variation", variation.text(system(structure), sizes["first"], bool(sizes["planned"])))
@@ -177,7 +201,7 @@ def _quantities(module: Any, keys: tuple[str, ...]) -> Unit:
     return generated("outputs", f"{HEADER}{law}def quantities(row, p, out):\n{body or '    pass'}\n")
 
 
-def _numbers(model: Model, request: Request) -> dict[str, Any]:
+def _begun(model: Model, request: Request) -> dict[str, Any]:
     """Arrays and options of a run, as lengths where they begin as zeros."""
     k, x, o = memory(model, request)
     names = cache.structure_module(model.structure).STATE[1:]
