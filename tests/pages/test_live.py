@@ -9,7 +9,7 @@ from jointplay.cli import main
 from jointplay.errors import refuse
 from jointplay.pages import live
 from jointplay.study.file import validate
-from jointplay.study.toml_text import parse
+from jointplay.study.toml_text import override, parse
 from tests.pages.live_samples import fake, linkage
 
 
@@ -17,6 +17,35 @@ from tests.pages.live_samples import fake, linkage
 def test_the_study_of_a_page_is_that_of_its_mechanism(mechanism):
     record = validate({"name": "page"} | parse(live.study(mechanism)))
     assert record.mechanism == mechanism
+
+
+@pytest.mark.parametrize(
+    "mechanism",
+    [
+        jp.catalog.duffing(),
+        pytest.param(linkage(), marks=pytest.mark.long),
+        pytest.param(jp.catalog.slider_crank(), marks=pytest.mark.long),
+    ],
+    ids=repr,
+)
+def test_every_slider_stands_for_a_number_of_the_study(mechanism):
+    found, why = live.live(mechanism, ["clearance", "speed", "damping"])
+    assert why == ""
+    for given in found["solver"]["parameters"]:
+        value = 1.01 * given["value"]
+        table = override(parse(found["study"]), [f"{found['paths'][given['key']]}={value!r}"])
+        changed = validate({"name": "page"} | table).mechanism
+        word, _, joint = given["key"].partition(".")
+        own = {"clearance": f"joints.{joint}.clearance", "stiffness": f"joints.{joint}.contact.stiffness"}
+        own |= {"damping": f"joints.{joint}.contact.damping"} if joint else {}
+        own["friction"] = f"joints.{joint}.friction.coefficient"
+        assert changed == mechanism.replace(**{own.get(word, given["key"]): value})
+    wanted = {
+        "clearance": "clearance.B",
+        "speed": "speed",
+        "damping": "damping.B" if found["scene"] else "damping",
+    }
+    assert found["varied"] == {name: key for name, key in wanted.items() if key in found["paths"]}
 
 
 def test_without_scripts_picture_and_numbers_are_there(monkeypatch, tmp_path, capsys):

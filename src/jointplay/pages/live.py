@@ -16,6 +16,7 @@ from jointplay.errors import InputError
 from jointplay.mechanism.records import CrankAngle, Joint, Mechanism, TestSystem
 from jointplay.pages import frame, moving, texts
 from jointplay.results.store import write_figure
+from jointplay.script.expressions import UntranslatableError
 from jointplay.script.solver import Solver, solver
 from jointplay.study import toml_text
 
@@ -24,6 +25,9 @@ STUDIED = {  # keys of sliders, as paths of a study
     "friction": "joints.{}.friction.coefficient",
     "stiffness": "joints.{}.contact.stiffness",
     "damping": "joints.{}.contact.damping",
+    "restitution": "joints.{}.contact.restitution",
+    "gear_ratio": "drive.gear_ratio",
+    "speed": "drive.speed",
 }
 FIRST = (
     "clearance",
@@ -60,7 +64,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
     """
     try:
         made = solved(mechanism)
-    except InputError as error:
+    except (InputError, UntranslatableError) as error:
         return None, f"This page does not compute: {error}."
     keys = [each["key"] for each in made.data["parameters"]]
     linkage = isinstance(mechanism, Mechanism)
@@ -91,7 +95,7 @@ def with_ideal(found: dict[str, Any], mechanism: Mechanism | TestSystem) -> dict
     """Add the solver of the same linkage without clearance, where that has one."""
     if not isinstance(mechanism, Mechanism) or not mechanism.clearance_joints:
         return found
-    with suppress(InputError):  # its loops may not close by themselves
+    with suppress(InputError, UntranslatableError):  # its loops may not close by themselves
         made = solved(mechanism.replace(clearance=0.0))
         whole = f"const makeIdeal = (() => {{\n{made.text}\nreturn makeSolver;\n}})();\n{found['text']}"
         return found | {"text": whole, "ideal": made.data}
@@ -142,13 +146,23 @@ def path_of(mechanism: Mechanism | TestSystem, key: str) -> str:
     """Return the path of a slider's number below a study's mechanism."""
     word, _, part = key.partition(".")
     if isinstance(mechanism, TestSystem):
-        return f"parameters.{key}"
+        return key if named(mechanism) else f"parameters.{key}"
     return STUDIED[word].format(part) if word in STUDIED else key
+
+
+def named(mechanism: Mechanism | TestSystem) -> bool:
+    """Return whether a test system is that of the catalog, whose period and start follow its parameters."""
+    try:
+        return isinstance(mechanism, TestSystem) and mechanism.replace() == mechanism
+    except InputError:  # it is none of the catalog
+        return False
 
 
 def study(mechanism: Mechanism | TestSystem) -> str:
     """Return the text of a study of a motion, the mechanism written out."""
     table = mechanism.model_dump(mode="json", exclude_none=True)
+    if named(mechanism):
+        table = {"catalog": mechanism.system} | mechanism.parameters
     lines = ['kind = "response"', "", "[mechanism]"]
     for key, value in table.items():
         if isinstance(value, list) and value and isinstance(value[0], dict):

@@ -22,7 +22,12 @@ const plots = (() => {
   }
 
   function text(value) {
-    return String(Number(value.toPrecision(4))).replace("-", "−");
+    const short = Number(value.toPrecision(4));
+    const size = Math.abs(short);
+    if (size === 0 || (size >= 1e-4 && size < 1e6)) return String(short).replace("-", "−");
+    const [digits, power] = short.toExponential().split("e");
+    const raised = [...power.replace("+", "")].map((each) => (each === "-" ? "⁻" : "⁰¹²³⁴⁵⁶⁷⁸⁹"[each])).join("");
+    return `${digits}·10${raised}`.replace("-", "−");
   }
 
   // Ends of an axis that holds all values, with a little room; never empty.
