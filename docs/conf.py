@@ -1,7 +1,7 @@
 """The documentation site: `python -m sphinx -W docs site` builds it, without a network and without computing.
 
 Pages that say what the code says (every key, every kind of study, the gallery) are written from the code to
-docs/generated before Sphinx reads them, so that they cannot fall behind it.
+docs/generated before Sphinx reads them, so that they cannot fall behind it; pages that compute to docs/extra.
 """
 
 import sys
@@ -10,7 +10,7 @@ from pathlib import Path
 DOCS = Path(__file__).parent
 sys.path[:0] = [str(DOCS)]
 
-from pages import write  # noqa: E402  found by the path above
+from pages import live, write  # noqa: E402  found by the path above
 from pygments.lexers.special import TextLexer  # noqa: E402
 
 import jointplay  # noqa: E402  after the path, by which nothing of it is found
@@ -22,6 +22,7 @@ version = release = jointplay.__version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "pages.mathml"]
 exclude_patterns = ["pages"]
+html_extra_path = ["extra"]
 myst_enable_extensions = ["dollarmath", "deflist"]
 myst_heading_anchors = 4
 html_theme = "furo"
@@ -47,5 +48,6 @@ def _no_signature_of_records(_app, what, _name, _obj, _options, signature, _retu
 def setup(app):
     """Write the generated pages, and let records be described by their keys."""
     write(DOCS / "generated")
+    live.write(DOCS / "extra" / "live")
     app.add_lexer("csv", TextLexer)
     app.connect("autodoc-process-signature", _no_signature_of_records)

@@ -26,3 +26,16 @@ def chromium(tmp_path_factory):
     browser = webdriver.Chrome(options=options, service=webdriver.ChromeService(programs[1]))
     yield browser
     browser.quit()
+
+
+@pytest.fixture(scope="session")
+def firefox(tmp_path_factory):
+    """Another browser."""
+    program = shutil.which("firefox-esr") or shutil.which("firefox")
+    if program is None:
+        pytest.skip("no Firefox here: apt-get install firefox-esr")
+    from tests.pages.firefox import Firefox
+
+    browser = Firefox(program, tmp_path_factory.mktemp("firefox"))
+    yield browser
+    browser.quit()

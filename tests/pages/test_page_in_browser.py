@@ -10,34 +10,12 @@ import pytest
 import jointplay as jp
 from jointplay.cli import main
 from tests.figures.support.synthetic import section
+from tests.pages.browsing import complaints, opened, text, until
 from tests.pages.samples import diagram, turning
 from tests.support.sweep_samples import CELLS, loaded, ran
 
 pytestmark = pytest.mark.timeout(240)
 CHART = "return Bokeh.documents[0].get_model_by_name('chart0')"
-
-
-def opened(browser, path, fragment=""):
-    """Open a page and wait until its charts are drawn."""
-    browser.get("about:blank")  # or a changed fragment alone would load nothing
-    browser.get(path.as_uri() + fragment)
-    return until(browser, "return document.documentElement.dataset.ready")
-
-
-def until(browser, script, seconds=60):
-    """What a script returns, as soon as that is something."""
-    end = monotonic() + seconds
-    while monotonic() < end:
-        if found := browser.execute_script(script):
-            return found
-        sleep(0.05)
-    raise AssertionError(f"never: {script}\n{browser.get_log('browser')}")
-
-
-def complaints(browser):
-    """Console messages beside greetings; those on how graphics are drawn are the machine's."""
-    logged = browser.get_log("browser")
-    return [each for each in logged if each["level"] != "INFO" and each["source"] != "rendering"]
 
 
 def click(browser, x, y):
@@ -74,10 +52,6 @@ def drag(browser, steps):
         pointer.move_to_location(round(x + 40 * (step % 2) - 20), round(y))
     pointer.pointer_up()
     action.perform()
-
-
-def text(browser, element):
-    return browser.execute_script(f"return document.getElementById('{element}').textContent")
 
 
 def drawing(browser, chart="chart0"):

@@ -5,6 +5,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
+from jointplay.mechanism.positions import origins
 from jointplay.script.solver import solver
 
 from .in_node import needs_node, ran
@@ -102,3 +103,77 @@ def test_numbers_follow_the_sliders_as_they_follow_a_study(tmp_path):
         "radial clearance of joint B: from 29 to 2900 µm is accepted",
         "there is no slider mass",
     ]
+
+
+@pytest.mark.parametrize("name", ["C", pytest.param("slider-crank", marks=pytest.mark.long)])
+def test_places_of_links_are_those_of_the_package(name, tmp_path):
+    mechanism = SCENES[name]()
+    script = solver(mechanism, section=jp.CrankAngle())
+    program = """
+    const solver = makeSolver(data);
+    const found = solver.run(0.7, { samples: 3 });
+    return { ...found, places: [0, 1, 2].map(solver.places) };
+    """
+    found = ran(script.text, script.data, program, tmp_path)
+    angles = {link: np.array(series) for link, series in found["angle"].items()}
+    loose = [joint.name for joint in mechanism.clearance_joints]
+    apart = {each: np.stack([found["journal_x"][each], found["journal_y"][each]], -1) for each in loose}
+    slides = {each: np.array(series) for each, series in found.get("slide_position", {}).items()}
+    expected = origins(mechanism, angles, apart, slides)
+    for link, places in expected.items():
+        rows = [each[link] for each in found["places"]]
+        np.testing.assert_allclose(rows, np.column_stack([places, angles[link]]), atol=1e-12)
+
+
+TANGENT = """
+const solver = makeSolver(data);
+solver.run(20, { tangent: true });
+const blocks = [];
+for (let i = 0; i < 20; i += 1) {
+  const before = solver.run(0, { tangent: true }).exponent;
+  const after = solver.run(15, { tangent: true }).exponent;
+  blocks.push((after.sum - before.sum) / (after.turns - before.turns));
+}
+return blocks;
+"""
+
+
+@pytest.mark.long
+def test_the_exponent_is_the_compiled_one_within_errors(tmp_path):
+    script = solver(SCENES["C"]())
+    blocks = np.array(ran(script.text, script.data, TANGENT, tmp_path))
+    native = jp.lyapunov(SCENES["C"](), transient=20, turns=300)
+    found, error = blocks.mean(), blocks.std(ddof=1) / len(blocks) ** 0.5
+    expected = float(native.section_exponent_per_turn[0])
+    both = np.hypot(error, float(native.section_standard_error_per_turn[0]))
+    assert 0 < both < 0.2
+    assert abs(found - expected) < 3 * both
+
+
+STAYS = """
+const solver = makeSolver(data);
+const whole = solver.run(1, { samples: 2 });
+const state = solver.state(), later = solver.run(0.25).turns_done;
+solver.reset();
+let done = 0, calls = 0;
+while (done < 1 - 1e-12) {
+  done += solver.run(1 - done, { budget_ms: 0.05 }).turns_done;
+  calls += 1;
+}
+const pieces = solver.state();
+solver.setState(state);
+const begun = solver.time();
+const on = solver.run(1, { samples: 1 });
+const section = on.section.map((row) => row[0] - begun);
+return { state, pieces, later, calls, done, events: on.events.length, section };
+"""
+
+
+def test_a_run_goes_on_after_its_budget_and_from_a_given_state(tmp_path):
+    script = solver(SCENES["C"](), section=jp.CrankAngle())
+    found = ran(script.text, script.data, STAYS, tmp_path)
+    assert found["calls"] > 3
+    np.testing.assert_allclose(found["pieces"], found["state"], rtol=1e-9, atol=1e-9)
+    assert found["later"] == pytest.approx(0.25, rel=1e-12)
+    assert found["events"] > 0
+    assert len(found["section"]) == 1  # the crank passes its angle once in a turn, from wherever it begins

@@ -83,17 +83,19 @@ def animate_result(arguments: Namespace) -> int:
 
 @verb(
     "report",
-    RESULT,
+    option("result", metavar="RESULT.nc|MECHANISM.toml"),
     option("--out", metavar="PAGE.html", help="default: beside the result"),
     example="results/quickstart.nc --out quickstart.html",
 )
 def report_result(arguments: Namespace) -> int:
-    """Write a stored result as one HTML page that opens without a network, and a PNG file beside it."""
+    """Write a stored result, or a mechanism, as one HTML page that computes, and needs no network."""
     from jointplay.pages.report import report
     from jointplay.results.store import open_result
+    from jointplay.study.file import moving_of
 
-    target = arguments.out or Path(arguments.result).with_suffix(".html")
-    for path in report(open_result(arguments.result), target):
+    given = Path(arguments.result)
+    target = arguments.out or given.with_suffix(".html")
+    for path in report((moving_of if given.suffix == ".toml" else open_result)(given), target):
         print(f"written {path}")
     return DONE
 

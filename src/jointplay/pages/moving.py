@@ -41,8 +41,8 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
     return {
         "time": packed.array(part["time"].values),
         "period": float(part.get("turn_period_nominal", np.nan)),
-        "links": [link_of(mechanism, part.sel(link=link.name)) for link in mechanism.links],
-        "pins": [pin_of(joint) for joint in mechanism.joints],
+        "pins": (still := scene(mechanism))["pins"],
+        "links": [link | {"frames": frames_of(part.sel(link=link["name"]))} for link in still["links"]],
         "bearings": [
             bearing(part.sel(joint=joint.name), joint)
             for joint in mechanism.clearance_joints
@@ -52,15 +52,21 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
     }, ""
 
 
-def link_of(mechanism: Mechanism, part: Dataset) -> dict[str, Any]:
-    """Return a link: where its ends are along it, and where it is in every frame (x, y, angle)."""
-    name = str(part["link"].item())
-    pins = (pin for joint in mechanism.joints for pin in (joint.journal, joint.bearing))
-    length = next(link.length for link in mechanism.links if link.name == name)
-    along = sorted({0.0, length, *(pin.at for pin in pins if pin.link == name)})
+def scene(mechanism: Mechanism) -> dict[str, Any]:
+    """Return what stays: where on each link its ends and joints are, and the joints."""
+    pins = [pin for joint in mechanism.joints for pin in (joint.journal, joint.bearing)]
+    along = {
+        link.name: sorted({0.0, link.length, *(pin.at for pin in pins if pin.link == link.name)})
+        for link in mechanism.links
+    }
+    links = [{"name": name, "along": places} for name, places in along.items()]
+    return {"links": links, "pins": [pin_of(joint) for joint in mechanism.joints]}
+
+
+def frames_of(part: Dataset) -> dict[str, Any]:
+    """Return where a link is in every frame: x, y, angle."""
     angle = np.remainder(part["angle"].values, 2 * np.pi)  # whole turns would cost digits
-    turned = np.column_stack([part["origin_x"].values, part["origin_y"].values, angle])
-    return {"name": name, "along": along, "frames": packed.array(turned)}
+    return packed.array(np.column_stack([part["origin_x"].values, part["origin_y"].values, angle]))
 
 
 def pin_of(joint: Joint) -> dict[str, Any]:

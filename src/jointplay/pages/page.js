@@ -45,6 +45,7 @@ const jointplay = (() => {
       const now = ends(chart(number));
       const same = now.every((end, i) => end === initial.get(number)[i]);
       store("zoom" + number, same ? null : now.map((end) => Number(end.toPrecision(8))).join(" "));
+      if (!same) parts.forEach((part) => part.zoomed && part.zoomed(data.panels[number], now));
     });
   }
 

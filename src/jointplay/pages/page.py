@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 from html import escape
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 
 from bokeh.document import Document
@@ -17,35 +14,33 @@ from bokeh.plotting import figure as new_chart
 from bokeh.resources import Resources
 
 from jointplay.display.units import measure
-from jointplay.pages import cells, packed, panels, texts, thin
+from jointplay.pages import cells, frame, live, panels, texts, thin
 from jointplay.results.summary import Summary
 
 SELECTED = "#d55e00"
-SCRIPTS = ("page.js", "cells.js", "motion.js")
 
 
 def html(content: Any, answer: Summary, *still: Path) -> str:
     """Return the page of a `report.Content` with its answer and still pictures."""
-    live = charts(content)
+    made = charts(content)
     detail = cell_charts(content.cells["charts"]) if content.cells else []
-    script, divs, library = embedded([*(panel.chart for _, panel in live), *detail])
-    data = {"cells": content.cells, "motion": content.motion}
-    data["panels"] = [{"over": panel.over, "factors": panel.factors} for _, panel in live]
-    seen = "".join(map(picture, still))
-    return Template(own("page.html")).substitute(
-        title=escape(str(content.dataset.attrs.get("title") or answer.title)),
+    script, divs, library = embedded([*(panel.chart for _, panel in made), *detail])
+    data = {"cells": content.cells, "motion": content.motion, "live": content.live}
+    data["panels"] = [{"over": panel.over, "factors": panel.factors} for _, panel in made]
+    seen = "".join(map(frame.picture, still))
+    return frame.filled(
+        str(content.dataset.attrs.get("title") or answer.title),
+        data,
         kind=escape(answer.title),
         answer=escape("\n".join(answer.lines)),
-        style=own("page.css"),
         still=seen,
-        live=sections(live, divs) if live else seen,
-        cell=cell_section(content, divs[len(live) :]),
+        live=live.section(content.live) if content.live else "",
+        shown=sections(made, divs) if made else seen,
+        cell=cell_section(content, divs[len(made) :]),
         motion=motion_section(content),
         numbers=texts.numbers(content.dataset, cells.parameters(content.dataset)),
         origin=texts.origin(content.origin),
-        data=packed.text(data),
         library=library,
-        script="\n".join(map(own, SCRIPTS)),
         charts=script,
     )
 
@@ -53,18 +48,13 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
 def embedded(charts: list[Any]) -> tuple[str, tuple[str, ...], str]:
     """Return the script that draws charts and begins the page, their places, and the library they need."""
     if not charts:
-        return "<script>jointplay.start()</script>", (), ""
+        return frame.START, (), ""
     document = Document()
     for chart in charts:
         document.add_root(chart)
     document.js_on_event(DocumentReady, CustomJS(code="jointplay.start()"))
     script, divs = components(charts)
     return script, divs, Resources(mode="inline", components=["bokeh"]).render_js()
-
-
-def own(name: str) -> str:
-    """Return a file of the page that lies beside this one."""
-    return files("jointplay.pages").joinpath(name).read_text(encoding="utf-8")
 
 
 def charts(content: Any) -> list[tuple[str, panels.Panel]]:
@@ -126,13 +116,6 @@ def sections(live: list[tuple[str, panels.Panel]], divs: tuple[str, ...]) -> str
         head = escape(kind.replace("_", " ").capitalize())
         found.append(f'<section><h2>{head}</h2><div class="charts">{"".join(boxes)}</div>{said}</section>')
     return "".join(found)
-
-
-def picture(path: Path) -> str:
-    """Return a picture inside the page."""
-    return (
-        f'<img alt="The result" src="data:image/png;base64,{base64.b64encode(path.read_bytes()).decode()}">'
-    )
 
 
 def cell_section(content: Any, divs: tuple[str, ...]) -> str:

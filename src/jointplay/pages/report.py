@@ -16,9 +16,9 @@ from jointplay.errors import NOTHING, InputError, refuse
 from jointplay.figures.registry import suited_to
 from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import accepts
-from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import checked
-from jointplay.pages import cells, moving, thin
+from jointplay.pages import cells, live, moving, thin
 from jointplay.results import provenance
 from jointplay.results.store import check_writable, write_figure
 from jointplay.results.summary import summary
@@ -40,10 +40,10 @@ class Content:
         Its provenance; empty where it has none.
     figures : dict of str to Figure
         Pictures by their kinds, the study's own first.
-    cells, motion : dict or None
-        Of a sweep; of a response.
+    cells, motion, live : dict or None
+        Of a sweep; of a response; what the page needs to compute by itself.
     note : str
-        Why there is no motion, or not the usual picture.
+        Why there is no motion, or not the usual picture, or nothing that computes.
     """
 
     dataset: Dataset
@@ -51,12 +51,13 @@ class Content:
     figures: dict[str, Any]
     cells: dict[str, Any] | None
     motion: dict[str, Any] | None
+    live: dict[str, Any] | None
     note: str
 
 
 @checked()
 def report(
-    dataset: Annotated[Dataset, accepts("a result")],
+    dataset: Annotated[Dataset | Mechanism | TestSystem, accepts("a result or a mechanism")],
     path: Annotated[Path | str, accepts("the name of a file that ends in .html")],
     *,
     mechanism: Annotated[Mechanism | None, accepts("a mechanism")] = None,
@@ -65,8 +66,9 @@ def report(
 
     Parameters
     ----------
-    dataset : Dataset
-        What an analysis gave, or `jointplay.open`; of any kind.
+    dataset : Dataset, Mechanism or TestSystem
+        What an analysis gave, or `jointplay.open`; of any kind. Or what moves, for a page that computes its
+        motion.
     path : path-like
         The page's name, ending in ``.html``.
     mechanism : Mechanism, optional
@@ -81,7 +83,7 @@ def report(
     Raises
     ------
     InputError
-        When the extra ``report`` (bokeh) is not installed, or the dataset is no result.
+        When the dataset is no result, or the extra ``report`` (bokeh), which results need, is not installed.
 
     Examples
     --------
@@ -90,20 +92,28 @@ def report(
     >>> jp.report(motion, "motion.html")  # doctest: +SKIP
     [PosixPath('motion.html'), PosixPath('motion.png')]
     """
-    if find_spec("bokeh") is None:
-        raise refuse(NOTHING, "the package bokeh is needed: pip install 'jointplay[report]'", "report")
     path = Path(path)
     if path.suffix != ".html":
         raise refuse(str(path), "a name that ends in .html is accepted", "--out")
+    if isinstance(dataset, Mechanism | TestSystem):
+        check_writable(path.parent, files=[path.name])
+        return [written(path, live.page(dataset))]
+    if find_spec("bokeh") is None:
+        raise refuse(NOTHING, "the package bokeh is needed: pip install 'jointplay[report]'", "report")
     answer, content = summary(dataset), content_of(dataset, mechanism)
     check_writable(path.parent, files=[path.name, path.with_suffix(".png").name])
     from jointplay.pages import page  # bokeh takes a second to import
 
     first = list(content.figures.values())[:1]
     still = [write_figure(each, path.with_suffix(".png")) for each in first]
+    return [written(path, page.html(content, answer, *still)), *still]
+
+
+def written(path: Path, text: str) -> Path:
+    """Write a page whole, or not at all."""
     with replaced(path) as temporary:
-        temporary.write_text(page.html(content, answer, *still), encoding="utf-8")
-    return [path, *still]
+        temporary.write_text(text, encoding="utf-8")
+    return path
 
 
 def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
@@ -113,9 +123,11 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
     with suppress(InputError):  # another version's record: a page without motion, which it says
         mechanism = mechanism or build_mechanism(study.get("mechanism"))
     motion, note = moving.moving(dataset, mechanism if isinstance(mechanism, Mechanism) else None)
+    computing, why = live.live(mechanism, cells.parameters(dataset)) if mechanism else (None, "")
     drawn, trouble = pictures(dataset)
     found = cells.cells(dataset, study, thin.room(drawn.values()))
-    return Content(dataset, origin, drawn, found, motion, " ".join(filter(None, (note, trouble))))
+    notes = " ".join(filter(None, (note, trouble, why)))
+    return Content(dataset, origin, drawn, found, motion, computing, notes)
 
 
 def pictures(dataset: Dataset) -> tuple[dict[str, Any], str]:

@@ -8,8 +8,9 @@ changes gets a form, found from samples over the parameter's range and verified 
 
 and numbers that several parameters change are v_0 times, or plus, what each of them does to v_0, verified
 where all have other values at once. A parameter of which something has no such form gets no slider; nor does
-one whose forms do not go together with those before it. Bounds of rounding (`ROUGH`) need not follow as
-exactly. A range ends where the mechanism would be refused, or be another structure.
+one whose forms do not go together with those before it. Tolerances (`ROUGH`) follow within a factor of ten
+where they have no simple form, starts within a thousandth of their tolerated error. A range ends where the
+mechanism would be refused, or be another structure.
 """
 
 from __future__ import annotations
@@ -26,8 +27,9 @@ from jointplay.display.units import PLAIN, shown
 from jointplay.errors import InputError
 from jointplay.mechanism.records import Mechanism, TestSystem
 
-EXACT, ROUGHLY = 3e-14, 0.5  # relative differences that forms may leave
-ROUGH = ("margin", "cone", "rest", "hop", "play")
+EXACT, START = 3e-14, 1e-3  # what forms may leave: relative; of a start, in its tolerated errors
+ROUGHLY = 10.0  # factor by which a tolerance may be off
+ROUGH = ("absolute", "weight", "margin", "cone", "rest", "hop", "play")
 RANGES = {  # of a slider over its stored value
     "clearance": (0.1, 10.0),
     "stiffness": (0.05, 20.0),
@@ -158,7 +160,7 @@ def _fitted(slider: Slider, tried: Tried, first: dict) -> str:
     for place, value in first.items():
         series = np.array([each[place] for each in found])
         if np.any(series != value):
-            form = _form(np.array(xs) / slider.value, series, value, place[0])
+            form = _form(np.array(xs) / slider.value, series, value, _allowed(place, first))
             if form is None:
                 return f"{place[0]}[{place[1]}] follows it in no simple form"
             slider.forms[place] = form
@@ -174,27 +176,41 @@ def _end(slider: Slider, x: float, tried: Tried) -> float | None:
     return None
 
 
-def _form(ratio: np.ndarray, series: np.ndarray, value: float, array: str) -> tuple[str, list[float]] | None:
+def _allowed(place: tuple[str, int], first: dict) -> tuple[float, bool]:
+    """Absolute difference that a form may leave, and whether a factor of two will do."""
+    array, at = place
+    return START * first["absolute", at - 1] if array == "s" and at else 0.0, array in ROUGH
+
+
+def _form(
+    ratio: np.ndarray, series: np.ndarray, value: float, allowed: tuple[float, bool]
+) -> tuple[str, list[float]] | None:
     """Form of a number that is `series` where the parameter is `ratio` times its stored value."""
-    if value and np.all(series / value > 0):
+    powers = bool(value) and bool(np.all(series / value > 0))
+    if powers:
         n = round(2 * np.log(series[1] / value) / np.log(ratio[1])) / 2
-        if _close(value * ratio**n, series, array):
+        if _close(value * ratio**n, series, allowed[0]):
             return "power", [n]
     z = ratio - 1
     for degree in range(1, HIGHEST + 1):
         basis = np.vander(z, degree + 1, increasing=True)[:, 1:]
         c = np.linalg.lstsq(basis, series - value, rcond=None)[0]
-        if _close(value + basis @ c, series, array):
+        if _close(value + basis @ c, series, allowed[0]):
             return "polynomial", [value, *c.tolist()]
-    if array in ROUGH and np.all(series * value > 0):
-        return "power", [float(np.polyfit(np.log(ratio), np.log(series / value), 1)[0])]
+    if powers and allowed[1]:
+        n = float(np.polyfit(np.log(ratio), np.log(series / value), 1)[0])
+        return ("power", [n]) if _near(value * ratio**n, series) else None
     return None
 
 
-def _close(found: Any, wanted: np.ndarray, array: str) -> bool:
+def _close(found: Any, wanted: np.ndarray, allowed: float) -> bool:
     same = np.isinf(wanted) & (found == wanted)
-    allowed = EXACT * np.max(np.abs(wanted[~same]), initial=0.0)
+    allowed = max(allowed, EXACT * np.max(np.abs(wanted[~same]), initial=0.0))
     return bool(np.all(same | (np.abs(found - wanted) <= allowed)))
+
+
+def _near(found: Any, wanted: np.ndarray) -> bool:
+    return bool(np.all(np.abs(np.log(found / wanted)) <= np.log(ROUGHLY)))
 
 
 def _clash(sliders: list[Slider], tried: Tried, first: dict) -> str:
@@ -218,11 +234,12 @@ def _rules(sliders: list[Slider], tried: Tried, first: dict) -> dict[tuple[str, 
         alone = np.array(alone)
         series = np.array([each[place] for each in found])
         plus, times = value + np.sum(alone - value, 1), value * np.prod(alone / value, 1) if value else None
-        if value and _close(times, series, place[0]):
+        allowed, rough = _allowed(place, first)
+        if value and _close(times, series, allowed):
             rules[place] = "times"
-        elif _close(plus, series, place[0]):
+        elif _close(plus, series, allowed):
             rules[place] = "plus"
-        elif place[0] in ROUGH and value and np.all(np.abs(np.log(times / series)) < 1 / ROUGHLY):
+        elif rough and value and np.all(times / series > 0) and _near(times, series):
             rules[place] = "times"
         else:
             return None

@@ -32,9 +32,7 @@ function makeSolver(data) {
   const firstTangents = arrays(data.tangents);
   const values = new Float64Array(data.quantities.length);
   let period = data.period;
-  let began = 0; // turns until the tangents' sum began
-  let turns = 0;
-  let sum = 0;
+  let turns = 0; // since the last change, from which the tangent's growth counts
 
   const pins = Float64Array.from(data.pins);
   const parameters = data.parameters.map((each) => ({ ...each }));
@@ -159,7 +157,6 @@ function makeSolver(data) {
     refill(kept, x);
     refill(firstTangents, y);
     turns = 0;
-    sum = 0;
   }
 
   // Begin anew at the state there is: contact modes are found again, steps begin small.
@@ -168,6 +165,8 @@ function makeSolver(data) {
     x.fired.fill(0);
     x.modes.fill(0);
     x.real[H] = data.first_step * period;
+    refill(firstTangents, y);
+    turns = 0;
   }
 
   function setState(state) {
@@ -177,8 +176,6 @@ function makeSolver(data) {
       const beyond = ((x.s[1 + data.crank] - x.real[LEVEL]) * o.direction) / o.period;
       x.count[PASSED] = Math.max(0, Math.floor(beyond) + 1);
     }
-    sum = y.logs[y.logs.length - 1];
-    began = turns;
   }
 
   function drained(found) {
@@ -238,7 +235,7 @@ function makeSolver(data) {
     const done = (x.s[0] - from) / period;
     turns += done;
     const status = data.statuses[code === STEP_LIMIT || code === FULL ? OK : code];
-    const exponent = { sum: y.logs[y.logs.length - 1] - sum, turns: turns - began };
+    const exponent = { sum: y.logs[y.logs.length - 1], turns }; // -Infinity where sticking took the direction away
     const taken = x.samples.slice(0, x.count[SAMPLES]);
     last = evaluated(taken);
     return { status: status.word, meaning: status.meaning, turns_done: done, ...only_shown(last), ...found, exponent };

@@ -15,6 +15,7 @@ from __future__ import annotations
 import ast
 import importlib
 import inspect
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -162,7 +163,8 @@ class Function:
         given = ", ".join(self._names[name] for name in self._given)
         head = f"function {self._unit.word}${self._node.name}({given}) {{"
         names = [f"  let {', '.join(own)};"] if own else []
-        return "\n".join([head, *names, *self._block(self._node.body, 1), "}"])
+        lines = [head, *names, *self._block(self._node.body, 1), "}"]
+        return "\n".join(map(_dense, lines) if self._unit.generated else lines)
 
     def _block(self, nodes: list[ast.stmt], depth: int) -> list[str]:
         lines = []
@@ -291,6 +293,11 @@ class _Own:
     """A function of the unit that is being translated."""
 
     name: str
+
+
+def _dense(line: str) -> str:
+    """A line without what only readers need."""
+    return re.sub(r" (\*|/|=) ", r"\1", line.strip())
 
 
 def _stored(node: ast.Name) -> bool:

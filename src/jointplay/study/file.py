@@ -17,7 +17,7 @@ from jointplay.described import descriptions
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS, Kind
 from jointplay.mechanism.measures import PATTERN
-from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.results import provenance
 from jointplay.results.store import open_result
 from jointplay.study import toml_text
@@ -86,13 +86,18 @@ def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
 
 def mechanism_of(path: Path | str) -> Mechanism:
     """Give the linkage of a study file, of a file that holds a `[mechanism]` table alone, or of a result."""
-    table = _stored(path)[0] if Path(path).suffix == ".nc" else toml_text.parse(toml_text.read_text(path))
-    if "mechanism" not in table:
-        raise InputError([Problem("mechanism", NOTHING, "a file with a table [mechanism] is accepted")])
-    mechanism = build_mechanism(table["mechanism"])
+    mechanism = moving_of(path)
     if not isinstance(mechanism, Mechanism):
         raise InputError([Problem("mechanism", mechanism.name, "a linkage is accepted, not a test system")])
     return mechanism
+
+
+def moving_of(path: Path | str) -> Mechanism | TestSystem:
+    """Give what moves in such a file: a linkage or a test system."""
+    table = _stored(path)[0] if Path(path).suffix == ".nc" else toml_text.parse(toml_text.read_text(path))
+    if "mechanism" not in table:
+        raise InputError([Problem("mechanism", NOTHING, "a file with a table [mechanism] is accepted")])
+    return build_mechanism(table["mechanism"])
 
 
 def validate(table: Mapping[str, Any]) -> Study:

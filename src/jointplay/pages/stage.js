@@ -1,0 +1,126 @@
+"use strict";
+// How a mechanism is drawn: links, pins and guides; the journal in its bearing, the clearance enlarged; its force.
+// A scene has `links`, each with its places `along` it and its `frames` (x, y, angle of every sample), and `pins`.
+
+const stage = (() => {
+  function clear(canvas, aspect = 0.66) {
+    const ratio = window.devicePixelRatio || 1;
+    const width = canvas.clientWidth;
+    const height = Math.round(aspect * width);
+    if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+      canvas.style.height = height + "px";
+      canvas.width = width * ratio;
+      canvas.height = height * ratio;
+    }
+    const pen = canvas.getContext("2d");
+    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    pen.clearRect(0, 0, width, height);
+    pen.font = "12px system-ui, sans-serif";
+    return [pen, width, height];
+  }
+
+  function colour(name) {
+    return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  }
+
+  function circle(pen, x, y, radius, fill) {
+    pen.beginPath();
+    pen.arc(x, y, radius, 0, 2 * Math.PI);
+    if (fill) pen.fill();
+    pen.stroke();
+  }
+
+  function pointAt(link, along, at) {
+    const [x, y, angle] = link.frames.subarray(3 * at, 3 * at + 3);
+    return [x + along * Math.cos(angle), y + along * Math.sin(angle)];
+  }
+
+  function pinAt(scene, pin, at) {
+    return pin.point || pointAt(scene.links.find((link) => link.name === pin.link), pin.at, at);
+  }
+
+  // The rectangle that holds every place of every link: left, right, bottom, top; a given one is widened.
+  function bounds(scene, box = [Infinity, -Infinity, Infinity, -Infinity]) {
+    const include = ([x, y]) => {
+      box[0] = Math.min(box[0], x);
+      box[1] = Math.max(box[1], x);
+      box[2] = Math.min(box[2], y);
+      box[3] = Math.max(box[3], y);
+    };
+    scene.links.forEach((link) => {
+      for (let at = 0; 3 * at < link.frames.length; at += 1) link.along.forEach((s) => include(pointAt(link, s, at)));
+    });
+    scene.pins.filter((pin) => pin.point).forEach((pin) => include(pin.point));
+    return box;
+  }
+
+  function linkage(canvas, scene, box, at) {
+    const [pen, width, height] = clear(canvas);
+    const scale = 0.86 * Math.min(width / (box[1] - box[0] || 1), height / (box[3] - box[2] || 1));
+    const put = ([x, y]) => [width / 2 + scale * (x - (box[0] + box[1]) / 2), height / 2 - scale * (y - (box[2] + box[3]) / 2)];
+    pen.lineCap = "round";
+    scene.pins.filter((pin) => pin.direction !== undefined && pin.point).forEach((pin) => {
+      const [x, y] = put(pin.point);
+      const [dx, dy] = [width * Math.cos(pin.direction), -width * Math.sin(pin.direction)];
+      pen.strokeStyle = colour("--line");
+      pen.lineWidth = 2;
+      pen.beginPath();
+      pen.moveTo(x - dx, y - dy);
+      pen.lineTo(x + dx, y + dy);
+      pen.stroke();
+    });
+    scene.links.forEach((link) => {
+      pen.strokeStyle = colour("--accent");
+      pen.lineWidth = 6;
+      pen.beginPath();
+      link.along.forEach((s, i) => pen[i ? "lineTo" : "moveTo"](...put(pointAt(link, s, at))));
+      pen.stroke();
+    });
+    scene.pins.forEach((pin) => {
+      const [x, y] = put(pinAt(scene, pin, at));
+      pen.strokeStyle = colour("--ink");
+      pen.fillStyle = colour(pin.clearance > 0 ? "--warm" : "--paper");
+      pen.lineWidth = 1.5;
+      circle(pen, x, y, 5, true);
+      if (pin.point) pen.strokeRect(x - 9, y - 9, 18, 18);
+      pen.fillStyle = colour("--ink");
+      pen.fillText(pin.name, x + 9, y - 9);
+    });
+  }
+
+  // A bearing has the `journal` in it (x, y of every sample, in clearances) and, where known, its `force`;
+  // its path is drawn from one sample to another.
+  function bearing(canvas, shown, [from, until], at, strongest) {
+    const [pen, width, height] = clear(canvas);
+    const radius = 0.4 * Math.min(width, height);
+    const put = (i) => [width / 2 + radius * shown.journal[2 * i], height / 2 - radius * shown.journal[2 * i + 1]];
+    pen.fillStyle = colour("--field");
+    pen.strokeStyle = colour("--faint");
+    pen.lineWidth = 1;
+    circle(pen, width / 2, height / 2, radius, true);
+    pen.strokeStyle = colour("--accent");
+    pen.beginPath();
+    for (let i = Math.max(0, from); i <= until; i += 1) pen.lineTo(...put(i));
+    pen.stroke();
+    const [x, y] = put(at);
+    pen.strokeStyle = colour("--ink");
+    pen.fillStyle = colour("--warm");
+    circle(pen, x, y, 5, true);
+    if (shown.force && strongest > 0) force(pen, shown, at, [x, y], radius / strongest);
+  }
+
+  function force(pen, shown, at, [x, y], scale) {
+    const [rx, ry] = shown.journal.subarray(2 * at, 2 * at + 2);
+    const length = (0.6 * scale * shown.force[at]) / (Math.hypot(rx, ry) || 1);
+    pen.strokeStyle = colour("--warm");
+    pen.lineWidth = 3;
+    pen.beginPath();
+    pen.moveTo(x, y);
+    pen.lineTo(x - length * rx, y + length * ry); // the bearing presses the journal towards its middle
+    pen.stroke();
+    pen.fillStyle = colour("--ink");
+    pen.fillText(`${shown.force[at].toPrecision(3)} N`, 6, 16);
+  }
+
+  return { bearing, bounds, clear, colour, linkage };
+})();

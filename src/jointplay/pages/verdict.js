@@ -1,0 +1,71 @@
+"use strict";
+// What a motion is, in words, by rules that the page states: period, separations per turn, largest exponent.
+
+const verdict = (() => {
+  const SETTLE = 50; // turns after a change that count for nothing
+  const LOOKED_AT = 64; // last turns in which a motion must repeat
+  const REPEATS = 4; // a period is believed where they hold it this often
+  const BATCHES = 20;
+  const ERRORS = 3; // standard errors by which an exponent must differ from 0
+  const FOLLOWING = 0.32; // correlation of batch means from which the error is too small
+
+  // Smallest period of points, rows of coordinates, that all lie within `tolerance`; 0 if there is none.
+  function period(points, tolerance) {
+    for (let p = 1; p <= points.length / REPEATS; p += 1) {
+      if (points.every((point, i) => i < p || point.every((each, k) => Math.abs(each - points[i % p][k]) <= tolerance))) return p;
+    }
+    return 0;
+  }
+
+  // Mean and standard error of what a tangent grew by each turn, by batch means; null where it is too short.
+  function exponent(growth, count = growth.length) {
+    const size = Math.floor(count / BATCHES);
+    if (size < 1) return null;
+    const means = Array.from({ length: BATCHES }, (_, b) => {
+      let sum = 0;
+      for (let i = count - (b + 1) * size; i < count - b * size; i += 1) sum += growth[i];
+      return sum / size;
+    });
+    const mean = means.reduce((a, b) => a + b) / BATCHES;
+    const off = means.map((each) => each - mean);
+    const square = off.reduce((sum, each) => sum + each * each, 0);
+    const follows = off.slice(1).reduce((sum, each, i) => sum + each * off[i], 0) / (square || 1);
+    return { mean, error: Math.sqrt(square / (BATCHES - 1) / BATCHES), follows };
+  }
+
+  function number(value, digits = 3) {
+    return Number.isFinite(value) ? String(Number(value.toPrecision(digits))).replace("-", "−") : "–";
+  }
+
+  function signed({ mean, error }) {
+    const places = Math.max(0, Math.min(4, 1 - Math.floor(Math.log10(error || 1e-4))));
+    const within = error < 5e-5 ? "0.0001 or less" : error.toFixed(places);
+    return `${mean < 0 ? "−" : "+"}${Math.abs(mean).toFixed(places)} ± ${within}`;
+  }
+
+  function kind(repeats, found) {
+    if (repeats) return repeats === 1 ? "repeats every turn" : `repeats every ${repeats} turns`;
+    if (found && found.mean > ERRORS * found.error && found.follows <= FOLLOWING) return "chaotic";
+    if (found && found.mean < -ERRORS * found.error) return "settles on";
+    return "undecided: follow more turns";
+  }
+
+  // seen: turns since the change, status, points of the last turns, growth of each counted turn, separations.
+  function words(seen) {
+    if (seen.status) return `Stopped: ${seen.status}.`;
+    if (!seen.counted) return `Settling: ${seen.turns} of ${SETTLE} turns.`;
+    const repeats = seen.points.length >= LOOKED_AT ? period(seen.points.slice(-LOOKED_AT), seen.tolerance) : 0;
+    const found = exponent(seen.growth, seen.counted);
+    const said = [seen.points.length < LOOKED_AT ? "too few turns yet to tell its period" : kind(repeats, found)];
+    Object.entries(seen.separations).forEach(([joint, count]) => {
+      said.push(`separations per turn${joint ? " at " + joint : ""}: ${number(count / seen.counted)}`);
+    });
+    if (found) said.push(`largest exponent ${signed(found)} per turn`);
+    said[0] = said[0][0].toUpperCase() + said[0].slice(1);
+    return `${said.join("; ")}. ${seen.counted} turns, after ${SETTLE} dropped.`;
+  }
+
+  return { SETTLE, LOOKED_AT, exponent, number, period, words };
+})();
+
+if (typeof module !== "undefined") module.exports = verdict;

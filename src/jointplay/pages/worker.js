@@ -1,0 +1,137 @@
+"use strict";
+// In a worker, behind the solver's text: motions that are followed as far as the time of a frame affords.
+// `shown` is the motion that is watched, turn by turn; `ahead` runs on, for section, period and exponent;
+// `ideal` is the same mechanism without clearance. A scan follows one motion for each value of a parameter.
+
+const APART = ["separation", "impact"]; // kinds of event by which a journal leaves its bearing
+const BUDGET = 4000; // ms after which a turn is given up
+
+let given, shown, ahead, ideal;
+let turns = 0; // that `ahead` has followed since the last change
+let grown = 0; // logarithm of its tangent so far
+let lost = false; // whether it, or the watched one, could not go on
+
+function begin({ data }) {
+  given = data;
+  shown = makeSolver(given.solver);
+  ahead = makeSolver(given.solver);
+  ideal = typeof makeIdeal === "function" && given.ideal ? makeIdeal(given.ideal) : null;
+  return { parameters: shown.parameters };
+}
+
+// Values that are refused are told; the others hold from now on, and the motion goes on from where it is.
+// After trouble, and in another period, whose phase is another, the motion begins at its start again.
+function set({ values }) {
+  const refused = {};
+  const period = ahead.period();
+  Object.entries(values).forEach(([key, value]) => {
+    const why = shown.set(key, value) || ahead.set(key, value);
+    if (why) refused[key] = why;
+    else if (ideal && ideal.parameters.some((each) => each.key === key)) ideal.set(key, value);
+  });
+  if (lost || ahead.period() !== period) reset();
+  turns = 0;
+  return { refused };
+}
+
+function reset() {
+  [shown, ahead].forEach((each) => each.reset());
+  turns = grown = 0;
+  lost = false;
+  return {};
+}
+
+function picked(out, wanted) {
+  return wanted.map(([quantity, label]) => Float64Array.from(out[quantity][label]));
+}
+
+// Why a run ended before its turns were done; empty where it did not.
+function ended(out, wanted) {
+  if (out.status !== "ok") return out.meaning || out.status.replaceAll("_", " ");
+  return out.turns_done > wanted - 1e-6 ? "" : "a turn takes too long here";
+}
+
+// What a section is drawn by: the wanted quantities of its points, a row each.
+function points(solver, rows) {
+  const measured = rows.length ? solver.measured(rows) : null;
+  return rows.map((_, i) => given.section.map(([quantity, label]) => measured[quantity][label][i]));
+}
+
+// A turn of the watched motion, sampled finely; it joins the one that has settled where both begin a turn.
+function turn({ wanted, samples, join }) {
+  if (join && Number.isInteger(turns)) shown.setState(ahead.state());
+  const begun = shown.time();
+  const out = shown.run(1, { samples, tangent: false, budget_ms: BUDGET });
+  const count = out.time.length;
+  const frames = given.scene ? given.scene.links.map(() => new Float64Array(3 * count)) : [];
+  for (let at = 0; frames.length && at < count; at += 1) {
+    const places = shown.places(at);
+    given.scene.links.forEach((link, k) => frames[k].set(places[link.name], 3 * at));
+  }
+  const events = out.events.map((each) => ({ ...each, turn: (each.time - begun) / shown.period() }));
+  const time = Float64Array.from(out.time, (each) => (each - begun) / shown.period());
+  const status = ended(out, 1);
+  lost = lost || status !== "";
+  return { status, turn: { time, values: picked(out, wanted), frames, events } };
+}
+
+// The ideal mechanism's last of three turns: its start is not quite its steady motion.
+function without({ wanted, samples }) {
+  if (!ideal) return { values: null };
+  ideal.reset();
+  const before = ideal.run(2, { samples: 0, tangent: false, budget_ms: BUDGET });
+  const begun = ideal.time();
+  const out = ideal.run(1, { samples, tangent: false, budget_ms: BUDGET });
+  if (ended(before, 2) || ended(out, 1)) return { values: null };
+  const time = Float64Array.from(out.time, (each) => (each - begun) / ideal.period());
+  return { time, values: picked(out, wanted) };
+}
+
+// As many turns as the budget affords, whole ones: the section points of each, what its tangent grew by, separations.
+function on({ budget, most }) {
+  const end = performance.now() + budget;
+  const found = { section: [], growth: [], apart: [], status: "" };
+  while (!found.status && found.growth.length < most && performance.now() < end) {
+    const out = ahead.run(1, { samples: 0, tangent: true, budget_ms: BUDGET });
+    found.status = ended(out, 1);
+    lost = lost || found.status !== "";
+    if (lost) break;
+    turns += 1;
+    found.section.push(points(ahead, out.section));
+    found.growth.push(out.exponent.sum - grown);
+    grown = out.exponent.sum;
+    found.apart.push(out.events.filter((each) => APART.includes(each.kind)).map((each) => each.joint));
+  }
+  return found;
+}
+
+// For each value, its section points after a transient; the next value goes on from there. A map has a line of
+// values for each value of another slider, begun anew.
+function scan({ values, key, across, list, lines, transient, kept }) {
+  set({ values });
+  for (const line of lines) {
+    const why = across === null ? "" : set({ values: { [across]: line } }).refused[across] || "";
+    if (across !== null) reset();
+    for (const value of list) {
+      const row = { value, across: line, section: [], status: why || set({ values: { [key]: value } }).refused[key] || "" };
+      for (let done = 0; !row.status && done < transient + kept; done += 1) {
+        const out = ahead.run(1, { samples: 0, tangent: false, budget_ms: BUDGET });
+        row.status = ended(out, 1);
+        if (!row.status && done >= transient) row.section.push(...points(ahead, out.section));
+      }
+      if (row.status) reset();
+      postMessage({ what: "row", row });
+    }
+  }
+  return {};
+}
+
+const WHAT = { begin, set, reset, turn, without, on, scan };
+
+onmessage = ({ data }) => {
+  try {
+    postMessage({ what: data.what, stamp: data.stamp, ...WHAT[data.what](data) });
+  } catch (error) {
+    postMessage({ what: "trouble", words: String(error.message || error) });
+  }
+};

@@ -1,0 +1,60 @@
+"use strict";
+// A solver of a known motion: an ideal four-bar that turns evenly, its journal on a ray whose length follows the
+// logistic map s -> a s (1 - s) from turn to turn, a being "gear_ratio". Exponent ln|a (1 - 2 s)| a turn.
+
+function makeSolver(data) {
+  const values = {};
+  const [crank, coupler, rocker, base] = data.lengths;
+  let [time, s, sum] = [0, data.start, 0];
+
+  function places(theta) {
+    const [ax, ay] = [crank * Math.cos(theta), crank * Math.sin(theta)];
+    const [dx, dy] = [base - ax, -ay];
+    const gap = Math.hypot(dx, dy);
+    const along = (gap * gap + coupler * coupler - rocker * rocker) / (2 * gap);
+    const across = Math.sqrt(coupler * coupler - along * along);
+    const [bx, by] = [ax + (along * dx - across * dy) / gap, ay + (along * dy + across * dx) / gap];
+    return { crank: [0, 0, theta], coupler: [ax, ay, Math.atan2(by - ay, bx - ax)], rocker: [base, 0, Math.atan2(by, bx - base)] };
+  }
+
+  const solver = {
+    parameters: data.parameters.map((each) => ({ ...each })),
+    set(key, value) {
+      const known = solver.parameters.find((each) => each.key === key);
+      if (!known) return `there is no ${key}`;
+      if (!(value >= known.min && value <= known.max)) return `a value from ${known.min} to ${known.max} is accepted`;
+      values[key] = value;
+      return "";
+    },
+    reset() { [time, s, sum] = [0, data.start, 0]; },
+    period: () => data.period,
+    time: () => time,
+    measured: (rows) => ({ journal_x: { B: rows.map((row) => row[1]) }, journal_y: { B: rows.map((row) => row[2]) } }),
+    state: () => Float64Array.of(s),
+    setState([given]) { s = given; },
+    run(turns, { samples }) {
+      const count = Math.round(turns * samples);
+      const found = { status: values["damping.B"] > 500 ? "not_converged" : "ok", turns_done: turns, section: [], events: [] };
+      found.time = Float64Array.from({ length: count }, (_, i) => time + (data.period * (i + 1)) / samples);
+      const e = values["clearance.B"];
+      const of = (f) => ({ B: found.time.map((t) => f((2 * Math.PI * t) / data.period)) });
+      found.journal_x = of((theta) => e * s * Math.cos(theta));
+      found.journal_y = of((theta) => e * s * Math.sin(theta));
+      found.normal_force = of((theta) => 100 * s * (1 + Math.cos(theta)));
+      found.reaction = of((theta) => 50 * (1 + Math.cos(theta)));
+      const shown = Array.from(found.time, (t) => places(((2 * Math.PI * t) / data.period) % (2 * Math.PI)));
+      solver.places = (at) => shown[at];
+      for (let turn = 0; turn < turns; turn += 1) {
+        found.events.push({ time: time + data.period * (turn + 0.25), joint: "B", kind: "separation" });
+        sum += Math.log(Math.abs(values.gear_ratio * (1 - 2 * s)));
+        s = values.gear_ratio * s * (1 - s);
+        found.section.push([time + data.period * (turn + 1), e * s, 0]);
+      }
+      time += turns * data.period;
+      found.exponent = { sum, turns: time / data.period };
+      return found;
+    },
+  };
+  solver.parameters.forEach((each) => { values[each.key] = each.value; });
+  return solver;
+}

@@ -1,0 +1,252 @@
+"""Pages that compute, in a real browser, with a solver of a motion that is known in closed form."""
+
+import math
+import re
+import shlex
+from time import sleep
+
+import pytest
+
+import jointplay as jp
+from jointplay.pages import live
+from jointplay.study.file import load
+from tests.pages.browsing import complaints, opened, text, until
+from tests.pages.live_samples import fake, linkage
+from tests.pages.samples import diagram
+
+pytestmark = pytest.mark.timeout(240)
+SETTLED = "return document.getElementById('live-verdict').dataset.turns >= "
+
+
+@pytest.fixture(scope="module")
+def with_fake():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(live, "solver", fake)
+        yield
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory, with_fake):
+    (path,) = jp.report(linkage(), tmp_path_factory.mktemp("live") / "linkage.html")
+    return path
+
+
+def give(browser, key, value):
+    """Type a number beside a slider."""
+    browser.execute_script(
+        "const field = document.getElementById(`live-${arguments[0]}-exact`);"
+        "field.value = arguments[1]; field.dispatchEvent(new Event('change'))",
+        key,
+        value,
+    )
+
+
+def said(browser, words, turns=4000):
+    """The verdict, when it says something and so many turns have been followed."""
+    until(browser, f"return document.getElementById('live-verdict').textContent.startsWith('{words}')")
+    until(browser, f"{SETTLED}{turns}")
+    return text(browser, "live-verdict")
+
+
+def exponent(verdict):
+    """The exponent of a verdict, and its error."""
+    found = re.search(r"exponent ([+−][\d.]+) ± ([\d.]+)", verdict)
+    return float(found[1].replace("−", "-")), float(found[2])
+
+
+def canvas(browser, name):
+    """The colours that a canvas shows, beside what is empty."""
+    return browser.execute_script(
+        "const it = document.getElementById(arguments[0]);"
+        "const dots = it.getContext('2d').getImageData(0, 0, it.width, it.height).data;"
+        "let sum = 0; for (const each of dots) sum = (31 * sum + each) % 1000003; return sum",
+        name,
+    )
+
+
+def test_a_motion_is_followed_drawn_and_judged_by_the_stated_rules(chromium, page):
+    opened(chromium, page)
+    verdict = said(chromium, "Repeats every turn")
+    assert "separations per turn at B: 1;" in verdict
+    assert exponent(verdict)[0] == pytest.approx(math.log(0.8), abs=1e-4)  # the fixed point of a = 2.8
+    for name in ("linkage", "orbit", "force", "section"):
+        assert canvas(chromium, f"live-{name}") > 0
+    assert complaints(chromium) == []
+    assert page.stat().st_size < 1.5e6
+    assert "Bokeh" not in page.read_text(encoding="utf-8").replace("window.Bokeh ? Bokeh.documents", "")
+
+
+def test_periods_and_chaos_are_told_apart(chromium, page):
+    opened(chromium, page, "#live=gear_ratio:3.2")
+    assert "Repeats every 2 turns" in said(chromium, "Repeats")
+    give(chromium, "gear_ratio", 4)
+    value, error = exponent(said(chromium, "Chaotic"))
+    assert abs(value - math.log(2)) < 3 * error < 0.05
+    assert text(chromium, "live-points") == "3950 section points"
+    assert complaints(chromium) == []
+
+
+def test_sliders_work_by_keys_and_stand_in_the_address(chromium, page):
+    opened(chromium, page)
+    until(chromium, f"{SETTLED}100")
+    slider = chromium.find_element("id", "live-clearance.B")
+    slider.send_keys("\ue014")  # right: a hundredth of the range, 10 µm to 1 mm
+    until(chromium, "return location.hash.includes('clearance.B')")
+    wanted = 2.9e-4 * 100**0.01
+    address = chromium.current_url
+    opened(chromium, page, address[address.index("#") :])
+    until(chromium, f"{SETTLED}100")
+    shown = chromium.find_element("id", "live-clearance.B-exact").get_attribute("value")
+    assert float(shown) == pytest.approx(1e6 * wanted, rel=1e-5)
+    chromium.find_element("id", "live-reset").click()
+    until(chromium, "return !location.hash.includes('clearance.B')")
+    assert complaints(chromium) == []
+
+
+def test_what_is_refused_is_told_and_not_taken(chromium, page):
+    opened(chromium, page)
+    until(chromium, f"{SETTLED}100")
+    give(chromium, "gear_ratio", 9)
+    until(chromium, "return document.getElementById('live-gear_ratio-refused').textContent")
+    assert "from 2.5 to 4 is accepted" in text(chromium, "live-gear_ratio-refused")
+    assert chromium.find_element("id", "live-gear_ratio-exact").get_attribute("value") == "2.8"
+    assert "gear_ratio" not in text(chromium, "live-command")
+
+
+def test_numerical_trouble_is_said_and_mended_by_other_values(chromium, page):
+    opened(chromium, page, "#live=damping.B:800")
+    assert said(chromium, "Stopped", 0) == "Stopped: not converged."
+    give(chromium, "damping.B", 100)
+    said(chromium, "Repeats")
+    assert complaints(chromium) == []
+
+
+def test_the_study_and_command_give_the_mechanism_that_is_shown(chromium, page, tmp_path):
+    opened(chromium, page, "#live=clearance.B:0.0001 damping.B:250")
+    until(chromium, f"{SETTLED}100")
+    program, verb, file, *words = shlex.split(text(chromium, "live-command"))
+    assert [program, verb, words[0]] == ["jointplay", "run", "--set"]
+    (tmp_path / file).write_text(text(chromium, "live-study"), encoding="utf-8")
+    given = load(tmp_path / file, words[1:]).record.mechanism
+    wanted = {"joints.B.clearance": 1e-4, "joints.B.contact.damping": 250.0}
+    assert given == linkage().replace(**wanted)
+
+
+def test_a_diagram_is_computed_clicked_in_and_refined(chromium, page):
+    from selenium.webdriver.common.action_chains import ActionChains
+
+    opened(chromium, page)
+    until(chromium, f"{SETTLED}100")
+    chromium.execute_script(
+        "const key = document.getElementById('scan-key'); key.value = 'gear_ratio';"
+        "key.dispatchEvent(new Event('change')); document.getElementById('scan-run').click()"
+    )
+    done = "return document.getElementById('scan-said').textContent.startsWith('120 of 120')"
+    until(chromium, done)
+    assert chromium.find_element("id", "scan-stop").get_attribute("disabled")
+    drawn = chromium.find_element("id", "scan-canvas")
+    chromium.execute_script("arguments[0].scrollIntoView({block: 'center'})", drawn)
+    ActionChains(chromium).move_to_element(drawn).click().perform()  # 52 px of its left are the axis
+    until(chromium, "return document.getElementById('live-gear_ratio-exact').value !== '2.8'")
+    half = (drawn.size["width"] / 2 - 52) / (drawn.size["width"] - 62)
+    shown = float(chromium.find_element("id", "live-gear_ratio-exact").get_attribute("value"))
+    assert shown == pytest.approx(2.5 + 1.5 * half, abs=0.005)
+    ActionChains(chromium).move_to_element(drawn).click_and_hold().move_by_offset(100, 0).release().perform()
+    until(chromium, "return document.getElementById('scan-from').value > 3")
+    until(chromium, done)
+    ends = [
+        float(chromium.find_element("id", f"scan-{end}").get_attribute("value")) for end in ("from", "to")
+    ]
+    assert ends == pytest.approx([shown, shown + 150 / (drawn.size["width"] - 62)], abs=0.01)
+    assert "scan=120+100+gear_ratio" in chromium.current_url
+    assert complaints(chromium) == []
+
+
+def test_a_diagram_can_be_stopped(chromium, page):
+    opened(chromium, page, "#scan=1000 5000 gear_ratio 2.5 4")
+    until(chromium, "return !document.getElementById('scan-stop').disabled")
+    chromium.execute_script("document.getElementById('scan-stop').click()")
+    before = text(chromium, "scan-said")
+    assert re.fullmatch(r"Stopped after \d+ values.", before)
+    sleep(0.3)
+    assert text(chromium, "scan-said") == before
+
+
+def test_play_is_slow_through_an_impact(chromium, page):
+    opened(chromium, page)
+    until(chromium, f"{SETTLED}100")
+    chromium.execute_script(
+        "document.getElementById('live-slow').checked = true;"
+        "const moment = document.getElementById('live-phase');"  # the contact ends at a quarter turn
+        "moment.value = 249; moment.dispatchEvent(new Event('input'));"
+        "document.getElementById('live-play').click()"
+    )
+    sleep(0.5)  # a sixth of a turn at the usual speed
+    assert 249 <= int(chromium.find_element("id", "live-phase").get_attribute("value")) < 260
+    chromium.execute_script("document.getElementById('live-slow').checked = false")
+    until(chromium, "return document.getElementById('live-phase').value > 300")
+
+
+def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
+    size = chromium.get_window_size()
+    try:
+        chromium.execute_cdp_cmd(
+            "Emulation.setDeviceMetricsOverride",
+            {"width": 380, "height": 800, "deviceScaleFactor": 2, "mobile": True},
+        )
+        opened(chromium, page)
+        until(chromium, f"{SETTLED}100")
+        wide, seen = chromium.execute_script(
+            "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
+        )
+        assert wide <= seen == 380
+    finally:
+        chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+        chromium.set_window_size(size["width"], size["height"])
+
+
+def test_a_click_in_a_stored_diagram_leads_the_sliders_there(chromium, with_fake, tmp_path):
+    path, _ = jp.report(diagram(), tmp_path / "sweep.html", mechanism=linkage())
+    opened(chromium, path)
+    until(chromium, f"{SETTLED}100")
+    chromium.execute_script("jointplay.tapped(0, 123, 20)")
+    until(chromium, "return document.getElementById('live-clearance.B-exact').value === '123'")
+    chromium.execute_script("jointplay.chart(0).x_range.setv({start: 20, end: 200}); jointplay.zoomed()")
+    ends = [chromium.find_element("id", f"scan-{end}").get_attribute("value") for end in ("from", "to")]
+    assert ends == ["20", "200"]
+    assert complaints(chromium) == []
+
+
+@pytest.mark.long
+def test_firefox_shows_the_same(firefox, page):
+    opened(firefox, page, "#live=gear_ratio:3.2")
+    assert said(firefox, "Repeats every 2 turns")
+    assert firefox.get_log("browser") == []
+    firefox.execute_script("console.error('heard')")
+    until(firefox, "return true")
+    assert "heard" in str(firefox.get_log("browser"))  # or silence would prove nothing
+
+
+@pytest.mark.long
+def test_memory_stays_flat_and_frames_go_on(chromium, page):
+    opened(chromium, page)
+    until(chromium, f"{SETTLED}4000")
+
+    def heap():
+        chromium.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+        return chromium.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"]
+
+    chromium.execute_script(
+        "window.frames_seen = 0; const look = () => { frames_seen += 1; requestAnimationFrame(look); };"
+        "look();"
+        "let at = 0; setInterval(() => { const s = document.getElementById('live-gear_ratio');"
+        "at = (at + 7) % 1000; s.value = at; s.dispatchEvent(new Event('input')) }, 30)"
+    )
+    sleep(10)
+    before, begun = heap(), chromium.execute_script("return frames_seen")
+    sleep(60)
+    after, frames = heap(), chromium.execute_script("return frames_seen") - begun
+    print({"before": before, "after": after, "frames_per_second": frames / 60})
+    assert after < 1.1 * before + 2e5
+    assert frames > 60 * 15  # 30 and more on a machine of its own
+    assert complaints(chromium) == []
