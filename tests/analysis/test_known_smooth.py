@@ -65,24 +65,6 @@ def test_parameters_by_name():
     assert np.array_equal(*ends)
 
 
-@pytest.mark.parametrize(
-    ("changes", "keys"),
-    [
-        ({"parameters": {"amplitude": 0.3, "damping": 0.2, "frequenzy": 1.0}}, {"frequenzy", "frequency"}),
-        ({"parameters": {"amplitude": True, "damping": 0.2, "frequency": 1.0}}, {"amplitude"}),
-    ],
-)
-def test_wrong_parameters(changes, keys):
-    with pytest.raises(jp.InputError) as caught:
-        jp.simulate(jp.TestSystem(**dict(catalog.duffing()) | changes), turns=1)
-    assert {problem.key for problem in caught.value.problems} == {f"parameters.{key}" for key in keys}
-
-
-def test_unknown_system():
-    with pytest.raises(jp.InputError, match="did you mean 'duffing'"):
-        jp.simulate(jp.TestSystem(**dict(catalog.duffing()) | {"system": "dufing"}), turns=1)
-
-
 @pytest.mark.parametrize("initial", [(1.0,), (1.0, math.inf), ("a", 0.0), 3.0, {"y": 1.0}])
 def test_wrong_start(initial):
     with pytest.raises(jp.InputError, match="initial"):

@@ -4,15 +4,12 @@ import math
 
 import numpy as np
 import pytest
-from sympy import Integer, Rational, symbols
 
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.trajectory import Request, functions, memory
-from jointplay.equations import oscillators
-from jointplay.equations.system import Angle, Reset, System, number
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics import flow
 from jointplay.numerics.memory import LOGGED
@@ -154,29 +151,19 @@ def test_the_tangent_map_through_a_rest_is_zero():
     assert not tangents.tangent_map(model, rest + 2 * math.pi).any()
 
 
-y, x, v, u = symbols("y x v u", real=True)
-
-
-def two_masses() -> System:
-    """Two masses with coupled inertia on a spring; the gap below them is a mixture of both positions."""
-    phase, r = Angle("phase", None, Integer(1)), number("restitution")
-    mass = {(0, 0): Integer(2), (1, 0): Rational(1, 2), (1, 1): Integer(1)}
-    force = (phase.sin - 1 + 3 * (x - y), 3 * (y - x) - u / 5 - x)
-    gap, impulse = y + x / 2, (1 + r) * (v + u / 2)
-    wall = Reset("floor", gap, {v: v - Rational(3, 4) * impulse, u: u - impulse / 2})  # along M^-1 N
-    outputs = {"state:y": y, "state:x": x, "state:v": v, "state:u": u, "phase": phase.value, "gap:floor": gap}
-    return System((y, x), (v, u), (r,), (), mass, force, (phase,), resets=(wall,), outputs=outputs)
-
-
 @pytest.fixture
-def coupled(monkeypatch):
-    monkeypatch.setitem(oscillators.SYSTEMS, "two_masses", two_masses)
-    return jp.TestSystem(
+def coupled():
+    """Two masses with coupled inertia on a spring; the gap below them is a mixture of both positions."""
+    impulse = "(1 + restitution)*(v + u/2)"
+    jump = {"v": f"v - 3/4*{impulse}", "u": f"u - {impulse}/2"}  # along M^-1 N
+    return jp.System(
         name="two masses",
-        system="two_masses",
+        states={"y": 0.5, "x": 0.2, "v": 0.0, "u": 0.3},
         parameters={"restitution": 0.5},
-        initial=(0.5, 0.2, 0.0, 0.3),
-        period=TAU,
+        rates={"y": "v", "x": "u", "v": "sin(t) - 1 + 3*(x - y)", "u": "3*(y - x) - u/5 - x"},
+        mass={"v": {"v": 2}, "u": {"v": "1/2", "u": 1}},
+        forcing="2*pi",
+        impacts=[{"name": "floor", "gap": "y + x/2", "jump": jump}],
     )
 
 

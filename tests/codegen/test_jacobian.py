@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.equations.oscillators import SYSTEMS
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.systems import SYSTEMS
 from tests.support.linkages import scattered
 from tests.support.plain import Point, plain
 

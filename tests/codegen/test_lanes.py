@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay.codegen.source import MAX_TURN
-from jointplay.equations.oscillators import SYSTEMS
+from jointplay.mechanism.systems import SYSTEMS
 from jointplay.numerics.control import TURN
 from tests.support.linkages import scattered
 from tests.support.plain import Point, plain

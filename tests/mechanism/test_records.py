@@ -9,7 +9,7 @@ import pytest
 
 from jointplay.errors import NOTHING
 from jointplay.mechanism import catalog
-from jointplay.mechanism.records import Contact, Friction, Joint, Link, Mechanism, Pin, TestSystem
+from jointplay.mechanism.records import Contact, Friction, Joint, Link, Mechanism, Pin, System
 from tests.mechanism.wrong import only, problems_of
 
 # Round trips and what a record is
@@ -189,8 +189,8 @@ def test_contact_data_with_clearance_0_is_an_ideal_joint():
 
 
 def test_wrong_test_system():
-    found = problems_of(TestSystem, name="a", system=3, parameters={"x": "3"}, initial=[1, "2"], period=0)
-    assert set(found) == {f"test_system.{key}" for key in ("system", "parameters.x", "initial[1]", "period")}
+    found = problems_of(System, name="a", system=3, parameters={"x": "3"}, states={"x": True}, rates=0)
+    assert set(found) == {f"system.{key}" for key in ("system", "parameters.x", "states.x", "rates")}
 
 
 def test_records_load_nothing_heavy():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import partial
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,9 +12,9 @@ from sympy import Integer, Symbol, symbols
 
 from jointplay.equations import functions
 from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.oscillators import SYSTEMS
 from jointplay.equations.structure import Oscillator
 from jointplay.equations.system import Contact, System, number, traction
+from jointplay.equations.write import WRITERS
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.model import Model
 
@@ -77,13 +77,22 @@ def _system(law):
     )
 
 
+@dataclass(frozen=True)
+class Block(Oscillator):
+    """The structure of a block with a law of friction."""
+
+    law: str = ""
+
+
+WRITERS[Block] = lambda block: _system(FRICTIONS[block.law])
+
+
 def belt(friction, state, *, m=2.0, k=50.0, V=0.1, N=20.0, load=0.0):
     """The model of a block with this friction, at x, x'."""
-    law, name = FRICTIONS[friction.law], f"test_block_{friction.law}"
-    SYSTEMS.setdefault(name, partial(_system, law))
+    law = FRICTIONS[friction.law]
     rubbing = (friction.parameters[letter] for letter in law.letters)
     return Model(
-        structure=Oscillator(name),
+        structure=Block((), (), (), (), law=friction.law),
         numbers=np.array([m, k, V, N, load, *rubbing]),
         state=np.array(state, dtype=float),
         absolute=np.array([1e-3, 1e-3, 1e-6])[: len(state)],

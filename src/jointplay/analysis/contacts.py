@@ -76,7 +76,7 @@ def smallest_missed_gap(model: Model, records: Records) -> np.ndarray:
 
 
 def _size(model: Model) -> int:
-    return len(model.joints) or len(model.resets)
+    return len(model.touching)
 
 
 def _smallest(joints: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
@@ -92,11 +92,13 @@ def approach(model: Model, records: Records, rows: np.ndarray) -> tuple[np.ndarr
         own = Quantities(model, rows, records.start).variables(names, "event")
         return -own["penetration"][1], own["normal_velocity"][1]
     if model.resets:
+        first = [each[:, : len(model.joints)] for each in _walls(model, rows)]
         h, n_q = STEP * model.period, len(model.turning)
         step = np.zeros_like(rows)
         step[:, 0], step[:, 1 : 1 + n_q] = h, h * rows[:, 1 + n_q : 1 + 2 * n_q]
         now, before, after = (_gaps(model, records, each) for each in (rows, rows - step, rows + step))
-        return now, (before - after) / (2 * h)
+        rigid = now, (before - after) / (2 * h)
+        return tuple(np.concatenate(each, axis=1) for each in zip(first, rigid, strict=True))
     return _walls(model, rows)
 
 
@@ -110,7 +112,7 @@ def _gaps(model: Model, records: Records, rows: np.ndarray) -> np.ndarray:
 
 def _walls(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Gaps and closing speeds of a test system's soft walls, by the structure's own function."""
-    module, count = cache.structure_module(model.structure), len(model.joints)
+    module, count = cache.structure_module(model.structure), len(model.touching)
     n_x, numbers = len(model.state), np.array(model.numbers, dtype=float)
     out, masks = np.zeros((len(rows), count, 6)), np.zeros(3 * count)
     state = np.zeros(1 + n_x + 2 * module.SIZES["angles"])
@@ -159,7 +161,7 @@ def _modes(codes: np.ndarray) -> str:
 
 def _walls_met(model: Model, records: Records, begin: float, end: float) -> str:
     rows = records.events[(records.events[:, TIME] > begin) & (records.events[:, TIME] <= end)]
-    rows, names = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT))], model.joints or model.resets
+    rows, names = rows[np.isin(rows[:, KIND], (CONTACT, IMPACT))], model.touching
     return _cut("".join(names[int(j)][0] for j in rows[:, JOINT])) or "."
 
 

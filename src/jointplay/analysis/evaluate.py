@@ -40,12 +40,7 @@ class Quantities:
     @property
     def modes(self) -> np.ndarray:
         """Modes, shape (rows, contacts and rigid walls)."""
-        return self.rows[:, self._n_state : self._n_state + len(self._touching)].astype(np.int8)
-
-    @property
-    def _touching(self) -> tuple[str, ...]:
-        """Names of what has a mode: contacts, then rigid walls."""
-        return (*self.model.joints, *self.model.resets)
+        return self.rows[:, self._n_state : self._n_state + len(self.model.touching)].astype(np.int8)
 
     def variables(self, names: Iterable[str], dim: str, prefix: str = "") -> dict[str, Any]:
         """Named variables over `dim`, as (dims, values, attributes)."""
@@ -89,7 +84,7 @@ class Quantities:
         """Symbols of the program: state, parameters, masks."""
         given = dict(zip(self.module.STATE, rows[:, : self._n_state].T, strict=True))
         given |= dict(zip(self.module.PARAMETERS, self.model.numbers, strict=True))
-        for j, name in enumerate(self._touching):
+        for j, name in enumerate(self.model.touching):
             mode = rows[:, self._n_state + j]
             given[f"touch_{name}"] = (mode > Mode.RELEASED).astype(float)
             given[f"slip_{name}"] = (mode == Mode.SLIP_POSITIVE).astype(float) - (mode == Mode.SLIP_NEGATIVE)
@@ -110,7 +105,7 @@ class Quantities:
     @property
     def _work(self) -> dict[str, np.ndarray]:
         """Integrals of power that the equations have, by quantity."""
-        columns = self.rows[:, self._n_state + len(self._touching) :].T
+        columns = self.rows[:, self._n_state + len(self.model.touching) :].T
         names = (WORK[word][0] for word in powers(self.model.structure))
         return dict(zip(names, columns, strict=False))
 
@@ -173,7 +168,7 @@ def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
 
 def joint_flags(model: Model) -> dict[str, Any]:
     """CF attributes of a contact's number, counted from 0: its joint's or wall's name; -1 is none."""
-    names = ["none", *(STRANGE.sub("_", name) for name in model.joints or model.resets)]
+    names = ["none", *(STRANGE.sub("_", name) for name in model.touching)]
     values = np.arange(-1, len(names) - 1, dtype=np.int16)
     return {"flag_values": values, "flag_meanings": " ".join(names)}
 

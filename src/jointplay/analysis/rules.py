@@ -198,7 +198,7 @@ def _plane(section: Plane, mechanism: Mechanism) -> str:
 def _contacts(section: ContactSection | SeparationSection, model: Model) -> tuple[tuple[str, ...], str]:
     """Names of the joints (or walls) that can make such a section, and the kind of event that does."""
     walls, kind = model.walls, section.kind
-    names = model.resets if kind == "contact" and not model.joints else model.joints
+    names = model.joints if kind == "separation" else model.touching
     if kind == "contact" and (section.joint in walls or (section.joint is None and len(walls) == len(names))):
         kind = "impact"
     if not names or section.joint not in (None, *names):

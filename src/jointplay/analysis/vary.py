@@ -204,7 +204,7 @@ def _described(mechanism: Any, key: str) -> tuple[str, str]:
 def _declared(mechanism: Any, key: str) -> tuple[str, str]:
     """Units and long name of a parameter, from its record's field."""
     if isinstance(mechanism, TestSystem):
-        return "1", key.replace("_", " ")
+        return mechanism.units.get(key, "1"), key.replace("_", " ")
     *path, last = steps(re.sub(r"\[\d+\]$", "", key))
     record, law, own = mechanism, {}, "1"
     for step in path:
@@ -224,5 +224,7 @@ def _declared(mechanism: Any, key: str) -> tuple[str, str]:
 def cf_units(units: str) -> str:
     """Units of the records (``N/m``, ``kg m²``) as those of datasets (``N m-1``, ``kg m2``)."""
     above, _, below = units.translate(_POWERS).partition("/")
-    lowered = (re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.split())
+    lowered = (
+        re.sub(r"^(\D+)(\d*)$", r"\1-\2", unit) + "1" * unit.isalpha() for unit in below.strip("()").split()
+    )
     return " ".join([above, *lowered])

@@ -247,6 +247,8 @@ def remembered(system: System) -> dict[int, dict[Symbol, Expr]]:
 def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
     """New positions and speeds of a body that comes to rest on the k-th wall: gap and rate are taken away."""
     system = dynamics.system
+    if system.resets[k].moves:
+        return {}
     column, weight, rate = _impulse(dynamics, k)
     moved = _pushed(system.positions, Integer(1), column, weight, system.resets[k].guard)
     return moved | _pushed(system.speeds, Integer(1), column, weight, rate)

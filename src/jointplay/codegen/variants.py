@@ -34,7 +34,9 @@ def variants(system: System) -> tuple[str, ...]:
 
 def masks(system: System, variant: str) -> list[Mask]:
     """Masks of every contact; a lone one needs only slip. `any` keeps all, `touch` all but stick."""
-    alone, result = len(system.contacts) == 1 and variant not in ("any", "touch"), []
+    held = [*system.contacts, *(reset for reset in system.resets if not reset.moves)]
+    alone = len(held) == 1 and variant not in ("any", "touch") and not any(c.latches for c in system.contacts)
+    result = []
     for contact in system.contacts:
         touch, slip, stick = (
             Symbol(f"{word}_{contact.name}", real=True) for word in ("touch", "slip", "stick")
@@ -46,7 +48,7 @@ def masks(system: System, variant: str) -> list[Mask]:
         elif alone:
             touch, stick = Integer(1), Integer(1)
         result.append(Mask(touch, slip, stick))
-    return result + [_resting(reset.name, variant) for reset in system.resets]
+    return result + [_resting(each.name, "free" if each.moves else variant) for each in system.resets]
 
 
 def _resting(wall: str, variant: str) -> Mask:
@@ -56,11 +58,17 @@ def _resting(wall: str, variant: str) -> Mask:
 
 
 def holding(tape: Tape, reset: Reset, positions: tuple[Symbol, ...], speeds: tuple[Symbol, ...]) -> Contact:
-    """The wall of a reset as a contact without a law, whose v_t is the rate of the gap."""
+    """The wall of a reset as a contact without a law, whose v_t is the rate of the gap.
+
+    Where the state jumps and there is no wall, the place of the force says so (numerics.walls).
+    """
+    u, v_n = (Symbol(f"{word}_{reset.name}", real=True) for word in ("u", "v"))
+    if reset.moves:
+        zero, still = Integer(0), (Integer(0),) * len(speeds)
+        return Contact(reset.name, u, v_n, zero, (), v_t=zero, tangential=still, push=Integer(1))
     slopes = [tape.derivative(reset.guard, q) for q in positions]
     normal = [tape.let(f"N_{reset.name}_{i}", slope) for i, slope in enumerate(slopes)]
     moved = sum((n * z for n, z in zip(normal, speeds, strict=False)), Integer(0))
     rate = tape.let(f"rate_{reset.name}", moved + tape.derivative(reset.guard, TIME))
     row = (*normal, *[Integer(0)] * (len(speeds) - len(normal)))
-    u, v_n = (Symbol(f"{word}_{reset.name}", real=True) for word in ("u", "v"))
     return Contact(reset.name, u, v_n, Integer(0), (), v_t=rate, tangential=row)

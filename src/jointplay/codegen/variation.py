@@ -226,7 +226,7 @@ def _wall(layout: Layout, k: int) -> str:
     j = len(layout.system.contacts) + k
     gap = _slopes(layout, dynamics.tape, layout.system.resets[k].guard)
     force, held = dynamics.held_slopes(_variables(layout)), dynamics.masks[j].stick
-    slopes = [(1 - held) * slope - held * force[j, i] for i, slope in enumerate(gap)]
+    slopes = [(1 - held) * slope - held * force.get((j, i), Integer(0)) for i, slope in enumerate(gap)]
     g = 4 * len(layout.system.contacts) + k
     return _at_point(layout, f"gradient_{g}", "s, p, m, out", "out", dynamics.tape, slopes)
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from .friction import FRICTIONS
 from .laws import LAWS
+from .written import Oscillator
 
 # Corners of a slider in its guide: +1 ahead of the journal's point or -1, on the upper face +1 or -1.
 CORNERS = {"upper_front": (1, 1), "upper_rear": (-1, 1), "lower_front": (1, -1), "lower_rear": (-1, -1)}
@@ -245,18 +246,6 @@ class Linkage:
         while found[-1] in guides:
             found.append(guides[found[-1]])
         return found
-
-
-@dataclass(frozen=True)
-class Oscillator:
-    """A small test system by name, with the switches that its equations take.
-
-    `section` names a quantity whose level crossings are wanted: a state, or the phase of the forcing.
-    """
-
-    name: str
-    switches: tuple[tuple[str, bool], ...] = ()
-    section: str | None = None
 
 
 def powers(structure: Linkage | Oscillator) -> list[str]:

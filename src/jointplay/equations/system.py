@@ -49,6 +49,7 @@ class Contact:
     where u itself is not smooth along a motion; `push` what is watched in the place of F_n, of the same sign
     where u > 0. `entry` gives speeds their new values where contact begins, `exit` where it ends; `rates` are
     what they gain a second, as forces on them, while it lasts. Corners of a slider have a `face` in common.
+    One that `latches` has another u while it lasts, by the solved force of `traction`.
     """
 
     name: str
@@ -70,6 +71,7 @@ class Contact:
     exit: dict[Symbol, Expr] = field(default_factory=dict)
     rates: dict[Symbol, Expr] = field(default_factory=dict)
     face: str = ""
+    latches: bool = False
 
     @property
     def sticks(self) -> bool:
@@ -87,7 +89,8 @@ class Reset:
 
     With a `restitution` r the jump is that of an impulse along the gap's gradient N instead, after which the
     gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N). `shared`
-    says that others may be met with it.
+    says that others may be met with it. One that `moves` the state is no wall: nothing rests on it, and any
+    speed may stand in its guard.
     """
 
     name: str
@@ -95,6 +98,7 @@ class Reset:
     speeds: dict[Symbol, Expr] = field(default_factory=dict)
     restitution: Expr | None = None
     shared: bool = False
+    moves: bool = False
 
 
 @dataclass(frozen=True)

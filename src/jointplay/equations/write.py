@@ -1,12 +1,15 @@
 """From a structure to its equations."""
 
-from . import linkage, oscillators
+from collections.abc import Callable
+from typing import Any
+
+from . import linkage, own
 from .structure import Linkage, Oscillator
 from .system import System
+
+WRITERS: dict[type, Callable[[Any], System]] = {Linkage: linkage.system, Oscillator: own.system}
 
 
 def system(structure: Linkage | Oscillator) -> System:
     """Write the equations of a structure."""
-    if isinstance(structure, Linkage):
-        return linkage.system(structure)
-    return oscillators.system(structure)
+    return WRITERS[type(structure)](structure)

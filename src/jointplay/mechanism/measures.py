@@ -99,3 +99,37 @@ def _base(unit: str) -> tuple[Decimal, Any]:
         return _registry().get_base_units(_registry().parse_units(unit))
     except Exception:  # pint's parser fails in many ways on what is no unit
         return Decimal(1), None
+
+
+def coherent(given: Any) -> tuple[Any, str]:
+    """Bring a text with any unit into SI: its number, and the unit; all else as it is, without one.
+
+    Raises
+    ------
+    InputError
+        Where the unit is not known.
+    """
+    text = isinstance(given, str) and len(given) <= LONGEST and _WRITTEN.match(given)
+    unit = given[len(_NUMBER.match(given)[0]) :].strip() if text else ""
+    if not unit:
+        return given, ""
+    factor, base = _base(unit)
+    if base is None:
+        raise refuse(given, f"a number, or one with its unit, is accepted: {unit!r} is no known unit")
+    own = unit if factor == 1 and "%" not in unit else _named(base)
+    return _converted(given, own or "1"), own
+
+
+def _named(base: Any) -> str:
+    """Units as ``kg m²/s²``, or ``A/(kg m)``."""
+    symbol, powers = _registry().get_symbol, sorted(base._units.items())
+    above, below = (
+        [
+            f"{symbol(name)}{abs(int(power)) if abs(power) > 1 else ''}"
+            for name, power in powers
+            if sign * power > 0
+        ]
+        for sign in (1, -1)
+    )
+    under = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
+    return f"{' '.join(above) or '1'}{under and '/'}{under}".translate(str.maketrans("234", "²³⁴"))

@@ -1,4 +1,4 @@
-"""Assembly of test systems: their generated equations name the states, parameters and walls."""
+"""Assembly of systems of somebody's own equations: their text becomes the structure."""
 
 from __future__ import annotations
 
@@ -9,68 +9,64 @@ from typing import Any
 import numpy as np
 
 from jointplay.codegen import cache, outputs
-from jointplay.equations.structure import Oscillator
-from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.model import SPEED_FLOOR, Model
-from jointplay.mechanism.records import TestSystem
+from jointplay.mechanism.own import System
 
 PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
-TURN = 0.7  # rad of the forcing's phase that a step may span: within where the generated polynomials hold
+TURN = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
+ROUNDS = 8  # of putting a body back on a wall whose gap bends
 
 
-def model(system: TestSystem, initial: Any = None, section: str | None = None) -> Model:
-    """Assemble a test system.
+def model(system: System, initial: Any = None, section: str | None = None) -> Model:
+    """Assemble a system.
 
     Parameters
     ----------
-    system : TestSystem
+    system : System
         What moves.
     initial : sequence of float, optional
-        State at time 0; the system's own if left out.
+        State at time 0, in the order of `System.order`; the system's own if left out.
     section : str, optional
-        State whose level is to be watched, or ``phase``.
+        State or output whose level is to be watched, or ``phase``.
 
     Raises
     ------
     InputError
-        If parameters, start or section do not belong to the system's equations.
+        If start or section do not belong to the system's equations.
     """
-    switches = {name: value for name, value in system.parameters.items() if isinstance(value, bool)}
-    structure = Oscillator(system.system, tuple(sorted(switches.items())), section)
-    module = cache.structure_module(structure)
-    numbers = _numbers({k: v for k, v in system.parameters.items() if k not in switches}, module)
-    states = tuple(module.STATE[1:])
-    state = _state(system.initial if initial is None else initial, states)
-    _check_gaps(module, numbers | {"t": 0.0} | dict(zip(states, state, strict=True)))
-    state, rate = inside(module, numbers, state), _phase_rate(module, numbers)
+    structure = system.structure(section)
+    module, numbers = cache.structure_module(structure), system.numbers
+    names = (*structure.positions, *structure.speeds)
+    state = _state(system.initial if initial is None else initial, names)
+    given = _given(module, numbers, state)
+    _check_gaps(module, given, state)
+    state, rates = inside(module, given, state), _phase_rates(module, given)
+    rate = rates.get("phase", 0.0)
+    fastest = max(map(abs, rates.values()), default=0.0)
     return Model(
         structure=structure,
         numbers=np.array(list(numbers.values()), dtype=float),
         state=state,
-        absolute=np.full(len(states), SPEED_FLOOR),
-        relative=np.ones(len(states)),
+        absolute=np.array([SPEED_FLOOR * system.scales.get(name, 1.0) for name in names]),
+        relative=np.ones(len(names)),
         turning=np.zeros(module.SIZES["positions"]),
         fold=np.zeros(module.SIZES["positions"]),
         period=system.period or 1.0,
-        h_max=TURN / abs(rate) if rate else math.inf,
+        h_max=TURN / fastest if fastest else math.inf,
         creep=SPEED_FLOOR,
         joints=tuple(module.CONTACTS),
-        states=states,
+        states=(*names, *(name for name, _ in structure.outputs)),
         crank_speed=rate,
         forward=1 if rate >= 0 else -1,
         resets=tuple(module.RESETS),
     )
 
 
-def _numbers(given: dict[str, float], module: ModuleType) -> dict[str, float]:
-    """The parameters in the order of the equations."""
-    names = module.PARAMETERS
-    extra = {name: value for name, value in given.items() if name not in names}
-    problems = [unknown(f"parameters.{k}", value, k, names, "parameter") for k, value in extra.items()]
-    problems += [Problem(f"parameters.{k}", NOTHING, "a number is needed") for k in names if k not in given]
-    if problems:
-        raise InputError(problems)
-    return {name: given[name] for name in names}
+def _given(module: ModuleType, numbers: dict[str, float], state: np.ndarray) -> dict[str, float]:
+    """Parameters and state by the names that the equations have for them."""
+    values = dict(zip(module.PARAMETERS, numbers.values(), strict=True))
+    return values | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
 
 
 def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
@@ -84,10 +80,10 @@ def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
     return state
 
 
-def _check_gaps(module: ModuleType, given: dict[str, float]) -> None:
-    """Refuse a start beyond a wall: walls with restitution let nothing in."""
+def _check_gaps(module: ModuleType, given: dict[str, float], state: np.ndarray) -> None:
+    """Refuse a start beyond a wall, which lets nothing in, or where a jump should have been."""
     problems = [
-        Problem("initial", given["y"], f"a position on the inner side of the {name} wall is accepted")
+        Problem("initial", state.tolist(), f"a state is accepted in which {name} has not been passed")
         for name, gap in _gaps(module, given).items()
         if gap < -PLAY
     ]
@@ -101,19 +97,27 @@ def _gaps(module: ModuleType, given: dict[str, float]) -> dict[str, float]:
 
 
 def inside(module: ModuleType, numbers: dict[str, float], state: np.ndarray) -> np.ndarray:
-    """The state, its position moved back to where a rigid wall stands at time 0, if beyond that."""
-    state = state.copy()
+    """The state, its positions moved back to where a rigid wall stands at time 0, if beyond that.
+
+    `numbers` are the parameters, by the names that the equations have for them.
+    """
+    state, count = state.copy(), module.SIZES["positions"]
     for name in module.RESETS:
-        given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
-        here, there = (_gaps(module, given | {"y": given["y"] + shift})[name] for shift in (0.0, 1.0))
-        if here < 0:
-            state[0] -= here / (there - here)  # gaps are linear in the position
+        for _ in range(ROUNDS):
+            given = numbers | {"t": 0.0} | dict(zip(module.STATE[1:], state, strict=True))
+            here = _gaps(module, given)[name]
+            if not here < 0:
+                break
+            moved = [_gaps(module, given | {q: given[q] + 1.0})[name] for q in module.STATE[1 : 1 + count]]
+            slopes = np.array(moved) - here
+            if not slopes.any():
+                break
+            state[:count] -= here * slopes / (slopes @ slopes)
     return state
 
 
-def _phase_rate(module: ModuleType, numbers: dict[str, float]) -> float:
-    """Angular frequency of the forcing; 0 where there is none."""
-    if "phase" not in module.OUTPUTS:
-        return 0.0
-    phase = outputs.evaluate(module, ["phase"], numbers | {"t": np.array([0.0, 1.0])})["phase"]
-    return float(phase[1] - phase[0])
+def _phase_rates(module: ModuleType, given: dict[str, float]) -> dict[str, float]:
+    """Angular frequency of each phase; that of the forcing is ``phase``."""
+    names = [name for name in module.OUTPUTS if name.startswith("phase")]
+    phases = outputs.evaluate(module, names, given | {"t": np.array([0.0, 1.0])})
+    return {name: float(phase[1] - phase[0]) for name, phase in phases.items()}

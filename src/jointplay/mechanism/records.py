@@ -31,6 +31,8 @@ from jointplay.mechanism.drive import (
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.loads import AnyLoad, Force, Torque
 from jointplay.mechanism.masses import PointMass
+from jointplay.mechanism.own import System
+from jointplay.mechanism.own_parts import Impact, Jump, Rubbing, Switch, Touch
 from jointplay.mechanism.paths import checked_paths, with_parts
 from jointplay.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.mechanism.signature import checked

@@ -15,7 +15,20 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 from .impacts import together
 from .interface import inner
 from .memory import EVALUATIONS, JOINTS, H
-from .modes import FREE, IMPACT, RESTING, SEPARATION, look, mask, variant_of
+from .modes import (
+    FREE,
+    IMPACT,
+    RELEASED,
+    RESTING,
+    SEPARATION,
+    SLIP_NEGATIVE,
+    SLIP_POSITIVE,
+    STICKS,
+    look,
+    mask,
+    touch,
+    variant_of,
+)
 
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 STEADY = 0.1  # share of a by which it may change until the last impact
@@ -91,7 +104,7 @@ def _lasting(f, j, k, x, o, before):
         return -1.0
     for i in range(len(x.flags), len(x.modes)):
         near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
-        if near and not _settles_too(k, x, o, at, i):
+        if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, x, o, at, i):
             return -1.0
     return lasts
 
@@ -127,6 +140,9 @@ def strike(f, j, k, x, o):
         x.modes[at], x.fired[guard], x.margin[guard] = FREE, 3, o.play
         return SEPARATION, -1.0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    if k.contact[6 * at + 3] > 0.0:
+        _move(f, j, k, x, o)
+        return IMPACT, -1.0
     before = -k.contact[6 * at + 2]
     several = before > 0.0 and together(f, j, k, x, o)
     if before > 0.0 and not several:  # else the gap opens, and rounding alone has closed it
@@ -135,10 +151,37 @@ def strike(f, j, k, x, o):
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     if not several:
         _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
-    for i in range(len(x.flags), len(x.modes)):
-        if x.modes[i] == RESTING and abs(k.contact[6 * i + 2]) > o.rest:  # thrown off by this impact
-            x.modes[i], x.fired[guard - at + i], x.margin[guard - at + i] = FREE, 1, o.play
+    _throw_off(k, x, o)
     return IMPACT, _lasting(f, j, k, x, o, before)
+
+
+@inner
+def _move(f, j, k, x, o):
+    """Jump of the state where there is no wall; contacts begin and end as they then are."""
+    f.reset(j, x.s, x.p)
+    x.fired[4 * len(x.flags) + j] = 0
+    for i in range(len(x.flags)):
+        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+        u = k.contact[6 * i]
+        if x.modes[i] == FREE and u > 0.0:
+            touch(f.contacts, i, x.flags, x.modes, x.m, x.s, x.p, o.rest, k.contact)
+        elif x.modes[i] > FREE and u < 0.0:
+            x.modes[i] = FREE
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    _throw_off(k, x, o)
+
+
+@inner
+def _throw_off(k, x, o):
+    """After a jump of speeds: slip goes as they then are, and what leaves a wall rests no longer on it."""
+    for i in range(len(x.flags)):
+        v_t = k.contact[6 * i + 2]
+        if x.flags[i] & STICKS and x.modes[i] > RELEASED and abs(v_t) > o.rest:
+            x.modes[i] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
+    for i in range(len(x.flags), len(x.modes)):
+        if x.modes[i] == RESTING and abs(k.contact[6 * i + 2]) > o.rest:
+            guard = 3 * len(x.flags) + i
+            x.modes[i], x.fired[guard], x.margin[guard] = FREE, 1, o.play
 
 
 @inner
@@ -186,7 +229,8 @@ def begin(f, k, x, o):
         at = len(x.flags) + j
         x.margin[4 * len(x.flags) + j] = o.play
         look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-        if abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest:
+        wall = k.contact[6 * at + 3] <= 0.0
+        if wall and abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest:
             x.fired[4 * len(x.flags) + j] = _opening(f, j, k, x, o)
             x.real[H] = max(x.real[H], LEAP * o.near)
             if _lasting(f, j, k, x, o, 0.0) >= 0.0:

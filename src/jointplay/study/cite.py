@@ -21,7 +21,6 @@ PROGRAM = {
     "author": "The jointplay authors",
     "title": "jointplay: nonlinear dynamics of planar linkages with play in their joints",
 }
-IMPACTS = ("impact_pair", "bouncing_ball")  # test systems with rigid walls
 _ORDER = (
     "author",
     "title",
@@ -52,8 +51,8 @@ def parts(record: Study) -> list[str]:
     mechanism = record.mechanism
     if isinstance(mechanism, Mechanism):
         return list(dict.fromkeys([*found, *_of_a_linkage(mechanism)]))
-    rigid = ["impacts on rigid walls"] * (mechanism.system in IMPACTS)
-    return [*found, f"system {mechanism.system}", *rigid]
+    own = [f"system {mechanism.system}"] * (mechanism.system is not None)
+    return [*found, *own, *["impacts on rigid walls"] * bool(mechanism.impacts)]
 
 
 def _of_a_linkage(mechanism: Mechanism) -> Iterator[str]:

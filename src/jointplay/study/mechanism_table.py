@@ -15,7 +15,8 @@ from jointplay.mechanism.paths import as_paths
 from jointplay.mechanism.records import Changes, Mechanism, TestSystem
 
 FORMS = (
-    "catalog = a name and its changes as further keys, or a linkage written out as links, joints and drive"
+    "catalog = a name and its changes as further keys, a linkage written out as links, joints and drive, "
+    "or equations as states, parameters and rates"
 )
 
 
@@ -26,7 +27,7 @@ def build_mechanism(given: Any) -> Mechanism | TestSystem:
     ----------
     given : mapping
         With the key ``catalog``, the other keys are that entry's keywords, and tables of parts by name, as
-        ``joints = { C = { clearance = 1e-4 } }``; with ``system``, a test system written out; else a linkage
+        ``joints = { C = { clearance = 1e-4 } }``; with ``states``, equations written out; else a linkage
         written out. A record passes as it is. `InputError` lists everything that is wrong, with keys relative
         to the table.
     """
@@ -40,7 +41,7 @@ def build_mechanism(given: Any) -> Mechanism | TestSystem:
         if not isinstance(name, str) or name not in catalog.NAMES:
             raise InputError([unknown("catalog", name, name, catalog.NAMES, "mechanism")])
         return catalog.NAMES[name](**as_paths(changes))
-    return (TestSystem if "system" in given else Mechanism).model_validate(given)
+    return (TestSystem if {"states", "rates"} & given.keys() else Mechanism).model_validate(given)
 
 
 class MechanismSchema:
@@ -52,7 +53,9 @@ class MechanismSchema:
         for table in tables:  # what is left out is as the entry has it, not as a change would be by itself
             for key in table["properties"].values():
                 key.pop("default", None)
-        return {"anyOf": [*tables, handler(Mechanism.__pydantic_core_schema__)]}
+        return {
+            "anyOf": [*tables, *(handler(each.__pydantic_core_schema__) for each in (Mechanism, TestSystem))]
+        }
 
 
 def _form(name: str, function: Callable[..., Any]) -> type[Record]:

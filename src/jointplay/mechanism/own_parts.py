@@ -1,0 +1,117 @@
+"""Parts of systems of somebody's own equations: contacts, friction, switches, walls and jumps.
+
+Expressions are text of a small grammar (`jointplay.equations.grammar`), or expressions of SymPy.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
+from jointplay.equations.grammar import written
+from jointplay.mechanism.base import Flag, Name, Record, accepts, named
+
+Text = Annotated[str, BeforeValidator(written), accepts("an expression, as text or of SymPy,")]
+
+
+class Touch(Record):
+    """A contact that a force pushes apart where ``depth`` is above zero.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    depth : str
+        Penetration, of positions; below zero the contact is open.
+    force : str
+        Normal force, with the names ``depth`` and ``speed`` (the depth's rate); it acts against the depth.
+    tension : bool or str
+        False: contact ends where the force reaches zero; the name of a parameter that is true or false.
+    """
+
+    name: Name = named("name of the contact")
+    depth: Text
+    force: Text
+    tension: Flag | Name = True
+
+
+class Rubbing(Record):
+    """Dry friction with true sticking.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    speed : str
+        Sliding speed, against whose slopes by the speeds the friction acts.
+    normal : str
+        Normal force.
+    coefficient : str
+        Friction coefficient while it slides, which may depend on ``speed``.
+    static : str, optional
+        Coefficient up to which it sticks; that of sliding if left out.
+    """
+
+    name: Name = named("name of the friction")
+    speed: Text
+    normal: Text
+    coefficient: Text
+    static: Text | None = None
+
+
+class Switch(Record):
+    """A number, 0 or 1, in the equations: 1 from where ``on`` rises through zero until ``off`` does.
+
+    Parameters
+    ----------
+    name : str
+        Its name in the equations.
+    on : str
+        Guard that rises through zero where the switch goes to 1.
+    off : str, optional
+        Guard that rises through zero where it goes to 0; where ``on`` falls if left out.
+    """
+
+    name: Name = named("name of the switch")
+    on: Text
+    off: Text | None = None
+
+
+class Impact(Record):
+    """A rigid wall, on which a body can come to rest.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    gap : str
+        Of positions and time; above zero where the wall is not touched.
+    restitution : str, optional
+        Newton's: the gap opens so many times as fast as it closed.
+    jump : dict of str to str
+        In the place of a restitution: new values of speeds.
+    """
+
+    name: Name = named("name of the wall")
+    gap: Text
+    restitution: Text | None = None
+    jump: dict[Name, Text] = Field({})
+
+
+class Jump(Record):
+    """A jump of the state where ``guard`` falls through zero.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    guard : str
+        Above zero before the jump, and after it.
+    jump : dict of str to str
+        New values of states, of the old ones.
+    """
+
+    name: Name = named("name of the jump")
+    guard: Text
+    jump: dict[Name, Text]

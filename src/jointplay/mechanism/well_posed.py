@@ -1,0 +1,288 @@
+"""Whether a system of somebody's own equations can be followed: every problem, its place and its reason."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, is_name, number, parse
+from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+
+if TYPE_CHECKING:
+    from jointplay.mechanism.own import System
+
+PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
+IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}  # names that parts give
+NAMED = "a name of letters a to z, digits and _ is accepted, a letter first"
+EVEN = 1e-9  # relative difference of rates a period apart, beyond which they do not repeat
+NUDGE = 1e-6
+
+
+def problems(system: System) -> list[Problem]:
+    """Everything that is wrong with a system whose tables have the right form."""
+    found = [*_names(system), *_missing(system)]
+    texts = [] if found else [*_texts(system)]
+    for key, text, known in texts:
+        found += _wrong_text(key, text, known)
+    if not found:
+        found = [*_forced(system, texts), *_parts(system)]
+    if not found:
+        found = [*_values(system)]
+    return found or [*_at_the_start(system)]
+
+
+def _names(system: System) -> Iterator[Problem]:
+    """Names that cannot be, or are given twice."""
+    taken = {
+        "t": "the time",
+        **dict.fromkeys(CONSTANTS, "a number"),
+        **dict.fromkeys(FUNCTIONS, "a function"),
+    }
+    taken |= {"depth": "a contact's", "speed": "a contact's"} if system.contacts or system.friction else {}
+    tables = {"states": "a state", "parameters": "a parameter", "outputs": "an output"}
+    places = [
+        (join(table, name), name, what) for table, what in tables.items() for name in getattr(system, table)
+    ]
+    places += [(f"switches[{i}].name", switch.name, "a switch") for i, switch in enumerate(system.switches)]
+    for key, name, what in places:
+        if not is_name(name):
+            yield Problem(key, name, NAMED)
+        elif name in taken:
+            yield Problem(key, name, f"another name is accepted: this one is {taken[name]} already")
+        taken[name] = what
+    parts: dict[str, str] = {"phase": "the forcing"}
+    for table in PARTS:
+        for i, part in enumerate(getattr(system, table)):
+            key = f"{table}[{i}].name"
+            if not is_name(part.name):
+                yield Problem(key, part.name, NAMED)
+            elif part.name in parts:
+                yield Problem(key, part.name, f"another name is accepted: this one is {parts[part.name]}'s")
+            parts[part.name] = f"{table}[{i}]"
+
+
+def _missing(system: System) -> Iterator[Problem]:
+    """States without a rate, and entries of tables that are of no state."""
+    if not system.states:
+        yield Problem("states", {}, "at least one state is needed")
+    for name in system.states.keys() - system.rates.keys():
+        yield Problem(f"rates.{name}", NOTHING, "the rate of this state is needed")
+    tables = {"rates": system.states, "scales": system.states, "mass": system.states}
+    tables["units"] = {**system.states, **system.parameters}
+    for table, known in tables.items():
+        for name in getattr(system, table):
+            if name not in known:
+                yield unknown(join(table, name), name, name, known, "state" if table != "units" else "name")
+
+
+def _texts(system: System) -> Iterator[tuple[str, str, Collection[str]]]:
+    """Key, text and known names of every expression."""
+    numbers, flags = system.numbers, system.flags
+    moving = {*system.states, *numbers, "t"}
+    modes = moving | {each.name for each in system.switches}
+    for name, text in system.states.items():
+        yield f"states.{name}", text, numbers
+    if system.forcing is not None:
+        yield "forcing", system.forcing, numbers
+    for table in ("rates", "outputs"):
+        for name, text in getattr(system, table).items():
+            yield f"{table}.{name}", text, modes
+    for name, row in system.mass.items():
+        for other, text in row.items():
+            yield f"mass.{name}.{other}", text, moving
+    for table in PARTS:
+        for i, part in enumerate(getattr(system, table)):
+            for key, value in part:
+                place, known = f"{table}[{i}].{key}", moving if table in ("impacts", "jumps") else modes
+                if key == "tension" and isinstance(value, str) and value not in flags:
+                    yield place, value, flags
+                elif key == "jump":
+                    yield from ((f"{place}.{state}", text, known) for state, text in value.items())
+                elif key not in ("name", "tension") and value is not None:
+                    yield place, value, {*known, *IN_LAWS.get(key, ())}
+
+
+def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem]:
+    try:
+        names = parse(text).names
+    except InputError as error:
+        yield from error.under(key).problems
+        return
+    for name in sorted(names - {*known}):
+        yield unknown(key, text, name, sorted(known), f"name as {name!r}")
+
+
+def _forced(system: System, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
+    """Whether what varies with time has a period, and the other way round."""
+    timed = [(key, text) for key, text, _ in texts if "t" in parse(text).names]
+    if timed and system.forcing is None:
+        key, text = timed[0]
+        yield Problem("forcing", NOTHING, f"the period is needed, since {key} depends on t ({text})")
+    if not timed and system.forcing is not None:
+        yield Problem("forcing", system.forcing, "nothing is accepted: no equation depends on t")
+
+
+def _parts(system: System) -> Iterator[Problem]:
+    """Guards that no motion can change, and jumps of what cannot jump."""
+    positions, speeds = system.order
+    moving = {*positions, *speeds, "t"}
+    for i, each in enumerate(system.switches):
+        guards = {"on": each.on} | ({"off": each.off} if each.off is not None else {})
+        for key, text in guards.items():
+            yield from _fixed(f"switches[{i}].{key}", text, moving, "a state or on t")
+    for i, each in enumerate(system.contacts):
+        yield from _fixed(f"contacts[{i}].depth", each.depth, positions, _of(positions))
+    for i, each in enumerate(system.friction):
+        yield from _fixed(f"friction[{i}].speed", each.speed, speeds, f"one of {', '.join(speeds)}")
+    for i, each in enumerate(system.impacts):
+        place = f"impacts[{i}]"
+        yield from _fixed(f"{place}.gap", each.gap, positions, _of(positions))
+        if wrong := parse(each.gap).names & {*speeds}:
+            accepted = f"a gap of positions alone is accepted ({', '.join(positions) or 'there is none'})"
+            yield Problem(f"{place}.gap", each.gap, f"{accepted}, not of {', '.join(sorted(wrong))}")
+        if (each.restitution is None) == (not each.jump):
+            yield Problem(place, each.name, "either restitution or jump is needed, and not both")
+        yield from _unjumping(f"{place}.jump", each.jump, speeds, "a speed")
+    for i, each in enumerate(system.jumps):
+        yield from _fixed(f"jumps[{i}].guard", each.guard, moving, "a state or on t")
+        yield from _unjumping(f"jumps[{i}].jump", each.jump, system.states, "state")
+        if not each.jump:
+            yield Problem(f"jumps[{i}].jump", {}, "a table of new values of at least one state is accepted")
+    for name, row in system.mass.items():
+        for key in (name, *row):
+            if key not in speeds:
+                yield unknown(f"mass.{name}", key, key, speeds, "state that is no position")
+        for key in row.keys() & {*system.mass} - {name}:
+            if name in system.mass[key]:
+                yield Problem(
+                    f"mass.{name}.{key}", row[key], f"it stands in mass.{key}.{name} too: one is accepted"
+                )
+
+
+def _of(positions: Collection[str]) -> str:
+    return (
+        f"a position ({', '.join(positions)})"
+        if positions
+        else "a position, a state whose rate is another state,"
+    )
+
+
+def _fixed(key: str, text: str, moving: Collection[str], what: str) -> Iterator[Problem]:
+    if not parse(text).names & {*moving}:
+        yield Problem(key, text, f"an expression that depends on {what} is accepted: this one never changes")
+
+
+def _unjumping(key: str, jump: Mapping[str, str], known: Collection[str], what: str) -> Iterator[Problem]:
+    for name in jump:
+        if name not in known:
+            yield unknown(join(key, name), name, name, known, what)
+
+
+def _values(system: System) -> Iterator[Problem]:
+    """Initial values and the period as numbers."""
+    texts = {f"states.{name}": text for name, text in system.states.items()}
+    texts |= {"forcing": system.forcing} if system.forcing is not None else {}
+    for key, text in texts.items():
+        try:
+            value = number(text, system.numbers)
+        except InputError as error:
+            yield from error.under(key).problems
+        else:
+            if key == "forcing" and value == 0:
+                yield Problem(key, text, "a period other than 0 is accepted")
+
+
+class _Here:
+    """Expressions as numbers at the initial state, with some of the names changed."""
+
+    def __init__(self, system: System) -> None:
+        names = [name for group in system.order for name in group]
+        self.system, self.names = system, dict(zip(names, system.initial, strict=True))
+        self.names |= {**system.numbers, "t": 0.0} | {each.name: 0.0 for each in system.switches}
+        for each in system.switches:
+            self.names[each.name] = float(self(each.on) > 0)
+
+    def __call__(self, text: str, **changed: float) -> float:
+        return number(text, self.names | changed)
+
+    def slopes(self, text: str, names: Collection[str]) -> np.ndarray:
+        """Slopes by names, from differences."""
+        up, down = ([self(text, **{n: self.names[n] + step}) for n in names] for step in (NUDGE, -NUDGE))
+        return (np.array(up) - down) / (2 * NUDGE)
+
+
+def _at_the_start(system: System) -> Iterator[Problem]:
+    """Numbers that are not finite at the start, a singular mass matrix, jumps that lead nowhere."""
+    try:
+        here = _Here(system)
+    except InputError as error:
+        yield from error.under("switches").problems
+        return
+    for name, text in system.rates.items():
+        try:
+            value = here(text)
+            later = here(text, t=system.period or 0.0)
+        except InputError as error:
+            yield from (
+                Problem(f"rates.{name}", p.given, f"at the initial state, {p.expected}")
+                for p in error.problems
+            )
+            continue
+        if not abs(later - value) <= EVEN * max(1.0, abs(value)):
+            accepted = f"a rate that repeats after the period {system.period:g} is accepted"
+            yield Problem(f"rates.{name}", text, f"{accepted}: it is {value:g} at t = 0, and {later:g} then")
+    try:
+        yield from _singular(system, here)
+        for i, each in enumerate(system.impacts):
+            yield from _restitution(f"impacts[{i}].restitution", each.restitution, here)
+        for i, each in enumerate(system.jumps):
+            yield from _comes_back(f"jumps[{i}]", each, here)
+    except InputError:
+        return  # it has no number at the start alone
+
+
+def _singular(system: System, here: _Here) -> Iterator[Problem]:
+    given = system.structure()
+    if not given.mass:
+        return
+    matrix = np.zeros((len(given.speeds),) * 2)
+    for i, j, text in given.mass:
+        matrix[i, j] = matrix[j, i] = here(text)
+    values = np.linalg.eigvalsh(matrix)
+    if not values[0] > 1e-12 * max(abs(values[-1]), 1e-300):
+        yield Problem(
+            "mass",
+            system.mass,
+            f"a positive definite matrix is accepted; its least eigenvalue is {values[0]:.3g}",
+        )
+
+
+def _restitution(key: str, text: str | None, here: _Here) -> Iterator[Problem]:
+    if text is not None and not 0 <= (value := here(text)) <= 1:
+        yield Problem(key, text, f"a restitution of 0 to 1 is accepted, not {value:g}")
+
+
+def _comes_back(place: str, each: Any, here: _Here) -> Iterator[Problem]:
+    """Problem of a jump that ends on its guard or beyond, from where the guard is zero near the start."""
+    states = [name for group in here.system.order for name in group if name in parse(each.guard).names]
+    at = {name: here.names[name] for name in states}
+    for _ in range(50):  # Newton's method, down the guard's slope
+        value = here(each.guard, **at)
+        point = _Here.__new__(_Here)
+        point.system, point.names = here.system, here.names | at
+        slopes = point.slopes(each.guard, states)
+        if not slopes.any() or abs(value) < 1e-12:
+            break
+        at = {n: x - value * s / (slopes @ slopes) for (n, x), s in zip(at.items(), slopes, strict=True)}
+    if not states or not abs(value) < 1e-9:
+        return
+    new = {name: here(text, **at) for name, text in each.jump.items()}
+    after = here(each.guard, **at | new)
+    if not after > 1e-9 * max(1.0, *map(abs, at.values())) and math.isfinite(after):
+        accepted = "a jump to where the guard is above zero is accepted"
+        yield Problem(
+            f"{place}.jump", dict(each.jump), f"{accepted}: from {at} the guard is {after:.3g} after it"
+        )

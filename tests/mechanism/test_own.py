@@ -1,0 +1,171 @@
+"""Systems of somebody's own equations: what is refused, all of it at once, with its place and reason."""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+
+import pytest
+from sympy import cos, symbols
+
+import jointplay as jp
+from jointplay.analysis.vary import axes, units_of
+from jointplay.mechanism.records import System
+from tests.mechanism.wrong import only, problems_of
+
+VALVE = {
+    "name": "valve",
+    "states": {"x": 0.2, "p": 10, "v": "release"},
+    "parameters": {"kappa": 1.25, "flow": 5.0, "restitution": 0.8, "release": 0.5},
+    "rates": {"x": "v", "v": "-kappa*v - (x + 10) + p", "p": "20*(flow - x*sqrt(p))"},
+    "impacts": [{"name": "seat", "gap": "x", "restitution": "restitution"}],
+}
+FORCED = {
+    "states": {"y": 1, "v": 0},
+    "parameters": {"omega": 2.0},
+    "rates": {"y": "v", "v": "cos(omega*t) - y"},
+    "forcing": "2*pi/omega",
+}
+
+
+def test_order_start_and_period():
+    valve = System(**VALVE)
+    assert valve.order == (("x",), ("v", "p"))
+    assert valve.initial == (0.2, 0.5, 10.0)
+    assert valve.replace(release=0.7).initial == (0.2, 0.7, 10.0)
+    assert valve.replace(initial=[1, 2, 3]).initial == (1, 2, 3)
+    assert valve.period is None
+    assert System(**FORCED).replace(omega=4).period == math.pi / 2
+    assert "flow = 5" in valve.summary()
+    assert pickle.loads(pickle.dumps(valve)) == valve == System(**json.loads(valve.model_dump_json()))
+    assert hash(valve) == hash(System(**VALVE)) != hash(valve.replace(flow=6))
+
+
+def test_expressions_of_sympy():
+    y, omega, t = symbols("y omega t")
+    found = System(**FORCED | {"rates": {"y": "v", "v": cos(omega * t) - y}})
+    assert found.rates["v"] == "cos(omega*t) - y" or found.rates["v"] == "-y + cos(omega*t)"
+
+
+def test_values_with_units():
+    valve = System(
+        **VALVE | {"parameters": VALVE["parameters"] | {"kappa": "2 kN s/m", "release": "0.3 mm/s"}}
+    )
+    assert valve.parameters["kappa"] == 2000
+    assert valve.units == {"kappa": "kg/s", "release": "m/s"}
+    assert valve.replace(release="2 mm/s").initial[1] == 0.002
+    assert units_of(valve, "release") == "m/s"
+    assert axes(valve, {"release": [0.1, 0.2]})[0].units == "m s-1"
+    found = problems_of(System, **VALVE | {"parameters": VALVE["parameters"] | {"kappa": "2 widgets"}})
+    assert "no known unit" in only(found, "system.parameters.kappa").expected
+    assert "comes to kg" in str(problems_of(valve.replace, release="2 kg"))
+
+
+def changed(**tables):
+    """The valve, with entries of its tables replaced; None takes one away."""
+    data = {key: dict(value) if isinstance(value, dict) else value for key, value in VALVE.items()}
+    for key, value in tables.items():
+        whole = data[key] | value if isinstance(value, dict) and isinstance(data.get(key), dict) else value
+        data[key] = {k: v for k, v in whole.items() if v is not None} if isinstance(whole, dict) else whole
+    return data
+
+
+@pytest.mark.parametrize(
+    ("tables", "key", "said"),
+    [
+        ({"rates": {"p": None}}, "rates.p", "rate of this state is needed"),
+        ({"rates": {"q": "1"}}, "rates.q", "no such state"),
+        ({"rates": {"v": "-kapa*v"}}, "rates.v", "did you mean 'kappa'"),
+        ({"rates": {"v": "-kappa*(v"}}, "rates.v", "column 10"),
+        ({"rates": {"v": "cos(t)"}}, "forcing", "the period is needed, since rates.v depends on t"),
+        ({"forcing": "2*pi"}, "forcing", "no equation depends on t"),
+        ({"rates": {"v": "1/(x - 0.2)"}}, "rates.v", "at the initial state"),
+        ({"states": {"v": "x"}}, "states.v", "no such name as 'x'"),
+        ({"states": {"v": "log(0)"}}, "states.v", "finite value"),
+        ({"states": {"sin": 0}, "rates": {"sin": "1"}}, "states.sin", "a function already"),
+        ({"parameters": {"p": 1.0}}, "parameters.p", "a state already"),
+        ({"parameters": {"t": 1.0}}, "parameters.t", "the time already"),
+        ({"parameters": {"a b": 1.0}}, "parameters.a b", "a letter first"),
+        ({"outputs": {"flow": "x"}}, "outputs.flow", "a parameter already"),
+        ({"scales": {"z": 1.0}}, "scales.z", "no such state"),
+        (
+            {"impacts": [{"name": "seat", "gap": "kappa", "restitution": 1}]},
+            "impacts[0].gap",
+            "never changes",
+        ),
+        ({"impacts": [{"name": "seat", "gap": "x - p", "restitution": 1}]}, "impacts[0].gap", "not of p"),
+        ({"impacts": [{"name": "seat", "gap": "x"}]}, "impacts[0]", "either restitution or jump"),
+        ({"impacts": [{"name": "seat", "gap": "x", "restitution": 2}]}, "impacts[0].restitution", "0 to 1"),
+        (
+            {"impacts": [{"name": "seat", "gap": "x", "jump": {"x": "1"}}]},
+            "impacts[0].jump.x",
+            "no such a speed",
+        ),
+        ({"switches": [{"name": "open", "on": "kappa - 1"}]}, "switches[0].on", "never changes"),
+        ({"switches": [{"name": "open", "on": "x", "off": "1"}]}, "switches[0].off", "never changes"),
+        ({"switches": [{"name": "p", "on": "x"}]}, "switches[0].name", "a state already"),
+        (
+            {"contacts": [{"name": "stop", "depth": "p", "force": "depth"}]},
+            "contacts[0].depth",
+            "never changes",
+        ),
+        (
+            {"contacts": [{"name": "seat", "depth": "x", "force": "depth"}]},
+            "impacts[0].name",
+            "this one is contacts[0]'s",
+        ),
+        (
+            {"contacts": [{"name": "stop", "depth": "x", "force": "depth", "tension": "pulls"}]},
+            "contacts[0].tension",
+            "no such name",
+        ),
+        (
+            {"friction": [{"name": "rub", "speed": "x", "normal": "1", "coefficient": "1"}]},
+            "friction[0].speed",
+            "never changes",
+        ),
+        (
+            {"jumps": [{"name": "j", "guard": "x - 1", "jump": {"p": "0"}}]},
+            "jumps[0].jump",
+            "guard is above zero",
+        ),
+        (
+            {"jumps": [{"name": "j", "guard": "p", "jump": {"v": "0"}}]},
+            "jumps[0].jump",
+            "guard is above zero",
+        ),
+        ({"jumps": [{"name": "j", "guard": "p", "jump": {}}]}, "jumps[0].jump", "at least one state"),
+        ({"mass": {"v": {"v": 1, "p": 1}}}, "mass", "positive definite"),
+        ({"mass": {"x": {"x": 1}}}, "mass.x", "no such state"),
+        ({"mass": {"v": {"p": 0.1}, "p": {"v": 0.1, "p": 1}}}, "mass.p.v", "one is accepted"),
+    ],
+)
+def test_badly_posed(tables, key, said):
+    found = problems_of(System, **changed(**tables))
+    places = {place.removeprefix("system."): problem for place, problem in found.items()}
+    assert key in places, places
+    assert said in str(places[key].expected)
+
+
+def test_everything_at_once():
+    found = problems_of(
+        System,
+        **changed(
+            rates={"v": "-kapa*v", "p": "1 +"}, impacts=[{"name": "seat", "gap": "z", "restitution": "r"}]
+        ),
+    )
+    assert set(found) == {
+        f"system.{key}" for key in ("rates.v", "rates.p", "impacts[0].gap", "impacts[0].restitution")
+    }
+
+
+def test_rates_that_do_not_repeat():
+    found = problems_of(System, **FORCED | {"rates": {"y": "v", "v": "t - y"}})
+    assert "repeats after the period" in only(found, "system.rates.v").expected
+
+
+def test_names_of_what_there_is():
+    found = jp.InputError
+    with pytest.raises(found, match="did you mean 'flow'"):
+        System(**VALVE).replace(flwo=3)
