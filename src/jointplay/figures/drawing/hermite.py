@@ -8,8 +8,8 @@ BETWEEN = 8  # pieces of an interval
 def through(points: np.ndarray, tangents: np.ndarray) -> np.ndarray:
     """Return a denser path through points, shape (points, 2), with tangents along any smooth parameter.
 
-    The parameter's steps are those that fit the chords best: a parabola is met exactly. Where a tangent points
-    away from the neighbour, as at a cusp, or is none, the chord takes its place.
+    The parameter's steps are those that fit the chords best: a parabola is met exactly. Where a tangent
+    points away from the neighbour, as at a cusp, or is none, the chord takes its place.
     """
     if len(points) < 2:
         return points
