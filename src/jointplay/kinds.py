@@ -256,6 +256,23 @@ _ROWS = (
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
     ),
     Kind(
+        "curve",
+        ".analysis.curves.curve:curve",
+        ("curve",),
+        "{plane:#} parameters, period {period}",
+        tangents=True,
+        kept=True,
+        summary=".results.answers.curves:curve",
+        example={
+            "mechanism": {"clearance": 4.19e-5},
+            "analysis": {
+                "plane": {"clearance": (4.1e-5, 4.3e-5), "gear_ratio": (2.98, 3.02)},
+                "max_points": 20,
+                "max_curves": 1,
+            },
+        },
+    ),
+    Kind(
         "assess",
         ".analysis.assessment.assess:assess",
         ("assess",),

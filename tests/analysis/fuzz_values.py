@@ -206,6 +206,13 @@ CALLS = {  # a call that is right
         "transient": 5,
         "max_points": 2,
     },
+    "curve": {
+        "mechanism": PAIR,
+        "plane": {"gap": [2.9, 3.1], "restitution": [0.75, 0.85]},
+        "transient": 5,
+        "max_points": 2,
+        "max_curves": 1,
+    },
     "growth": {"mechanism": DUFFING, "turns": 3, "transient": 2},
     "readings": {"panels": ["a"], "readings": ["none"], "turns": 3, "transient": 2, "growth_turns": 2},
     "claims": {"mechanism": DUFFING, "turns": 3, "transient": 2, "growth_turns": 2},

@@ -35,6 +35,7 @@ BRIEF = {  # kinds that are run, and what makes them short
     "dimension": ["analysis.turns=40"],
     "periodic_orbit": ["analysis.max_iterations=2"],
     "continuation": ["analysis.max_points=3", "analysis.max_branches=2"],
+    "curve": ["analysis.max_points=3", "analysis.max_curves=1"],
     "bifurcation": ["analysis.turns=3", "analysis.transient=1", "analysis.lyapunov_turns=2"],
     "sensitivity": ["analysis.turns=2", "analysis.neighbours=2"],
 }

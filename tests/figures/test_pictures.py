@@ -20,7 +20,7 @@ from tests.figures.signals.test_chaos_figures import counted, density, judged
 from tests.figures.states.test_fields import basins, divergence, field
 from tests.figures.support.synthetic import flag_words, oscillator, response, section
 from tests.figures.support.synthetic_assessment import assessment
-from tests.figures.support.synthetic_branches import branches, orbit
+from tests.figures.support.synthetic_branches import branches, curves, orbit
 from tests.figures.support.synthetic_tables import claims, readings, schemes
 from tests.figures.sweeps.test_bifurcation import sweep
 from tests.figures.sweeps.test_sweep_figure import cases, swept
@@ -80,6 +80,7 @@ PICTURES = {
     "field": lambda: (field(), {}),
     "basins": lambda: (basins(), {}),
     "continuation": lambda: (branches(), {}),
+    "curve": lambda: (curves(), {}),
     "floquet": lambda: (orbit((0.5, 0.3), (0.5, -0.3), (-0.2, 0.0)), {}),
     "floquet of a branch": lambda: (branches(), {"kind": "floquet"}),
     "assess": lambda: (assessment(), {}),

@@ -54,6 +54,33 @@ def branches() -> xr.Dataset:
     return xr.Dataset(variables, coords, attrs)
 
 
+def curves() -> xr.Dataset:
+    """A fold on a parabola, a doubling on a line that ends early, and their meeting."""
+    t = np.linspace(-1, 1, 9)
+    x, y = np.full((2, 9), np.nan), np.full((2, 9), np.nan)
+    x[0], y[0] = 1e-5 * (3 - t**2), 3 + t
+    x[1, :5], y[1, :5] = 3e-5, 3 + t[:5] / 2
+    slopes = np.stack([-2e-5 * t, np.zeros(9)]), np.ones((2, 9))
+    dims, one = ("curve", "point"), {"units": "1", "long_name": "a number"}
+    clearance = {"units": "m", "long_name": "radial clearance"}
+    kinds, ends = ("fold", "period_doubling"), ("range", "max_points")
+    variables = {
+        "clearance": (dims, x, clearance),
+        "gear_ratio": (dims, y, {"units": "1", "long_name": "gear ratio"}),
+        "clearance_tangent": (dims, slopes[0], clearance),
+        "gear_ratio_tangent": (dims, slopes[1], one),
+        "period": (dims, np.where(np.isfinite(x), 1.0, np.nan), one),
+        "n_points": ("curve", [9, 5], one),
+        "curve_kind": ("curve", np.int8([0, 1]), {"long_name": "kind"} | _flags(kinds)),
+        "curve_end": (("curve", "end"), np.int8([[0, 0], [0, 1]]), {"long_name": "end"} | _flags(ends)),
+        "meeting_kind": ("meeting", np.int8([0]), {"long_name": "kind"} | _flags(("fold_doubling",))),
+        "meeting_clearance": ("meeting", [3e-5], clearance),
+        "meeting_gear_ratio": ("meeting", [3.0], one),
+        "status": ((), np.int8(0), {"long_name": "status"} | _flags(("ok", "diverged"))),
+    }
+    return xr.Dataset(variables, attrs={"kind": "curve", "parameters": "clearance gear_ratio"})
+
+
 def orbit(*pairs, period=1.0) -> xr.Dataset:
     """One orbit with these multipliers."""
     values = np.array(pairs, dtype=float)

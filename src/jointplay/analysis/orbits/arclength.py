@@ -1,21 +1,23 @@
-"""Pseudo-arclength continuation of fixed points of a section map in one parameter.
+"""Pseudo-arclength continuation of fixed points of a section map, in one parameter or in two.
 
 Unknowns z = (x/c, q): the section's coordinates in units of their scales over a constant c, and the
-parameter as a fraction of its range. From a point with unit tangent t the next one solves
+parameters as fractions of their ranges. From a point with unit tangent t the next one solves
 
-    Phi(x, p) - x = 0,   t . (z - z0) = s
+    Phi(x, q) - x = 0,   t . (z - z0) = s,   and with two parameters   g(x, q) = 0
 
-by Newton's method from z0 + s t (Keller 1977). c is such that at the start a step is divided evenly between
-orbit and parameter. The derivative with respect to the parameter is a central difference of the map; it only
-sets steps, so that its error moves no point. A section with an event near it is moved on (orbit_search).
+by Newton's method from z0 + s t (Keller 1977); g is the condition of a curve (curves.conditions). c is such
+that at the start a step is divided evenly between orbit and parameters. Derivatives with respect to a
+parameter are central differences of the residual; they only set steps, so that their error moves no point. A
+section with an event near it is moved on (orbit_search).
 References: Allgower and Georg, Introduction to Numerical Continuation Methods (2003), chapters 2, 6 and 7.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from operator import itemgetter
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -23,6 +25,7 @@ from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.orbit_events import same_events
 from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, residual
+from jointplay.errors import InputError
 
 DIFFERENCE = 3e-5  # of the range: half the distance of a central difference
 FINEST = 1e-8  # of the range: the smallest difference
@@ -33,68 +36,131 @@ ROUNDING = 1e-14
 KEPT = 1e-9  # singular values below it, relative to the largest, are not divided by
 
 
+class Condition(Protocol):
+    """What holds of the orbits of a curve, beside that they close."""
+
+    def value(self, trial: Trial, like: Point) -> float:
+        """The number that is zero on the curve; NaN where it has no meaning. `like`: a point nearby."""
+
+    def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
+        """Its derivatives with respect to the coordinates x/c."""
+
+    def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
+        """Functions that change sign where the curve meets another one, beyond a point."""
+
+    def genuine(self, kind: str, point: Point) -> bool:
+        """Whether a zero of such a function is what its name says."""
+
+
 @dataclass(frozen=True)
 class Family:
-    """Section maps over a parameter.
+    """Section maps over a parameter, or two.
 
     Parameters
     ----------
     maps : callable
-        Section map at a value of the parameter, on the section asked for.
-    low, high : float
-        Range of the parameter.
+        Section map at a value of the parameter (of two: at a pair), on the section asked for.
+    low, high : float or ndarray, shape (2,)
+        Range of the parameter, or of each.
     tolerance : float
         Of a residual, in units of the scales.
+    condition : Condition, optional
+        Of a curve in two parameters.
     """
 
-    maps: Callable[[float], SectionMap]
-    low: float
-    high: float
+    maps: Callable[[Any], SectionMap]
+    low: float | np.ndarray
+    high: float | np.ndarray
     tolerance: float
+    condition: Condition | None = None
 
-    def at(self, q: float, like: SectionMap) -> SectionMap:
+    def at(self, q: Any, like: SectionMap) -> SectionMap:
         """The map at a fraction q of the range, of the same section, turns and units as another.
 
         Units that went with the parameter, as those of speeds with a drive's, would bend the branch.
         """
         return replace(self.maps(self.parameter(q)), phase=like.phase, turns=like.turns, units=like.scale)
 
-    def parameter(self, q: float) -> float:
+    def parameter(self, q: Any) -> Any:
         """The parameter at a fraction of its range."""
         return self.low + q * (self.high - self.low)
 
-    def fraction(self, value: float) -> float:
+    def fraction(self, value: Any) -> Any:
         """The fraction of its range at which the parameter has a value."""
         return (value - self.low) / (self.high - self.low)
+
+    @property
+    def count(self) -> int:
+        """Number of parameters."""
+        return np.size(self.low)
+
+    def place(self, z: np.ndarray) -> Any:
+        """The fractions of ranges among unknowns z."""
+        return z[-self.count :] if np.ndim(self.low) else z[-1]
+
+    def placed(self, z: np.ndarray, like: Point) -> tuple[SectionMap, np.ndarray]:
+        """The map and the state that unknowns z stand for, on the section of a point."""
+        section = self.at(self.place(z), like.orbit.map)
+        return section, section.state(z[: -self.count] * like.unit)
+
+    def trial(self, z: np.ndarray, like: Point, derivative: bool = True) -> Trial:
+        """The residual at unknowns z."""
+        section, state = self.placed(z, like)
+        image = section.image(state, derivative or self.condition is not None)
+        trial = Trial(z, section, state, image, residual(section, state, image) / like.unit)
+        if self.condition is None or image.status:
+            return trial
+        return replace(trial, r=np.append(trial.r, self.condition.value(trial, like)))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Unknowns, the map and the state that they stand for, its image, and the residual r(z).
+
+    That is (Phi(x) - x)/c, and the condition's value where there is one.
+    """
+
+    z: np.ndarray
+    section: SectionMap
+    state: np.ndarray
+    image: Image
+    r: np.ndarray
+
+    def size(self, unit: float) -> float:
+        """The residual's largest component: of states in units of their scales."""
+        free = len(self.section.free)
+        with np.errstate(invalid="ignore"):
+            size = np.max(np.abs(np.append(self.r[:free] * unit, self.r[free:])))
+        return float(size) if np.isfinite(size) else np.inf
 
 
 @dataclass(frozen=True)
 class Point:
-    """A point of a branch.
+    """A point of a branch, or of a curve.
 
     Parameters
     ----------
     orbit : Orbit
         The periodic orbit, with the map that it is a fixed point of.
-    q : float
-        Fraction of the parameter's range.
+    q : float or ndarray, shape (2,)
+        Fractions of the parameters' ranges.
     unit : float
         The constant c.
     tangent : ndarray
-        Of the branch, of length 1: coordinates, then the parameter.
+        Of the branch, of length 1: coordinates, then parameters.
     iterations : int
         Corrections by Newton's method.
     """
 
     orbit: Orbit
-    q: float
+    q: Any
     unit: float
     tangent: np.ndarray
     iterations: int = 0
 
     @property
     def z(self) -> np.ndarray:
-        """Coordinates on the section and parameter, scaled."""
+        """Coordinates on the section and parameters, scaled."""
         return np.append(self.orbit.map.unknowns(self.orbit.state) / self.unit, self.q)
 
     @property
@@ -115,53 +181,72 @@ def solve(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) ->
     guess, normal : ndarray
         Scaled, as `Point.z`.
     """
+    try:
+        return _newton(family, like, guess, normal)
+    except InputError:  # far beyond its range a parameter may have no meaning
+        return None
+
+
+def _newton(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) -> Point | None:
     z, size, count = np.array(guess), np.inf, 0
     while count <= CORRECTIONS:
-        section = family.at(z[-1], like.orbit.map)
-        state = section.state(z[:-1] * like.unit)
-        image = section.image(state)
-        r = residual(section, state, image)
-        before, size = size, float(np.max(np.abs(r)))
+        here = family.trial(z, like)
+        before, size = size, here.size(like.unit)
         if not np.isfinite(size) or (count > PATIENCE and size > max(before, family.tolerance)):
             return None
         done = size < ROUNDING or (
             size <= family.tolerance and (size > GAIN * before or count == CORRECTIONS)
         )
-        if done or count == 0:  # between these, the first column is accurate enough
-            slope = _slope(family, section, state, image, z[-1]) / like.unit
-        A = np.column_stack([image.derivative - np.eye(len(r)), slope])
+        if done or count == 0:  # between these, the other derivatives are accurate enough
+            A = jacobian(family, like, here)
+        free = len(here.section.free)
+        A[:free, :free] = here.image.derivative - np.eye(free)
         if done:
-            orbit = Orbit(0, section, state, image, size, count)
-            return Point(orbit, float(z[-1]), like.unit, _tangent(A, normal), count)
+            orbit = Orbit(0, here.section, here.state, here.image, size, count)
+            return Point(orbit, family.place(z), like.unit, _tangent(A, normal), count)
         if not np.all(np.isfinite(A)):
             return None
         rows = np.vstack([A, normal])
-        left = np.append(-r / like.unit, normal @ (guess - z))
+        left = np.append(-here.r, normal @ (guess - z))
         z = z + np.linalg.lstsq(rows, left, rcond=KEPT)[0]
         count += 1
     return None
 
 
-def _slope(
-    family: Family, section: SectionMap, state: np.ndarray, image: Image, q: float, size: float = DIFFERENCE
+def jacobian(family: Family, like: Point, trial: Trial) -> np.ndarray:
+    """Derivatives of the residual with respect to the unknowns; NaN where they could not be had."""
+    free = len(trial.section.free)
+    columns = [parameter_derivative(family, like, trial, free + k) for k in range(family.count)]
+    A = np.empty((len(trial.r), free + family.count))
+    A[:free, :free] = trial.image.derivative - np.eye(free)
+    A[:, free:] = np.column_stack(columns)
+    if family.condition is not None:
+        A[free, :free] = family.condition.gradient(family, trial, like)
+    return A
+
+
+def parameter_derivative(
+    family: Family, like: Point, trial: Trial, k: int, size: float = DIFFERENCE
 ) -> np.ndarray:
-    """Derivative of the map with respect to the fraction of the parameter's range.
+    """Derivative of the residual with respect to the unknown z[k], a fraction of a parameter's range.
 
     A difference of motions with the same events: beside a grazing one-sided, or smaller. Beyond its range the
     parameter may have no meaning. NaN where runs failed.
     """
-    low, high = (max(q - size, 0.0), min(q + size, 1.0)) if 0 <= q <= 1 else (q - size, q + size)
-    images = [(q, image)]
-    for side in (low, high):
-        other = family.at(side, section).image(state, False) if side != q else image
-        if not other.status and same_events(other.events, image.events):
-            images.append((side, other))
-    (first, one), (last, other) = min(images, key=itemgetter(0)), max(images, key=itemgetter(0))
+    q, trials = trial.z[k], [(trial.z[k], trial)]
+    ends = (max(q - size, 0.0), min(q + size, 1.0)) if 0 <= q <= 1 else (q - size, q + size)
+    for side in ends:
+        z = trial.z.copy()
+        z[k] = side
+        other = family.trial(z, like, False) if side != q else trial
+        if not other.image.status and same_events(other.image.events, trial.image.events):
+            trials.append((side, other))
+    (first, one), (last, other) = min(trials, key=itemgetter(0)), max(trials, key=itemgetter(0))
     if first < last:
-        return section.differ(other.state, one.state) / (last - first)
+        return (other.r - one.r) / (last - first)
     if size > FINEST:
-        return _slope(family, section, state, image, q, size / 100)
-    return np.full_like(state[section.free], np.nan)
+        return parameter_derivative(family, like, trial, k, size / 100)
+    return np.full_like(trial.r, np.nan)
 
 
 def _tangent(A: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -172,15 +257,18 @@ def _tangent(A: np.ndarray, along: np.ndarray) -> np.ndarray:
     return null if null @ along >= 0 else -null
 
 
-def first(family: Family, orbit: Orbit, q: float, upward: bool = True) -> Point:
-    """Point of a branch at an orbit, with the constant that divides steps evenly."""
-    slope = _slope(family, orbit.map, orbit.state, orbit.image, q)
-    P = orbit.image.derivative
-    sense = np.append(np.zeros(len(P)), 1.0 if upward else -1.0)
-    if not np.all(np.isfinite(slope)):
-        return Point(orbit, q, 1.0, sense)
-    along = _tangent(np.column_stack([P - np.eye(len(P)), slope]), sense)
-    size = np.linalg.norm(along[:-1])
-    unit = float(np.clip(size / max(abs(along[-1]), 1e-12), 1e-6, 1e6)) if size > 0 else 1.0
-    tangent = np.append(along[:-1] / unit, along[-1])
+def first(family: Family, orbit: Orbit, q: Any, sense: Any = 1.0) -> Point:
+    """Point of a branch at an orbit, with the constant that divides steps evenly.
+
+    `sense`: in which the parameters change along it, as many numbers.
+    """
+    point = Point(orbit, q, 1.0, np.append(np.zeros(len(orbit.map.free)), sense))
+    A = jacobian(family, point, family.trial(point.z, point))
+    if not np.all(np.isfinite(A)):
+        return point
+    along = _tangent(A, point.tangent)
+    size = np.linalg.norm(along[: -family.count])
+    of_parameters = max(np.linalg.norm(along[-family.count :]), 1e-12)
+    unit = float(np.clip(size / of_parameters, 1e-6, 1e6)) if size > 0 else 1.0
+    tangent = np.append(along[: -family.count] / unit, along[-family.count :])
     return Point(orbit, q, unit, tangent / np.linalg.norm(tangent))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -99,7 +100,7 @@ class Tracer:
         new = self._try(last, length, DEVIATION * length)
         if new is None:
             return (last, length / 2, None) if length > 2 * SHORTEST else (last, length, self._failure(last))
-        if not 0.0 <= new.q <= 1.0:
+        if len(outside(new.q)):
             new, end = self._edge(last, new), "range"
             if new is None:
                 return last, length / 2, None if length > 2 * SHORTEST else "range"
@@ -124,12 +125,14 @@ class Tracer:
 
     def _edge(self, last: Point, new: Point) -> Point | None:
         """The point at the end of the range that the step has passed."""
-        edge = float(np.clip(new.q, 0.0, 1.0))
-        if last.q == edge:
+        passed = outside(new.q) + len(last.z) - self.family.count
+        edges = np.clip(new.z[passed], 0.0, 1.0)
+        shares = (edges - last.z[passed]) / (new.z - last.z)[passed]
+        first = int(np.argmin(shares))
+        if shares[first] <= 0.0:
             return last
-        guess = last.z + (edge - last.q) / (new.q - last.q) * (new.z - last.z)
-        normal = np.append(np.zeros(len(guess) - 1), math.copysign(1.0, new.q - last.q))
-        guess[-1] = edge
+        guess, normal, at = last.z + shares[first] * (new.z - last.z), np.zeros_like(last.z), passed[first]
+        guess[at], normal[at] = edges[first], math.copysign(1.0, new.z[at] - last.z[at])
         return solve(self.family, last, guess, normal)
 
     def _finished(self, last: Point, new: Point, length: float) -> str | None:
@@ -158,7 +161,7 @@ class Tracer:
         if apart(before, beyond) > NEARLY:  # Newton's method failed at the kink: enclose from the other side
             beyond = self._back(beyond, before)
         self._between(last, before)
-        self._note_grazing(before, beyond.orbit.image, abs(beyond.q - before.q))
+        self._note_grazing(before, beyond.orbit.image, float(np.max(np.abs(beyond.q - before.q))))
         if apart(before, beyond) > GAP:
             return before, length, "grazing"
         self._take(beyond)
@@ -193,6 +196,12 @@ class Tracer:
         return "grazing"
 
 
+def outside(q: Any) -> np.ndarray:
+    """Which parameters are beyond their ranges."""
+    q = np.atleast_1d(q)
+    return np.flatnonzero((q < 0.0) | (q > 1.0))
+
+
 def apart(one: Point, other: Point) -> float:
     """Distance of two points on the same section."""
     return float(np.linalg.norm(one.z - other.z))
@@ -205,11 +214,9 @@ def alike(one: Point, other: Point) -> bool:
 
 def image_beyond(family: Family, point: Point) -> Image | None:
     """The first image with other events of motions a little beyond a point, along its tangent."""
-    section = point.orbit.map
     for distance in PROBES:
-        z = point.z + distance * point.tangent
-        beyond = family.at(z[-1], section)
-        image = beyond.image(beyond.state(z[:-1] * point.unit), False)
+        map_there, state = family.placed(point.z + distance * point.tangent, point)
+        image = map_there.image(state, False)
         if not image.status and not same_events(image.events, point.orbit.image.events):
             return image
     return None
@@ -226,11 +233,11 @@ def shifted(family: Family, point: Point, angle: float) -> Point:
     z = point.z + SMALL * point.tangent
     section = point.orbit.map
     there, here = section.moved(point.orbit.state, angle)
-    neighbour = family.at(z[-1], section)
-    beside = neighbour.moved(neighbour.state(z[:-1] * point.unit), angle)[1]
+    neighbour, state = family.placed(z, point)
+    beside = neighbour.moved(state, angle)[1]
     if here.status or beside.status:
         return point
     like = replace(point, orbit=replace(point.orbit, map=there, state=here.state))
-    along = np.append(there.differ(beside.state, here.state) / point.unit, z[-1] - point.q)
+    along = np.append(there.differ(beside.state, here.state) / point.unit, family.place(z) - point.q)
     along /= np.linalg.norm(along)
     return solve(family, like, like.z, along) or point

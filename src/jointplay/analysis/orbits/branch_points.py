@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
@@ -30,7 +31,8 @@ REAL = 1e-6  # imaginary part below which a pair counts as real
 PRECISE = 1e-11  # of the arc; the parameter is then found by interpolation
 SHARES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)  # of the longest step, tried as the first step on a new branch
 
-TESTS: dict[str, Callable[[Point], float]] = {
+Test = Callable[[Point], float]
+TESTS: dict[str, Test] = {
     "fold": lambda point: float(point.tangent[-1]),
     "branch_point": lambda point: floquet.unit_test(point.multipliers) / float(point.tangent[-1]),
     "period_doubling": lambda point: floquet.doubling_test(point.multipliers),
@@ -49,7 +51,7 @@ class Special:
     point : Point
         On the branch, there or next to it.
     q : float
-        Where it is, as a fraction of the parameter's range.
+        Where it is, as a fraction of the parameter's range, or two of them.
     width : float
         How closely that is enclosed, or how far the point is from it.
     event : tuple of int
@@ -58,7 +60,7 @@ class Special:
 
     kind: str
     point: Point
-    q: float
+    q: Any
     width: float
     event: tuple[int, int] = (-1, -1)
 
@@ -72,21 +74,20 @@ class Special:
 
 def between(family: Family, one: Point, other: Point) -> list[Special]:
     """The special points between two neighbours of a smooth piece, in order."""
-    specials = []
-    for kind, test in TESTS.items():
+    specials, own = [], family.condition
+    for kind, test in (TESTS if own is None else own.tests(one)).items():
         if len(one.tangent) < 3 and kind == "neimark_sacker":
             continue
         ends = test(one), test(other)
         if np.all(np.isfinite(ends)) and ends[0] * ends[1] < 0:
-            special = _located(family, one, other, kind, ends)
+            special = _located(family, one, other, kind, test, ends)
             specials += [special] if special is not None else []
     along = other.z - one.z
     return sorted(specials, key=lambda special: float((special.point.z - one.z) @ along))
 
 
-def _located(family: Family, one: Point, other: Point, kind: str, ends) -> Special | None:
+def _located(family: Family, one: Point, other: Point, kind: str, test: Test, ends) -> Special | None:
     """The zero of a test function; None if it jumps there, or a pair is real."""
-    test = TESTS[kind]
     if kind == "branch_point":  # beside one the tangent is ill-conditioned; multipliers are not
         units = [floquet.unit_test(point.multipliers) for point in (one, other)]
         if units[0] * units[1] < 0:
@@ -109,15 +110,15 @@ def _located(family: Family, one: Point, other: Point, kind: str, ends) -> Speci
         return None
     near.sort(key=lambda each: abs(each[0]))
     _, point, along = near[0]
-    if not _genuine(kind, point):
+    if not (family.condition.genuine if family.condition else _genuine)(kind, point):
         return None
     if kind == "fold":  # where the parameter has an extremum there is nothing to interpolate
         return Special(kind, replace(point, tangent=along), point.q, abs(near[1][1].q - point.q))
     q, other_q = _root(near[0], near[1]), _root(near[0], near[-1] if len(near) < 3 else near[2])
-    return Special(kind, replace(point, tangent=along), q, abs(other_q - q))
+    return Special(kind, replace(point, tangent=along), q, float(np.max(np.abs(other_q - q))))
 
 
-def _root(one: tuple, other: tuple) -> float:
+def _root(one: tuple, other: tuple) -> Any:
     """Parameter of a test function's zero, by interpolation: beside a branch point arcs are uncertain."""
     (a, p, _), (b, r, _) = one, other
     return p.q if a == b else p.q - a * (r.q - p.q) / (b - a)

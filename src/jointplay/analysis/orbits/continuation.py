@@ -177,7 +177,7 @@ class Explorer:
 
     def _traced(self, orbit: Orbit, q: float) -> Iterator[Branch]:
         """The branches, one after another."""
-        down, up = (first(self.family, orbit, q, upward) for upward in (False, True))
+        down, up = (first(self.family, orbit, q, sense) for sense in (-1.0, 1.0))
         back = self._follow(down, max(self.max_points // 2, 2))
         if "interrupted" in back.ends:
             yield back.reversed()

@@ -1,0 +1,1 @@
+"""Curves in the plane of two parameters along which periodic orbits change."""

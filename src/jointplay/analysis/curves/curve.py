@@ -1,0 +1,172 @@
+"""Curves in the plane of two parameters along which a periodic orbit changes.
+
+The branch of an orbit is followed over the first parameter (orbits.continuation); from its special points,
+curves are followed in both parameters by the same pseudo-arclength method (orbits.arclength), with one more
+equation each (conditions), through folds of either parameter. Meetings with other curves are located on them.
+Validity: between events that appear or vanish the map is smooth; a curve goes on beyond such a change where
+it is continuous there, else it ends at it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import count
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import xarray as xr
+from pydantic import AfterValidator
+
+from jointplay.analysis.curves import curve_dataset
+from jointplay.analysis.curves.tracing import KINDS, Curves, starts_of
+from jointplay.analysis.evaluate import dataset
+from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis, several
+from jointplay.analysis.labels import outcome
+from jointplay.analysis.orbits.arclength import Family, Point
+from jointplay.analysis.orbits.continuation import STEP, Explorer
+from jointplay.analysis.orbits.orbit_request import (
+    Range,
+    Tolerance,
+    branch_fits,
+    present,
+    section_fits,
+    start_fits,
+)
+from jointplay.analysis.orbits.orbit_search import Search, search
+from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
+from jointplay.analysis.orbits.section_map import SectionMap, section_map
+from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
+from jointplay.analysis.rules import turns_alike
+from jointplay.analysis.starts import placed
+from jointplay.analysis.trajectory import INTERRUPTED
+from jointplay.analysis.vary import axes, changed
+from jointplay.errors import Problem, refuse
+from jointplay.mechanism.base import Count, Natural, Number, accepts, unit
+from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+MAX_POINTS, MAX_CURVES = 200, 8
+BRANCH = 100  # points at least of the branch on which curves start
+_PLANE = "a table of two parameters, each with its lowest and highest value,"
+
+
+def _two(plane: dict[str, Any]) -> dict[str, Any]:
+    if len(plane) != 2:
+        raise refuse(list(plane), f"{_PLANE} is accepted")
+    return plane
+
+
+Ranges = Annotated[dict[str, Range], AfterValidator(_two), accepts(_PLANE)]
+Kinds = several(Literal[KINDS], f"a list of {', '.join(KINDS)},")
+
+
+def _plane_fits(
+    mechanism: Mechanism | TestSystem, plane: dict[str, tuple[float, float]], start: float | None
+) -> Iterator[Problem]:
+    """Yield the problems of both parameters and their ranges."""
+    for number, (name, ends) in enumerate(plane.items()):
+        for problem in branch_fits(mechanism, name, ends, None if number else start):
+            key = "start" if problem.key == "start" and not number else f"plane.{name}"
+            yield Problem(key, problem.given, problem.expected)
+
+
+@analysis(section_fits, start_fits, turns_alike, _plane_fits)
+def curve(
+    mechanism: Moving,
+    section: Section = ONCE_A_TURN,
+    *,
+    plane: Ranges,
+    of: Kinds = KINDS,
+    start: Number | None = None,
+    period: Natural = 1,
+    initial: Start | None = None,
+    transient: Count = TRANSIENT,
+    step: Annotated[Small, unit("longest step", "1")] = STEP,
+    max_points: Natural = MAX_POINTS,
+    max_curves: Natural = MAX_CURVES,
+    rtol: Rtol = RTOL,
+    tolerance: Tolerance = TOLERANCE,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Follow the changes of a periodic orbit as curves in the plane of two parameters.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    section : CrankAngle or Plane
+        As in `periodic_orbit`.
+    plane : dict of str to pair of float
+        Two parameters, by name or by key path, each with its lowest and highest value. Over the first one, at
+        the mechanism's own value of the second, changes are looked for from which curves start.
+    of : sequence of str
+        Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking.
+    start : float, optional
+        Value of the first parameter at which the first orbit is sought; the mechanism's own if left out.
+    period, initial, transient, rtol, tolerance, max_steps
+        As in `periodic_orbit`, of the first orbit.
+    step : float
+        Longest step: of the parameters as fractions of their ranges, and of the orbit alike.
+    max_points : int
+        Points of a curve, and of the branch on which curves start, at most (of that 100, if it is less).
+    max_curves : int
+        Curves, at most.
+    progress : callable, optional
+        Called with the fraction done, of at most `max_curves` curves of `max_points` points.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``curve`` and ``point``: both parameters, their derivatives along the curve (``…_tangent``), and
+        all numbers that `periodic_orbit` gives. Over ``curve``: ``curve_kind``, ``n_points``; ``curve_end``
+        says why it ends. Over ``meeting``: ``meeting_kind``, with what a curve meets there; its curve and
+        point, both parameters, how closely they are enclosed. ``status`` is that of the first orbit, or
+        interrupted (`jointplay run` then keeps the points that it has).
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    began, both = time.perf_counter(), axes(mechanism, {key: list(ends) for key, ends in plane.items()})
+    first = next(iter(plane))
+
+    @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
+    def model_at(values: tuple[float, float]) -> SectionMap:
+        there = changed(mechanism, dict(zip(plane, values, strict=True)))
+        return section_map(placed(there, None, section), section, period, rtol, max_steps)
+
+    def maps(values: np.ndarray) -> SectionMap:
+        return model_at((float(values[0]), float(values[1])))
+
+    low, high = np.array(list(plane.values())).T
+    family = Family(maps, low, high, tolerance)
+    own = [present(mechanism, name) for name in plane]
+    value = own[0] if start is None else start
+    q = family.fraction(np.array([value, own[1]]))
+    line = Family(lambda v: maps(np.array([v, own[1]])), *plane[first], tolerance)
+    at_start = placed(changed(mechanism, {first: value}), initial, section)
+    requested = section_map(at_start, section, period, rtol, max_steps)
+    orbit = search(requested, Search(transient, tolerance, ITERATIONS))
+    visited, most = count(1), max(max_points, BRANCH)
+
+    def visit(point: Point) -> None:
+        if progress is not None:
+            progress(min(1.0, next(visited) / (most + max_points * max_curves)))
+
+    branch = Explorer(line, step, most, 1, visit).explore(orbit, q[0])[0]
+    starts = starts_of(branch, of, lambda special: np.array([special.q, q[1]]))
+    found = []
+    for each in Curves(family, step, max_points, visit).traced(starts):
+        found.append(each)
+        if len(found) == max_curves:
+            break
+    linkage = isinstance(mechanism, Mechanism)
+    variables, coords = curve_dataset.variables(found, family, both, orbit, requested.phase, linkage)
+    stopped = any("interrupted" in ends for ends in (branch.ends, *(each.branch.ends for each in found)))
+    variables |= outcome(INTERRUPTED if stopped else orbit.status, began, "how the search ended")
+    return dataset(orbit.map.model, variables, coords, "curve").assign_attrs(
+        parameters=" ".join(axis.name for axis in both)
+    )

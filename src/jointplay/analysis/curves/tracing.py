@@ -1,0 +1,146 @@
+"""Curves from the special points of a branch: where they start, both their halves, and which are the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointplay.analysis.curves.conditions import Critical, Torus
+from jointplay.analysis.curves.half_map import HalfMap, halved
+from jointplay.analysis.orbits.arclength import Condition, Family, Point, first, solve
+from jointplay.analysis.orbits.branch import Branch, Tracer
+from jointplay.analysis.orbits.continuation import joined
+from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.orbits.shooting import Orbit
+
+KINDS = ("fold", "period_doubling", "neimark_sacker", "symmetry_breaking")
+FROM = {"branch_point": "symmetry_breaking"}  # by the special point that it starts from, where not its own
+CONDITIONS: dict[str, Condition] = {
+    "fold": Critical(1.0),
+    "period_doubling": Critical(-1.0),
+    "neimark_sacker": Torus(),
+    "symmetry_breaking": Critical(-1.0, half=True),
+}
+SAME = 1e-3  # of the ranges: so near another curve of its kind a start lies on it
+ROUNDED = 1e-6  # of the sum of a double pair of multipliers
+ALIKE = 1e-2  # difference of largest multipliers up to which two orbits there are the same
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A curve: its kind, its points as a branch has them, and the family that they are of."""
+
+    kind: str
+    branch: Branch
+    family: Family
+
+
+@dataclass
+class Curves:
+    """The curves that start from special points.
+
+    Parameters
+    ----------
+    family : Family
+        Of maps over two parameters, without a condition.
+    step : float
+        Longest step.
+    max_points : int
+        Points of a curve, at most.
+    visit : callable
+        Called with each point.
+    """
+
+    family: Family
+    step: float
+    max_points: int
+    visit: Callable[[Point], None]
+
+    def traced(self, starts: Sequence[tuple[str, Orbit, np.ndarray]]) -> Iterator[Curve]:
+        """The curve of each start (kind, orbit, fractions of the ranges), but for those already passed."""
+        found: list[Curve] = []
+        for kind, orbit, q in starts:
+            family, begin, trouble = self._begun(kind, orbit, q)
+            if any(_passes(each, kind, begin) for each in found):
+                continue
+            branch = Branch([begin], [], (trouble, trouble))
+            found.append(
+                Curve(kind, branch if trouble else _cut(kind, self._both_ways(family, begin)), family)
+            )
+            yield found[-1]
+            if "interrupted" in found[-1].branch.ends:
+                return
+
+    def _begun(self, kind: str, orbit: Orbit, q: np.ndarray) -> tuple[Family, Point, str]:
+        """The family of a kind of curve, its first point, and why there is no other, if there is none."""
+        family, start = replace(self.family, condition=CONDITIONS[kind]), orbit
+        point = Point(orbit, q, 1.0, np.zeros(len(orbit.map.free) + 2))
+        if kind == "symmetry_breaking":
+            start = halved(orbit, family.tolerance)
+            if start is None:
+                return family, point, "not_symmetric"
+            family = replace(family, maps=_reflected(family.maps, start.map))
+        guess = first(family, start, q, np.array([0.0, 1.0]))
+        found = solve(family, guess, guess.z, guess.tangent)
+        return (family, point, "not_converged") if found is None else (family, found, "")
+
+    def _both_ways(self, family: Family, begin: Point) -> Branch:
+        back = self._follow(family, replace(begin, tangent=-begin.tangent), self.max_points // 2)
+        if back.ends[1] in ("interrupted", "closed"):
+            return back.reversed()
+        return joined(back, self._follow(family, begin, self.max_points - len(back.points) + 1))
+
+    def _follow(self, family: Family, start: Point, most: int) -> Branch:
+        return Tracer(family, self.step, max(most, 2), self.visit).follow(start)
+
+
+def starts_of(branch: Branch, kinds: Sequence[str], where: Callable) -> list[tuple[str, Orbit, np.ndarray]]:
+    """Kind, orbit and fractions of both ranges of the special points where curves of some kinds start."""
+    named = [(FROM.get(special.kind, special.kind), special) for special in branch.specials]
+    return [(kind, special.point.orbit, where(special)) for kind, special in named if kind in kinds]
+
+
+def _reflected(maps: Callable, half: SectionMap) -> Callable:
+    """The half maps that belong to section maps."""
+
+    def of(value: tuple[float, float]) -> HalfMap:
+        whole = maps(value)
+        return replace(half, model=whole.model, max_steps=whole.max_steps)
+
+    return of
+
+
+def _passes(curve: Curve, kind: str, point: Point) -> bool:
+    """Whether a curve of that kind passes through a point."""
+    if curve.kind != kind:
+        return False
+    q = np.array([each.q for each in curve.branch.points])
+    chords, away = np.diff(q, axis=0), point.q - q[:-1]
+    lengths = np.maximum(np.sum(chords**2, axis=1), 1e-300)
+    shares = np.clip(np.sum(chords * away, axis=1) / lengths, 0.0, 1.0)
+    distances = np.linalg.norm(away - shares[:, None] * chords, axis=1)
+    if not len(distances) or distances.min() > SAME:
+        return False
+    near = curve.branch.points[int(np.argmin(distances))].multipliers
+    return bool(abs(np.prod(near) - np.prod(point.multipliers)) < ALIKE * (1 + abs(np.prod(near))))
+
+
+def _cut(kind: str, branch: Branch) -> Branch:
+    """A torus's curve between the strong resonances beyond which its multipliers are real."""
+    if kind != "neimark_sacker":
+        return branch
+    paired = [abs(CONDITIONS[kind].trace(point)) <= 2 + ROUNDED for point in branch.points]
+    here = paired.index(True)
+    low = max((i + 1 for i in range(here) if not paired[i]), default=here)
+    high = next((i for i in range(here, len(paired)) if not paired[i]), len(paired))
+    kept = branch.points[low:high]
+    ends = "resonance" if low else branch.ends[0], "resonance" if high < len(paired) else branch.ends[1]
+    specials = [special for special in branch.specials if any(special.point is point for point in kept)]
+    return Branch(kept, specials, ends)
+
+
+def whole(orbit: Orbit) -> Orbit:
+    """The orbit as a fixed point of a section map, also where it is one of a half map."""
+    return orbit.map.whole(orbit) if isinstance(orbit.map, HalfMap) else orbit

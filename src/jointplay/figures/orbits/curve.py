@@ -1,0 +1,119 @@
+"""Curves in the plane of two parameters along which a periodic orbit changes, and where they meet."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from xarray import Dataset
+
+from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing.hermite import through
+from jointplay.figures.registry import picture
+from jointplay.figures.sweeps.parameter_map import panel
+
+LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
+    "fold": (style.BLACK, "-"),
+    "period_doubling": (style.BLUE, (0, (5, 1.2))),
+    "neimark_sacker": ("#7b3294", (0, (4, 1, 1, 1))),
+    "symmetry_breaking": ("#007a53", (0, (2, 1))),
+}
+MARKED = {"linestyle": "none", "marker": "o", "markerfacecolor": "white", "color": style.BLACK}
+EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn", "period")
+
+
+@picture()
+def curve(dataset: Dataset, *, over: Dataset | None = None) -> Figure:
+    """Draw the curves over both parameters.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.curve` returned.
+    over : Dataset, optional
+        A bifurcation diagram over the same two parameters: its exponent, or period, is drawn underneath.
+    """
+    if dataset.attrs.get("kind") != "curve" or "parameters" not in dataset.attrs:
+        raise select.refuse("kind", "curve", "a result of a study of kind curve")
+    figure = style.sheet(120.0, 96.0)
+    ax = figure.subplots()
+    names = background(ax, dataset, over)
+    units = [artists.displayed(dataset[name])[1] for name in names]
+    if over is None:
+        artists.name_axes(ax, dataset[names[0]], units[0], dataset[names[1]], units[1])
+    else:
+        units = [artists.displayed(over[name])[1] for name in names]
+    factors = np.array([unit.factor for unit in units])
+    kinds = _words(dataset, "curve_kind")
+    for number, kind in enumerate(kinds):
+        line(ax, dataset.isel(curve=number), names, factors, kind)
+    meetings(ax, dataset, names, factors)
+    explain(ax, kinds)
+    if not len(kinds):
+        artists.say(ax, "no curve was found")
+    return artists.finish(figure, dataset)
+
+
+def background(ax: Axes, dataset: Dataset, over: Dataset | None) -> list[str]:
+    """Draw the map that lies underneath, if there is one; return the parameters along x and y."""
+    names = str(dataset.attrs["parameters"]).split()
+    if over is None:
+        return names
+    known = sweep_axes.parameters(over, "parameter_map")
+    if sorted(known) != sorted(names):
+        raise select.refuse("over", known, f"a map over {' and '.join(names)} is accepted")
+    part = sweep_axes.chosen(over, select.label(over, "direction", None), 0).isel(direction=0)
+    part = part.isel(start=0) if "start" in part.dims else part
+    found = next(name for name in EXPONENTS if name in part)
+    array = part[found]
+    array = array.isel({dim: 0 for dim in array.dims if dim not in known})
+    panel(ax, part, array, known, "")
+    return known[::-1]
+
+
+def line(ax: Axes, one: Dataset, names: Sequence[str], factors: np.ndarray, kind: str) -> None:
+    """Draw one curve by its points and directions."""
+    count = int(one["n_points"])
+    points, slopes = (
+        np.stack([one[f"{name}{suffix}"].values[:count] for name in names], -1) * factors
+        for suffix in ("", "_tangent")
+    )
+    spans = np.ptp(points, axis=0)
+    spans = np.where(spans > 0, spans, 1.0)
+    colour, dashes = LOOKS[kind]
+    path = through(points / spans, slopes / spans) * spans
+    ax.plot(*path.T, color=colour, linestyle=dashes, linewidth=1.2, zorder=2.5)
+
+
+def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarray) -> None:
+    """Mark and name the points at which curves meet others."""
+    x, y = (dataset[f"meeting_{name}"].values * factor for name, factor in zip(names, factors, strict=True))
+    kinds = _words(dataset, "meeting_kind")
+    ax.plot(x, y, markersize=4.0, markeredgewidth=0.9, zorder=3.2, **MARKED)
+    for place, kind in zip(zip(x, y, strict=True), kinds, strict=True):
+        beside: dict[str, Any] = {"xytext": (4, 4), "textcoords": "offset points", "fontsize": 6}
+        ax.annotate(_name(kind), place, **beside)
+
+
+def explain(ax: Axes, kinds: Sequence[str]) -> None:
+    """Name the kinds of curves above the panel."""
+    handles = [
+        Line2D([], [], color=LOOKS[kind][0], linestyle=LOOKS[kind][1], label=_name(kind))
+        for kind in LOOKS
+        if kind in kinds
+    ]
+    if handles:
+        ax.figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3))
+
+
+def _words(dataset: Dataset, name: str) -> list[str]:
+    meanings = select.flags(dataset[name])
+    return [meanings[int(code)] for code in dataset[name].values]
+
+
+def _name(kind: str) -> str:
+    if kind.startswith("resonance"):
+        return "resonance " + ":".join(kind.split("_")[1:])
+    return kind.replace("neimark_sacker", "Neimark-Sacker").replace("_", " ")

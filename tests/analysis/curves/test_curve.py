@@ -1,0 +1,123 @@
+"""Curves in two parameters against closed forms: the impact pair's and the ball's, all along."""
+
+import math
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay import catalog
+from tests.analysis.exact_maps import Symmetric, symmetry_lost
+
+
+def ball_fold(a):
+    return math.pi * (1 - a) / (1 + a)
+
+
+def ball_doubling(a):
+    return math.hypot(ball_fold(a), 2 * (1 + a**2) / (1 + a) ** 2)
+
+
+def along(found, kind):
+    """Parameters of the one curve of a kind, and why it ends."""
+    words = jp.words(found)
+    (number,) = np.flatnonzero(words["curve_kind"].values == kind)
+    count = int(found["n_points"][number])
+    values = [found[name].values[number, :count] for name in found.attrs["parameters"].split()]
+    slopes = [found[f"{name}_tangent"].values[number, :count] for name in found.attrs["parameters"].split()]
+    return *values, slopes, words["curve_end"].values[number].tolist()
+
+
+@pytest.fixture(scope="module")
+def pair():
+    r = 0.8
+    motion = Symmetric(0.5 * Symmetric(1.0, r).fold, r)
+    return jp.curve(
+        catalog.impact_pair(motion.gap, r),
+        plane={"gap": (1.2, 150.0), "restitution": (0.3, 0.95)},
+        initial=list(motion.at_zero),
+        transient=0,
+        step=0.1,
+    )
+
+
+@pytest.fixture(scope="module")
+def ball():
+    plane = {"acceleration": (0.2, 4.0), "restitution": (0.1, 0.9)}
+    return jp.curve(catalog.bouncing_ball(1.3, 0.5), plane=plane, step=0.1)
+
+
+def test_limits_of_the_symmetric_motion(pair):
+    assert int(pair.status) == 0
+    exact = {"fold": lambda r: Symmetric(1.0, r).fold, "symmetry_breaking": symmetry_lost}
+    for kind, limit in exact.items():
+        gaps, restitutions, _, ends = along(pair, kind)
+        assert gaps == pytest.approx([limit(r) for r in restitutions], rel=1e-9)
+        assert [restitutions[0], restitutions[-1]] == [0.3, 0.95]
+        assert ends == ["range", "range"]
+    assert pair.sizes["meeting"] == 0
+
+
+def test_the_ball_begins_to_bounce_and_doubles_its_period(ball):
+    for kind, limit in (("fold", ball_fold), ("period_doubling", ball_doubling)):
+        gammas, restitutions, slopes, ends = along(ball, kind)
+        assert len(gammas) > 10
+        assert gammas == pytest.approx([limit(a) for a in restitutions], rel=1e-9)
+        assert ends == ["range", "range"]
+        h = 1e-5
+        for gamma_slope, a_slope, a in zip(*slopes, restitutions, strict=True):
+            exact = (limit(a + h) - limit(a - h)) / (2 * h)
+            assert gamma_slope / a_slope == pytest.approx(exact, rel=1e-4, abs=1e-4)
+    gammas = along(ball, "fold")[0]
+    edges = sorted((gammas[0], gammas[-1]))
+    assert edges == pytest.approx([0.2, ball_fold(0.1)], rel=1e-9)
+
+
+def test_multipliers_on_the_curves(pair, ball):
+    """On each a multiplier is what its name says: of the whole turn, also where half of it was solved."""
+    for found, kind, value in (
+        (pair, "fold", 1),
+        (pair, "symmetry_breaking", 1),
+        (ball, "fold", 1),
+        (ball, "period_doubling", -1),
+    ):
+        (number,) = np.flatnonzero(jp.words(found)["curve_kind"].values == kind)
+        pairs = found["floquet_multiplier"].values[number, : int(found["n_points"][number])] @ [1, 1j]
+        assert np.max(np.min(np.abs(pairs - value), axis=1)) < 1e-5
+
+
+def test_kinds_that_are_asked_for_and_a_limit():
+    plane = {"acceleration": (1.0, 1.7), "restitution": (0.45, 0.55)}
+    found = jp.curve(
+        catalog.bouncing_ball(1.3, 0.5), plane=plane, of="period_doubling", max_points=12, step=0.02
+    )
+    gammas, restitutions, _, ends = along(found, "period_doubling")
+    assert found.sizes["curve"] == 1
+    assert len(gammas) == 12
+    assert ends == ["max_points", "max_points"]
+    assert gammas == pytest.approx([ball_doubling(a) for a in restitutions], rel=1e-9)
+
+
+def test_no_orbit_no_curve():
+    plane = {"gap": (2.0, 3.0), "restitution": (0.7, 0.85)}
+    found = jp.curve(catalog.impact_pair(2.5, 0.8), plane=plane, max_steps=3)
+    assert int(found.status) == 2
+    assert found.sizes["curve"] == 0
+    assert "no curve found" in str(jp.summary(found))
+
+
+@pytest.mark.parametrize(
+    ("keywords", "keys"),
+    [
+        ({"plane": {"gap": (2.0, 3.0)}}, ["plane"]),
+        ({"plane": {"gap": (3.0, 2.0), "restitution": (0.7, 0.9)}}, ["plane.gap"]),
+        ({"plane": {"gsp": (2.0, 3.0), "restitution": (0.7, 0.9)}}, ["plane.gsp"]),
+        ({"plane": {"gap": (2.0, 3.0), "restitution": (0.7, 0.9)}}, ["start"]),
+        ({"plane": {"gap": (2.0, 9.0), "restitution": (0.1, 0.2)}}, ["plane.restitution"]),
+        ({"plane": {"gap": (2.0, 9.0), "restitution": (0.7, 0.9)}, "of": "flip"}, ["of[0]"]),
+    ],
+)
+def test_wrong_keywords(keywords, keys):
+    with pytest.raises(jp.InputError) as caught:
+        jp.curve(catalog.impact_pair(5.0, 0.8), **keywords)
+    assert [problem.key for problem in caught.value.problems] == keys

@@ -1,0 +1,99 @@
+"""Curves of maps with known bifurcations in two parameters, and their meetings."""
+
+import numpy as np
+import pytest
+
+from jointplay.analysis.curves.tracing import Curves, starts_of
+from jointplay.analysis.orbits.arclength import Family
+from jointplay.analysis.orbits.continuation import Explorer
+from jointplay.analysis.orbits.shooting import newton
+from tests.analysis.orbits.test_continuation_maps import Plain
+
+
+def mixed(p, x):
+    """x' = r x (1 - b y - (1 - b) x), y' = x: determinant b (r - 1), trace 1 - (1 - b)(r - 1)."""
+    if x is None:
+        return [0.0, 0.0]
+    r, b = p
+    share = 1 - b * x[1] - (1 - b) * x[0]
+    return np.array([r * x[0] * share, x[0]]), np.array(
+        [[r * (share - (1 - b) * x[0]), -r * b * x[0]], [1.0, 0.0]]
+    )
+
+
+def cusped(p, x):
+    """x' = x + p + q x - x^3: folds at p = -+2 (q/3)^(3/2), which meet in a cusp at 0."""
+    if x is None:
+        return [0.0]
+    return x + p[0] + p[1] * x - x**3, np.diag(1 + p[1] - 3 * x**2)
+
+
+def both(p, x):
+    """x' = x + p - x^2, y' = -(1 + q + x) y: a fold at p = 0; a doubling at p = q^2."""
+    if x is None:
+        return [0.0, 0.0]
+    state = np.array([x[0] + p[0] - x[0] ** 2, -(1 + p[1] + x[0]) * x[1]])
+    return state, np.array([[1 - 2 * x[0], 0.0], [-x[1], -(1 + p[1] + x[0])]])
+
+
+def curves(rule, start, p, low, high, of, step=0.04, most=200):
+    """Curves from the branch over the first parameter, as (kind, parameters, meetings, ends)."""
+    low, high, p = map(np.array, (low, high, p))
+    family = Family(lambda value: Plain(rule, value), low, high, 1e-9)
+    line = Family(lambda value: Plain(rule, np.array([value, p[1]])), low[0], high[0], 1e-9)
+    orbit = newton(Plain(rule, p), np.array(start), 1e-9)
+    assert orbit.status == 0
+    branch = Explorer(line, step, most, 1).explore(orbit, line.fraction(p[0]))[0]
+    second = family.fraction(p)[1]
+    starts = starts_of(branch, of, lambda special: np.array([special.q, second]))
+    found = []
+    for each in Curves(family, step, most, lambda point: None).traced(starts):
+        places = np.array([family.parameter(point.q) for point in each.branch.points])
+        met = {special.kind: family.parameter(special.q) for special in each.branch.specials}
+        found.append((each.kind, places, met, each.branch.ends))
+    return found
+
+
+def test_neimark_sacker_between_its_resonances():
+    ((kind, places, met, ends),) = curves(
+        mixed, [0.6, 0.6], [2.5, 0.6], [1.5, 0.15], [7.0, 0.9], ("neimark_sacker",)
+    )
+    r, b = places.T
+    assert kind == "neimark_sacker"
+    assert r == pytest.approx(1 + 1 / b, rel=1e-9)
+    assert met["resonance_1_4"] == pytest.approx([3, 1 / 2], rel=1e-9)
+    assert met["resonance_1_3"] == pytest.approx([4, 1 / 3], rel=1e-9)
+    assert met["resonance_1_2"] == pytest.approx([5, 1 / 4], rel=1e-7)
+    assert set(ends) == {"range", "resonance"}
+    assert b.min() == pytest.approx(1 / 4, rel=1e-7)
+    assert b.max() == 0.9
+
+
+def test_a_doubling_passes_the_resonance():
+    ((_, places, met, ends),) = curves(
+        mixed, [0.6, 0.6], [2.5, 0.1], [1.5, 0.05], [7.0, 0.9], ("period_doubling",)
+    )
+    r, b = places.T
+    assert r == pytest.approx(1 + 2 / (1 - 2 * b), rel=1e-9)
+    assert met == {"resonance_1_2": pytest.approx([5, 1 / 4], rel=1e-7)}
+    assert ends == ("range", "range")
+
+
+def test_two_folds_meet_in_a_cusp():
+    found = curves(cusped, [1.3], [0.0, 1.5], [-2.0, -1.0], [2.0, 2.0], ("fold",))
+    ((_, places, met, ends),) = found  # the second fold of the branch lies on the same curve
+    p, q = places.T
+    assert np.abs(p) == pytest.approx(2 * np.maximum(q / 3, 0) ** 1.5, abs=1e-9)
+    assert p.min() < -0.5
+    assert p.max() > 0.5
+    assert met == {"cusp": pytest.approx([0, 0], abs=1e-8)}
+    assert ends == ("range", "range")
+
+
+def test_a_doubling_touches_a_fold():
+    found = curves(both, [0.5, 0.0], [0.25, -0.3], [-0.5, -0.9], [0.9, 0.9], ("fold", "period_doubling"))
+    assert {kind for kind, *_ in found} == {"fold", "period_doubling"}
+    for kind, places, met, _ in found:
+        p, q = places.T
+        assert p == pytest.approx(q**2 if kind == "period_doubling" else 0 * q, abs=1e-9)
+        assert met == {"fold_doubling": pytest.approx([0, 0], abs=1e-6)}

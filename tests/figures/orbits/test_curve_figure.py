@@ -1,0 +1,49 @@
+"""Curves in two parameters: through their points, in their directions, over a map of the same plane."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay import figures
+from jointplay.errors import InputError
+from jointplay.figures.drawing.hermite import through
+from tests.figures.support.synthetic_branches import branches, curves
+from tests.figures.sweeps.test_bifurcation import sweep
+
+
+def test_a_parabola_is_drawn_between_its_points_too():
+    (ax,) = figures.draw(curves()).axes
+    x, y = ax.lines[0].get_data()
+    assert len(x) > 60
+    assert x == pytest.approx(10 * (3 - (y - 3) ** 2), abs=1e-9)  # a cubic is exact on it
+    assert ax.lines[1].get_xdata() == pytest.approx(30.0)
+    assert ax.get_xlabel() == "Radial clearance (\N{MICRO SIGN}m)"
+    assert [text.get_text() for text in ax.texts] == ["fold doubling"]
+
+
+def test_a_cusp_has_no_loop():
+    t = np.linspace(-1, 1, 8)
+    path = through(np.stack([t**3, t**2], -1), np.stack([3 * t**2, 2 * t], -1))
+    assert np.all(np.diff(path[:, 0]) > 0)
+    assert path[:, 1].min() >= 0
+
+
+def test_over_a_map_the_last_parameter_lies_along_x():
+    diagram = sweep(("reset",), over=("clearance", "gear_ratio"))
+    ax = figures.draw(curves(), over=diagram).axes[0]
+    assert "Gear ratio" in ax.get_xlabel()
+    x, y = ax.lines[0].get_data()
+    assert y == pytest.approx(10 * (3 - (x - 3) ** 2), abs=1e-9)
+
+
+def test_what_it_cannot_be_drawn_of_or_over():
+    with pytest.raises(InputError, match=r"figure\.kind"):
+        figures.draw(branches(), kind="curve")
+    with pytest.raises(InputError, match=r"figure\.over"):
+        figures.draw(curves(), over=sweep(("reset",), over=("clearance", "friction")))
+
+
+def test_its_answer():
+    told = str(jp.summary(curves()))
+    assert "fold, 9 points: radial clearance 20 \N{MICRO SIGN}m to 30 \N{MICRO SIGN}m" in told
+    assert "fold doubling at (30 \N{MICRO SIGN}m, 3)" in told
