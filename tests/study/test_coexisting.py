@@ -73,4 +73,4 @@ def test_the_answer_is_in_words():
     assert np.isfinite(found["fraction"].values).any()
     lines = attractors(found).splitlines()
     assert lines[0] == "2 motions, at most 2 beside each other (gap 3.6)"
-    assert "period 3" in lines[1]
+    assert "period 1, from gap 3.6 to gap 3.68, up to 50 % of the starts" in lines[1]
