@@ -234,6 +234,23 @@ _ROWS = (
         },
     ),
     Kind(
+        "attractors",
+        ".analysis.coexisting.attractors:attractors",
+        ("attractors",),
+        "{starts} starts in the region at each value, {turns} turns after up to {transient} dropped turns",
+        recorded=".analysis.sweeps.bifurcation:names",
+        summary=".results.answers.coexisting:attractors",
+        example={
+            "mechanism": {"clearance": 2.5e-4},
+            "vary": {"clearance": {"start": 2.4e-4, "stop": 2.6e-4, "num": 3}},
+            "analysis": {
+                "region": dict.fromkeys(("journal_x", "journal_y"), (-0.7, 0.7)),
+                "starts": 24,
+                "turns": 24,
+            },
+        },
+    ),
+    Kind(
         "periodic_orbit",
         ".analysis.orbits.periodic_orbit:periodic_orbit",
         ("floquet", "time_history", "journal_orbit", "phase_portrait"),

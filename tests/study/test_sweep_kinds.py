@@ -41,6 +41,7 @@ ANALYSIS = {
 SINGLE = {
     *("readings", "claims", "scheme_comparison", "bifurcation", "assess", "stress", "work_precision"),
     "benchmark",
+    "attractors",
 }
 ENDS = ("wall_time", "status", "trouble")
 

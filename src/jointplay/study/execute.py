@@ -18,7 +18,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from jointplay.analysis.cells import Read, Work
+from jointplay.analysis.cells import Read, Work, in_memory
 from jointplay.analysis.looks import keeping
 from jointplay.errors import InputError, Problem
 from jointplay.jobs.job import Entry, Job, part, redone
@@ -237,7 +237,8 @@ def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: No
     keys = {key for job in jobs for key in job.keys}
     with journal_of(out, name).held() as whole:
         _take_parts(whole, out, name, keys, say)
-        dataset = computed(record, lambda _: partial(_read, whole, keys, before))
+        first = iter([partial(_read, whole, keys, before)])  # what follows from it is computed here
+        dataset = computed(record, lambda work: next(first, None) or in_memory(1, work))
         return _stored(study, dataset, whole, keys, out, say)
 
 

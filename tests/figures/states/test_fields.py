@@ -1,5 +1,6 @@
 """Divergence, fields of exponents and basins: what is stored is what is drawn."""
 
+import matplotlib.colors
 import numpy as np
 import pytest
 import xarray as xr
@@ -183,3 +184,45 @@ def test_what_is_drawn_by_itself_is_what_there_is():
 def test_what_cannot_be_drawn_is_refused(data, options):
     with pytest.raises(InputError, match="figure"):
         figures.draw(data, options)
+
+
+def coexisting():
+    """Two motions over a clearance, the second from the third value on; some starts do not settle."""
+    dims, x = ("clearance", "identity"), np.linspace(1e-4, 2e-4, 5)
+    there = np.array([[True, n > 1] for n in range(5)])
+    points = np.where(there[..., None], np.array([0.2, -0.4])[None, :, None] + 0.01 * np.arange(3), np.nan)
+    share = np.where(there, np.array([0.7, 0.2]), np.nan)
+    growth = np.where(there, np.array([-0.4, 0.3]), np.nan)[..., None]
+    data = {
+        "journal_x": ((*dims, "point"), 1e-4 * points, {"units": "m", "long_name": "journal centre, x"}),
+        "period": (dims, np.where(there, np.array([1, 0]), -1), {"units": "1"}),
+        "fraction": (dims, share, {"units": "1"}),
+        "fraction_unsettled": ("clearance", np.full(5, 0.1), {"units": "1"}),
+        "section_exponent_per_turn": ((*dims, "multiplier"), growth, {"units": "1"}),
+        "section_standard_error_per_turn": ((*dims, "multiplier"), 0.01 + 0 * growth, {"units": "1"}),
+        "status": ((), np.int8(0), flag_words(STATUS, "outcome")),
+    }
+    coords = {
+        "clearance": ("clearance", x, {"units": "m", "long_name": "clearance"}),
+        "identity": ("identity", np.array([1, 2]), {"units": "1"}),
+    }
+    return xr.Dataset(data, coords, {"kind": "attractors"})
+
+
+def test_attractors_have_points_and_bands_in_one_colour():
+    above, middle, below = figures.draw(coexisting()).axes
+    for n, line in enumerate(above.lines):
+        x, y = line.get_data()
+        assert len(x) == 15 - 6 * n
+        assert y == pytest.approx(np.tile([[20, 21, 22], [-40, -39, -38]][n], len(x) // 3))
+    bands = [each.get_facecolor()[0] for each in below.collections]
+    assert [line.get_color() for line in above.lines] == [matplotlib.colors.to_hex(c) for c in bands[:2]]
+    heights = [each.get_paths()[0].get_extents().ymax for each in below.collections]
+    assert heights == pytest.approx([0.7, 0.9, 1.0])
+    assert len(middle.lines) == 3
+    assert below.get_xlim() == pytest.approx((87.5, 212.5))
+
+
+def test_attractors_need_a_result_of_that_kind():
+    with pytest.raises(InputError, match="kind attractors"):
+        figures.draw(basins(), kind="attractors")

@@ -56,7 +56,7 @@ def match(periods: np.ndarray, points: list[np.ndarray], tolerance: float) -> At
         groups += [which[group] for group in by_distance(np.array([points[i] for i in which]), tolerance)]
     which = np.flatnonzero(ended & (periods == 0))
     groups += [which[group] for group in by_histograms([points[i] for i in which])]
-    order = sorted(groups, key=lambda group: _sort_key(periods[group[0]], points[group[0]], tolerance))
+    order = sorted(groups, key=lambda group: sort_key(periods[group[0]], points[group[0]], tolerance))
     labels = np.zeros(len(points), dtype=np.int32)
     for number, group in enumerate(order, start=1):
         labels[group] = number
@@ -64,7 +64,7 @@ def match(periods: np.ndarray, points: list[np.ndarray], tolerance: float) -> At
     return Attractors(labels, periods[first], first)
 
 
-def _sort_key(period: int, points: np.ndarray, tolerance: float) -> tuple:
+def sort_key(period: int, points: np.ndarray, tolerance: float) -> tuple:
     """Sort key of an attractor: by period, then by its points, lowest first, to the tolerance."""
     coarse = np.round(points / tolerance) if period else np.round(points.mean(axis=0, keepdims=True), 1)
     return not period, int(period), sorted(map(tuple, coarse.tolist()))

@@ -70,24 +70,33 @@ def plane_fits(mechanism: Any, plane: Any, joint: Any, initial: Any) -> list[Pro
         return []
     if len(plane) != 2:
         return [Problem("plane", plane, "a table of two coordinates, each with its values, is accepted")]
+    problems = coordinate_problems("plane", mechanism, plane, joint, initial)
+    problems += [each for name, given in plane.items() for each in _wrong_values(name, given)]
+    counts = [given["num"] if isinstance(given, Mapping) else len(given) for given in plane.values()]
+    if not problems and (nodes := math.prod(counts)) > MOST_NODES:
+        problems.append(Problem("plane", f"{nodes:,} nodes", f"at most {MOST_NODES:,} are accepted"))
+    return problems
+
+
+def coordinate_problems(
+    key: str, mechanism: Any, given: Mapping[str, Any], joint: Any, initial: Any
+) -> list[Problem]:
+    """List the problems of coordinates named under a key; none where their start cannot be assembled."""
     try:
         model = assemble(mechanism, initial, section_of(mechanism))
     except InputError:
         return []
     known = coordinates(mechanism, model)
-    unnamed = [name for name in plane if name not in known]
-    problems = [unknown(f"plane.{name}", name, name, known, "coordinate") for name in unnamed]
-    problems += [each for name, given in plane.items() for each in _wrong_values(name, given)]
-    problems += _incompatible(mechanism, model, tuple(plane), initial)
+    problems = [
+        unknown(f"{key}.{name}", name, name, known, "coordinate") for name in given if name not in known
+    ]
+    problems += _incompatible(key, mechanism, model, tuple(given), initial)
     loose = _bearings(model)
     if joint is not None and joint not in loose:
         problems.append(unknown("joint", joint, joint, loose, "joint with clearance"))
-    elif joint is None and len(loose) > 1 and set(plane) & set(JOURNAL):
+    elif joint is None and len(loose) > 1 and set(given) & set(JOURNAL):
         accepted = f"the joint whose journal is meant is needed: one of {', '.join(loose)}"
         problems.append(Problem("joint", NOTHING, accepted))
-    counts = [given["num"] if isinstance(given, Mapping) else len(given) for given in plane.values()]
-    if not problems and (nodes := math.prod(counts)) > MOST_NODES:
-        problems.append(Problem("plane", f"{nodes:,} nodes", f"at most {MOST_NODES:,} are accepted"))
     return problems
 
 
@@ -114,7 +123,9 @@ def _wrong_values(name: str, given: Any) -> Iterator[Problem]:
         yield Problem(f"plane.{name}", given, accepted)
 
 
-def _incompatible(mechanism, model: Model, names: tuple[str, ...], initial: Any) -> Iterator[Problem]:
+def _incompatible(
+    key: str, mechanism, model: Model, names: tuple[str, ...], initial: Any
+) -> Iterator[Problem]:
     """Yield the problems of coordinates that do not fit one another, the drive or the start."""
     if not isinstance(mechanism, Mechanism):
         return
@@ -122,9 +133,9 @@ def _incompatible(mechanism, model: Model, names: tuple[str, ...], initial: Any)
     states = [name for name in names if name in state_names(model)]
     if journals and states:
         accepted = f"beside {journals[0]}, a coordinate of a journal or of the crank is accepted"
-        yield Problem(f"plane.{states[0]}", states[0], accepted)
+        yield Problem(f"{key}.{states[0]}", states[0], accepted)
     if "crank_speed" in names and isinstance(mechanism.drive, ConstantSpeed):
-        yield Problem("plane.crank_speed", "crank_speed", "the drive prescribes it: another is accepted")
+        yield Problem(f"{key}.crank_speed", "crank_speed", "the drive prescribes it: another is accepted")
     if isinstance(initial, Mapping) and "angle" in initial and set(names) & set(CRANK):
         accepted = "a start by crank_angle and crank_speed is accepted with these coordinates"
         yield Problem("initial", dict(initial), accepted)

@@ -1,0 +1,262 @@
+"""Attractors over a parameter: which motions last beside each other, and how likely each is.
+
+At every value starts drawn at random in a region are followed until it is known where they end
+(`coexisting.lasting`). Then every motion found is carried to the neighbouring values, until that brings up
+nothing new; so one with a basin too narrow for the starts is found where a neighbour has it. Motions at
+neighbouring values are given one identity (`coexisting.identity`). Each is described as a point of a sweep.
+Reference for seeding, carrying and matching: G. Datseris, K. Luiz Rossi and A. Wagemakers, Chaos 33 (2023)
+073151. Fractions: Wilson's interval (`states.basin_uncertainty`).
+
+Validity: what neither a start nor a neighbour leads to is missed: with n starts, a basin of more than 3/n of
+the region is found with 95 % (the rule of three). Fractions are of the region, and of no other.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Sequence
+from functools import partial
+from itertools import pairwise
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from jointplay.analysis import rules
+from jointplay.analysis.cells import Cell, Read, Steps, Work, divided, warm
+from jointplay.analysis.coexisting import attractors_dataset, passes
+from jointplay.analysis.coexisting.identity import identities
+from jointplay.analysis.coexisting.region import Region, at_largest, one_parameter, region_fits
+from jointplay.analysis.ensemble_runs import ensemble_fits
+from jointplay.analysis.keywords import JointName, Moving, Names, Progress, Rtol, Start, analysis
+from jointplay.analysis.labels import outcome
+from jointplay.analysis.period import REPEATS
+from jointplay.analysis.states.ends import Observation
+from jointplay.analysis.states.start_plane import section_of
+from jointplay.analysis.sweeps.attractor import RTOL, Plan
+from jointplay.analysis.sweeps.bifurcation import Over, names
+from jointplay.analysis.tangents import warm_tangents
+from jointplay.analysis.vary import changed, checked_axes, largest
+from jointplay.errors import InputError
+from jointplay.jobs.job import Entry, key_of
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+
+STARTS, TURNS, TRANSIENT, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 100, 4, 100
+TOLERANCE, REACH = 1e-3, 0.2
+ROUNDS = 200  # of carrying, at most
+SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
+
+
+def _record_fits(varied: Mechanism | TestSystem, record: Sequence[str] | None) -> None:
+    names(record, varied)
+
+
+def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
+    rules.assembled_at(varied, initial)
+
+
+def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list:
+    return ensemble_fits(varied, ensemble, rtol)
+
+
+@divided
+@analysis(
+    one_parameter,
+    rules.each_alike,
+    region_fits,
+    _record_fits,
+    _start_fits,
+    _ensemble_fits,
+    varied=at_largest,
+)
+def attractors(
+    mechanism: Moving,
+    *,
+    over: Over,
+    region: Region,
+    joint: JointName | None = None,
+    starts: Annotated[Natural, Field(le=10**6)] = STARTS,
+    seed: Count = 0,
+    carry: Flag = True,
+    turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
+    transient: Count = TRANSIENT,
+    patience: Count = PATIENCE,
+    tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
+    reach: Annotated[Positive, unit("reach", "1")] = REACH,
+    record: Names | None = None,
+    exponents: Flag = True,
+    lyapunov_turns: Natural = LYAPUNOV_TURNS,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    ensemble: Flag = False,
+    n_jobs: Natural | None = None,
+    progress: Progress = None,
+) -> Steps:
+    """Follow the motions that exist beside each other over a parameter, with their fractions of the starts.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    over : mapping of str to sequence of float
+        One parameter with its values, as in `bifurcation`.
+    region : mapping of str to (float, float)
+        Coordinates of starts, as those of a plane of `basins`, each with its lowest and highest value.
+    joint : str, optional
+        Whose journal, as in `basins`.
+    starts : int
+        Starts at each value, drawn at random in the region.
+    seed : int
+        Which starts.
+    carry : bool
+        Whether motions are carried to neighbouring values, which finds those with narrow basins.
+    turns, transient, patience, tolerance
+        As in `basins`. A start ends earlier where it runs along a periodic motion that is known already.
+    reach : float
+        Largest distance of section points of motions at neighbouring values that are one, in the units of
+        `tolerance`.
+    record : sequence of str, optional
+        Quantities kept at section points, as in `bifurcation`.
+    exponents : bool
+        Whether the largest exponent of each motion is computed.
+    lyapunov_turns : int
+        Nominal turns over which it is averaged.
+    rtol, initial, max_steps, ensemble, n_jobs, progress
+        As in `basins`; `initial` is the start that the region goes through.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameter and ``identity``: ``period`` (0: none; -1: the motion is not there), ``count`` of
+        the starts that reach it and their ``fraction`` with the 95 % interval ``fraction_low`` to
+        ``fraction_high``, ``carried`` (1: no start reached it), ``watched_turns`` of a motion without period,
+        ``section_distance`` from the same at the value before; the recorded quantities over ``point``,
+        contacts a turn, exponents and ``end_state`` as in `bifurcation`. Over the parameter: ``started``,
+        ``fraction_unsettled`` with its interval, ``fraction_failed``, ``fraction_missed`` (a motion with a
+        larger basin is found with 95 %). Over ``change``: where identities begin and end, ``change_kind``,
+        ``change_identity``, ``change_other``, and the values ``change_low``, ``change_high`` between which.
+        ``attractor_status`` and ``trouble`` of each motion, ``value_status``, and ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
+    """
+    began, (axis,) = time.perf_counter(), checked_axes(mechanism, over)
+    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
+    plan = Plan(
+        section=CrankAngle(),
+        record=names(record, largest(mechanism, over)),
+        turns=turns,
+        transient=0,
+        keep=turns,
+        exponents=int(exponents),
+        lyapunov_turns=lyapunov_turns,
+        rtol=rtol,
+        max_steps=max_steps,
+    )
+    changes, shared = (
+        [{axis.key: value} for value in axis.values],
+        {"mechanism": mechanism, "initial": initial},
+    )
+    tell = [_between(progress, *pair) for pair in pairwise(SHARES)]
+    seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed, "observation": observation}
+    cells = [shared | seeds | {"changes": each} for each in changes]
+    ready = partial(_warm, mechanism, changes, initial, exponents, ensemble)
+    seeded = yield from _handed(passes.found, cells, axis.name, tell[0], ready)
+    motions, ended = [list(each.get("motions", ())) for each in seeded], list(seeded)
+    lands: dict[tuple[int, int, int], int] = {}
+    if carry:
+        states = [each.get("names", ()) for each in seeded]
+        parts = [shared | {"changes": each, "observation": observation} for each in changes]
+        ended += yield from _carried(parts, motions, states, lands, tell[1])
+    numbers, events, apart = identities(motions, lands, reach)
+    places = [(i, n) for i, each in enumerate(motions) for n in range(len(each))]
+    cells = [shared | {"changes": changes[i], "motion": motions[i][n], "plan": plan} for i, n in places]
+    answers = yield from _handed(passes.described, cells, "motion", tell[2], ready)
+    table = attractors_dataset.Table(axis, motions, numbers, apart, seeded, starts)
+    found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)}, plan)
+    found = found.assign(table.fractions() | table.changes(events))
+    return found.assign(outcome(_first_bad([*ended, *answers]), began))
+
+
+def _handed(
+    function: Callable[..., Entry],
+    cells: Sequence[dict[str, Any]],
+    name: str,
+    progress: Callable[[float], None] | None,
+    ready: Callable[[], None] = lambda: None,
+) -> Generator[Work, Read, list[Entry]]:
+    """Hand out a call for each cell, known by all that decides its answer: values may be added to a sweep."""
+    keys = [key_of(function.__name__, cell) for cell in cells]
+    made = [Cell(function, cell, key) for cell, key in zip(cells, keys, strict=True)]
+    read = yield Work(made, {name: len(cells)}, progress, ready)
+    answers = dict(read())
+    return [answers[key] for key in keys]
+
+
+def _first_bad(answers: Sequence[Entry]) -> int:
+    """The first status that is not ok."""
+    return next((each["status"] for each in answers if each["status"]), 0)
+
+
+def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
+    """Compile what the first and the last value need."""
+    for change in (changes[0], changes[-1]):
+        try:
+            here = changed(mechanism, change)
+            model = assemble(here, initial, section_of(here))
+        except InputError:
+            continue  # its cell says so
+        warm([model], ensemble)
+        if exponents:
+            warm_tangents(model)
+
+
+def _between(progress: Callable[[float], None] | None, low: float, high: float):
+    """Progress of a part, as a fraction of the whole."""
+    return None if progress is None else lambda share: progress(low + (high - low) * share)
+
+
+def _carried(
+    parts: list[dict[str, Any]],
+    motions: list[list[dict]],
+    states: list[Sequence[str]],
+    lands: dict[tuple[int, int, int], int],
+    progress: Callable[[float], None] | None,
+) -> Generator[Work, Read, list[Entry]]:
+    """Carry motions to the neighbouring values until nothing new comes up: the answers.
+
+    What is new is added to `motions`, and to `lands` where (value, motion, other value) ends there.
+    """
+    fresh, ended = [(i, n) for i, each in enumerate(motions) for n in range(len(each))], []
+    for _ in range(ROUNDS):
+        into = _neighbours(fresh, states)
+        cells = [
+            parts[j]
+            | {"known": motions[j], "sources": [motions[i][n] | {"names": states[i]} for i, n in sources]}
+            for j, sources in into
+        ]
+        if not cells:
+            break
+        answers = yield from _handed(passes.carried, cells, "value", progress)
+        fresh, ended = [], ended + answers
+        for (j, sources), answer in zip(into, answers, strict=True):
+            before = len(motions[j])
+            motions[j] = [*motions[j], *answer.get("new", ())]
+            fresh += [(j, n) for n in range(before, len(motions[j]))]
+            for (i, n), ends in zip(sources, answer.get("lands", ()), strict=False):
+                lands[i, n, j] = ends[0]
+    return ended
+
+
+def _neighbours(fresh: list[tuple[int, int]], states: list[Sequence[str]]):
+    """Values to which motions are carried, ascending, each with those motions."""
+    into: dict[int, list[tuple[int, int]]] = {}
+    for i, n in fresh:
+        for j in (i - 1, i + 1):
+            if 0 <= j < len(states) and states[j]:
+                into.setdefault(j, []).append((i, n))
+    return sorted(into.items())

@@ -1,0 +1,210 @@
+"""The motions that last at one value of a parameter: starts followed until it is known where they end.
+
+A start is followed in short stretches. As soon as its section points run along a known periodic motion, point
+by point, and come no farther from it, it has reached that motion. What has reached none in the
+transient's turns is observed as in `analysis.states.ends`: it has a period, or none within the patience.
+
+A motion without a period lasts, as far as one can tell, if none that was like it ended elsewhere while it was
+looked at: the section points of each are compared, by shares of time (`analysis.states.matching`), with those
+of motions that had no period at first and then settled. If some left, chaos was a transient, and what is
+still in it is unsettled. What lasts is believed for as many turns as were looked at: with none lost in N
+turns, less than 3/N leave in a turn, at 95 % (the rule of three).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from jointplay.analysis.looks import look
+from jointplay.analysis.period import REPEATS, period
+from jointplay.analysis.states.ends import (
+    POINTS,
+    STRICTER,
+    Observation,
+    features,
+    section_states,
+    shortest_period,
+)
+from jointplay.analysis.states.matching import SHARED, by_histograms, histograms, set_distance
+from jointplay.mechanism.model import Model
+
+BLOCK, STRETCH = 64, 8  # starts at a time; turns between two looks in the transient
+TAIL = 64  # section points by which a known motion is recognised
+UNSETTLED, FAILED, NO_START = -1, -2, -3  # in place of the number of a lasting motion
+LEFT = 32  # motions kept that had no period at first and then settled
+
+
+@dataclass
+class Lasting:
+    """A motion that lasts: period (0: none), states at the section, their features, turns it was watched."""
+
+    period: int
+    states: np.ndarray
+    points: np.ndarray
+    watched: int = 0
+
+
+@dataclass
+class _Run:
+    """A start on its way: where it stands, and what was seen of it last."""
+
+    model: Model
+    states: np.ndarray
+    points: np.ndarray | None
+
+
+@dataclass
+class Motions:
+    """The lasting motions of a model, found as starts are sorted into them.
+
+    Parameters
+    ----------
+    base : Model
+        Whose crank angle is that of the section.
+    observation : Observation
+        How motions are followed.
+    known : list of Lasting
+        What is known of them beforehand; what is found is added.
+    """
+
+    base: Model
+    observation: Observation
+    known: list[Lasting] = field(default_factory=list)
+    left: list[np.ndarray] = field(default_factory=list)  # features of motions before they settled
+
+    def sort(self, starts: Sequence[Model | None]) -> np.ndarray:
+        """Follow starts to their ends.
+
+        Returns
+        -------
+        ndarray of int
+            Of each start its index in `known`, or UNSETTLED, FAILED, NO_START.
+        """
+        labels = np.full(len(starts), NO_START)
+        for first in range(0, len(starts), BLOCK):
+            block = {n: starts[n] for n in range(first, min(first + BLOCK, len(starts))) if starts[n]}
+            self._sort(block, labels)
+        for index, motion in enumerate(self.known):
+            if not motion.period and any(_alike(motion.points, cloud) for cloud in self.left):
+                labels[labels == index] = UNSETTLED  # those that left were seen only later
+        return labels
+
+    def _sort(self, block: dict[int, Model], labels: np.ndarray) -> None:
+        nothing = np.zeros((0, len(self.base.state)))
+        runs = {n: _Run(model, nothing, None) for n, model in block.items()}
+        left = self.observation.transient
+        while runs and left > 0:
+            turns = min(STRETCH, left)
+            left -= turns
+            self._advance(runs, turns, labels, TAIL)
+            for n in [*runs]:
+                if (found := self._along(runs[n].points)) >= 0:
+                    labels[n] = found
+                    del runs[n]
+        self._observe(runs, labels)
+
+    def _advance(self, runs: dict[int, _Run], turns: int, labels: np.ndarray, keep: int) -> None:
+        """Follow runs for some turns; those that fail are taken out."""
+        if not runs:
+            return
+        look()
+        how = replace(self.observation, turns=turns)
+        cuts = section_states(self.base, [run.model for run in runs.values()], 0, how)
+        good = [(n, states) for n, (states, status) in zip([*runs], cuts, strict=True) if not status]
+        for n in runs.keys() - {n for n, _ in good}:
+            labels[n] = FAILED
+            del runs[n]
+        if not good:
+            return
+        points = np.split(features(self.base, np.concatenate([each for _, each in good])), len(good))
+        for (n, states), each in zip(good, points, strict=True):
+            old, start = runs[n], replace(self.base, state=states[-1])
+            seen = (np.concatenate([old.states, states])[-keep:], each)
+            before = [] if old.points is None else [old.points]
+            runs[n] = _Run(start, seen[0], np.concatenate([*before, each])[-keep:])
+
+    def _along(self, points: np.ndarray) -> int:
+        """Index of the known periodic motion along which the last points run; -1 if none is."""
+        tolerance = self.observation.tolerance
+        for index, motion in enumerate(self.known):
+            count = max(2 * motion.period, REPEATS)
+            if not motion.period or count > len(points):
+                continue
+            nearest = int(np.abs(motion.points - points[-1]).max(axis=1).argmin())
+            order = (nearest + 1 + np.arange(-count, 0)) % motion.period
+            apart = np.abs(points[-count:] - motion.points[order]).max(axis=1)
+            half = apart[: count // 2].max(), apart[count // 2 :].max()
+            if max(half) <= tolerance and half[1] <= max(half[0], tolerance / STRICTER):
+                return index
+        return -1
+
+    def _observe(self, runs: dict[int, _Run], labels: np.ndarray) -> None:
+        """Find periods of runs whose transient is over, or sort them by their shares of time."""
+        for run in runs.values():
+            run.states, run.points = run.states[:0], None
+        watched = self.observation.turns
+        for again in range(1 + self.observation.patience):
+            before = {n: run.points for n, run in runs.items()}
+            self._advance(runs, watched, labels, max(POINTS, watched))
+            for n in [*runs]:
+                if (found := self._settled(runs[n])) >= 0:
+                    labels[n] = found
+                    del runs[n]
+                    if again:
+                        self.left = [*self.left, before[n]][-LEFT:]
+            if not again:
+                self._like_known(runs, labels)
+        self._without_period(runs, labels)
+
+    def _settled(self, run: _Run) -> int:
+        """Index of the periodic motion that a run has come to, which may be new; -1 if it has no period."""
+        tolerance, turns = self.observation.tolerance, self.observation.turns
+        points = run.points[-turns:]
+        repeats = shortest_period(points, period(points, tolerance / STRICTER), tolerance)
+        if not repeats:
+            return self._along(points)
+        last = points[-repeats:]
+        for index, motion in enumerate(self.known):
+            if motion.period == repeats and set_distance(motion.points[None], last)[0] <= tolerance:
+                return index
+        self.known.append(Lasting(repeats, run.states[-repeats:], last))
+        return len(self.known) - 1
+
+    def _like_known(self, runs: dict[int, _Run], labels: np.ndarray) -> None:
+        """Take out runs whose shares of time are those of a known motion without a period."""
+        for index, motion in enumerate(self.known):
+            for n in [*runs] if not motion.period else []:
+                if _alike(motion.points, runs[n].points):
+                    labels[n] = index
+                    motion.watched += self.observation.turns
+                    del runs[n]
+
+    def _without_period(self, runs: dict[int, _Run], labels: np.ndarray) -> None:
+        """Sort runs that have no period: new lasting motions, or unsettled where others like them left."""
+        names, clouds = [*runs], [run.points for run in runs.values()]
+        for group in by_histograms(clouds):
+            members = [names[i] for i in group]
+            lost = any(_alike(runs[n].points, cloud) for n in members[:LEFT] for cloud in self.left)
+            label = UNSETTLED if lost else self._index_of(runs[members[0]])
+            for n in members:
+                labels[n] = label
+            if label >= 0:
+                turns = (1 + self.observation.patience) * self.observation.turns
+                self.known[label].watched += len(members) * turns
+
+    def _index_of(self, run: _Run) -> int:
+        """Index of the motion without a period that a run shows; a new one if it is like none."""
+        for index, motion in enumerate(self.known):
+            if not motion.period and _alike(motion.points, run.points):
+                return index
+        self.known.append(Lasting(0, run.states, run.points))
+        return len(self.known) - 1
+
+
+def _alike(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two sets of points spend half of their time in the same eighths of each coordinate, or more."""
+    first, second = histograms([one, other])
+    return bool(np.minimum(first, second).sum(axis=-1).min() >= SHARED)

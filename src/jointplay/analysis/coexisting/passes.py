@@ -1,0 +1,126 @@
+"""What workers do for `attractors`: find the motions of one value, carry motions there, describe one.
+
+All that is given and given back is plain: lists, numbers, arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, Lasting, Motions
+from jointplay.analysis.coexisting.region import drawn
+from jointplay.analysis.starts import End, placed, state_names
+from jointplay.analysis.states.ends import Observation
+from jointplay.analysis.states.matching import sort_key
+from jointplay.analysis.states.start_plane import Starts, section_of
+from jointplay.analysis.sweeps.attractor import Plan, settle
+from jointplay.analysis.sweeps.points import labelled
+from jointplay.analysis.vary import changed
+from jointplay.errors import InputError
+from jointplay.jobs.job import Entry
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.model import Model
+from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+
+CLOUD = 4  # points of a motion without a period from which it is carried on
+Given = Mechanism | TestSystem
+
+
+def found(
+    mechanism: Given,
+    changes: Mapping[str, float],
+    region: Mapping[str, Sequence[float]],
+    joint: str | None,
+    initial: Any,
+    starts: int,
+    seed: int,
+    observation: Observation,
+) -> Entry:
+    """Motions that last, of starts drawn in a region; counts of starts by where they end."""
+    place = Starts(changed(mechanism, changes), initial, tuple(region), joint)
+    (value,) = changes.values()
+    motions = Motions(place.model, observation)
+    labels = motions.sort([place(values) for values in drawn(region, starts, seed, value)])
+    tolerance = observation.tolerance
+    lasting = sorted(
+        (n for n in range(len(motions.known)) if np.any(labels == n)),
+        key=lambda n: sort_key(motions.known[n].period, motions.known[n].points, tolerance),
+    )
+    ends = {"unsettled": UNSETTLED, "failed": FAILED, "no_start": NO_START}
+    counts = {name: int(np.sum(labels == label)) for name, label in ends.items()}
+    each = [plain(motions.known[n], int(np.sum(labels == n))) for n in lasting]
+    return {"status": 0, "motions": each, "names": list(state_names(place.model))} | counts
+
+
+def plain(motion: Lasting, count: int = 0) -> dict[str, Any]:
+    """A motion with the number of starts that reach it."""
+    return {
+        "period": motion.period,
+        "states": motion.states,
+        "points": motion.points,
+        "watched": motion.watched,
+        "count": count,
+    }
+
+
+def carried(
+    mechanism: Given,
+    changes: Mapping[str, float],
+    initial: Any,
+    known: Sequence[Mapping[str, Any]],
+    sources: Sequence[Mapping[str, Any]],
+    observation: Observation,
+) -> Entry:
+    """Where motions of neighbouring values end at this one: numbers of known motions, or of `new` ones."""
+    here = changed(mechanism, changes)
+    base = assemble(here, initial, section_of(here))
+    lasting = [Lasting(each["period"], each["states"], each["points"]) for each in known]
+    motions = Motions(base, observation, lasting)
+    groups = [[_start(here, base, state, each) for state in _spread(each)] for each in sources]
+    labels = iter(motions.sort([start for group in groups for start in group]).tolist())
+    lands = [[next(labels) for _ in group] for group in groups]
+    kept = sorted({n for group in lands for n in group if n >= len(known)})
+    number = {n: len(known) + i for i, n in enumerate(kept)}
+    lands = [[number.get(n, n) for n in group] for group in lands]
+    return {"status": 0, "lands": lands, "new": [plain(motions.known[n]) for n in kept]}
+
+
+def _spread(source: Mapping[str, Any]) -> np.ndarray:
+    """States from which a motion is carried on: one of a periodic one, several of another."""
+    states = source["states"]
+    count = 1 if source["period"] else min(CLOUD, len(states))
+    return states[np.linspace(len(states) - 1, 0, count).astype(int)]
+
+
+def _start(here: Given, base: Model, state: np.ndarray, source: Mapping[str, Any]) -> Model | None:
+    """A state of another value's motion as a start here; None where it is none."""
+    if tuple(source["names"]) != state_names(base):
+        return None
+    try:
+        return placed(here, End(tuple(source["names"]), state, base.crank_angle), _section(here))
+    except InputError:
+        return None
+
+
+def _section(here: Given) -> CrankAngle | None:
+    return None if section_of(here) is None else CrankAngle()
+
+
+def described(
+    mechanism: Given, changes: Mapping[str, float], initial: Any, motion: Mapping[str, Any], plan: Plan
+) -> Entry:
+    """Section points, contacts and exponents of a motion, as a point of a sweep has them."""
+    here = changed(mechanism, changes)
+    base = assemble(here, initial, section_of(here))
+    section = _section(here)
+    plan = replace(plan, section=section and CrankAngle(angle=base.crank_angle))
+    end = End(state_names(base), motion["states"][-1], base.crank_angle)
+    answer, shown = settle(here, end, plan), motion["period"] or plan.keep
+    answer.pop("end", None)
+    points = answer.get("points", {})
+    answer["points"] = {name: (dims, rows[-shown:], own) for name, (dims, rows, own) in points.items()}
+    return labelled(answer, plan.keep)

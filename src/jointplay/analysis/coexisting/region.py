@@ -1,0 +1,59 @@
+"""A region of initial states: coordinates with their lowest and highest values, and starts drawn in it.
+
+Coordinates are those of `analysis.states.start_plane`, as many as are wanted; all others keep the values of
+the start that the region goes through. Starts are independent and uniform over the region, so that the number
+that reaches an attractor is binomial. Those of a value depend on the seed and on that value alone: a value
+more in a sweep changes no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+
+from jointplay.analysis.states.start_plane import coordinate_problems
+from jointplay.analysis.vary import axes, largest
+from jointplay.errors import Problem, refuse
+from jointplay.mechanism.base import Number, accepts
+from jointplay.mechanism.records import Mechanism, TestSystem
+
+_WORDS = "a table of coordinates, each with its lowest and highest value,"
+Region = Annotated[
+    dict[str, Annotated[tuple[Number, Number], accepts("a lowest and a highest value")]], accepts(_WORDS)
+]
+
+
+def at_largest(mechanism: Mechanism | TestSystem, over: Any) -> Mechanism | TestSystem:
+    """The mechanism with the largest values, by which a region is judged; wrong ones are refused."""
+    try:
+        most = {key: [max(values)] for key, values in over.items()}
+    except (TypeError, ValueError):
+        raise refuse(over, "lists of numbers are accepted", "over") from None
+    axes(mechanism, most)
+    return largest(mechanism, over)
+
+
+def one_parameter(mechanism: Mechanism | TestSystem, over: Any) -> Iterator[Problem]:
+    """Yield the problems of what is varied: one parameter is accepted."""
+    varied = axes(mechanism, over)
+    if len(varied) != 1:
+        yield Problem("over", [axis.key for axis in varied], "one parameter is accepted")
+
+
+def region_fits(varied: Mechanism | TestSystem, region: Region, joint: str | None, initial: Any):
+    """Yield the problems of a region."""
+    if not region:
+        yield Problem("region", region, f"{_WORDS} is accepted")
+    yield from coordinate_problems("region", varied, region, joint, initial)
+    for name, (low, high) in region.items():
+        if not low < high:
+            yield Problem(f"region.{name}", [low, high], "a lowest and a highest value above it are accepted")
+
+
+def drawn(region: Mapping[str, Sequence[float]], count: int, seed: int, value: float) -> np.ndarray:
+    """Coordinates of starts at a value of the varied parameter, shape (count, coordinates)."""
+    bits = np.array([value], dtype=float).view(np.uint32)
+    low, high = np.array(list(region.values()), dtype=float).T
+    return np.random.default_rng([seed, *bits.tolist()]).uniform(low, high, (count, len(low)))

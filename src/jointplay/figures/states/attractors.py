@@ -1,0 +1,120 @@
+"""Attractors over a parameter: points in a colour for each motion, exponents, fractions as bands."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from xarray import DataArray, Dataset
+
+from jointplay.display.units import Shown
+from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.registry import picture
+from jointplay.figures.sweeps.bifurcation import ERRORS, SIZES, sought
+
+# dark and light in turn: a grey print tells neighbours
+COLOURS = (style.BLUE, style.AMBER, "#5b0f0f", "#56b4e9", "#007a53", "#cc79a7", "#3b1f6b", "#9a9a3c")
+REST, UNSETTLED = (
+    "#bdbdbd",
+    {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0},
+)
+NAMED = 4  # periods of a motion in the legend
+ROWS = {"points": 2.0, "exponents": 1.0, "fractions": 1.0}
+
+
+@picture()
+def attractors(
+    dataset: Dataset, *, quantity: str | None = None, link: str | None = None, joint: str | None = None
+) -> Figure:
+    """Draw section points over the parameter, a colour for each motion; below, exponents and fractions.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.attractors` returned.
+    quantity : str, optional
+        The recorded quantity, or a test system's state by its name.
+    link, joint : str, optional
+        Of which link or joint; by default the first.
+    """
+    select.require(dataset, "attractors", ("fraction", "fraction_unsettled"))
+    colours, (name, _) = coloured(dataset), dataset["fraction"].dims
+    panels = ["points", *["exponents"] * (sweep_axes.exponents(dataset) is not None), "fractions"]
+    figure = style.sheet(180.0, 46.0 + 32.0 * len(panels))
+    axes = figure.subplots(
+        len(panels), 1, sharex=True, squeeze=False, height_ratios=[ROWS[p] for p in panels]
+    )
+    axes = dict(zip(panels, axes[:, 0], strict=True))
+    array = sought(dataset, quantity)
+    array = select.labelled_slice(array, dataset, (name, "identity", "point"), link=link, joint=joint)
+    unit = sweep_axes.parameter_axis(axes["fractions"], dataset[name])
+    points(axes["points"], array, dataset[name], unit, colours)
+    if "exponents" in axes:
+        exponents(axes["exponents"], dataset, name, unit, colours)
+    fractions(axes["fractions"], dataset, name, unit, colours)
+    figure.legend(handles=legend(dataset, colours), loc="outside lower left", ncols=3)
+    return artists.finish(figure, dataset)
+
+
+def coloured(dataset: Dataset) -> dict[int, str]:
+    """Return the colour of each motion: those with the largest shares have one of their own."""
+    total = dataset["fraction"].fillna(0.0).sum(dataset["fraction"].dims[0]).values
+    order = np.argsort(-total, kind="stable")[: len(COLOURS)]
+    own = dict(zip(sorted(dataset["identity"].values[order].tolist()), COLOURS, strict=False))
+    return {number: own.get(number, REST) for number in dataset["identity"].values.tolist()}
+
+
+def points(ax: Axes, array: DataArray, axis: DataArray, unit: Shown, colours: dict[int, str]) -> None:
+    """Draw section points of every motion."""
+    _, y_unit = artists.displayed(array)
+    size = float(np.interp(np.count_nonzero(np.isfinite(array.values)), SIZES[0], SIZES[1]))
+    for number, colour in colours.items():
+        y = array.sel(identity=number).transpose(axis.name, "point").values * y_unit.factor
+        x = np.broadcast_to((axis.values * unit.factor)[:, None], y.shape)
+        look = {"color": colour, "markersize": size, "markeredgewidth": 0, "rasterized": True}
+        ax.plot(x[np.isfinite(y)], y[np.isfinite(y)], "o", linestyle="none", **look)
+    artists.name_y(ax, array, y_unit, longest=30)
+
+
+def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[int, str]) -> None:
+    """Draw the largest exponent of every motion, with its error band where it has no period."""
+    means, errors = (each.isel(number=0) for each in sweep_axes.exponents(dataset))
+    x = dataset[name].values * unit.factor
+    ax.axhline(0.0, color=style.GREY, linewidth=0.6)
+    for number, colour in colours.items():
+        y, error = means.sel(identity=number).values, ERRORS * errors.sel(identity=number).values
+        periodic = dataset["period"].sel(identity=number).values > 0
+        error = np.where(periodic, 0.0, error)  # there the standard error exaggerates
+        artists.curve(ax, x, y, color=colour, linestyle="-")
+        ax.fill_between(x, y - error, y + error, color=colour, alpha=0.25, linewidth=0)
+    ax.set_ylabel("Largest exponent\nper turn (\N{EN DASH})")
+
+
+def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[int, str]) -> None:
+    """Draw fractions of the starts as bands, one on the other; on top those that did not settle."""
+    x = sweep_axes.edges(dataset[name].values * unit.factor)
+    shares = dataset["fraction"].transpose("identity", name).fillna(0.0).values
+    rows = [*zip(shares, ({"color": c, "linewidth": 0} for c in colours.values()), strict=True)]
+    rows.append((dataset["fraction_unsettled"].fillna(0.0).values, UNSETTLED))
+    below = np.zeros(len(x) - 1)
+    for share, look in rows:
+        sides = (np.append(each, each[-1]) for each in (below, below + share))
+        ax.fill_between(x, *sides, step="post", **look)
+        below = below + share
+    ax.set(ylim=(0, 1), xlim=x[[0, -1]], ylabel="Fraction of\nthe starts (\N{EN DASH})")
+
+
+def legend(dataset: Dataset, colours: dict[int, str]) -> list[Patch]:
+    """Return an entry a motion: the periods that it has."""
+    entries = []
+    for number, colour in colours.items():
+        if colour != REST:
+            found = np.unique(dataset["period"].sel(identity=number).values)
+            periods = [str(p) if p else "none" for p in found if p >= 0]
+            periods = [*periods[:NAMED], *["\N{HORIZONTAL ELLIPSIS}"] * (len(periods) > NAMED)]
+            label = f"{number}: period {', '.join(periods)}"
+            entries.append(Patch(color=colour, label=label))
+    if rest := sum(colour == REST for colour in colours.values()):
+        entries.append(Patch(color=REST, label=f"{rest} more"))
+    if (dataset["fraction_unsettled"] > 0).any():
+        entries.append(Patch(label="not settled", **UNSETTLED))
+    return entries

@@ -1,0 +1,50 @@
+"""Answers of motions that exist beside each other."""
+
+import numpy as np
+from xarray import Dataset
+
+from jointplay.display import codes
+from jointplay.display.number_text import plain
+from jointplay.display.units import measure
+
+LISTED = 3  # motions named in a line
+
+
+def attractors(dataset: Dataset) -> str:
+    """Return how many motions there are, the most likely ones, and where some begin and end."""
+    share = dataset["fraction"]
+    name, _ = share.dims
+    if not share.size:
+        return "no attractor found"
+    there = dataset["period"].values >= 0
+    most = there.sum(axis=1)
+    lines = [
+        f"{_several(dataset.sizes['identity'], 'motion')}, at most {most.max()} beside each other "
+        f"({_at(dataset, name, int(most.argmax()))})"
+    ]
+    order = np.argsort(-np.nansum(share.values, axis=0), kind="stable")
+    lines.append("; ".join(_motion(dataset, name, int(n), there[:, n]) for n in order[:LISTED]))
+    kinds, counts = np.unique(codes.words(dataset["change_kind"]).values, return_counts=True)
+    told = [_several(int(n), str(kind)) for kind, n in zip(kinds, counts, strict=True)]
+    unsettled = float(dataset["fraction_unsettled"].max())
+    told += [f"up to {plain(100 * unsettled, 2)} % of the starts did not settle"] if unsettled > 0 else []
+    return "\n".join([*lines, *([", ".join(told)] if told else [])])
+
+
+def _several(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def _at(dataset: Dataset, name: str, place: int) -> str:
+    axis = dataset[name]
+    return f"{name} {measure(float(axis.values[place]), str(axis.attrs.get('units', '1')))}"
+
+
+def _motion(dataset: Dataset, name: str, n: int, there: np.ndarray) -> str:
+    """A motion with its periods, where it is, and its largest fraction."""
+    one, places = dataset.isel(identity=n), np.flatnonzero(there)
+    periods = np.unique(one["period"].values[places])
+    text = ", ".join(str(p) if p else "none" for p in periods[:LISTED])
+    ends = f"from {_at(dataset, name, places[0])} to {_at(dataset, name, places[-1])}"
+    best = 100 * float(np.nanmax(one["fraction"].values[places]))
+    return f"{int(one['identity'])}: period {text}, {ends}, up to {plain(best, 3)} % of the starts"
