@@ -182,6 +182,16 @@ _ROWS = (
         example={"analysis": {"transient": 20, "turns": 300}},
     ),
     Kind(
+        "covariant",
+        ".analysis.exponents.covariant:covariant",
+        ("covariant",),
+        "{turns} turns after {transient} dropped turns, and {settling} after them",
+        (Shown("covariant_exponent_per_turn"), Shown("covariant_exponent")),
+        tangents=True,
+        summary=".results.answers.covariant:covariant",
+        example={"analysis": {"turns": 100}},
+    ),
+    Kind(
         "chaos_test",
         ".analysis.signals.chaos_test:chaos_test",
         ("chaos_test",),

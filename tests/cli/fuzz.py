@@ -30,6 +30,7 @@ BRIEF = {  # kinds that are run, and what makes them short
     "response": ["analysis.turns=2"],
     "section": ["analysis.turns=2"],
     "lyapunov": ["analysis.turns=2"],
+    "covariant": ["analysis.turns=2", "analysis.settling=1"],
     "chaos_test": ["analysis.turns=20"],
     "spectrum": ["analysis.turns=2", "analysis.segments=2"],
     "dimension": ["analysis.turns=40"],

@@ -14,6 +14,7 @@ import xarray as xr
 from matplotlib.colors import to_hex
 
 from jointplay import catalog, figures
+from tests.figures.exponents.test_covariant_figure import vectors
 from tests.figures.exponents.test_lyapunov_figure import exponents
 from tests.figures.lab.test_work_precision import works
 from tests.figures.signals.test_chaos_figures import counted, density, judged
@@ -73,6 +74,7 @@ PICTURES = {
     "bifurcation of starts": lambda: (sweep(directions=("reset",), starts=3, exponents=0), {}),
     "parameter_map": lambda: (sweep(("reset",), over=("clearance", "gear_ratio")), {"kind": "parameter_map"}),
     "lyapunov": lambda: (exponents(), {}),
+    "covariant": lambda: (vectors(), {}),
     "chaos_test": lambda: (judged(), {}),
     "spectrum": lambda: (density(), {}),
     "dimension": lambda: (counted(), {}),

@@ -24,6 +24,7 @@ OWN = {  # what only this kind has
         "error": 0.5,
         "transient": 1,
     },
+    "covariant": {"exponents": 2, "turns": 4, "transient": 1, "settling": 2},
     "chaos_test": {"quantity": "v", "turns": 120, "every": 1, "frequencies": 7, "seed": 3, "tolerance": 1e-3},
     "spectrum": {"quantity": "v", "turns": 8, "samples_per_turn": 32, "segments": 3, "window": "boxcar"},
     "dimension": {"quantities": ["v", "y"], "turns": 150, "window": 4, "shares": [1e-3, 1e-1]},
@@ -73,6 +74,8 @@ def test_what_is_asked_for_is_done():
     [
         ("lyapunov", {"exponents": 3}, {"analysis.exponents"}),
         ("lyapunov", {"exponents": "some"}, {"analysis.exponents"}),
+        ("covariant", {"exponents": 3}, {"analysis.exponents"}),
+        ("covariant", {"settling": 0}, {"analysis.settling"}),
         ("lyapunov", {"twin_turns": -1, "error": 0.0}, {"analysis.twin_turns", "analysis.error"}),
         ("lyapunov", {"duration": 1.0}, {"analysis.turns"}),
         ("lyapunov", {"record": ["y"], "section": {}}, {"analysis.record", "analysis.section"}),

@@ -29,6 +29,7 @@ ANALYSIS = {
     "response": "turns = 2\nsteps = true",
     "section": "turns = 5",
     "lyapunov": "turns = 10",
+    "covariant": "turns = 10\nsettling = 3\ntransient = 3",
     "chaos_test": "turns = 60\ntransient = 5",
     "spectrum": 'turns = 16\nquantity = "v"',
     "dimension": "turns = 120",

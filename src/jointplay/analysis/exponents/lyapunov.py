@@ -34,25 +34,28 @@ from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
 TRACE = ("lyapunov_trace", "lyapunov_trace_error", "block_time")  # what a run that failed still tells
 
 
-def _number_or_all(given: Any) -> Any:
+def number_or_all(given: Any) -> Any:
+    """Refuse what is no number of exponents."""
     if given == "all" or (isinstance(given, int) and not isinstance(given, bool) and given >= 1):
         return given
     raise refuse(given, 'a whole number greater than 0, or "all", is accepted')
 
 
-def _exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
+def exponents_fit(mechanism: Mechanism | TestSystem, exponents: int | str) -> Iterator[Problem]:
+    """Yield a problem where more exponents are asked for than there are."""
     if exponents in (1, "all"):
         return
-    if exponents > (states := _directions(assemble(mechanism))):
+    if exponents > (states := directions(assemble(mechanism))):
         yield Problem("exponents", exponents, f'a whole number from 1 to {states}, or "all", is accepted')
 
 
-def _directions(model: Model) -> int:
+def directions(model: Model) -> int:
     """How many exponents there are: what laws of contact remember is no direction of its own."""
     return len(model.state) - model.memories
 
 
-def _steady(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
+def steady(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
+    """Yield a problem where the drive's motion passes."""
     if isinstance(mechanism, Mechanism) and mechanism.drive and mechanism.drive.transient:
         expected = "a drive that imposes no passing motion is accepted: exponents are of what goes on"
         yield Problem("mechanism.drive.kind", mechanism.drive.kind, expected)
@@ -65,11 +68,11 @@ def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[P
         yield from rules.turns_alike(mechanism)
 
 
-@analysis(rules.length_fits, _exponents_fit, _steady, _twins_fit, deferred=[rules.start_fits])
+@analysis(rules.length_fits, exponents_fit, steady, _twins_fit, deferred=[rules.start_fits])
 def lyapunov(
     mechanism: Moving,
     *,
-    exponents: Annotated[int | str, BeforeValidator(_number_or_all)] = 1,
+    exponents: Annotated[int | str, BeforeValidator(number_or_all)] = 1,
     turns: Length | None = None,
     duration: Duration | None = None,
     transient: Before = 0,
@@ -146,7 +149,7 @@ def lyapunov(
     guard at an event relative to the terms that it is a sum of: near 0, exponents are uncertain.
     """
     model = rules.model_for(mechanism, initial)
-    count = _directions(model) if exponents == "all" else int(exponents)
+    count = directions(model) if exponents == "all" else int(exponents)
     begin = transient * model.period
     span = duration if turns is None else turns * model.period
     request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))

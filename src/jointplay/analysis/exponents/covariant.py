@@ -1,0 +1,170 @@
+"""Covariant Lyapunov vectors through contact: which directions grow and shrink, and what moves in them.
+
+Each exponent has a direction of its own that the tangent flow, with the jumps at every event, takes into
+itself: a small push along the first one grows for good, one along the last only decays. They are found from a
+forward run with a frame and a backward pass over its record (`covariant_vectors`, `covariant_record`). Shares
+of crank, play and bending in each tell where it lives (`participation`).
+
+The record is that of a window of turns: each pass goes back over twice the settling time and gives the
+vectors of the first half, whose record is then dropped. Memory grows by the section points alone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Annotated
+
+import numpy as np
+import xarray as xr
+from pydantic import BeforeValidator
+
+from jointplay.analysis import rules
+from jointplay.analysis.evaluate import dataset, described, scalars
+from jointplay.analysis.exponents.covariant_dataset import Findings, Vectors
+from jointplay.analysis.exponents.covariant_record import Block, Recorder
+from jointplay.analysis.exponents.covariant_vectors import angles_between, backward, start
+from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
+from jointplay.analysis.exponents.stretching import frame
+from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.tangents import TIGHT, Bundle, scales
+from jointplay.analysis.trajectory import Request, counts
+from jointplay.mechanism.base import Natural
+from jointplay.mechanism.records import TestSystem
+
+
+@analysis(rules.length_fits, exponents_fit, steady, deferred=[rules.start_fits])
+def covariant(
+    mechanism: Moving,
+    *,
+    exponents: Annotated[int | str, BeforeValidator(number_or_all)] = "all",
+    turns: Length | None = None,
+    duration: Duration | None = None,
+    transient: Before = 20,
+    settling: Length = 20,
+    rtol: Rtol = 1e-8,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Give the covariant Lyapunov vectors of a motion, and what takes part in each.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    exponents : int or "all"
+        How many vectors, those of the largest exponents first.
+    turns, duration : float
+        Length after the transient: nominal turns of the crank (or forcing periods, or time scales of a system
+        that nothing turns), or s. One of them.
+    transient : float
+        Turns that motion and tangents are followed first.
+    settling : float
+        Turns that are followed after the stretch, over which the vectors settle backward; of twice as many a
+        record is kept at a time.
+    rtol, initial, max_steps, progress
+        As in `simulate`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``vector``: ``covariant_exponent`` and ``covariant_standard_error`` (1/s; also ``…_per_turn``
+        where something turns), ``covariant_batch_correlation``; ``lyapunov_exponent`` and
+        ``lyapunov_standard_error`` of the frame's growth beside them; ``mean_share`` and
+        ``mean_share_standard_error``, also over ``part``; ``settling_residual`` (rad). Over ``turn``, the
+        section points: ``time``, ``section_state`` (SI units) and ``covariant_vector`` (of unit length in
+        units of the states' scales), both by ``component``, ``share``, ``splitting_angle`` (rad, over
+        ``splitting``: between the first so many vectors and all others); ``neutral_angle`` (rad) of the
+        vector number ``neutral_vector`` with the motion itself, where nothing outside keeps the time.
+        ``smallest_angle`` over ``splitting``; ``lost``, the directions that events took away, which have no
+        vectors; ``turn_period``, ``block_spread``, ``grazing``, ``status``. Of a run that failed, only the
+        last three.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+
+    Notes
+    -----
+    Sections are those at the crank's first angle, or at a forcing's first phase; in a system that nothing
+    turns, points are a time scale apart. ``settling_residual`` is the largest angle, at the ends of windows,
+    between vectors from two beginnings of the backward pass: it says how well they are known. It stays large
+    where two exponents are equal. ``block_spread`` is the largest ln of the ratio of two directions' growth
+    before they were made orthonormal: above 20, the last vectors are inaccurate. Angles are measured in units
+    of the states' scales; exponents do not depend on these. What shares are shares of is their attribute
+    ``norm``: of a linkage with play, an energy of the motion of the crank, of each joint's journal in its
+    bearing and of bending, each by itself; else the squares of the vector's components.
+    """
+    model = rules.model_for(mechanism, initial)
+    began, count = time.perf_counter(), directions(model) if exponents == "all" else int(exponents)
+    begin, window = transient * model.period, settling * model.period
+    until = begin + (duration if turns is None else turns * model.period)
+    request = Request(until + window, rtol, max_steps=rules.steps(max_steps))
+    bundle = Bundle(model, request, frame(count, scales(model), model.memories), TIGHT)
+
+    def tell() -> None:
+        if progress is not None:
+            progress(bundle.time / request.duration)
+
+    status, recorder, found = bundle.advance(begin, tell), Recorder(bundle), Findings(model, begin, until)
+    if status == 0:
+        for vectors, residual in _settled(recorder, begin, until, window, tell):
+            found.add(vectors, residual)
+        status = recorder.status
+    turning = not (isinstance(mechanism, TestSystem) and mechanism.period is None)
+    variables = found.variables(turning) if status == 0 else {}
+    lost = np.int64(count - found.count if status == 0 else 0)
+    variables |= described(
+        {
+            "lost": ((), lost, "1", "directions that events took away"),
+            "grazing": ((), bundle.grazing, "1", "smallest relative approach to a guard"),
+            "block_spread": (
+                (),
+                recorder.spread,
+                "1",
+                "largest spread of directions' growth (ln) in a block",
+            ),
+        }
+    )
+    ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
+    variables |= scalars(model, SimpleNamespace(**ended))
+    return dataset(model, variables, found.coordinates() if status == 0 else {}, "covariant")
+
+
+def _settled(
+    recorder: Recorder, begin: float, until: float, window: float, tell: Callable[[], None]
+) -> Iterator[tuple[list[Vectors], np.ndarray]]:
+    """Follow the stretch and a window after it: vectors over its blocks, window by window, with residuals."""
+    kept, edge = [], min(begin + window, until)
+    for block in recorder.blocks(until + window, tell):
+        kept.append(block)
+        while kept and block.time >= edge + window:
+            done = sum(each.time <= edge for each in kept)
+            yield _solved(kept, done)
+            if edge >= until:
+                return
+            kept, edge = kept[done:], min(edge + window, until)
+
+
+def _solved(blocks: list[Block], done: int) -> tuple[list[Vectors], np.ndarray]:
+    """Vectors over the first `done` blocks, and how far those from two beginnings differ where these end."""
+    one, other = (list(_back(blocks[first:], seed)) for first, seed in ((0, 1), (done, 2)))
+    ends = [C for C, _ in one[1:]] + [start(len(blocks[-1].R), 1)]
+    given = zip(blocks[:done], ends[:done], [growth for _, growth in one[:done]], strict=True)
+    later = start(len(blocks[-1].R), 2) if done == len(blocks) else other[0][0]
+    here = ends[done - 1]
+    shared = min(here.shape[1], later.shape[1])
+    residual = angles_between(here[:shared, :shared], later[:shared, :shared])
+    return [Vectors(block, C, growth) for block, C, growth in given], residual
+
+
+def _back(blocks: list[Block], seed: int) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Columns at the beginning of each block, and their growth over it, from one end of the pass."""
+    C = start(len(blocks[-1].R), seed) if blocks else np.eye(0)
+    found = list(backward((block.R for block in reversed(blocks)), C))[::-1]
+    for block, (_, growth) in zip(blocks, found, strict=True):
+        growth[-1] += block.below
+    return found
