@@ -256,6 +256,22 @@ _ROWS = (
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
     ),
     Kind(
+        "gradient",
+        ".analysis.gradients.gradient:gradient",
+        ("gradient",),
+        "{turns} turns",
+        (Shown("relative_sensitivity", (("quantity", "largest"), ("parameter", "largest"))),),
+        summary=".results.answers.gradients:gradient",
+        example={
+            "mechanism": {"clearance": 2.9e-5},
+            "analysis": {
+                "of": ("largest:normal_force:B", "time"),
+                "by": ("clearance", "gear_ratio"),
+                "orbit": True,
+            },
+        },
+    ),
+    Kind(
         "assess",
         ".analysis.assessment.assess:assess",
         ("assess",),
