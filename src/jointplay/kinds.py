@@ -300,6 +300,22 @@ _ROWS = (
         },
     ),
     Kind(
+        "gradient",
+        ".analysis.gradients.gradient:gradient",
+        ("gradient",),
+        "{turns} turns",
+        (Shown("relative_sensitivity", (("quantity", "largest"), ("parameter", "largest"))),),
+        summary=".results.answers.gradients:gradient",
+        example={
+            "mechanism": {"clearance": 2.9e-5},
+            "analysis": {
+                "of": ("largest:normal_force:B", "time"),
+                "by": ("clearance", "gear_ratio"),
+                "orbit": True,
+            },
+        },
+    ),
+    Kind(
         "assess",
         ".analysis.assessment.assess:assess",
         ("assess",),

@@ -54,7 +54,21 @@ def compared() -> xr.Dataset:
     return xr.Dataset(data, {"quantity": ["angle", "speed", "force"]}, {"kind": "benchmark"})
 
 
+def leaning() -> xr.Dataset:
+    """Two quantities by three parameters, one of which the second does not depend on."""
+    slopes = np.array([[2.0, -0.5, 0.1], [0.3, 0.0, -0.2]])
+    both = ("quantity", "parameter")
+    data = {"derivative": (both, 10 * slopes), "error": (both, 0.5 * np.abs(slopes))}
+    data |= {
+        "relative_sensitivity": (both, slopes),
+        "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
+    }
+    names = {"quantity": ["largest:normal_force:B", "time"], "parameter": ["clearance", "speed", "friction"]}
+    return xr.Dataset(data, names, {"kind": "gradient"})
+
+
 PICTURES = {
+    "gradient": lambda: (leaning(), {}),
     "time_history": lambda: (response(), {"kind": "time_history"}),
     "time_history of turns": lambda: (response(), {"kind": "time_history", "turns": [1, 3], "axis": "angle"}),
     "time_history of a system": lambda: (oscillator(), {}),

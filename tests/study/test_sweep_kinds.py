@@ -37,6 +37,7 @@ ANALYSIS = {
     "continuation": 'parameter = "restitution"\nrange = [0.7, 0.85]\nmax_points = 5',
     "curve": "plane = { restitution = [0.7, 0.85], gap = [2.8, 3.4] }\ntransient = 20\nmax_points = 5",
     "sensitivity": "turns = 40",
+    "gradient": "turns = 1",
     "basins": "plane.y = [-1.0, 1.0]\nplane.v = [0.0, 1.0]\ntransient = 5\nturns = 4\npatience = 0",
 }
 SINGLE = {

@@ -65,7 +65,7 @@ class Quantities:
     def _evaluated(self, keys: list[str], rows: np.ndarray) -> dict[str, np.ndarray]:
         """Outputs of the structure's program, one value a row."""
         keys = [key for key in keys if key in self.module.OUTPUTS]
-        values = outputs.evaluate(self.module, keys, self._given(rows)) if keys else {}
+        values = outputs.evaluate(self.module, keys, self.given(rows)) if keys else {}
         return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
 
     def _labels(self, of: str | None) -> tuple[str, ...]:
@@ -80,7 +80,7 @@ class Quantities:
             return f"state:{label}"
         return f"{name}:{label}" if label else name
 
-    def _given(self, rows: np.ndarray) -> dict[str, Any]:
+    def given(self, rows: np.ndarray) -> dict[str, Any]:
         """Symbols of the program: state, parameters, masks."""
         given = dict(zip(self.module.STATE, rows[:, : self._n_state].T, strict=True))
         given |= dict(zip(self.module.PARAMETERS, self.model.numbers, strict=True))

@@ -151,15 +151,29 @@ class Bundle:
 
     def rate(self) -> np.ndarray:
         """Rate of the state where the run stands."""
+        x, o = self.x, self.o
+        first = o.first + 1 + o.n_q + o.n
+        return np.concatenate([x.s[1 + o.n_q : 1 + 2 * o.n_q], self._rows()[first : first + o.n]])
+
+    def powers(self) -> np.ndarray:
+        """Rates of the works where the run stands, of a model without a section."""
+        first = self.o.guards + len(self.x.fired)
+        return self._rows()[first : first + len(self.x.work)]
+
+    def _rows(self) -> np.ndarray:
+        """What the equations give where the run stands, by lane row."""
         from jointplay.numerics.modes import mask, variant_of
 
-        module, x, o = cache.structure_module(self.model.structure), self.x, self.o
-        n_x, w = o.n_q + o.n, np.zeros_like(self.k.w)
+        module, x, w = cache.structure_module(self.model.structure), self.x, np.zeros_like(self.k.w)
         module.trig(x.s, x.p)
         mask(x.modes, x.m)
         module.rate(variant_of(x.modes), w, x.s, x.p, x.m)
-        accelerations = w[8 * (o.first + 1 + n_x) :].reshape(-1, 8)[: o.n, 7]
-        return np.concatenate([x.s[1 + o.n_q : 1 + o.n_q + o.n_q], accelerations])
+        return w.reshape(-1, 8)[:, 7]
+
+    @property
+    def recorded(self) -> np.ndarray:
+        """Where the run stands, as a record's row: time, positions, speeds, modes, works."""
+        return np.concatenate([self.x.s[: 1 + len(self.x.absolute)], self.x.modes, self.x.work])
 
     @property
     def vectors(self) -> np.ndarray:

@@ -1,0 +1,176 @@
+"""Quantities of a motion over some turns, with their derivatives in all directions at once.
+
+The motion is followed with tangents that the directions drive (numerics.tangent), stopping where quantities
+are looked at. With F the rate of the state and t' the derivative of the time at which that is,
+
+    end                 dq = q_x (y + F t') + q_t t' + q_p
+    largest, smallest   the same with t' = 0 within a piece; at an event t' = -(h_x y + h_p) / (h_t + h_x F)
+    work                dW = the tangents' own, + P t'
+    time                t' of the end: by the crank's angle -y_c / F_c, by a phase that of the period
+
+and what impacts took is what the works leave over. All of it follows to first order and is exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.analysis.gradients.at_points import derivatives, values
+from jointplay.analysis.gradients.directions import Directions
+from jointplay.analysis.gradients.peaks import Peak, peak
+from jointplay.analysis.gradients.wanted import Quantity
+from jointplay.analysis.guard_tolerances import clearances_squared
+from jointplay.analysis.orbits.orbit_events import BEGINS, KIND, PLACE, approach_speeds
+from jointplay.analysis.quantities import WORK
+from jointplay.analysis.tangents import TIGHT, Bundle
+from jointplay.analysis.trajectory import Request, follow
+from jointplay.equations.structure import powers
+from jointplay.mechanism.model import Model
+
+ENERGIES = ("kinetic_energy", "potential_energy")
+LOOSER = 1e-2  # tolerance of the tangents' iteration, in those of a step
+BESIDE = 8e-15  # of the time (or the period): so near to an event a run stops before and after it
+
+
+@dataclass(frozen=True)
+class Run:
+    """A motion from the model's start, over a time that may depend on the parameters.
+
+    Parameters
+    ----------
+    model : Model
+        At its start; with powers where works are wanted, without a section.
+    directions : Directions
+        With the start's derivatives.
+    end : float
+        Time at which it ends, s.
+    turns : float
+        How many that are.
+    place : int or None
+        Index of the state that is the same at the end, whatever the time; None where time is as `directions`
+        say.
+    rtol : float
+        Relative tolerance of a step.
+    limit : int
+        Attempted steps after which a run stops.
+    """
+
+    model: Model
+    directions: Directions
+    end: float
+    turns: float
+    place: int | None
+    rtol: float
+    limit: int
+
+    def quantities(self, wanted: list[Quantity]) -> tuple[np.ndarray, np.ndarray, float]:
+        """Values, derivatives (quantities, directions), and how near an event came to grazing.
+
+        Raises
+        ------
+        ArithmeticError
+            With the status, if the motion did not get to its end.
+        """
+        stops = [(self._peak(each), each) for each in wanted if each.how in ("largest", "smallest")]
+        bundle, found = self._bundle(), {}
+        begin = bundle.recorded
+        for at, each in sorted(stops, key=lambda stop: stop[0].time):
+            if at.where != "end":
+                found[each] = self._at(bundle, at, each.key)
+        self._advance(bundle, self.end)
+        found |= self._at_end(bundle, begin, [each for each in wanted if each not in found])
+        both = [found[each] for each in wanted]
+        return np.array([v for v, _ in both]), np.array([d for _, d in both]), bundle.grazing
+
+    def _bundle(self) -> Bundle:
+        none = np.zeros((0, len(self.model.state)))
+        request = Request(self.end, self.rtol, max_steps=self.limit)
+        tolerance = max(TIGHT, LOOSER * self.rtol)
+        return Bundle(self.model, request, none, tolerance, directions=self.directions)
+
+    def _advance(self, bundle: Bundle, until: float) -> None:
+        if status := bundle.advance(until):
+            raise ArithmeticError(status)
+
+    def _peak(self, wanted: Quantity) -> Peak:
+        sign = 1.0 if wanted.how == "largest" else -1.0
+        return peak(self.model, wanted.key, sign, self.end, self.turns, self.rtol, self.limit)
+
+    def _at(self, bundle: Bundle, at: Peak, key: str) -> tuple[float, np.ndarray]:
+        """Value and derivatives of a quantity at an extreme value."""
+        still = np.zeros(len(self.directions))
+        if at.where in ("within", "start"):
+            self._advance(bundle, at.time)
+            return self._here(bundle.recorded, key, bundle.vectors, still)
+        beside = BESIDE * max(at.time, self.model.period)
+        self._advance(bundle, at.time - beside)
+        y, row, rate = bundle.vectors, bundle.recorded, bundle.rate()
+        self._advance(bundle, at.time + beside)
+        n_x, h = len(rate), bundle.y.gradient
+        times = -(y @ h[1 : 1 + n_x] + h[1 + n_x :]) / (h[0] + h[1 : 1 + n_x] @ bundle.y.before)
+        if at.where == "after":
+            y, row, rate = bundle.vectors, bundle.recorded, bundle.rate()
+        return self._here(row, key, y + np.outer(times, rate), times)
+
+    def _here(self, row: np.ndarray, key: str, dx: np.ndarray, dt: np.ndarray) -> tuple[float, np.ndarray]:
+        value = float(values(self.model, row[None, :], key)[0])
+        return value, derivatives(self.model, row, key, dx, dt, self.directions)
+
+    def _at_end(self, bundle: Bundle, begin: np.ndarray, wanted: list[Quantity]) -> dict[Quantity, tuple]:
+        rate, y = bundle.rate(), bundle.vectors
+        times = self.turns * self.directions.periods
+        if self.place is not None:
+            times = -y[:, self.place] / rate[self.place]
+        dx, row, found = y + np.outer(times, rate), bundle.recorded, {}
+        names = powers(self.model.structure)[: len(bundle.x.work)]
+        works = dict(zip(names, zip(bundle.x.work, _works(bundle, times).T, strict=True), strict=True))
+        for each in wanted:
+            if each.how == "time":
+                found[each] = self.end, times
+            elif each.how == "work":
+                found[each] = works[each.key]
+            elif each.how == "impact_loss":
+                found[each] = self._lost(works, (row, dx, times), (begin, self.directions.starts, 0 * times))
+            else:
+                found[each] = self._here(row, each.key, dx, times)
+        return found
+
+    def _lost(self, works: dict[str, tuple], after: tuple, before: tuple) -> tuple[float, np.ndarray]:
+        """What the works leave over of the change of energy."""
+        value, slope = 0.0, np.zeros(len(self.directions))
+        for word, (work, rates) in works.items():
+            value, slope = value + WORK[word][1] * work, slope + WORK[word][1] * rates
+        for sign, (row, dx, dt) in ((-1, after), (1, before)):
+            for key in ENERGIES:
+                energy, rates = self._here(row, key, dx, dt)
+                value, slope = value + sign * energy, slope + sign * rates
+        return value, slope
+
+
+def _works(bundle: Bundle, times: np.ndarray) -> np.ndarray:
+    if not len(bundle.x.work):
+        return np.zeros((len(times), 0))
+    return bundle.works + np.outer(times, bundle.powers())
+
+
+def nearness(run: Run) -> tuple[float, float, float]:
+    """Slowest beginning of a contact, time between events of two contacts, gap left in flight: the smallest.
+
+    Over the fastest, the period, and the clearance (of a test system 1). Infinite where there are none.
+    """
+    model = run.model
+    request = Request(run.end, run.rtol, events=True, misses=True, log_from=0.0, max_steps=run.limit)
+    records = follow(model, request)
+    events, misses = records.events, records.misses
+    order = events[np.argsort(events[:, 2], kind="stable")]
+    apart = np.diff(order[:, 2])[np.diff(order[:, 0]) != 0]
+    units = np.array(model.clearances or np.ones(len(model.joints) + len(model.resets)))
+    soft = len(model.structure.soft_joints if model.links else model.joints)
+    centred = np.isfinite(clearances_squared(model, soft))
+    units[:soft] *= np.where(centred, 2 * units[:soft], 1.0)  # r^2 - e^2 is watched
+    shares = np.abs(misses[:, 1]) / units[misses[:, 0].astype(int)]
+    speeds = approach_speeds(model, np.insert(events, PLACE, 0.0, axis=1))[np.isin(events[:, KIND], BEGINS)]
+    slowest = float(np.min(speeds / np.max(speeds, initial=0.0), initial=np.inf))
+    return slowest, float(np.min(apart, initial=np.inf)) / model.period, float(np.min(shares, initial=np.inf))

@@ -1,0 +1,71 @@
+"""Where a quantity is largest in a motion: within a smooth piece, or on one side of an event, or at an end.
+
+The motion is followed again, sampled closer about the largest value so far: motions are the same each time,
+samples do not change steps. Within a piece the place is the top of a polynomial through many samples of a
+more exact run, since the derivative of a largest value is exact only there.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from jointplay.analysis.gradients.at_points import values
+from jointplay.analysis.trajectory import Records, Request, follow
+from jointplay.mechanism.model import Model
+
+SAMPLES, CLOSER, ROUNDS = 4096, 33, 2  # of a turn; about the largest; how often
+DEGREE, SHARPER, LEAST = 6, 1e-2, 1e-13  # of the polynomial; tolerance of its run in that of the motion's
+
+
+class Peak(NamedTuple):
+    """Time of an extreme value, and where: ``within`` a piece, ``before`` or ``after`` an event, an end."""
+
+    time: float
+    where: str
+
+
+def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: float, limit: int) -> Peak:
+    """The largest value of sign times a quantity from time 0 to `end`.
+
+    Raises
+    ------
+    ArithmeticError
+        With the status, if the motion did not get there.
+    """
+    times = np.linspace(0.0, end, max(int(turns * SAMPLES), CLOSER))
+    for _ in range(ROUNDS):
+        records = _followed(model, end, rtol, times, limit)
+        rows = np.concatenate([records.steps[:, 2:], records.samples])
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        found = sign * values(model, rows, key)
+        top = int(np.nanargmax(found))
+        at = float(rows[top, 0])
+        low = rows[rows[:, 0] < at, 0].max(initial=0.0)
+        high = rows[rows[:, 0] > at, 0].min(initial=end)
+        times = np.unique(np.append(np.linspace(low, high, CLOSER), at))
+    if np.any(records.events[:, 2] == at):
+        here = np.flatnonzero(rows[:, 0] == at)
+        return Peak(at, "before" if top == here[0] else "after")
+    if at in (0.0, end):
+        return Peak(at, "start" if at == 0.0 else "end")
+    samples = _followed(model, end, max(SHARPER * rtol, LEAST), times, limit).samples
+    return Peak(_top(samples[:, 0], sign * values(model, samples, key), at), "within")
+
+
+def _followed(model: Model, end: float, rtol: float, times: np.ndarray, limit: int) -> Records:
+    fields = {"steps": True, "events": True, "log_from": 0.0, "max_steps": limit}
+    records = follow(model, Request(end, rtol, at=times, **fields))
+    if records.status:
+        raise ArithmeticError(records.status)
+    return records
+
+
+def _top(times: np.ndarray, found: np.ndarray, guess: float) -> float:
+    """Time of the largest value of the polynomial through the samples; the guess where it has none inside."""
+    middle, half = (times[0] + times[-1]) / 2, (times[-1] - times[0]) / 2
+    fit = np.polynomial.Polynomial.fit(times, found, DEGREE)
+    roots = fit.deriv().roots()
+    inside = np.real(roots[(abs(roots.imag) < 1e-6 * half) & (abs(roots.real - middle) <= half)])
+    return float(max(inside, key=fit, default=guess))

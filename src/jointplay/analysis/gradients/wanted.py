@@ -1,0 +1,166 @@
+"""What can be differentiated, and by what: names of quantities and of parameters, and their checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from jointplay.analysis.orbits.orbit_request import present
+from jointplay.analysis.quantities import BALANCE, WORDS, WORK
+from jointplay.analysis.vary import NUMBERS, axes, units_of
+from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.mechanism.base import is_number
+from jointplay.mechanism.records import Mechanism, TestSystem
+
+INITIAL, TOGETHER = "initial.", "+"
+POINTS = ("end", "largest", "smallest")
+DISCRETE = ("mode", "contact_angle", *BALANCE, "energy", "state_value")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of a motion: ``end:angle:rocker``, ``largest:normal_force:B``, ``work:drive``, ``time``.
+
+    Parameters
+    ----------
+    name : str
+        As it was asked for.
+    how : str
+        Its first word.
+    key : str
+        Of what is looked at, as the equations call it; of a work, its name.
+    units : str
+        As in a dataset.
+    """
+
+    name: str
+    how: str
+    key: str
+    units: str
+
+
+def quantity(name: str) -> Quantity:
+    """The quantity of this name, which is a right one."""
+    how, _, key = name.partition(":")
+    units = {"time": "s", "work": "J", "impact_loss": "J"}
+    word = WORDS.get(key.partition(":")[0])
+    return Quantity(name, how, key, units.get(how) or (word.units if word else "1"))
+
+
+def known_quantities(mechanism: Mechanism | TestSystem) -> list[str]:
+    """Names of all quantities of a mechanism."""
+    if isinstance(mechanism, TestSystem):
+        from jointplay.analysis.starts import state_names
+        from jointplay.mechanism.assemble import assemble
+
+        keys = [f"state:{name}" for name in state_names(assemble(mechanism))]
+        return [f"{how}:{key}" for how in POINTS for key in keys] + ["time"]
+    links = [link.name for link in mechanism.links]
+    labels = {
+        None: ("",),
+        "link": links,
+        "bending": [link.name for link in mechanism.elastic_links],
+        "joint": mechanism.contacts,
+        "pin": [joint.name for joint in mechanism.joints if joint.ideal],
+        "guide": mechanism.guides,
+        "guided": [joint.name for joint in mechanism.joints if joint.ideal and joint.prismatic],
+    }
+    words = [name for name in WORDS if name not in DISCRETE]
+    keys = [f"{name}:{label}".rstrip(":") for name in words for label in labels[WORDS[name].of]]
+    rigid = any(_rigid(joint) for joint in mechanism.clearance_joints)
+    works = [word for word, there in _works(mechanism).items() if there]
+    return [f"{how}:{key}" for how in POINTS for key in keys] + [
+        "time",
+        *(f"work:{word}" for word in works),
+        *(["impact_loss"] if rigid else []),
+    ]
+
+
+def _works(mechanism: Mechanism) -> dict[str, bool]:
+    parts = {"links": mechanism.elastic_links, "springs": mechanism.springs, "loads": mechanism.loads}
+    return {word: bool(parts.get(word, True)) for word in WORK}
+
+
+def _rigid(joint) -> bool:
+    from jointplay.equations.laws import LAWS
+
+    return LAWS[joint.contact.law].rigid
+
+
+def usual_quantities(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
+    """What is differentiated if nothing is named."""
+    if isinstance(mechanism, TestSystem):
+        return tuple(name for name in known_quantities(mechanism) if name.startswith("end:"))
+    soft = [name for joint in mechanism.clearance_joints if not _rigid(joint) for name in joint.contacts]
+    return (*(f"largest:normal_force:{name}" for name in soft), "work:drive", "time")
+
+
+def usual_parameters(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
+    """By what, if nothing is named: joints' clearances and contacts, friction, links' masses, the drive."""
+    if isinstance(mechanism, TestSystem):
+        return tuple(key for key, value in mechanism.parameters.items() if not isinstance(value, bool))
+    keys = []
+    for joint in mechanism.clearance_joints:
+        keys += [f"joints.{joint.name}.clearance"]
+        keys += [f"joints.{joint.name}.contact.{word}" for word in ("stiffness", "damping")]
+        keys += [f"joints.{joint.name}.friction.coefficient"]
+    keys += [f"links.{link.name}.mass" for link in mechanism.links] + ["gear_ratio", "speed"]
+    return tuple(key for key in keys if _varies(mechanism, key))
+
+
+def _varies(mechanism: Mechanism, key: str) -> bool:
+    try:
+        value = present(mechanism, key)
+    except (AttributeError, KeyError):
+        return False
+    return is_number(value) and value != 0
+
+
+def value_of(mechanism: Mechanism | TestSystem, key: str) -> float:
+    """The present value of a parameter, which is a right one."""
+    return float(present(mechanism, key.split(TOGETHER)[0].strip()))
+
+
+def units(mechanism: Mechanism | TestSystem, key: str) -> str:
+    """Units of a parameter, as in a dataset."""
+    from jointplay.analysis.vary import cf_units
+
+    return cf_units(units_of(mechanism, key.split(TOGETHER)[0].strip()) or "1")
+
+
+def quantities_fit(mechanism: Mechanism | TestSystem, of: tuple[str, ...] | None) -> Iterator[Problem]:
+    """Yield the problems of quantities that the mechanism has not."""
+    known = known_quantities(mechanism) if of else ()
+    for i, name in enumerate(of or ()):
+        if name not in known:
+            yield unknown(f"of[{i}]", name, name, known, "quantity")
+
+
+def parameters_fit(
+    mechanism: Mechanism | TestSystem, by: tuple[str, ...] | None, states: tuple[str, ...]
+) -> Iterator[Problem]:
+    """Yield the problems of parameters that the mechanism has not, or whose value is no number."""
+    for i, key in enumerate(by or ()):
+        place = f"by[{i}]"
+        if key.startswith(INITIAL):
+            name = key.removeprefix(INITIAL)
+            if name not in states:
+                yield unknown(place, key, name, states, "state")
+            continue
+        for part in map(str.strip, key.split(TOGETHER)):
+            yield from _part_fits(mechanism, part, place)
+
+
+def _part_fits(mechanism: Mechanism | TestSystem, key: str, place: str) -> Iterator[Problem]:
+    try:
+        axes(mechanism, {key: [1.0]}, "")
+    except InputError as error:
+        wrong = [p for p in error.problems if "[0]" not in p.key]  # the value is none that was given
+        yield from (Problem(place, key, p.expected) for p in wrong)
+        if wrong:
+            return
+    value = present(mechanism, key)
+    if not is_number(value) or isinstance(value, int):
+        also = f", one of {', '.join(NUMBERS)} or a path," if isinstance(mechanism, Mechanism) else ""
+        given = NOTHING if value is None else value
+        yield Problem(place, key, f"a parameter that has a value here{also} is accepted, not {given!r}")

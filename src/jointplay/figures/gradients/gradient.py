@@ -1,0 +1,46 @@
+"""Gradient: bars of relative sensitivities, a panel a quantity, the same parameters in each."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from xarray import Dataset
+
+from jointplay.figures.drawing import artists, select, style
+from jointplay.figures.registry import picture
+
+ROW, HEAD, WIDE = 4.5, 20.0, 4  # mm a parameter; mm; panels side by side
+NAMES = 46.0  # mm for the parameters' names
+
+
+@picture()
+def gradient(dataset: Dataset) -> Figure:
+    """Draw relative sensitivities, the parameters in the order of their largest, with errors.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.gradient` returned.
+    """
+    select.require(dataset, "gradient", ("relative_sensitivity", "derivative", "error"))
+    shown = dataset["relative_sensitivity"]
+    told = np.flatnonzero(np.isfinite(shown.values).any(axis=1))[:WIDE]
+    figure = style.sheet(NAMES + 33.5 * max(len(told), 1), HEAD + ROW * dataset.sizes["parameter"])
+    axes = figure.subplots(1, max(len(told), 1), sharey=True, squeeze=False)[0]
+    if not len(told):
+        artists.say(axes[0], "No relative sensitivity is known")
+        return artists.finish(figure, dataset)
+    sizes = np.nan_to_num(np.abs(shown.values[told])).max(axis=0)
+    order, rows = np.argsort(-sizes, kind="stable"), np.arange(len(sizes))
+    for ax, i in zip(axes, told, strict=False):
+        size = shown.values[i][order]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = (dataset["error"] / abs(dataset["derivative"])).values[i][order]
+        error = np.nan_to_num(np.abs(size) * share)
+        ax.barh(rows, np.nan_to_num(size), color=style.BLUE, height=0.6)
+        ax.errorbar(np.nan_to_num(size), rows, xerr=error, fmt="none", ecolor="black", elinewidth=0.8)
+        ax.axvline(0, color=style.GREY, linewidth=0.6)
+        ax.set(xlabel="Relative sensitivity (\N{EN DASH})")
+        ax.set_title(str(dataset["quantity"].values[i]).replace(":", ": ", 1), fontsize=7)
+    names = [str(name) for name in dataset["parameter"].values[order]]
+    axes[0].set_yticks(rows, names)
+    axes[0].invert_yaxis()
+    return artists.finish(figure, dataset)
