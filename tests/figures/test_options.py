@@ -1,6 +1,9 @@
 """Options that every figure has, the formats it can be saved in, and how notebooks show it."""
 
+import contextlib
+import inspect
 import io
+import math
 
 import matplotlib.pyplot as plt
 import pytest
@@ -10,6 +13,7 @@ from jointplay import figures
 from jointplay.errors import InputError
 from jointplay.results.store import write_figure
 from tests.figures.support.synthetic import response, section
+from tests.figures.test_pictures import PICTURES
 
 
 def test_width_and_font_are_those_asked_for():
@@ -70,3 +74,22 @@ def test_notebooks_show_a_figure():
     shown = Image.open(io.BytesIO(figures.draw(response())._repr_png_()))
     assert shown.format == "PNG"
     assert shown.size[0] > 600
+
+
+STRANGE = (1000, "zzz", [1], {}, True, -1, 1.5, (), ["zzz"], [None], math.nan, {"a": 1}, [[1, 2]], b"x")
+
+
+@pytest.mark.parametrize(("option", "value"), [("variables", 1000), ("maps", True), ("over", "diagram.nc")])
+def test_what_is_no_name_and_no_result_is_told(option, value):
+    assert [problem.key for problem in figures.problems({option: value})] == [f"figure.{option}"]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", PICTURES)
+def test_strange_values_of_every_option_are_drawn_or_told(name):
+    dataset, options = PICTURES[name]()
+    kind = options.get("kind") or figures.usual_kind(dataset, options)
+    for option in list(inspect.signature(figures.KINDS[kind]).parameters)[1:]:
+        for value in STRANGE:
+            with contextlib.suppress(InputError):
+                figures.draw(dataset, options | {option: value})

@@ -7,6 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import SubFigure
 from matplotlib.font_manager import findfont, fontManager
+from xarray import Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem, did_you_mean, unknown
 from jointplay.figures.drawing import select, style, timebase
@@ -100,6 +101,16 @@ def _some(value: Any) -> None:
         raise select.refuse("events", value, "true, false, or a list of kinds of event, is accepted")
 
 
+def _names(key: str, value: Any) -> None:
+    if not isinstance(value, str | list | tuple):
+        raise select.refuse(key, value, "a name or a list of names is accepted")
+
+
+def _diagram(value: Any) -> None:
+    if not isinstance(value, Dataset):
+        raise select.refuse("over", value, "a result of bifurcation, as jp.open gives it, is accepted")
+
+
 def _width(value: Any) -> None:
     if not select.is_number(value) or not 20.0 <= value <= WIDEST:
         raise select.refuse("width", value, f"a width in mm, 20 to {WIDEST:g}, is accepted")
@@ -129,8 +140,10 @@ _CHECKS: dict[str, Callable[[Any], Any]] = {  # of options that mean the same in
     "axis": timebase.axis_names,
     "column": lambda value: select.choice("column", value, style.COLUMNS),
     "events": _some,
+    "over": _diagram,
     "time": timebase.time_limits,
     "turns": lambda value: timebase.turn_limits(value, 0.0),
+    **{name: partial(_names, name) for name in ("maps", "variables")},
     **{
         name: partial(select.switch, name)
         for name in ("multipliers", "neighbours", "period", "points", "zoom")

@@ -3,12 +3,14 @@
 A sweep carries the motion from the present value outward in steps of 1 %, and across the edge in steps a
 tenth as long. The cells next to the edge on its two sides must differ in the trait; of a motion that is not
 chaotic, no cell before the edge may differ from the present one, nor any where no edge was met.
+Where a motion without a period loses contact now and then, some cell beside the edge has to.
 """
 
 import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.assessment.edges import HOW
 from jointplay.analysis.assessment.settled import CHANGES
 
 MECHANISMS = {
@@ -47,7 +49,8 @@ def traits(mechanism, key, values):
         sweep[f"section_{name}"].isel(multiplier=0).values
         for name in ("exponent_per_turn", "standard_error_per_turn", "batch_correlation")
     )
-    chaotic = (period == 0) & (value > 3 * error) & ~(follows > 0.32)
+    follows = np.clip(follows, 0.0, 0.99)  # of batch means, by which their error is too small
+    chaotic = (period == 0) & (value > 3 * error * np.sqrt((1 + follows) / (1 - follows)))
     lost = (sweep["contact_fraction"].values < 1).any(axis=-1)
     found = dict(zip(CHANGES, (lost, period != 1, chaotic), strict=True))
     return {name: each if values[-1] > values[0] else each[::-1] for name, each in found.items()}
@@ -73,6 +76,11 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
                     met += 1
                     cells = traits(mechanism, str(key), ladder(begin, edge))[change]
                     before, after = cells[:-CELLS], cells[-CELLS]
+                    how = int(found["found_by"].sel(parameter=key, side=side, change=change))
+                    if how == HOW.index("irregular"):  # seen in some of the cells
+                        if np.all(cells == present[change]):
+                            wrong.append((str(key), str(side), change, edge, cells.tolist()))
+                        continue
                     bad = before[-1] != present[change] or after == present[change]
                 else:
                     limit = float(found["limit_ratio"].sel(parameter=key, side=side))

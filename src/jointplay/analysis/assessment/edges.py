@@ -9,6 +9,8 @@ and beyond the end of period 1, steps are longer. Where a trait (`settled`) firs
 halved until the two motions that differ are `accuracy` apart: they enclose the edge. Loss of contact and loss
 of period 1 are then located on the periodic orbit itself, by `continuation` across that bracket: the grazing
 at which a separation appears, the multiplier through -1, the fold. Chaos has no such point: brackets stand.
+A motion without a period may lose contact now and then: that edge is `irregular`, where it was first seen in
+the turns followed.
 
 Validity: what begins and ends between two steps is not seen, and a motion that coexists with the one followed
 is another one.
@@ -37,7 +39,7 @@ from jointplay.mechanism.records import Mechanism
 from jointplay.numerics.codes import Status
 
 SIDES = {"below": -1, "above": 1}
-HOW = ("not_met", "bracketed", *SPECIAL)
+HOW = ("not_met", "bracketed", *SPECIAL, "irregular")
 CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that begins from its neighbour's
 QUICK, REPEATED = 0.25, 8  # of the transient; turns that then repeat, at least, of a motion that settles fast
 LONG = 2  # steps at once where the motion that is left has lost period 1 already
@@ -174,7 +176,8 @@ def _located(walk: Walk, name: str, last: Place, first: Place, accuracy: float) 
                 edge, error, kind = special
                 return edge, error, min(low, edge), max(high, edge), HOW.index(kind)
             break
-    return (low + high) / 2, (high - low) / 2, low, high, HOW.index("bracketed")
+    how = "irregular" if name == "contact_loss" and not first[1].period else "bracketed"
+    return (low + high) / 2, (high - low) / 2, low, high, HOW.index(how)
 
 
 def _bracket(walk: Walk, name: str, last: Place, first: Place, accuracy: float) -> tuple[Place, Place]:

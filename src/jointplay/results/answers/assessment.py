@@ -16,7 +16,11 @@ BEGINS = {  # what the change is, where the present motion does not have the tra
     "chaos": "chaos begins",
 }
 ENDS = {"contact_loss": "contact is kept", "doubling": "period 1 is reached", "chaos": "chaos ends"}
-FOUND = {"bracketed": "settled motions", "grazing": "grazing of the orbit"}
+FOUND = {
+    "bracketed": "settled motions",
+    "grazing": "grazing of the orbit",
+    "irregular": "now and then, in a motion without a period",
+}
 NONE = "\N{EN DASH}"
 PLACES = 41  # values of the diagram that shows a change by brute force
 
