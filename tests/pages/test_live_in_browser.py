@@ -162,6 +162,28 @@ def test_a_diagram_is_computed_clicked_in_and_refined(chromium, page):
     assert complaints(chromium) == []
 
 
+def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
+    opened(chromium, page, "#scan=16+300+gear_ratio+2.6+3.6+damping.B+0+1000")
+    until(chromium, "return document.getElementById('scan-said').textContent.startsWith('256 of 256')")
+    assert "128 ended early (not converged)" in text(chromium, "scan-said")
+
+    def colour(gear_ratio, damping):
+        return chromium.execute_script(
+            "const it = document.getElementById('scan-canvas'), [wide, high] = [it.clientWidth, it.clientHeight];"
+            "const at = [52 + arguments[0] * (wide - 62), 10 + arguments[1] * (high - 44)];"
+            "const dot = it.getContext('2d').getImageData(...at.map((each) => each * devicePixelRatio), 1, 1);"
+            "return Array.from(dot.data).slice(0, 3)",
+            gear_ratio - 2.6,
+            1 - damping / 1000,
+        )
+
+    assert colour(2.67, 200) == [0, 114, 178]  # repeats every turn
+    assert colour(3.2, 200) == [86, 180, 233]  # every two
+    assert colour(3.533, 200) == [230, 159, 0]  # every four
+    assert colour(3.2, 800) == [0, 0, 0]
+    assert complaints(chromium) == []
+
+
 def test_a_diagram_can_be_stopped(chromium, page):
     opened(chromium, page, "#scan=1000 5000 gear_ratio 2.5 4")
     until(chromium, "return !document.getElementById('scan-stop').disabled")

@@ -123,6 +123,7 @@ if (jointplay.data.live) {
     seen.tolerance = 1e-4 * extent();
     const words = verdict.words(seen);
     if (words === seen.told) return;
+    if (words.split(/[:;.]/)[0] !== seen.told.split(/[:;.]/)[0]) jointplay.say(words); // numbers alone are not read aloud
     seen.told = words;
     element("live-verdict").textContent = words;
     element("live-verdict").dataset.turns = seen.turns;
