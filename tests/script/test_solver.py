@@ -153,15 +153,16 @@ def test_the_exponent_is_the_compiled_one_within_errors(tmp_path):
 
 STAYS = """
 const solver = makeSolver(data);
-const whole = solver.run(1, { samples: 2 });
+solver.run(2.6);
 const state = solver.state(), later = solver.run(0.25).turns_done;
 solver.reset();
 let done = 0, calls = 0;
-while (done < 1 - 1e-12) {
-  done += solver.run(1 - done, { budget_ms: 0.05 }).turns_done;
+while (done < 2.6 - 1e-12) {
+  done += solver.run(2.6 - done, { budget_ms: 0.05 }).turns_done;
   calls += 1;
 }
 const pieces = solver.state();
+solver.reset();
 solver.setState(state);
 const begun = solver.time();
 const on = solver.run(1, { samples: 1 });
