@@ -169,9 +169,11 @@ def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
 
     def colour(gear_ratio, damping):
         return chromium.execute_script(
-            "const it = document.getElementById('scan-canvas'), [wide, high] = [it.clientWidth, it.clientHeight];"
-            "const at = [52 + arguments[0] * (wide - 62), 10 + arguments[1] * (high - 44)];"
-            "const dot = it.getContext('2d').getImageData(...at.map((each) => each * devicePixelRatio), 1, 1);"
+            "const it = document.getElementById('scan-canvas');"
+            "const [wide, high] = [it.clientWidth - 62, it.clientHeight - 44];"
+            "const at = [52 + arguments[0] * wide, 10 + arguments[1] * high];"
+            "const pen = it.getContext('2d');"
+            "const dot = pen.getImageData(...at.map((each) => each * devicePixelRatio), 1, 1);"
             "return Array.from(dot.data).slice(0, 3)",
             gear_ratio - 2.6,
             1 - damping / 1000,
