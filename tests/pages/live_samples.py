@@ -23,7 +23,14 @@ def fake(mechanism, **_):
     if mechanism.clearance_joints:
         parameters.insert(0, parameter("clearance.B", "clearance of B", "µm", 1e6, 2.9e-4, 1e-5, 1e-3, "log"))
     lengths = [0.05, 0.14, 0.12, 0.15]
-    data = {"parameters": parameters, "state": [], "period": 0.075, "start": 0.3, "lengths": lengths}
+    data = {
+        "parameters": parameters,
+        "state": [],
+        "joints": ["B"],
+        "period": 0.075,
+        "start": 0.3,
+        "lengths": lengths,
+    }
     return Solver(FAKE, data)
 
 

@@ -12,7 +12,7 @@ LAST = 2
 def whole_numbers(x, out):
     out[0], out[1], out[2], out[3] = -7 // 2, -7 % 3, 7 // -2, 7 % -3
     out[4], out[5], out[6] = 7 / 2, int(-2.5), 6 & 3
-    out[7] = -(x[0] ** 2) - (x[1] - x[2] - x[0]) * 2 / 3
+    out[7] = -(x[0] ** 2) - (x[1] - x[2] - x[0]) * 2 / 3 - (x[0] - x[1]) / (x[2] * (x[0] / x[1]))
 
 
 def order(x, out):

@@ -47,7 +47,7 @@ class Quantities:
         wanted = {name: WORDS[name] for name in names}
         plain = {name: word for name, word in wanted.items() if name not in (*BALANCE, "energy", "mode")}
         keys = {
-            name: [self._key(name, label) for label in self._labels(word.of)] for name, word in plain.items()
+            name: [self.key(name, label) for label in self.labels(word.of)] for name, word in plain.items()
         }
         series = self._evaluated([key for name in keys if name not in RATES for key in keys[name]], self.rows)
         series |= self._evaluated([key for name in keys if name in RATES for key in keys[name]], self.sharp)
@@ -68,14 +68,16 @@ class Quantities:
         values = outputs.evaluate(self.module, keys, self.given(rows)) if keys else {}
         return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
 
-    def _labels(self, of: str | None) -> tuple[str, ...]:
+    def labels(self, of: str | None) -> tuple[str, ...]:
+        """Labels of what a quantity is of."""
         model = self.model
         labels = {"link": model.links, "bending": model.bending, "joint": model.joints, "pin": model.pins}
         labels |= {"guide": model.guides, "guided": model.pins, "state": model.states}
         return labels.get(of, ("",))
 
     @staticmethod
-    def _key(name: str, label: str) -> str:
+    def key(name: str, label: str) -> str:
+        """Name of an output of the structure's program."""
         if name == "state_value":
             return f"state:{label}"
         return f"{name}:{label}" if label else name

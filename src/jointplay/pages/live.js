@@ -123,6 +123,7 @@ if (jointplay.data.live) {
     seen.tolerance = 1e-4 * extent();
     const words = verdict.words(seen);
     if (words === seen.told) return;
+    if (words.split(/[:;.]/)[0] !== seen.told.split(/[:;.]/)[0]) jointplay.say(words); // numbers alone are not read aloud
     seen.told = words;
     element("live-verdict").textContent = words;
     element("live-verdict").dataset.turns = seen.turns;
@@ -288,6 +289,7 @@ if (jointplay.data.live) {
     const size = view.circle ? clearance() : 1;
     now.journal = new Float64Array(2 * x.length);
     for (let i = 0; i < x.length; i += 1) now.journal.set([x[i] / size, y[i] / size], 2 * i);
+    now.reach = now.journal.reduce((most, each) => Math.max(most, Math.abs(each)), 0);
     now.force = force;
     now.strongest = force.reduce((most, each) => Math.max(most, Math.abs(each) || 0), 0);
     draw();
@@ -306,7 +308,7 @@ if (jointplay.data.live) {
     if (!now) return;
     const at = sample();
     if (live.scene) stage.linkage(element("live-linkage"), now.scene, box, at);
-    if (view.circle) stage.bearing(element("live-orbit"), { journal: now.journal, force: now.force }, [0, now.time.length - 1], at, now.strongest);
+    if (view.circle) stage.bearing(element("live-orbit"), now, [0, now.time.length - 1], at, now.strongest);
     else drawPlane(at);
     drawForce(at);
     element("live-phase").value = Math.round(1000 * phase);

@@ -75,7 +75,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
         "scene": moving.scene(mechanism) if linkage else None,
         "views": (seen := views(mechanism, made.data["state"])),
         "columns": [column for view in seen for column in view["section"]["of"]],
-        "contacts": list(mechanism.contacts) if linkage else [""],
+        "contacts": made.data["joints"],
         "first": [key for word in FIRST for key in keys if key.split(".")[0] == word][:MOST] or keys[:MOST],
         "paths": {key: f"mechanism.{path_of(mechanism, key)}" for key in keys},
         "varied": {name: key for name in varied for key in keys[::-1] if name in key.split(".")},

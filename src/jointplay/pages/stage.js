@@ -88,11 +88,11 @@ const stage = (() => {
     });
   }
 
-  // A bearing has the `journal` in it (x, y of every sample, in clearances) and, where known, its `force`;
+  // A bearing has the `journal` in it (x, y of every sample, in clearances) and, where known, its `force` and `reach`;
   // its path is drawn from one sample to another.
   function bearing(canvas, shown, [from, until], at, strongest) {
     const [pen, width, height] = clear(canvas);
-    const radius = 0.4 * Math.min(width, height);
+    const radius = (0.46 * Math.min(width, height)) / Math.max(1.15, shown.reach || 0);
     const put = (i) => [width / 2 + radius * shown.journal[2 * i], height / 2 - radius * shown.journal[2 * i + 1]];
     pen.fillStyle = colour("--field");
     pen.strokeStyle = colour("--faint");

@@ -9,7 +9,7 @@ from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
 BUDGET = 200_000  # samples of all curves and clouds of a page
-ROOM = 2_200_000  # bytes of all numbers of a page: in base64, with Bokeh and a picture, less than 5 MB
+ROOM = 1_800_000  # bytes of all numbers of a page: in base64, with Bokeh, solver and picture, less than 5 MB
 KEPT = 5  # samples of each stretch of a curve: the first, and those furthest left, right, down and up
 
 

@@ -5,9 +5,9 @@ const verdict = (() => {
   const SETTLE = 50; // turns after a change that count for nothing
   const LOOKED_AT = 64; // last turns in which a motion must repeat
   const REPEATS = 4; // a period is believed where they hold it this often
-  const BATCHES = 20;
+  const BATCHES = 40;
   const ERRORS = 3; // standard errors by which an exponent must differ from 0
-  const FOLLOWING = 0.32; // correlation of batch means from which the error is too small
+  const FOLLOWING = 2 / Math.sqrt(BATCHES); // correlation of batch means from which the error is too small
 
   // Smallest period of points, rows of coordinates, that all lie within `tolerance`; 0 if there is none.
   function period(points, tolerance) {
@@ -38,9 +38,9 @@ const verdict = (() => {
   }
 
   function signed({ mean, error }) {
-    const places = Math.max(0, Math.min(4, 1 - Math.floor(Math.log10(error || 1e-4))));
-    const within = error < 5e-5 ? "0.0001 or less" : error.toFixed(places);
-    return `${mean < 0 ? "−" : "+"}${Math.abs(mean).toFixed(places)} ± ${within}`;
+    const least = Math.max(error, 1e-4);
+    const places = Math.max(0, Math.min(4, 1 - Math.floor(Math.log10(least))));
+    return `${mean < 0 ? "−" : "+"}${Math.abs(mean).toFixed(places)} ± ${least.toFixed(places)}`;
   }
 
   function kind(repeats, found) {

@@ -29,27 +29,15 @@ BINARY = {
     ast.BitAnd: ("&", BITS),
 }
 COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-CALLS = {  # functions by themselves: what they are called here
-    abs: "Math.abs",
-    int: "Math.trunc",
-    math.sqrt: "Math.sqrt",
-    math.sin: "Math.sin",
-    math.cos: "Math.cos",
-    math.tanh: "Math.tanh",
-    math.exp: "Math.exp",
-    math.log: "Math.log",
-    math.atan2: "Math.atan2",
-    math.copysign: "runtime.copysign",
-    np.log: "Math.log",
-    np.sqrt: "Math.sqrt",
-}
-CALLS |= {
-    getattr(lanes, name): f"runtime.{name}"
-    for name in (
-        *("matvec", "position_row", "add_matvec", "axpy", "sparse_dot", "subtract_products"),
-        *("complex_multiply", "complex_fma", "complex_sum"),
-    )
-}
+PLAIN = ("sqrt", "sin", "cos", "tanh", "exp", "log", "atan2")
+HELPERS = (
+    *("matvec", "position_row", "add_matvec", "axpy", "sparse_dot", "subtract_products"),
+    *("complex_multiply", "complex_fma", "complex_sum"),
+)
+CALLS = {getattr(math, name): f"Math.{name}" for name in PLAIN}  # functions by themselves
+CALLS |= {getattr(lanes, name): f"runtime.{name}" for name in HELPERS}
+CALLS |= {np.log: "Math.log", np.sqrt: "Math.sqrt", abs: "Math.abs", int: "Math.trunc"}
+CALLS |= {math.copysign: "runtime.copysign"}
 WORDS = {  # of the language; those of Python are more
     *kwlist,
     *("case", "catch", "const", "debugger", "default", "delete", "do", "enum", "eval", "export"),

@@ -8,7 +8,8 @@ changes gets a form, found from samples over the parameter's range and verified 
 
 and numbers that several parameters change are v_0 times, or plus, what each of them does to v_0, verified
 where all have other values at once. A parameter of which something has no such form gets no slider; nor does
-one whose forms do not go together with those before it. Tolerances (`ROUGH`) follow within a factor of ten
+one whose forms do not go together with those before it, and no length has one: where a motion begins is a
+matter of all lengths together. Tolerances (`ROUGH`) follow within a factor of ten
 where they have no simple form, starts within a thousandth of their tolerated error. A range ends where the
 mechanism would be refused, or be another structure.
 """
@@ -35,7 +36,6 @@ RANGES = {  # of a slider over its stored value
     "stiffness": (0.05, 20.0),
     "coefficient": (0.1, 30.0),
     "damping": (0.1, 10.0),
-    "length": (0.8, 1.25),
     "restitution": (0.1, 1.9),
     "": (0.2, 3.0),
 }
@@ -79,16 +79,21 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers) -> dict[str, A
         ``parameters``, ``followed`` (numbers with their forms) and ``fixed`` (parameters without a slider,
         and why).
     """
-    first, kept, fixed = numbers(mechanism), [], {}
-    assert first is not None
-    tried = Tried(mechanism, numbers)
+    first, kept, fixed, rules = numbers(mechanism) or {}, [], {}, {}
+
+    def tried(changes: dict[str, float]) -> dict[tuple[str, int], float] | None:
+        try:
+            return numbers(vary.changed(mechanism, changes))
+        except InputError:
+            return None
+
     for slider in candidates(mechanism):
-        why = _fitted(slider, tried, first) or _clash([*kept, slider], tried, first)
-        if why:
-            fixed[slider.key] = why
+        why = _fitted(slider, tried, first)
+        found = None if why else _rules([*kept, slider], tried, first)
+        if found is None:
+            fixed[slider.key] = why or "it does not go together with the sliders before it"
         else:
-            kept.append(slider)
-    rules = _rules(kept, tried, first) or {}
+            kept, rules = [*kept, slider], found
     return {
         "parameters": [_described(mechanism, slider) for slider in kept],
         "fixed": fixed,
@@ -97,26 +102,12 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers) -> dict[str, A
                 "array": array,
                 "at": at,
                 "value": first[array, at],
-                "rule": rules.get((array, at), "plus"),
+                "rule": rules[array, at],
                 "forms": [[i, *s.forms[array, at]] for i, s in enumerate(kept) if (array, at) in s.forms],
             }
             for array, at in dict.fromkeys(place for slider in kept for place in slider.forms)
         ],
     }
-
-
-@dataclass
-class Tried:
-    """Numbers of changed mechanisms; none of what is refused."""
-
-    mechanism: Mechanism | TestSystem
-    numbers: Numbers
-
-    def __call__(self, changes: dict[str, float]) -> dict[tuple[str, int], float] | None:
-        try:
-            return self.numbers(vary.changed(self.mechanism, changes))
-        except InputError:
-            return None
 
 
 def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
@@ -139,11 +130,9 @@ def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
         for word in ("stiffness", "damping", "restitution"):
             if value := getattr(joint.contact, word, None):
                 yield Slider(f"{word}.{joint.name}", f"{own}.contact.{word}", value)
-    for link in mechanism.links:
-        yield Slider(f"links.{link.name}.length", f"links.{link.name}.length", link.length)
 
 
-def _fitted(slider: Slider, tried: Tried, first: dict) -> str:
+def _fitted(slider: Slider, tried: Callable, first: dict) -> str:
     """Find the range and the forms; why there are none, or nothing."""
     word = slider.path.rpartition(".")[2]
     share = RANGES.get(word, RANGES[""])
@@ -167,7 +156,7 @@ def _fitted(slider: Slider, tried: Tried, first: dict) -> str:
     return "" if slider.forms else "nothing depends on it"
 
 
-def _end(slider: Slider, x: float, tried: Tried) -> float | None:
+def _end(slider: Slider, x: float, tried: Callable) -> float | None:
     """The end of a range that is x, or nearer to the stored value where x is refused."""
     for _ in range(TRIED):
         if tried({slider.path: x}) is not None:
@@ -177,7 +166,7 @@ def _end(slider: Slider, x: float, tried: Tried) -> float | None:
 
 
 def _allowed(place: tuple[str, int], first: dict) -> tuple[float, bool]:
-    """Absolute difference that a form may leave, and whether a factor of two will do."""
+    """Absolute difference that a form may leave, and whether a rough form will do."""
     array, at = place
     return START * first["absolute", at - 1] if array == "s" and at else 0.0, array in ROUGH
 
@@ -213,26 +202,21 @@ def _near(found: Any, wanted: np.ndarray) -> bool:
     return bool(np.all(np.abs(np.log(found / wanted)) <= np.log(ROUGHLY)))
 
 
-def _clash(sliders: list[Slider], tried: Tried, first: dict) -> str:
-    """Why the last of these does not go together with the others; nothing where it does."""
-    found = _rules(sliders, tried, first)
-    return "it does not go together with the sliders before it" if found is None else ""
-
-
-def _rules(sliders: list[Slider], tried: Tried, first: dict) -> dict[tuple[str, int], str] | None:
+def _rules(sliders: list[Slider], tried: Callable, first: dict) -> dict[tuple[str, int], str] | None:
     """Whether changes of each number are multiplied or added, by its place; None where neither is right."""
-    random = np.random.default_rng(7)
-    shares = random.uniform(0.1, 0.9, (JOINT, len(sliders)))
-    points = [[s.low * (s.high / s.low) ** u for s, u in zip(sliders, row, strict=True)] for row in shares]
-    found = [tried({s.path: x for s, x in zip(sliders, row, strict=True)}) for row in points]
-    points = [row for row, each in zip(points, found, strict=True) if each is not None]
-    found = [each for each in found if each is not None]
+    shares = np.random.default_rng(7).uniform(0.1, 0.9, (JOINT, len(sliders)))
+    points = [
+        {s.path: s.low * (s.high / s.low) ** u for s, u in zip(sliders, row, strict=True)} for row in shares
+    ]
+    pairs = [(point, found) for point in points if (found := tried(point)) is not None]
     rules = {}
-    for place in {place for slider in sliders for place in slider.forms}:
-        value = first[place]
-        alone = [[s.moved(place, value, x) for s, x in zip(sliders, row, strict=True)] for row in points]
-        alone = np.array(alone)
-        series = np.array([each[place] for each in found])
+    for place, value in first.items():
+        series = np.array([found[place] for _, found in pairs])
+        if not any(place in slider.forms for slider in sliders):
+            if np.any(series != value):
+                return None
+            continue
+        alone = np.array([[s.moved(place, value, point[s.path]) for s in sliders] for point, _ in pairs])
         plus, times = value + np.sum(alone - value, 1), value * np.prod(alone / value, 1) if value else None
         allowed, rough = _allowed(place, first)
         if value and _close(times, series, allowed):
@@ -258,5 +242,4 @@ def _described(mechanism: Mechanism | TestSystem, slider: Slider) -> dict[str, A
         "min": slider.low,
         "max": slider.high,
         "scale": "log" if slider.high > 8 * slider.low > 0 else "lin",
-        "restarts": slider.path.endswith(".length"),
     }

@@ -34,7 +34,6 @@ function makeSolver(data) {
   let period = data.period;
   let turns = 0; // since the last change, from which the tangent's growth counts
 
-  const pins = Float64Array.from(data.pins);
   const parameters = data.parameters.map((each) => ({ ...each }));
   const set_to = parameters.map((each) => each.value);
   let last = null; // all that the last run's samples give
@@ -53,7 +52,6 @@ function makeSolver(data) {
       const times = () => first * alone.reduce((product, each) => product * (each / first), 1);
       const now = rule === "times" ? times() : alone.reduce((total, each) => total + (each - first), first);
       if (array === "span") period = now;
-      else if (array === "pins") pins[at] = now;
       else if (array === "weight") y.weight[at] = firstTangents.weight[at] = now;
       else if (array in o) o[array] = now;
       else {
@@ -64,18 +62,18 @@ function makeSolver(data) {
     start.real[H] = data.first_step * period;
   }
 
-  // Empty, or why a value is refused. The motion goes on from where it is, with a new length from its start.
+  // Empty, or why a value is refused. The motion goes on from where it is, if no journal is far out then.
   function set(key, value) {
     const number = parameters.findIndex((each) => each.key === key);
     if (number < 0) return `there is no slider ${key}`;
-    const { min, max, label, unit, factor, restarts } = parameters[number];
+    const { min, max, label, unit, factor } = parameters[number];
     if (!(value >= min && value <= max)) {
       const shown = (each) => Number((each * factor).toPrecision(4));
       return `${label}: from ${shown(min)} to ${shown(max)}${unit && ` ${unit}`} is accepted`;
     }
     set_to[number] = value;
     follow();
-    if (restarts || outside()) reset();
+    if (outside()) reset();
     else restart();
     return "";
   }
@@ -113,14 +111,13 @@ function makeSolver(data) {
     const angle = (pin) => (pin.link in last.angle ? last.angle[pin.link][sample] : 0);
     const n = 2 * data.links.length;
     const [A, b] = [[], []];
-    data.linkage.forEach((joint, number) => {
+    data.linkage.forEach((joint) => {
       const rows = [new Float64Array(n), new Float64Array(n)];
       const known = [0, 0];
-      [[joint.journal, 1], [joint.bearing, -1]].forEach(([pin, sign], side) => {
+      [[joint.journal, 1], [joint.bearing, -1]].forEach(([pin, sign]) => {
         const at = data.links.indexOf(pin.link);
-        const arm = at < 0 ? 0 : pins[2 * number + side];
-        known[0] += sign * (at < 0 ? pin.point[0] : arm * Math.cos(angle(pin)));
-        known[1] += sign * (at < 0 ? pin.point[1] : arm * Math.sin(angle(pin)));
+        known[0] += sign * (at < 0 ? pin.point[0] : pin.at * Math.cos(angle(pin)));
+        known[1] += sign * (at < 0 ? pin.point[1] : pin.at * Math.sin(angle(pin)));
         if (at >= 0) [0, 1].forEach((axis) => { rows[axis][2 * at + axis] += sign; });
       });
       const of = (name, label) => (last[name] && last[name][label] ? last[name][label][sample] : undefined);

@@ -16,14 +16,16 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rates, rules
+from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.stretching import SOLVED, frame
-from jointplay.analysis.quantities import EVENTS, MODES, WORDS
+from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.tangents import scales, tolerated
 from jointplay.analysis.trajectory import Request, memory
 from jointplay.codegen import algebra, cache, variation
 from jointplay.codegen.lambert import LAMBERT
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.equations.write import system
+from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.numerics.codes import Row, Status
@@ -32,7 +34,6 @@ from jointplay.numerics.interface import Functions, Variations
 from jointplay.numerics.memory import COUNTERS, LEVEL, H
 from jointplay.numerics.modes import RELEASED, mask, variant_of
 from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
-from jointplay.script.places import joints
 from jointplay.script.sliders import followed
 from jointplay.script.translate import Script, Unit, generated, unit_of
 
@@ -91,9 +92,10 @@ def solver(
         If a kernel, or an equation, holds what has no translation.
     """
     model = rules.model_for(mechanism, initial, section)
-    wanted = dict.fromkeys((name, label) for name in (*names, *NEEDED) for label in _labels(model, name))
-    outputs = cache.structure_module(model.structure).OUTPUTS
-    shown = [each for each in wanted if _key(*each) in outputs]
+    named = Quantities(model, model.state[None, :0], model.state)
+    wanted = dict.fromkeys((*names, *NEEDED))
+    pairs = [(name, label) for name in wanted for label in named.labels(WORDS[name].of)]
+    shown = [each for each in pairs if named.key(*each) in named.module.OUTPUTS]
 
     def request(model: Model) -> Request:
         fields = rules.section_fields(section, model, 0)
@@ -102,10 +104,9 @@ def solver(
 
     def numbers(changed: Mechanism | TestSystem) -> dict[tuple[str, int], float] | None:
         other = rules.model_for(changed, initial, section)
-        return _numbers(changed, other, request(other)) if other.structure == model.structure else None
+        return _numbers(other, request(other)) if other.structure == model.structure else None
 
     data = _begun(model, request(model)) | followed(mechanism, numbers)
-    linkage = joints(mechanism) if isinstance(mechanism, Mechanism) else []
     data |= {
         "quantities": [
             {"name": n, "label": k, "units": WORDS[n].units, "shown": n in names} for n, k in shown
@@ -113,37 +114,25 @@ def solver(
         "joints": [*model.joints, *model.walls],
         "links": model.links,
         "events": EVENTS,
-        "modes": MODES,
         "statuses": [{"word": each.word, "meaning": each.meaning} for each in Status],
-        "state": cache.structure_module(model.structure).STATE[1:],
-        "linkage": linkage,
-        "pins": [place for joint in linkage for place in (joint["journal"]["at"], joint["bearing"]["at"])],
+        "state": named.module.STATE[1:],
+        "linkage": [*map(_joint, mechanism.joints)] if isinstance(mechanism, Mechanism) else [],
     }
-    return Solver(solver_text(model.structure, tuple(_key(*each) for each in shown)), data)
+    return Solver(solver_text(model.structure, tuple(named.key(*each) for each in shown)), data)
 
 
-def _numbers(
-    mechanism: Mechanism | TestSystem, model: Model, request: Request
-) -> dict[tuple[str, int], float]:
+def _joint(joint: Joint) -> dict[str, Any]:
+    """What places of links follow from, as `mechanism.positions` has it."""
+    kind = {"prismatic": joint.prismatic, "ideal": joint.ideal, "label": (*joint.contacts, joint.name)[0]}
+    return joint.model_dump(mode="json", include={"name", "journal", "bearing"}) | kind
+
+
+def _numbers(model: Model, request: Request) -> dict[tuple[str, int], float]:
     """All that a run begins with and that a parameter may change, by array and place."""
     _, x, o = memory(model, request)
     arrays = {name: getattr(x, name) for name in ARRAYS} | {"weight": 1 / scales(model)}
     arrays |= {name: np.array([getattr(o, name)]) for name in OPTIONS} | {"span": np.array([model.period])}
-    if isinstance(mechanism, Mechanism):
-        ends = [pin.at for joint in mechanism.joints for pin in (joint.journal, joint.bearing)]
-        arrays["pins"] = np.array(ends)
     return {(name, i): float(v) for name, array in arrays.items() for i, v in enumerate(array)}
-
-
-def _labels(model: Model, name: str) -> tuple[str, ...]:
-    kinds = {"link": model.links, "bending": model.bending, "joint": model.joints, "pin": model.pins}
-    return (kinds | {"guide": model.guides, "guided": model.pins, "state": model.states}).get(
-        WORDS[name].of, ("",)
-    )
-
-
-def _key(name: str, label: str) -> str:
-    return f"{'state' if name == 'state_value' else name}:{label}" if label else name
 
 
 @lru_cache(maxsize=64)

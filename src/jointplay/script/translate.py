@@ -26,6 +26,7 @@ import numpy as np
 
 from jointplay.script.expressions import ATOM, Expressions, UntranslatableError, literal, safe, short
 
+WORDS = {ast.Pass: "", ast.Break: "break", ast.Continue: "continue"}
 STEPS = {ast.Add: "+=", ast.Sub: "-=", ast.Mult: "*=", ast.Div: "/="}
 
 
@@ -169,20 +170,14 @@ class Function:
     def _block(self, nodes: list[ast.stmt], depth: int) -> list[str]:
         lines = []
         for node in nodes:
+            if isinstance(node, ast.Pass | ast.Break | ast.Continue):
+                lines += ["  " * depth + f"{WORDS[type(node)]};"]
+                continue
             found = getattr(self, f"_{type(node).__name__.lower()}", None)
             if found is None:
                 raise self._translate.refuse(node, type(node).__name__)
             lines += [line if line.startswith("  ") else "  " * depth + line for line in found(node, depth)]
         return lines
-
-    def _pass(self, node: ast.Pass, depth: int) -> list[str]:
-        return []
-
-    def _break(self, node: ast.Break, depth: int) -> list[str]:
-        return ["break;"]
-
-    def _continue(self, node: ast.Continue, depth: int) -> list[str]:
-        return ["continue;"]
 
     def _expr(self, node: ast.Expr, depth: int) -> list[str]:
         if isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
