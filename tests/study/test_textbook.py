@@ -217,6 +217,30 @@ def test_gear_pair_in_contact_all_the_time_is_linear():
     assert float(chaotic.lyapunov_exponent.sum()) == pytest.approx(-2 * zeta, abs=1e-6)
 
 
+def test_friction_turns_with_a_jump_of_the_speed():
+    """A block on a rough floor whose speed a clock turns round at t = 0.5: 1 - f t, then f t - 1 up to 0."""
+    block = jp.System(
+        states={"x": 0, "v": 1, "clock": 0},
+        parameters={"f": 0.4},
+        rates={"x": "v", "v": 0, "clock": 1},
+        friction=[{"name": "floor", "speed": "v", "normal": 1, "coefficient": "f"}],
+        jumps=[{"name": "turn", "guard": "0.5 - clock", "jump": {"v": "-v", "clock": "clock - 100"}}],
+    )
+    found = states(block, [0.4, 0.6, 2.0, 2.4, 2.6, 4.0])[:, 1]
+    assert found == pytest.approx([0.84, -0.76, -0.2, -0.04, 0, 0], abs=1e-10)
+    assert events(block, 4.0, "stick_onset") == pytest.approx([2.5], abs=1e-9)
+
+
+def test_a_switch_with_two_thresholds_remembers():
+    """x' = 1 from 1 up to 3, -2 back: 2 + 1 a cycle."""
+    heater = {"name": "heater", "on": "1 - x", "off": "x - 3"}
+    room = jp.System(states={"x": 2}, rates={"x": "3*heater - 2"}, switches=[heater])
+    found = jp.simulate(room, duration=20.0, rtol=1e-11)
+    assert found.event_time.values == pytest.approx(
+        np.sort([*np.arange(1, 20, 3), *np.arange(2, 20, 3)]), abs=1e-10
+    )
+
+
 def test_two_masses_slide_as_modes_until_one_turns_and_rest_where_friction_holds():
     chain = system("friction_chain")
     k, F = 100.0, 2.0
