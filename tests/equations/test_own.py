@@ -172,6 +172,21 @@ def test_a_switch_with_two_thresholds_is_watched_by_its_mode():
         assert point.watched()[0, 0] == value
 
 
+def test_a_lone_contact_is_open_while_a_body_rests_on_a_wall():
+    """The variant in which something touches is that of the wall too: the contact's mode still counts."""
+    stop, floor = Touch("stop", "q - 1", "50*depth"), Wall("floor", "q", restitution="0.5")
+    f = plain(Oscillator(("q",), ("v",), (), ("-1",), contacts=(stop,), impacts=(floor,)))
+    for stop_mode, wall_mode, rate in (
+        ("free", "free", -1.0),
+        ("contact", "free", 39.0),
+        ("free", "stick", 0.0),
+    ):
+        point = Point(f, [], (0.2, 0.0), (stop_mode, wall_mode))
+        point.variant, point.m[5] = 1, 0.0
+        point.m[3] = float(wall_mode == "stick")
+        assert point.rate()[0, 0] == pytest.approx(rate, abs=1e-14)
+
+
 def test_a_quantity_that_is_not_there():
     with pytest.raises(InputError, match=r"section\.quantity"):
         own.system(Oscillator((), ("x",), (), ("-x",), section="z"))

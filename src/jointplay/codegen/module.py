@@ -11,7 +11,7 @@ trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls;
                                   beyond these, contacts that a law remembers: beginnings, then ends; last,
                                   unit impulses on walls that share a guide
-CONTACTS, RESETS                  their names; of a contact with the flags PULLS, STICKS, REMEMBERS, SHARES
+CONTACTS, RESETS                  their names; of a contact with its flags (numerics.modes)
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
 
@@ -20,7 +20,19 @@ import re
 from sympy import Expr, Integer, Symbol
 
 from ..equations.system import System
-from ..numerics.modes import CONE, FORCE, GAP, IN_FLIGHT, PULLS, REMEMBERS, SHARES, SLIDE, SLIPPING, STICKS
+from ..numerics.modes import (
+    CONE,
+    FORCE,
+    GAP,
+    IN_FLIGHT,
+    LATCHES,
+    PULLS,
+    REMEMBERS,
+    SHARES,
+    SLIDE,
+    SLIPPING,
+    STICKS,
+)
 from . import elimination, outputs
 from .dynamics import Dynamics
 from .source import Layout, Program, dispatch, entry, importing, lanes, point, statements, used
@@ -81,6 +93,7 @@ def _names(system: System) -> str:
         + STICKS * c.sticks
         + REMEMBERS * bool(c.entry)
         + SHARES * (c.sticks and bool(c.face))
+        + LATCHES * c.latches
         for c in system.contacts
     }
     return f"CONTACTS = {flags!r}\nRESETS = {[reset.name for reset in system.resets]!r}\n\n"

@@ -29,6 +29,7 @@ from jointplay.mechanism.systems import (  # noqa: F401  offered here by name
     impact_pair,
     jerk,
     lorenz,
+    relief_valve,
     rossler,
     soft_impact_pair,
 )

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from jointplay.codegen import cache, outputs
+from jointplay.equations.written import Oscillator
 from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 from jointplay.mechanism.own import System
 
 PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
 TURN = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
+_BEYOND = "a state with the guard of {} above 0", "a position on the inner side of the {} wall"
 ROUNDS = 8  # of putting a body back on a wall whose gap bends
 
 
@@ -40,7 +42,7 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
     names = (*structure.positions, *structure.speeds)
     state = _state(system.initial if initial is None else initial, names)
     given = _given(module, numbers, state)
-    _check_gaps(module, given, state)
+    _check_gaps(structure, module, given, state)
     state, rates = inside(module, given, state), _phase_rates(module, given)
     rate = rates.get("phase", 0.0)
     fastest = max(map(abs, rates.values()), default=0.0)
@@ -52,7 +54,7 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
         relative=np.ones(len(names)),
         turning=np.zeros(module.SIZES["positions"]),
         fold=np.zeros(module.SIZES["positions"]),
-        period=system.period or 1.0,
+        period=system.period or system.scales.get("t", 1.0),
         h_max=TURN / fastest if fastest else math.inf,
         creep=SPEED_FLOOR,
         joints=tuple(module.CONTACTS),
@@ -80,10 +82,17 @@ def _state(initial: Any, names: tuple[str, ...]) -> np.ndarray:
     return state
 
 
-def _check_gaps(module: ModuleType, given: dict[str, float], state: np.ndarray) -> None:
+def _check_gaps(
+    structure: Oscillator, module: ModuleType, given: dict[str, float], state: np.ndarray
+) -> None:
     """Refuse a start beyond a wall, which lets nothing in, or where a jump should have been."""
+    walls = [each.name for each in structure.impacts]
+    accepted = {
+        True: "a position on the inner side of the {} wall",
+        False: "a state with the guard of {} above 0",
+    }
     problems = [
-        Problem("initial", state.tolist(), f"a state is accepted in which {name} has not been passed")
+        Problem("initial", state.tolist(), f"{accepted[name in walls].format(name)} is accepted")
         for name, gap in _gaps(module, given).items()
         if gap < -PLAY
     ]

@@ -52,7 +52,8 @@ class System(Record):
     units : dict of str to str
         Units of parameters and states; 1 where none is stated.
     scales : dict of str to float
-        Size of a state beside which its error counts as absolute; 1 where none is stated.
+        Size of a state beside which its error counts as absolute, and a time in which something happens,
+        ``t``, where nothing forces; 1 where not stated.
     system : str, optional
         Of an entry of the catalog its name there.
     """

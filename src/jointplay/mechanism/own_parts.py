@@ -12,7 +12,11 @@ from pydantic import BeforeValidator, Field
 from jointplay.equations.grammar import written
 from jointplay.mechanism.base import Flag, Name, Record, accepts, named
 
-Text = Annotated[str, BeforeValidator(written), accepts("an expression, as text or of SymPy,")]
+Text = Annotated[
+    str,
+    BeforeValidator(written, json_schema_input_type=str | float),
+    accepts("an expression, as text or of SymPy,"),
+]
 
 
 class Touch(Record):

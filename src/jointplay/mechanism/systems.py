@@ -4,7 +4,8 @@ They are dimensionless, on the time scale on which their known answers are state
 the state that its docstring gives. References: Lorenz (1963); Roessler (1976); jerk with |x| after Linz and
 Sprott (1999); two-well Duffing after Holmes (1979); impact pair and soft impact pair (rattling frame) after
 Dubowsky and Freudenstein (1971) with forcing y'' = sin t; bouncing ball after Holmes (1982) and Guckenheimer
-and Holmes (1983); gear pair with backlash after Kahraman and Singh (1990).
+and Holmes (1983); gear pair with backlash after Kahraman and Singh (1990); relief valve after Hos and
+Champneys (2012).
 """
 
 from __future__ import annotations
@@ -168,5 +169,30 @@ def gear_backlash(
     return _system("gear_backlash", numbers, {"y": 0.5, "v": 0.0}, **parts)
 
 
+@checked()
+def relief_valve(
+    flow: NonNegative = 5.0,
+    restitution: _Restitution = 0.8,
+    kappa: NonNegative = 1.25,
+    delta: NonNegative = 10.0,
+    beta: Positive = 20.0,
+) -> System:
+    """Relief valve: x'' = −κ x' − (x + δ) + p, p' = β(q − x √p); x ≥ 0, on the seat x' → −r x'.
+
+    Starts at rest at lift 0.2, with the pressure that the spring bears without lift (if that is not 0).
+
+    Parameters
+    ----------
+    flow, restitution, kappa, delta, beta : float
+        q, r, κ, δ and β.
+    """
+    numbers = {"flow": flow, "restitution": restitution, "kappa": kappa, "delta": delta, "beta": beta}
+    rates = {"x": "v", "v": "-kappa*v - (x + delta) + p", "p": "beta*(flow - x*sqrt(p))"}
+    seat = ({"name": "seat", "gap": "x", "restitution": "restitution"},)
+    start = {"x": 0.2, "v": 0.0, "p": delta or 0.2}
+    return _system("relief_valve", numbers, start, rates=rates, impacts=seat)
+
+
 _ALL = (lorenz, rossler, jerk, duffing, impact_pair, soft_impact_pair, bouncing_ball, gear_backlash)
+_ALL += (relief_valve,)
 SYSTEMS: dict[str, Callable[..., System]] = {system.__name__: system for system in _ALL}

@@ -70,8 +70,8 @@ def _missing(system: System) -> Iterator[Problem]:
         yield Problem("states", {}, "at least one state is needed")
     for name in system.states.keys() - system.rates.keys():
         yield Problem(f"rates.{name}", NOTHING, "the rate of this state is needed")
-    tables = {"rates": system.states, "scales": system.states, "mass": system.states}
-    tables["units"] = {**system.states, **system.parameters}
+    tables: dict[str, Any] = {"rates": system.states, "mass": system.states}
+    tables |= {"scales": {**system.states, "t": 0}, "units": {**system.states, **system.parameters}}
     for table, known in tables.items():
         for name in getattr(system, table):
             if name not in known:

@@ -1,0 +1,266 @@
+"""Textbook systems as shipped studies, each against a closed form that is derived here."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+import jointplay as jp
+from jointplay.analysis import tangents
+from jointplay.mechanism.assemble import assemble
+from jointplay.study.file import load
+
+STUDIES = Path(__file__).parents[2] / "studies" / "own"
+TAU = 2 * math.pi
+pytestmark = pytest.mark.long
+
+
+def system(name, **changes):
+    return load(STUDIES / f"{name}.toml").record.mechanism.replace(**changes)
+
+
+def states(mechanism, at, **how):
+    """States at times; a row each."""
+    at = list(at)
+    found = jp.simulate(mechanism, duration=at[-1] + 1e-9, at=at, rtol=1e-11, **how)
+    assert int(found.status) == 0
+    return found.state_value.values
+
+
+def events(mechanism, duration, kind, **how):
+    found = jp.simulate(mechanism, duration=duration, rtol=1e-11, **how)
+    words = found.event_kind.attrs["flag_meanings"].split()
+    return found.event_time.values[found.event_kind.values == words.index(kind)]
+
+
+def test_relief_valve_loses_its_steady_state_where_its_eigenvalues_say():
+    """x² (x + delta) = flow²; s³ + (kappa + c) s² + (1 + kappa c) s + c + d, with c, d of the pressure."""
+    valve = system("relief_valve")
+    kappa, delta, beta = (valve.parameters[name] for name in ("kappa", "delta", "beta"))
+
+    def steady(flow):
+        x = brentq(lambda x: x * math.sqrt(x + delta) - flow, 0, 10)
+        p = x + delta
+        slope = [[0, 1, 0], [-1, -kappa, 1], [-beta * math.sqrt(p), 0, -beta * x / (2 * math.sqrt(p))]]
+        return (x, 0.0, p), np.linalg.eigvals(slope)
+
+    hopf = brentq(lambda flow: steady(flow)[1].real.max(), 5, 10)
+    for flow in (hopf - 0.3, hopf + 0.3):
+        state, values = steady(flow)
+        there = valve.replace(flow=flow)
+        assert states(there, [1.0], initial=state)[0] == pytest.approx(state, abs=1e-12)
+        found = np.linalg.eigvals(tangents.tangent_map(assemble(there, state), 2.0, 1e-11))
+        assert sorted(abs(found)) == pytest.approx(sorted(abs(np.exp(2 * values))), abs=1e-8)
+    spread = []
+    for flow in (hopf + 0.3, hopf - 0.3):
+        start = np.add(steady(flow)[0], (0.05, 0, 0))
+        spread.append(
+            np.ptp(states(valve.replace(flow=flow), [199.0, 200.0, 201.0], initial=start), axis=0).max()
+        )
+    assert spread[0] < 1e-2 < spread[1]
+    assert 8 < hopf < 9
+
+
+def test_stick_slip_period():
+    """Slip lasts 2/w (pi - atan(D w/V)) and sticking 2 D/V, D = (static - sliding) N/k."""
+    block = system("stick_slip")
+    p = block.parameters
+    w, D = math.sqrt(p["stiffness"] / p["mass"]), (p["static"] - p["sliding"]) * p["load"] / p["stiffness"]
+    slip, stick = 2 / w * (math.pi - math.atan(D * w / p["belt"])), 2 * D / p["belt"]
+    found = events(block, 20.0, "slip_onset")
+    again = events(block, 20.0, "stick_onset")
+    assert len(found) > 3
+    assert np.diff(found) == pytest.approx(slip + stick, abs=1e-9)
+    assert found[0] == pytest.approx(p["static"] * p["load"] / p["stiffness"] / p["belt"], abs=1e-9)
+    assert again[-len(found) :][0] > 0
+    assert (again[again > found[0]][0] - found[0]) == pytest.approx(slip, abs=1e-9)
+
+
+def test_impact_oscillator_grazes_where_its_amplitude_is_the_distance():
+    oscillator = system("impact_oscillator")
+    w, damping = oscillator.parameters["frequency"], oscillator.parameters["damping"]
+    amplitude = 1 / math.hypot(1 - w**2, 2 * damping * w)
+    phase = math.atan2(2 * damping * w, 1 - w**2)
+    steady = amplitude * math.cos(phase), amplitude * w * math.sin(phase)
+    for distance, hits in ((1.000001 * amplitude, False), (0.999 * amplitude, True)):
+        found = events(oscillator.replace(distance=distance), 20.0, "impact", initial=steady)
+        assert bool(len(found)) == hits
+    at = np.linspace(1, 20, 9)
+    found = states(oscillator.replace(distance=2 * amplitude), at, initial=steady)
+    assert found[:, 0] == pytest.approx(amplitude * np.cos(w * at - phase), abs=1e-9)
+
+
+def test_ball_bounces_once_a_period_where_it_should():
+    """cos t0 = pi (1 - a)/(Gamma (1 + a)), and the period doubles at Gamma_PD (Guckenheimer and Holmes)."""
+    a, at_one = 0.5, math.pi * (1 - 0.5) / (1 + 0.5)
+    doubling = math.hypot(at_one, 2 * (1 + a**2) / (1 + a) ** 2)
+    for gamma, period in ((doubling - 0.03, 1), (doubling + 0.03, 2)):
+        start = jp.catalog.bouncing_ball(gamma, a).initial
+        ball = system("bouncing_ball", acceleration=gamma, initial=start)
+        hits = events(ball, 400 * TAU, "impact")[-8:] % TAU
+        assert np.ptp(hits[::period]) < 1e-6 < (np.ptp(hits) + (period == 1))
+        if period == 1:
+            assert math.cos(hits[-1]) == pytest.approx(at_one / gamma, abs=1e-7)
+
+
+def test_rocking_block_as_housner_has_it():
+    """A quarter of the swing from a: acosh(1/(1 - a))/p; then 1 - (1 - b)² = r² (1 - (1 - a)²)."""
+    block = system("rocking_block")
+    p, r, a, time = block.parameters["frequency"], block.parameters["restitution"], 0.9, 0.0
+    found = events(block, 9.0, "impact")
+    assert len(found) > 5
+    for n in range(5):
+        quarter = math.acosh(1 / (1 - a)) / p
+        time += quarter
+        assert found[n] == pytest.approx(time, abs=1e-8)
+        a = 1 - math.sqrt(1 - r**2 * (1 - (1 - a) ** 2))
+        time += math.acosh(1 / (1 - a)) / p
+
+
+def test_buck_converter_against_its_exact_pieces():
+    """Between events it is linear: exponentials of matrices, and roots of the control voltage on the ramp."""
+    buck = system("buck_converter")
+    p = buck.parameters
+    A = np.array([[-1 / p["load"] / p["capacity"], 1 / p["capacity"]], [-1 / p["coil"], 0.0]])
+    drive = np.array([0.0, p["source"] / p["coil"]])
+
+    def flown(x, on, dt):
+        rest = -np.linalg.solve(A, drive * on)
+        return rest + expm(A * dt) @ (x - rest)
+
+    def guard(x, clock):
+        return p["low"] + (p["high"] - p["low"]) * clock - p["gain"] * (x[0] - p["reference"])
+
+    x, T, cycles = np.array([12.0, 0.55]), p["cycle"], 40
+    for _ in range(cycles):
+        at, on = 0.0, guard(x, 0.0) > 0
+        while at < T:
+            grid = np.linspace(at, T, 200)[1:]
+            beyond = [t for t in grid if (guard(flown(x, on, t - at), t / T) > 0) != on and t > at + 1e-9]
+            if not beyond:
+                break
+            first = grid[max(np.searchsorted(grid, beyond[0]) - 1, 0)] if beyond[0] > grid[0] else at + 1e-12
+            until = brentq(
+                lambda t, x=x, on=on, at=at: guard(flown(x, on, t - at), t / T), first, beyond[0], xtol=1e-18
+            )
+            x, at, on = flown(x, on, until - at), until, not on
+        x = flown(x, on, T - at)
+    found = jp.simulate(buck, duration=(cycles + 0.01) * T, at=[cycles * T - 1e-12], rtol=1e-11)
+    assert int(found.status) == 0
+    assert found.state_value.values[-1][:2] == pytest.approx(x, abs=1e-6)
+
+
+def test_clocks_of_the_buck_converter_lose_nothing_in_its_tangents():
+    model = assemble(system("buck_converter"))
+    until, h = 3.3 * 4e-4, 1e-5
+    found = tangents.tangent_map(model, until, 1e-12)
+    columns = []
+    for d in h * np.diag([1.0, 1.0, 0.1]):
+        ends = [
+            states(system("buck_converter"), [until], initial=tuple(model.state + s * d))[0] for s in (1, -1)
+        ]
+        columns.append((ends[0] - ends[1]) / (2 * np.abs(d).max()))
+    assert found == pytest.approx(np.transpose(columns), rel=1e-4, abs=1e-5)
+
+
+def test_chua_rests_and_grows_as_its_eigenvalues_say():
+    """Beside 0 it rests at x = +-(outer - inner)/(1 + outer), y = 0, z = -x."""
+    chua = system("chua")
+    p, beta = chua.parameters, chua.parameters["beta"]
+    x = (p["outer"] - p["inner"]) / (1 + p["outer"])
+    for state, slope in (
+        ((x, 0.0, -x), p["outer"]),
+        ((-x, 0.0, x), p["outer"]),
+        ((0.0, 0.0, 0.0), p["inner"]),
+    ):
+        A = np.array([[-9.0 * (1 + slope), 9.0, 0.0], [1.0, -1.0, 1.0], [0.0, -beta, 0.0]])
+        assert x == pytest.approx(1.5)
+        assert states(chua, [1.0], initial=state)[0] == pytest.approx(state, abs=1e-10)
+        found = tangents.tangent_map(assemble(chua, state), 0.7, 1e-11)
+        assert found == pytest.approx(expm(0.7 * A), abs=1e-7)
+
+
+def test_rimless_wheel_comes_to_its_speed():
+    """rate² after a step: c² 4 sin(slope) sin(half)/(1 - c²), c = cos 2 half; c² of what is off is left."""
+    wheel = system("rimless_wheel")
+    slope, half = wheel.parameters["slope"], wheel.parameters["half"]
+    c = math.cos(2 * half)
+    gain = 4 * math.sin(slope) * math.sin(half)
+    found = jp.poincare(wheel, jp.ContactSection(joint="step"), turns=12, rtol=1e-11)
+    assert found.sizes["turn"] == 11
+    squares = [0.6**2]
+    for _ in range(11):
+        squares.append(c**2 * (squares[-1] + gain))
+    assert found.state_value.sel(state="rate").values ** 2 == pytest.approx(squares[1:], abs=1e-9)
+    steady = math.sqrt(gain * c**2 / (1 - c**2))
+    model = assemble(wheel, (slope - half, steady))
+    times = events(wheel, 60.0, "impact", initial=(slope - half, steady))
+    step = times[0]
+    assert np.diff(times) == pytest.approx(step, abs=1e-8)
+    values = np.linalg.eigvals(tangents.tangent_map(model, 5 * step, 1e-12))
+    assert sorted(abs(values)) == pytest.approx([c**10, 1.0], abs=1e-6)
+
+
+def test_gear_pair_in_contact_all_the_time_is_linear():
+    gear = system("gear_backlash", mean_load=5.0)
+    W, zeta, a = (gear.parameters[name] for name in ("frequency", "damping", "amplitude"))
+    size, phase = a * W**2 / math.hypot(1 - W**2, 2 * zeta * W), math.atan2(2 * zeta * W, 1 - W**2)
+    start = 6 + size * math.cos(phase), size * W * math.sin(phase)
+    at = np.linspace(1, 15, 8)
+    assert states(gear, at, initial=start)[:, 0] == pytest.approx(6 + size * np.cos(W * at - phase), abs=1e-9)
+    chaotic = jp.lyapunov(system("gear_backlash"), turns=200, transient=50, exponents="all")
+    assert float(chaotic.lyapunov_exponent.sum()) == pytest.approx(-2 * zeta, abs=1e-6)
+
+
+def test_friction_turns_with_a_jump_of_the_speed():
+    """A block on a rough floor whose speed a clock turns round at t = 0.5: 1 - f t, then f t - 1 up to 0."""
+    block = jp.System(
+        states={"x": 0, "v": 1, "clock": 0},
+        parameters={"f": 0.4},
+        rates={"x": "v", "v": 0, "clock": 1},
+        friction=[{"name": "floor", "speed": "v", "normal": 1, "coefficient": "f"}],
+        jumps=[{"name": "turn", "guard": "0.5 - clock", "jump": {"v": "-v", "clock": "clock - 100"}}],
+    )
+    found = states(block, [0.4, 0.6, 2.0, 2.4, 2.6, 4.0])[:, 1]
+    assert found == pytest.approx([0.84, -0.76, -0.2, -0.04, 0, 0], abs=1e-10)
+    assert events(block, 4.0, "stick_onset") == pytest.approx([2.5], abs=1e-9)
+
+
+def test_a_switch_with_two_thresholds_remembers():
+    """x' = 1 from 1 up to 3, -2 back: 2 + 1 a cycle."""
+    heater = {"name": "heater", "on": "1 - x", "off": "x - 3"}
+    room = jp.System(states={"x": 2}, rates={"x": "3*heater - 2"}, switches=[heater])
+    found = jp.simulate(room, duration=20.0, rtol=1e-11)
+    assert found.event_time.values == pytest.approx(
+        np.sort([*np.arange(1, 20, 3), *np.arange(2, 20, 3)]), abs=1e-10
+    )
+
+
+def test_two_masses_slide_as_modes_until_one_turns_and_rest_where_friction_holds():
+    chain = system("friction_chain")
+    k, F = 100.0, 2.0
+    K, start = k * np.array([[2.0, -1.0], [-1.0, 1.0]]), np.array([0.2, 0.3])
+    squares, modes = np.linalg.eigh(K)
+    middle = np.linalg.solve(K, [F, F])  # both slide down: friction pushes up
+    amplitudes = modes.T @ (start - middle)
+
+    def motion(t):
+        w = np.sqrt(squares)
+        return middle + modes @ (amplitudes * np.cos(w * t)), -modes @ (amplitudes * w * np.sin(w * t))
+
+    slips = events(chain, 5.0, "slip_reversal")
+    stops = np.concatenate([slips, events(chain, 5.0, "stick_onset")])
+    first = min(stops[stops > 1e-9])
+    assert min(abs(motion(first)[1])) < 1e-8
+    for t in (0.3 * first, 0.7 * first):
+        found = states(chain, [t])[0]
+        assert found == pytest.approx(np.concatenate(motion(t)), abs=1e-9)
+        assert (found[2:] < 0).all()
+    x1, x2, v1, v2 = states(chain, [5.0])[0]
+    assert [v1, v2] == pytest.approx([0, 0], abs=1e-8)
+    assert max(abs(K @ [x1, x2])) <= F + 1e-9
