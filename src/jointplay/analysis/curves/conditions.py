@@ -46,6 +46,7 @@ class Critical:
 
     multiplier: float
     half: bool = False
+    sided = False
 
     def value(self, trial: Trial, like: Point) -> float:
         """The bordered determinant."""
@@ -95,6 +96,8 @@ class Critical:
 @dataclass(frozen=True)
 class Torus:
     """A pair of multipliers on the unit circle; beyond a strong resonance, a real pair with the product 1."""
+
+    sided = False
 
     def value(self, trial: Trial, like: Point) -> float:
         """Its product less 1."""

@@ -20,7 +20,7 @@ import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis.curves import curve_dataset
-from jointplay.analysis.curves.tracing import KINDS, Curves, starts_of
+from jointplay.analysis.curves.tracing import BIFURCATIONS, KINDS, Curves, starts_of
 from jointplay.analysis.evaluate import dataset
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis, several
 from jointplay.analysis.labels import outcome
@@ -47,7 +47,7 @@ from jointplay.mechanism.base import Count, Natural, Number, accepts, unit
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
 
 MAX_POINTS, MAX_CURVES = 200, 8
-BRANCH = 100  # points at least of the branch on which curves start
+BRANCH = 200  # points at least of the branch on which curves start
 _PLANE = "a table of two parameters, each with its lowest and highest value,"
 
 
@@ -77,7 +77,7 @@ def curve(
     section: Section = ONCE_A_TURN,
     *,
     plane: Ranges,
-    of: Kinds = KINDS,
+    of: Kinds = BIFURCATIONS,
     start: Number | None = None,
     period: Natural = 1,
     initial: Start | None = None,
@@ -102,7 +102,8 @@ def curve(
         Two parameters, by name or by key path, each with its lowest and highest value. Over the first one, at
         the mechanism's own value of the second, changes are looked for from which curves start.
     of : sequence of str
-        Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking.
+        Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking, and grazing, which is not
+        among those that are followed if this is left out.
     start : float, optional
         Value of the first parameter at which the first orbit is sought; the mechanism's own if left out.
     period, initial, transient, rtol, tolerance, max_steps
@@ -110,7 +111,7 @@ def curve(
     step : float
         Longest step: of the parameters as fractions of their ranges, and of the orbit alike.
     max_points : int
-        Points of a curve, and of the branch on which curves start, at most (of that 100, if it is less).
+        Points of a curve, and of the branch on which curves start, at most (of that 200, if it is less).
     max_curves : int
         Curves, at most.
     progress : callable, optional
@@ -120,10 +121,11 @@ def curve(
     -------
     xarray.Dataset
         Over ``curve`` and ``point``: both parameters, their derivatives along the curve (``…_tangent``), and
-        all numbers that `periodic_orbit` gives. Over ``curve``: ``curve_kind``, ``n_points``; ``curve_end``
-        says why it ends. Over ``meeting``: ``meeting_kind``, with what a curve meets there; its curve and
-        point, both parameters, how closely they are enclosed. ``status`` is that of the first orbit, or
-        interrupted (`jointplay run` then keeps the points that it has).
+        all numbers that `periodic_orbit` gives. Over ``curve``: ``curve_kind``, at a grazing the event that
+        begins beyond it, ``n_points``; ``curve_end`` says why it ends. Over ``meeting``: ``meeting_kind``,
+        with what a curve meets there; its curve and point, both parameters, how closely they are enclosed.
+        ``status`` is that of the first orbit, or interrupted (`jointplay run` then keeps the points that it
+        has).
 
     Raises
     ------
@@ -157,7 +159,7 @@ def curve(
             progress(min(1.0, next(visited) / (most + max_points * max_curves)))
 
     branch = Explorer(line, step, most, 1, visit).explore(orbit, q[0])[0]
-    starts = starts_of(branch, of, lambda special: np.array([special.q, q[1]]))
+    starts = starts_of(branch, of, lambda first: np.array([first, q[1]]))
     found = []
     for each in Curves(family, step, max_points, visit).traced(starts):
         found.append(each)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.curves.tracing import KINDS, Curve, whole
+from jointplay.analysis.evaluate import joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.arclength import Family, Point
@@ -16,7 +17,9 @@ from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
+from jointplay.mechanism.model import Model
 
 DIMS = ("curve", "point")
 REASONS = (*ENDS, "resonance", "not_symmetric")
@@ -30,6 +33,8 @@ MEETINGS = (
     "resonance_1_2",
     "resonance_1_3",
     "resonance_1_4",
+    "fold_grazing",
+    "doubling_grazing",
     "grazing",
 )
 
@@ -61,7 +66,7 @@ def variables(
         **labelled({"point": (np.arange(size), "1", "point of the curve")}, "point"),
         **labelled({"end": (["first", "last"], "1", "end of the curve")}, "end"),
     }
-    return result | _curves(curves) | _meetings(curves, family, axes), coords
+    return result | _curves(curves, orbit.map.model) | _meetings(curves, family, axes), coords
 
 
 def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> dict[str, Any]:
@@ -74,12 +79,17 @@ def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> di
     return row
 
 
-def _curves(curves: Sequence[Curve]) -> dict[str, Any]:
+def _curves(curves: Sequence[Curve], model: Model) -> dict[str, Any]:
     ends = [[REASONS.index(end) for end in curve.branch.ends] for curve in curves]
     kinds = [KINDS.index(curve.kind) for curve in curves]
     counts = np.array([len(curve.branch.points) for curve in curves], dtype=int)
+    joints = np.array([curve.event[0] for curve in curves], dtype=np.int16)
+    events = [curve.event[1] if curve.event[1] >= 0 else len(EVENTS) for curve in curves]
+    named = "joint of the event that begins beyond a grazing, counted from 0; -1: none"
     return {
         **labelled({"n_points": (counts, "1", "points of the curve")}, "curve"),
+        "curve_event_joint": ("curve", joints, {"units": "1", "long_name": named} | joint_flags(model)),
+        "curve_event_kind": coded("curve", events, "event that begins beyond it", (*EVENTS, "none")),
         "curve_kind": coded("curve", np.array(kinds, dtype=int), "what changes on the curve", KINDS),
         "curve_end": coded(("curve", "end"), np.reshape(ends, (-1, 2)), "why a curve ends there", REASONS),
     }

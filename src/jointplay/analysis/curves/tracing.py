@@ -8,14 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointplay.analysis.curves.conditions import Critical, Torus
+from jointplay.analysis.curves.grazing import Grazing, grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.orbits.arclength import Condition, Family, Point, first, solve
-from jointplay.analysis.orbits.branch import Branch, Tracer
+from jointplay.analysis.orbits.branch import Branch, Tracer, alike
+from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import joined
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 
-KINDS = ("fold", "period_doubling", "neimark_sacker", "symmetry_breaking")
+BIFURCATIONS = ("fold", "period_doubling", "neimark_sacker", "symmetry_breaking")
+KINDS = (*BIFURCATIONS, "grazing")
 FROM = {"branch_point": "symmetry_breaking"}  # by the special point that it starts from, where not its own
 CONDITIONS: dict[str, Condition] = {
     "fold": Critical(1.0),
@@ -35,6 +38,12 @@ class Curve:
     kind: str
     branch: Branch
     family: Family
+
+    @property
+    def event(self) -> tuple[int, int]:
+        """Contact and kind of the event that begins at a grazing; (-1, -1) of other curves."""
+        condition = self.family.condition
+        return condition.event if isinstance(condition, Grazing) else (-1, -1)
 
 
 @dataclass
@@ -58,14 +67,14 @@ class Curves:
     max_points: int
     visit: Callable[[Point], None]
 
-    def traced(self, starts: Sequence[tuple[str, Orbit, np.ndarray]]) -> Iterator[Curve]:
-        """The curve of each start (kind, orbit, fractions of the ranges), but for those already passed."""
+    def traced(self, starts: Sequence[Begin]) -> Iterator[Curve]:
+        """The curve of each start, but for those already passed."""
         found: list[Curve] = []
-        for kind, orbit, q in starts:
-            family, begin, trouble = self._begun(kind, orbit, q)
-            if any(_passes(each, kind, begin) for each in found):
-                continue
+        for start in starts:
+            kind, (family, begin, trouble) = start.kind, self._begun(start)
             branch = Branch([begin], [], (trouble, trouble))
+            if any(_passes(each, Curve(kind, branch, family)) for each in found):
+                continue
             found.append(
                 Curve(kind, branch if trouble else _cut(kind, self._both_ways(family, begin)), family)
             )
@@ -73,15 +82,21 @@ class Curves:
             if "interrupted" in found[-1].branch.ends:
                 return
 
-    def _begun(self, kind: str, orbit: Orbit, q: np.ndarray) -> tuple[Family, Point, str]:
+    def _begun(self, begin: Begin) -> tuple[Family, Point, str]:
         """The family of a kind of curve, its first point, and why there is no other, if there is none."""
-        family, start = replace(self.family, condition=CONDITIONS[kind]), orbit
+        kind, orbit, q = begin.kind, begin.orbit, begin.q
+        family, start = replace(self.family, condition=CONDITIONS.get(kind)), orbit
         point = Point(orbit, q, 1.0, np.zeros(len(orbit.map.free) + 2))
-        if kind == "symmetry_breaking":
-            start = halved(orbit, family.tolerance)
-            if start is None:
-                return family, point, "not_symmetric"
-            family = replace(family, maps=_reflected(family.maps, start.map))
+        half = halved(orbit, family.tolerance) if kind in ("symmetry_breaking", "grazing") else None
+        if half is not None:  # of a symmetric orbit two guards graze at once
+            start, family = half, replace(family, maps=_reflected(family.maps, half.map))
+        elif kind == "symmetry_breaking":
+            return family, point, "not_symmetric"
+        if kind == "grazing":
+            nearly = grazed(start, begin.event)
+            if nearly is None:
+                return family, point, "not_converged"
+            family = replace(family, condition=nearly)
         guess = first(family, start, q, np.array([0.0, 1.0]))
         found = solve(family, guess, guess.z, guess.tangent)
         return (family, point, "not_converged") if found is None else (family, found, "")
@@ -96,10 +111,34 @@ class Curves:
         return Tracer(family, self.step, max(most, 2), self.visit).follow(start)
 
 
-def starts_of(branch: Branch, kinds: Sequence[str], where: Callable) -> list[tuple[str, Orbit, np.ndarray]]:
-    """Kind, orbit and fractions of both ranges of the special points where curves of some kinds start."""
-    named = [(FROM.get(special.kind, special.kind), special) for special in branch.specials]
-    return [(kind, special.point.orbit, where(special)) for kind, special in named if kind in kinds]
+@dataclass(frozen=True)
+class Begin:
+    """Where a curve starts: its kind, an orbit, the fractions of both ranges, and the event at a grazing."""
+
+    kind: str
+    orbit: Orbit
+    q: np.ndarray
+    event: tuple[int, int] = (-1, -1)
+
+
+def starts_of(branch: Branch, kinds: Sequence[str], where: Callable[[float], np.ndarray]) -> list[Begin]:
+    """The special points of a branch where curves of some kinds start, grazings last."""
+    found = []
+    for special in branch.specials:
+        kind = FROM.get(special.kind, special.kind)
+        point = _before(branch, special) if kind == "grazing" else special.point
+        q = special.q if kind != "grazing" else point.q
+        if kind in kinds:
+            found.append(Begin(kind, point.orbit, where(q), special.event))
+    return sorted(found, key=lambda each: each.kind == "grazing")
+
+
+def _before(branch: Branch, special: Special) -> Point:
+    """Of the two points beside a grazing the one with fewer events."""
+    at = next(i for i, point in enumerate(branch.points) if point is special.point)
+    beside = [branch.points[i] for i in (at - 1, at + 1) if 0 <= i < len(branch.points)]
+    others = [point for point in beside if not alike(point, special.point)]
+    return min([special.point, *others], key=lambda point: len(point.orbit.image.events))
 
 
 def _reflected(maps: Callable, half: SectionMap) -> Callable:
@@ -112,10 +151,11 @@ def _reflected(maps: Callable, half: SectionMap) -> Callable:
     return of
 
 
-def _passes(curve: Curve, kind: str, point: Point) -> bool:
-    """Whether a curve of that kind passes through a point."""
-    if curve.kind != kind:
+def _passes(curve: Curve, other: Curve) -> bool:
+    """Whether a curve passes through the first point of another of its kind."""
+    if (curve.kind, curve.event) != (other.kind, other.event):
         return False
+    point = other.branch.points[0]
     q = np.array([each.q for each in curve.branch.points])
     chords, away = np.diff(q, axis=0), point.q - q[:-1]
     lengths = np.maximum(np.sum(chords**2, axis=1), 1e-300)

@@ -33,11 +33,17 @@ CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink
 GAIN = 0.3  # factor by which a correction below the tolerance must reduce the residual
 ROUNDING = 1e-14
+TRIES, AWAY = 10, 1e-6  # to come back from beyond a curve; the first distance off it, by its condition
 KEPT = 1e-9  # singular values below it, relative to the largest, are not divided by
 
 
 class Condition(Protocol):
-    """What holds of the orbits of a curve, beside that they close."""
+    """What holds of the orbits of a curve, beside that they close.
+
+    `sided`: whether it has a meaning on one side of the curve only.
+    """
+
+    sided: bool
 
     def value(self, trial: Trial, like: Point) -> float:
         """The number that is zero on the curve; NaN where it has no meaning. `like`: a point nearby."""
@@ -150,6 +156,8 @@ class Point:
         Of the branch, of length 1: coordinates, then parameters.
     iterations : int
         Corrections by Newton's method.
+    inward : ndarray, optional
+        Of a curve: the gradient of its condition.
     """
 
     orbit: Orbit
@@ -157,6 +165,7 @@ class Point:
     unit: float
     tangent: np.ndarray
     iterations: int = 0
+    inward: np.ndarray | None = None
 
     @property
     def z(self) -> np.ndarray:
@@ -188,9 +197,12 @@ def solve(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) ->
 
 
 def _newton(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) -> Point | None:
-    z, size, count = np.array(guess), np.inf, 0
+    z, size, count, last = np.array(guess), np.inf, 0, None
     while count <= CORRECTIONS:
         here = family.trial(z, like)
+        if family.condition is not None and family.condition.sided and not np.isfinite(here.size(like.unit)):
+            here = _drawn_back(family, like, z, last)
+        z = last = here.z
         before, size = size, here.size(like.unit)
         if not np.isfinite(size) or (count > PATIENCE and size > max(before, family.tolerance)):
             return None
@@ -203,7 +215,8 @@ def _newton(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) 
         A[:free, :free] = here.image.derivative - np.eye(free)
         if done:
             orbit = Orbit(0, here.section, here.state, here.image, size, count)
-            return Point(orbit, family.place(z), like.unit, _tangent(A, normal), count)
+            inward = A[free] if len(A) > free else None
+            return Point(orbit, family.place(z), like.unit, _tangent(A, normal), count, inward)
         if not np.all(np.isfinite(A)):
             return None
         rows = np.vstack([A, normal])
@@ -211,6 +224,23 @@ def _newton(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) 
         z = z + np.linalg.lstsq(rows, left, rcond=KEPT)[0]
         count += 1
     return None
+
+
+def _drawn_back(family: Family, like: Point, z: np.ndarray, last: np.ndarray | None) -> Trial:
+    """A trial on that side of a curve where its condition has a meaning, if one is found.
+
+    From unknowns z beyond it towards the last ones, or off the curve by its normal at the point `like`.
+    """
+    trial = family.trial(z, like)
+    for n in range(1, TRIES):
+        if np.isfinite(trial.size(like.unit)) or (last is None and like.inward is None):
+            break
+        if last is None:
+            other = z + AWAY * 4**n * like.inward / (like.inward @ like.inward)
+        else:
+            other = last + (z - last) / 2**n
+        trial = family.trial(other, like)
+    return trial
 
 
 def jacobian(family: Family, like: Point, trial: Trial) -> np.ndarray:
@@ -271,4 +301,7 @@ def first(family: Family, orbit: Orbit, q: Any, sense: Any = 1.0) -> Point:
     of_parameters = max(np.linalg.norm(along[-family.count :]), 1e-12)
     unit = float(np.clip(size / of_parameters, 1e-6, 1e6)) if size > 0 else 1.0
     tangent = np.append(along[: -family.count] / unit, along[-family.count :])
-    return Point(orbit, q, unit, tangent / np.linalg.norm(tangent))
+    inward = None
+    if family.condition is not None:
+        inward = A[-1] * np.append(np.full(len(along) - family.count, unit), np.ones(family.count))
+    return Point(orbit, q, unit, tangent / np.linalg.norm(tangent), 0, inward)

@@ -218,10 +218,13 @@ def _lone(orbit: Orbit, q: float, end: str) -> Branch:
 
 def joined(back: Branch, forth: Branch) -> Branch:
     """One branch of two halves that start at the same point."""
-    turned = back.reversed()
+    turned, begin = back.reversed(), forth.points[0]
+    at_begin = [
+        replace(each, point=begin) if each.point is back.points[0] else each for each in turned.specials
+    ]
     return Branch(
         turned.points[:-1] + forth.points,
-        turned.specials + forth.specials,
+        at_begin + forth.specials,
         (turned.ends[0], forth.ends[1]),
         forth.parent,
     )

@@ -19,6 +19,7 @@ LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
     "period_doubling": (style.BLUE, (0, (5, 1.2))),
     "neimark_sacker": ("#7b3294", (0, (4, 1, 1, 1))),
     "symmetry_breaking": ("#007a53", (0, (2, 1))),
+    "grazing": (style.WARNING, (0, (1, 1))),
 }
 MARKED = {"linestyle": "none", "marker": "o", "markerfacecolor": "white", "color": style.BLACK}
 EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn", "period")

@@ -1,0 +1,111 @@
+"""The condition of grazing: somewhere on an orbit a guard comes just short of firing.
+
+With m(t) the margin of that guard along the orbit, m = 0 and m' = 0 there: g = min m, over its own size. With
+M the tangents up to the minimum, dg = grad m M dx, since m' = 0. A curve is followed on that side on which
+the guard does not fire: there the map is smooth up to the curve, also where an impact beyond it has a
+square-root singularity. Its points lie SHORT of the curve; iterates that pass it are drawn back.
+References: Nordmark, J. Sound Vib. 145 (1991) 279-297; di Bernardo et al., Piecewise-smooth Dynamical Systems
+(2008), chapter 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from jointplay.analysis.curves.guards import SAMPLES, Guards
+from jointplay.analysis.curves.half_map import HalfMap
+from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits.arclength import Family, Point, Trial
+from jointplay.analysis.orbits.shooting import Orbit
+
+SHORT = 1e-10  # of the margin's size
+NEAR = 3e-3  # of a multiplier from +1 or -1 where a curve of folds or doublings is met
+PART = 1e-6  # of the scales: differences of a margin
+
+
+@dataclass(frozen=True)
+class Grazing:
+    """A guard that nearly fires.
+
+    Parameters
+    ----------
+    guard : int
+        Its number.
+    size : float
+        Of its margin, by which it is divided.
+    event : tuple of int
+        Contact and kind of the event that begins beyond the curve.
+    """
+
+    guard: int
+    size: float
+    event: tuple[int, int] = (-1, -1)
+    sided = True
+
+    def value(self, trial: Trial, like: Point) -> float:
+        """The least margin, less what it is short of; NaN where the guard fires once more, or less."""
+        found = self._least(trial, like)
+        return np.nan if found is None else found[0] / self.size - SHORT
+
+    def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
+        """Its derivatives with respect to the coordinates x/c."""
+        section, state = trial.section, trial.state
+        found = self._least(trial, like)
+        if found is None:
+            return np.full(len(section.free), np.nan)
+        bundle, _, status = section.run(state, section.request(found[1]), np.eye(len(state)))
+        if status:
+            return np.full(len(section.free), np.nan)
+        here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])
+        steps = np.zeros((2 * len(state), len(here)))
+        for i, part in enumerate(PART * section.scale):
+            steps[2 * i, 1 + i], steps[2 * i + 1, 1 + i] = part, -part
+        margins = Guards(section.model).margins(here + steps)[:, self.guard]
+        slopes = (margins[::2] - margins[1::2]) / (2 * PART * section.scale)
+        row = slopes @ bundle.vectors.T
+        return like.unit * (row * section.scale)[section.free] / self.size
+
+    def _least(self, trial: Trial, like: Point) -> tuple[float, float] | None:
+        guards, image = Guards(trial.section.model), trial.image
+        before = guards.count(self.guard, like.orbit.image.events)
+        if image.status or guards.count(self.guard, image.events) != before:
+            return None
+        found = guards.nearest(trial.section, trial.state, image.time, image.events)
+        if found is None or not np.isfinite(found[0][self.guard]):
+            return None
+        spacing = image.time / (SAMPLES * trial.section.turns)
+        near = found[1][self.guard]
+        return guards.minimum(trial.section, trial.state, self.guard, near, spacing, image.time)
+
+    def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
+        """Zeros where the orbit that grazes also folds or doubles."""
+        return {
+            "fold_grazing": lambda point: floquet.unit_test(point.multipliers),
+            "doubling_grazing": lambda point: floquet.doubling_test(point.multipliers),
+        }
+
+    def genuine(self, kind: str, point: Point) -> bool:
+        """Whether a zero of a test is what its name says."""
+        wanted = 1.0 if kind == "fold_grazing" else -1.0
+        return bool(np.any(np.abs(np.asarray(point.multipliers) - wanted) < NEAR))
+
+
+def grazed(orbit: Orbit, event: tuple[int, int]) -> Grazing | None:
+    """The guard of an event's contact that nearly fires on an orbit; None where none comes near.
+
+    On half a symmetric orbit it may be the mirror image's.
+    """
+    section, guards = orbit.map, Guards(orbit.map.model)
+    found = guards.nearest(section, orbit.state, orbit.image.time, orbit.image.events)
+    if found is None:
+        return None
+    least, _, sizes = found
+    fits = (guards.owner(g) == event[0] or isinstance(section, HalfMap) for g in range(len(least)))
+    owned = [g for g, fit in enumerate(fits) if fit and event[1] in guards.kinds(g) and np.isfinite(least[g])]
+    if not owned:
+        return None
+    guard = min(owned, key=lambda g: least[g] / sizes[g])
+    return Grazing(guard, float(sizes[guard]), event)

@@ -1,0 +1,124 @@
+"""Guards along a motion, as the flow watches them, and how near they come to firing.
+
+The margin of a guard is the number that reaches zero where it fires: a gap in flight, the force or the
+penetration in contact, the speed of sliding, the distance from the friction cone. It is evaluated by the
+structure's own compiled functions on recorded states.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, TIME
+from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.analysis.trajectory import Request, memory
+from jointplay.codegen import cache
+from jointplay.mechanism.model import Model
+from jointplay.numerics.codes import Event
+
+SAMPLES = 720  # a turn
+STAGES = (0.5, 1 / 32)  # spacings of the five samples, in those, through which an extremum is interpolated
+FIVE = np.arange(-2.0, 3.0)
+SLIDE, PLACES = 2, 4  # of a contact's guards
+OF_SLIDING = (Event.SLIP_REVERSAL, Event.STICK_ONSET, Event.SLIP_ONSET)
+
+
+@dataclass
+class Guards:
+    """The guards of a model.
+
+    Parameters
+    ----------
+    model : Model
+        Whose.
+    """
+
+    model: Model
+    contacts: int = field(init=False)
+
+    def __post_init__(self):
+        self._module = cache.structure_module(self.model.structure)
+        self._k, self._x, self._o = memory(self.model, Request(1.0))
+        self.contacts = len(self._x.flags)
+
+    def margins(self, rows: np.ndarray) -> np.ndarray:
+        """Margins at rows of time, state, modes; shape (rows, guards); NaN where a guard is not watched."""
+        from jointplay.numerics.events import side_of
+        from jointplay.numerics.modes import mask, variant_of
+
+        k, x, o = self._k, self._x, self._o
+        width, count = 1 + len(self.model.state), len(x.fired)
+        found = np.full((len(rows), count), np.nan)
+        for row, margins in zip(rows, found, strict=True):
+            x.s[:width] = row[:width]
+            x.modes[:] = row[width : width + len(x.modes)]
+            self._module.trig(x.s, x.p)
+            mask(x.modes, x.m)
+            k.w[:] = 0.0
+            self._module.rate(variant_of(x.modes), k.w, x.s, x.p, x.m)
+            for g in range(count):
+                if side := side_of(g, x.modes, x.flags):
+                    margins[g] = side * k.w[8 * (o.guards + g) + 7]
+        return found
+
+    def owner(self, guard: int) -> int:
+        """Number of the contact, or wall, of a guard, as in rows of events."""
+        return guard // PLACES if guard < PLACES * self.contacts else guard - (PLACES - 1) * self.contacts
+
+    def kinds(self, guard: int) -> tuple[int, ...]:
+        """Kinds of the events that a guard makes."""
+        sliding = guard < PLACES * self.contacts and guard % PLACES >= SLIDE
+        return OF_SLIDING if sliding else OF_GAPS
+
+    def count(self, guard: int, events: np.ndarray) -> int:
+        """How many events of an orbit are of a guard's contact and kinds."""
+        return int(
+            np.sum((events[:, CONTACT] == self.owner(guard)) & np.isin(events[:, KIND], self.kinds(guard)))
+        )
+
+    def nearest(self, section: SectionMap, state: np.ndarray, duration: float, events: np.ndarray):
+        """Least local minimum of each guard's margin along an orbit, its time, and the margin's size."""
+        count = section.turns * SAMPLES
+        times = section.begin + np.arange(count) / count * duration
+        rows, status = section.sampled(state, times, False)
+        if status:
+            return None
+        margins = self.margins(rows)
+        before, after = np.roll(margins, 1, axis=0), np.roll(margins, -1, axis=0)
+        with np.errstate(invalid="ignore"):
+            minimal = (margins <= before) & (margins < after)
+            sizes = np.nanmax(np.abs(margins), axis=0, initial=0.0, where=np.isfinite(margins))
+        for row in events:
+            at = int((row[TIME] - section.begin) / duration * count)
+            owned = [g for g in range(margins.shape[1]) if self.owner(g) == int(row[CONTACT])]
+            minimal[np.ix_(np.arange(at - 1, at + 3) % count, owned)] = False
+        least = np.where(minimal, margins, np.inf)
+        where = np.argmin(least, axis=0)
+        return least[where, np.arange(len(where))], times[where], sizes
+
+    def minimum(
+        self, section: SectionMap, state: np.ndarray, guard: int, near: float, spacing: float, turn: float
+    ) -> tuple[float, float] | None:
+        """Local minimum of a guard's margin, and its time, from a time near it; None where there is none.
+
+        The quartic through five samples, the second time through closer ones.
+        """
+        time, value = near, np.nan
+        for share in STAGES:
+            step = share * spacing
+            time += turn if time - 2 * step < section.begin else 0.0
+            rows, status = section.sampled(state, time + step * FIVE, False)
+            margins = self.margins(rows)[:, guard] if not status else np.full(5, np.nan)
+            if not np.all(np.isfinite(margins)):
+                return None
+            quartic = Polynomial(np.linalg.solve(np.vander(FIVE, increasing=True), margins))
+            roots = quartic.deriv().roots()
+            inside = roots[(np.abs(roots.imag) < 1e-6) & (np.abs(roots.real) <= 2.5)].real
+            if not len(inside):
+                return None
+            best = inside[np.argmin(quartic(inside))]
+            time, value = time + step * best, float(quartic(best))
+        return value, time

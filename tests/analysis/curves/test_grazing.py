@@ -1,0 +1,124 @@
+"""Curves of grazing: gears in closed form, a rigid wall by exact flights, a bearing by runs."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import jointplay as jp
+from jointplay import catalog
+from jointplay.analysis.curves.guards import Guards
+from jointplay.analysis.orbits.section_map import section_map
+from jointplay.analysis.starts import placed
+from tests.analysis.exact_maps import TAU, Flight
+
+
+def found_curve(found, kind="grazing", event=None):
+    """The points of the first curve of a kind, and of an event, as a dataset."""
+    words = jp.words(found)
+    fits = (words["curve_kind"] == kind) & ((words["curve_event_kind"] == event) if event else True)
+    number = int(np.flatnonzero(fits)[0])
+    return words.isel(curve=number, point=slice(0, int(found["n_points"][number])))
+
+
+def test_the_gears_lose_contact():
+    """Steady oscillation on one flank loses contact where its amplitude is the mean deflection."""
+    zeta, load = 0.05, 0.1
+
+    def limit(W):
+        return load * abs(1 - W**2 + 2j * zeta * W) / W**2
+
+    found = jp.curve(
+        catalog.gear_backlash(load, 0.95 * limit(1.6), 1.6, zeta),
+        plane={"amplitude": (0.8 * limit(1.6), 1.2 * limit(1.6)), "frequency": (1.5, 1.7)},
+        initial=[1 + load, 0.0],
+        transient=200,
+        of="grazing",
+        step=0.2,
+        max_curves=1,
+    )
+    one = found_curve(found)
+    assert one["curve_event_kind"] == "contact"
+    assert one["amplitude"].values == pytest.approx(limit(one["frequency"].values), rel=1e-9)
+    assert list(one["curve_end"]) == ["range", "range"]
+    assert sorted(one["frequency"].values[[0, -1]]) == [1.5, 1.7]
+
+
+def nearly_missed(gap, restitution, state, periods):
+    """State after some periods by exact flights, and the least distance at which a wall is missed."""
+    flight, missed = Flight(0.0, *state), []
+    while True:
+        t, side = flight.leaves(gap / 2)
+        end = min(t, periods * TAU)
+        times = np.linspace(flight.t, end, 400)[1:-1]
+        speeds = [flight.at(time)[1] for time in times]
+        for a, b, v, w in zip(times[:-1], times[1:], speeds[:-1], speeds[1:], strict=True):
+            if v * w < 0:
+                y = flight.at(brentq(lambda s, f=flight: f.at(s)[1], a, b, xtol=1e-14))[0]
+                missed.append(gap / 2 - abs(y))
+        if t > end:
+            return flight.at(end), min(missed)
+        flight = Flight(t, side * gap / 2, -restitution * flight.at(t)[1])
+
+
+def test_a_flight_grazes_a_rigid_wall():
+    """A symmetric motion of three periods, with a square-root singularity beyond the curve."""
+    found = jp.curve(
+        catalog.impact_pair(3.6, 0.8),
+        plane={"gap": (2.3, 3.65), "restitution": (0.72, 0.88)},
+        period=3,
+        initial=[-0.7248467710645374, -0.18472721301220763],
+        transient=0,
+        of="grazing",
+        step=0.1,
+        max_points=16,
+    )
+    one = found_curve(found)
+    assert one["curve_event_kind"] == "impact"
+    assert one.sizes["point"] > 5
+    assert np.ptp(one["restitution"].values) > 0.02
+    for point in range(0, one.sizes["point"], 3):
+        at = one.isel(point=point)
+        gap, r, state = float(at["gap"]), float(at["restitution"]), at["orbit_state"].values
+        reached, missed = nearly_missed(gap, r, state, 3)
+        assert reached == pytest.approx(state, abs=1e-9)
+        assert missed == pytest.approx(0, abs=1e-9)
+
+
+def test_guards_are_those_of_the_flow():
+    """Impact pair: the walls' gaps; and half of a wall's way a motion is nearest where its speed is 0."""
+    section = section_map(
+        placed(catalog.impact_pair(30.0, 0.8), [0.0, 2.0], jp.CrankAngle()), jp.CrankAngle(), 1
+    )
+    guards, state = Guards(section.model), np.array([0.0, 2.0])
+    rows, _ = section.sampled(state, np.array([1.0, 2.0]), False)
+    y = rows[:, 1]
+    assert guards.margins(rows) == pytest.approx(np.stack([15 - y, 15 + y], -1), abs=1e-12)
+    assert [guards.owner(g) for g in (0, 1)] == [0, 1]
+    falling = np.array([0.0, -0.5])  # v = 0.5 - cos t: lowest at pi/3
+    image = section.image(falling, False)
+    least, when, _ = guards.nearest(section, falling, image.time, image.events)
+    value, time = guards.minimum(section, falling, 1, when[1], image.time / 720, image.time)
+    assert time == pytest.approx(math.pi / 3, abs=1e-6)
+    assert value == pytest.approx(15 + math.pi / 6 - math.sin(math.pi / 3), abs=1e-12)
+    assert least[1] == pytest.approx(value, abs=1e-4)
+
+
+@pytest.mark.long
+def test_the_linkage_begins_to_stick_along_a_curve():
+    """On either side of the curve runs have, and have not, an onset of sticking more."""
+    linkage = catalog.chunmei2002(3.25e-5, gear_ratio=3.0)
+    plane = {"clearance": (3.2e-5, 3.4e-5), "gear_ratio": (2.98, 3.02)}
+    found = jp.curve(linkage, plane=plane, of="grazing", step=0.1, max_points=12, max_curves=1)
+    one = found_curve(found, event="stick_onset")
+    for point in (1, one.sizes["point"] - 2):
+        at = one.isel(point=point)
+        counts = []
+        for share in (1 - 2e-5, 1 + 2e-5):
+            there = linkage.replace(
+                clearance=share * float(at["clearance"]), gear_ratio=float(at["gear_ratio"])
+            )
+            orbit = jp.words(jp.periodic_orbit(there, transient=60))
+            counts.append(int(np.sum(orbit["event_kind"].values == "stick_onset")))
+        assert abs(counts[1] - counts[0]) == 1
