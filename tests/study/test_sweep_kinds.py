@@ -35,6 +35,7 @@ ANALYSIS = {
     "periodic_orbit": "transient = 20",
     "continuation": 'parameter = "restitution"\nrange = [0.7, 0.85]\nmax_points = 5',
     "sensitivity": "turns = 40",
+    "tipping": "region.y = [-1.0, 1.0]\nregion.v = [0, 1]\nstarts = 2\nturns = 16\npatience = 1\nsteps = 2",
     "basins": "plane.y = [-1.0, 1.0]\nplane.v = [0.0, 1.0]\ntransient = 5\nturns = 4\npatience = 0",
 }
 SINGLE = {
