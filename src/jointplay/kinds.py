@@ -261,6 +261,26 @@ _ROWS = (
         },
     ),
     Kind(
+        "tipping",
+        ".analysis.coexisting.tipping:tipping",
+        ("tipping",),
+        "{starts} starts in the region, knocks up to {largest} in {steps} steps",
+        shown=(Shown("knock_size", (("number", 0), ("knock", 0)), "smallest knock of the first motion"),),
+        tangents=True,
+        summary=".results.answers.coexisting:tipping",
+        example={
+            "mechanism": {"clearance": 2.5e-4},
+            "analysis": {
+                "region": dict.fromkeys(("journal_x", "journal_y"), (-0.7, 0.7)),
+                "starts": 16,
+                "turns": 24,
+                "steps": 4,
+                "phases": 1,
+                "directions": 2,
+            },
+        },
+    ),
+    Kind(
         "periodic_orbit",
         ".analysis.orbits.periodic_orbit:periodic_orbit",
         ("floquet", "time_history", "journal_orbit", "phase_portrait"),

@@ -18,7 +18,7 @@ from tests.figures.exponents.test_covariant_figure import vectors
 from tests.figures.exponents.test_lyapunov_figure import exponents
 from tests.figures.lab.test_work_precision import works
 from tests.figures.signals.test_chaos_figures import counted, density, judged
-from tests.figures.states.test_fields import basins, coexisting, divergence, field
+from tests.figures.states.test_fields import basins, coexisting, divergence, field, tipped
 from tests.figures.support.synthetic import flag_words, oscillator, response, section
 from tests.figures.support.synthetic_assessment import assessment
 from tests.figures.support.synthetic_branches import branches, curves, orbit
@@ -96,6 +96,7 @@ PICTURES = {
     "field": lambda: (field(), {}),
     "basins": lambda: (basins(), {}),
     "attractors": lambda: (coexisting(), {}),
+    "tipping": lambda: (tipped(), {}),
     "continuation": lambda: (branches(), {}),
     "curve": lambda: (curves(), {}),
     "floquet": lambda: (orbit((0.5, 0.3), (0.5, -0.3), (-0.2, 0.0)), {}),

@@ -24,6 +24,7 @@ MECHANISMS = {  # where a test system will not do
 NEEDED = {
     "basins": {"plane": {"y": [-1.0, 1.0], "v": [0.0, 1.0]}},
     "attractors": {"region": {"y": [-1.0, 1.0], "v": [0.0, 1.0]}},
+    "tipping": {"region": {"y": [-1.0, 1.0], "v": [0.0, 1.0]}},
     "continuation": {"parameter": "gap", "range": [2.0, 9.0]},
     "curve": {"plane": {"gap": [2.0, 9.0], "restitution": [0.7, 0.9]}},
     "stress": {"scenes": 3},

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -145,7 +145,7 @@ class _Journaled:
         jobs, before = with_journal_keys(self.record, work, self.works)
         jobs = part(jobs, self.share)
         self.works += 1
-        if missing := _missing(jobs, self.journal, self.say):
+        if missing := _missing(jobs, self.journal, self.say, self.keys):
             if self.pool.workers:
                 work.warm()
             with _watched(self.journal, sum(len(job.keys) for job in missing), work.progress):
@@ -164,14 +164,16 @@ def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[s
     refuse_lost(left)
 
 
-def _missing(jobs: Sequence[Job], journal: Journal, say: Callable[[str], None]) -> list[Job]:
-    """Jobs that are missing in a journal, of which cells that crashed are taken out."""
+def _missing(
+    jobs: Sequence[Job], journal: Journal, say: Callable[[str], None], before: Collection[str] = ()
+) -> list[Job]:
+    """Jobs missing in a journal, of which cells that crashed are taken out; `before` are of earlier works."""
     index = journal.index()
     if again := redone(jobs, index):
         journal.keep_only(index.keys() - again)
         index = {key: status for key, status in index.items() if key not in again}
     keys = [key for job in jobs for key in job.keys]
-    _report(journal, keys, index, say)
+    _report(journal, keys, {key: status for key, status in index.items() if key not in before}, say)
     return journal.remaining(jobs, index)
 
 

@@ -226,3 +226,28 @@ def test_attractors_have_points_and_bands_in_one_colour():
 def test_attractors_need_a_result_of_that_kind():
     with pytest.raises(InputError, match="kind attractors"):
         figures.draw(basins(), kind="attractors")
+
+
+def tipped():
+    """Two motions and three kinds of knock, of which one does not tip the second."""
+    dims = ("number", "knock")
+    data = {
+        "knock_size": (dims, np.array([[0.2, 0.1, 3e-5], [0.4, np.nan, 5e-5]]), {"units": "1"}),
+        "knock_units": ("knock", np.array(["N m s", "N m s", "m"])),
+        "above_reaches": (dims, np.array([[2, -1, 2], [1, -1, 1]]), {"units": "1"}),
+        "period": ("number", np.array([1, 0]), {"units": "1"}),
+        "fraction_reached": (("number", "within"), np.array([[0.1, 0.5], [0.0, 0.4]]), {"units": "1"}),
+        "status": ((), np.int8(0), flag_words(STATUS, "outcome")),
+    }
+    coords = {"number": [1, 2], "knock": ["impulse:crank", "impulse:coupler", "shift:B"], "within": [8, 16]}
+    return xr.Dataset(data, coords, {"kind": "tipping"})
+
+
+def test_knocks_have_a_bar_for_each_motion_in_their_units():
+    impulses, shifts, times = figures.draw(tipped()).axes
+    heights = [bar.get_height() for bar in impulses.patches]
+    assert heights == pytest.approx([0.2, 0.1, 0.4, np.nan], nan_ok=True)
+    assert [bar.get_height() for bar in shifts.patches] == pytest.approx([30, 50])
+    assert [text.get_text() for text in impulses.texts] == ["\u21922", "?", "\u21921", "none"]
+    assert [label.get_text() for label in impulses.get_xticklabels()] == ["crank", "coupler"]
+    assert [line.get_ydata().tolist() for line in times.lines] == [[0.1, 0.5], [0.0, 0.4]]

@@ -1,8 +1,9 @@
 """The motions that last at one value of a parameter: starts followed until it is known where they end.
 
 A start is followed in short stretches. As soon as its section points run along a known periodic motion, point
-by point, and come no farther from it, it has reached that motion. What has reached none in the
-transient's turns is observed as in `analysis.states.ends`: it has a period, or none within the patience.
+by point, and come no farther from it, it has reached that motion; after 48 turns, also where they spend their
+time as a known motion without a period does. What has reached none in the transient's turns is observed as in
+`analysis.states.ends`: it has a period, or none within the patience.
 
 A motion without a period lasts, as far as one can tell, if none that was like it ended elsewhere while it was
 looked at: the section points of each are compared, by shares of time (`analysis.states.matching`), with those
@@ -32,7 +33,7 @@ from jointplay.analysis.states.matching import SHARED, by_histograms, histograms
 from jointplay.mechanism.model import Model
 
 BLOCK, STRETCH = 64, 8  # starts at a time; turns between two looks in the transient
-TAIL = 64  # section points by which a known motion is recognised
+TAIL = 48  # section points by which a known motion is recognised
 UNSETTLED, FAILED, NO_START = -1, -2, -3  # in place of the number of a lasting motion
 LEFT = 32  # motions kept that had no period at first and then settled
 
@@ -74,6 +75,7 @@ class Motions:
     observation: Observation
     known: list[Lasting] = field(default_factory=list)
     left: list[np.ndarray] = field(default_factory=list)  # features of motions before they settled
+    turns: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
 
     def sort(self, starts: Sequence[Model | None]) -> np.ndarray:
         """Follow starts to their ends.
@@ -81,9 +83,10 @@ class Motions:
         Returns
         -------
         ndarray of int
-            Of each start its index in `known`, or UNSETTLED, FAILED, NO_START.
+            Of each start its index in `known`, or UNSETTLED, FAILED, NO_START. `turns` has those after which
+            it was recognised, in whole stretches; -1: not within the transient's.
         """
-        labels = np.full(len(starts), NO_START)
+        labels, self.turns = np.full(len(starts), NO_START), np.full(len(starts), -1)
         for first in range(0, len(starts), BLOCK):
             block = {n: starts[n] for n in range(first, min(first + BLOCK, len(starts))) if starts[n]}
             self._sort(block, labels)
@@ -102,8 +105,10 @@ class Motions:
             self._advance(runs, turns, labels, TAIL)
             for n in [*runs]:
                 if (found := self._along(runs[n].points)) >= 0:
-                    labels[n] = found
+                    labels[n], self.turns[n] = found, self.observation.transient - left
                     del runs[n]
+            if self.observation.transient - left >= TAIL:
+                self._like_known(runs, labels)
         self._observe(runs, labels)
 
     def _advance(self, runs: dict[int, _Run], turns: int, labels: np.ndarray, keep: int) -> None:
@@ -179,7 +184,6 @@ class Motions:
             for n in [*runs] if not motion.period else []:
                 if _alike(motion.points, runs[n].points):
                     labels[n] = index
-                    motion.watched += self.observation.turns
                     del runs[n]
 
     def _without_period(self, runs: dict[int, _Run], labels: np.ndarray) -> None:

@@ -42,7 +42,7 @@ def found(
 ) -> Entry:
     """Motions that last, of starts drawn in a region; counts of starts by where they end."""
     place = Starts(changed(mechanism, changes), initial, tuple(region), joint)
-    (value,) = changes.values()
+    value = next(iter(changes.values()), 0.0)
     motions = Motions(place.model, observation)
     labels = motions.sort([place(values) for values in drawn(region, starts, seed, value)])
     tolerance = observation.tolerance

@@ -43,10 +43,15 @@ def one_parameter(mechanism: Mechanism | TestSystem, over: Any) -> Iterator[Prob
 
 
 def region_fits(varied: Mechanism | TestSystem, region: Region, joint: str | None, initial: Any):
+    """Yield the problems of a region of what is varied."""
+    yield from coordinate_rules(varied, region, joint, initial)
+
+
+def coordinate_rules(mechanism: Mechanism | TestSystem, region: Region, joint: str | None, initial: Any):
     """Yield the problems of a region."""
     if not region:
         yield Problem("region", region, f"{_WORDS} is accepted")
-    yield from coordinate_problems("region", varied, region, joint, initial)
+    yield from coordinate_problems("region", mechanism, region, joint, initial)
     for name, (low, high) in region.items():
         if not low < high:
             yield Problem(f"region.{name}", [low, high], "a lowest and a highest value above it are accepted")

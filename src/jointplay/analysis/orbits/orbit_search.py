@@ -37,13 +37,13 @@ def search(section: SectionMap, settings: Search, progress: Callable[[float], No
     states, status = settled(section, settings.transient, progress or (lambda done: None))
     orbit = _failed(section, status)
     for state in states if not status else ():
-        orbit = _solved(section, state, settings)
+        orbit = solved(section, state, settings)
         if not orbit.status:
             return shortest(orbit, settings)
     return orbit
 
 
-def _solved(section: SectionMap, state: np.ndarray, settings: Search) -> Orbit:
+def solved(section: SectionMap, state: np.ndarray, settings: Search) -> Orbit:
     """Newton's method from a state, on a section away from events, then on another one."""
     image = section.image(state, False)
     if image.status:

@@ -48,3 +48,29 @@ def _motion(dataset: Dataset, name: str, n: int, there: np.ndarray) -> str:
     ends = f"from {_at(dataset, name, places[0])} to {_at(dataset, name, places[-1])}"
     best = 100 * float(np.nanmax(one["fraction"].values[places]))
     return f"{int(one['identity'])}: period {text}, {ends}, up to {plain(best, 3)} % of the starts"
+
+
+def tipping(dataset: Dataset) -> str:
+    """Return the smallest knock that throws each motion into another, and the edge states."""
+    count = dataset.sizes["number"]
+    if count < 2:
+        return f"{_several(count, 'motion')}: there is no other to be thrown into"
+    lines = [_knock(dataset.isel(number=n)) for n in range(min(count, LISTED))]
+    lines += [f"{count - LISTED} more motions"] if count > LISTED else []
+    return "\n".join(lines)
+
+
+def _knock(one: Dataset) -> str:
+    """The smallest knock of each kind of a motion."""
+    parts = []
+    for k, name in enumerate(one["knock"].values.tolist()):
+        size, end = float(one["knock_size"].values[k]), int(one["above_reaches"].values[k])
+        if np.isfinite(size):
+            units = str(one["knock_units"].values[k])
+            sure = "" if int(one["knock_confirmed"].values[k]) else " (not confirmed)"
+            other = str(end) if end > 0 else "no settled motion"
+            parts.append(f"{name} {measure(size, units, 3)} to {other}{sure}")
+    found = sorted({int(p) for p in one["edge_period"].values if p > 0})
+    edges = f"; between: a state of period {', '.join(map(str, found))}" if found else ""
+    told = ", ".join(parts) or "no knock that was tried tips it"
+    return f"{int(one['number'])} (period {int(one['period']) or 'none'}): {told}{edges}"

@@ -1,0 +1,150 @@
+"""The smallest knock that throws a motion into another: searched over phases and directions, then confirmed.
+
+At every section point of the motion, at even phases of a turn and in even directions, knocks of growing size
+are tried. Where the first of them ends in another motion than one came from, the size is halved in; the
+smallest is improved by turning direction and phase a little. It is confirmed: at 0.99 of the size the motion
+returns, at 1.01 it does not. Validity: islands of another basin narrower than the steps of size, phase and
+direction are not seen, so that the true smallest knock may be smaller.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from jointplay.analysis.coexisting.knocks import Knock
+from jointplay.analysis.coexisting.lasting import FAILED, NO_START, Motions
+from jointplay.analysis.orbits.section_map import SectionMap
+from jointplay.mechanism.model import Model
+
+BEST, HALVINGS, ROUNDS = 6, 12, 5  # candidates halved in, how often; improvements of the best
+NEARER = 0.98  # of the size, that a neighbour must beat
+CONFIRMED = (0.99, 1.01)
+
+
+class Place(NamedTuple):
+    """Where and how a motion is knocked: its section point, phase ahead of that and direction, rad."""
+
+    point: int
+    phase: float
+    direction: float
+
+
+@dataclass
+class Knocked:
+    """A motion that is knocked, and where that leads.
+
+    Parameters
+    ----------
+    motions : Motions
+        Those that are known.
+    own : int
+        Number of the motion that is knocked.
+    points : ndarray
+        Its states at the section.
+    section : SectionMap or None
+        Of one turn; None where nothing turns, and knocks are at section points alone.
+    knock : Knock
+        Its kind.
+    """
+
+    motions: Motions
+    own: int
+    points: np.ndarray
+    section: SectionMap | None
+    knock: Knock
+
+    def start(self, place: Place, size: float) -> Model | None:
+        """The motion after a knock, where it next comes to the section; None where there is no such knock."""
+        base, state = self.motions.base, self.points[place.point]
+        if self.section is None or not place.phase:
+            return self.knock.applied(replace(base, state=state), place.direction, size)
+        section, image = self.section.moved(state, place.phase)
+        here = replace(base, state=image.state, crank_angle=section.phase)
+        after = None if image.status else self.knock.applied(here, place.direction, size)
+        if after is None:
+            return None
+        back, image = section.moved(after.state, math.tau - place.phase)
+        if image.status:
+            return None
+        state = image.state.copy()
+        if back.place is not None:
+            state[back.place] = base.crank_angle
+        return replace(base, state=state)
+
+    def ends(self, tried: Sequence[tuple[Place, float]]) -> np.ndarray:
+        """Numbers of the motions to which knocks lead."""
+        return self.motions.sort([self.start(*each) for each in tried])
+
+    def tips(self, tried: Sequence[tuple[Place, float]]) -> np.ndarray:
+        """Whether knocks lead to another motion, or to one that does not settle."""
+        labels = self.ends(tried)
+        return (labels != self.own) & (labels != FAILED) & (labels != NO_START)
+
+    def within(self, places: Sequence[Place], sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of each place the first of rising sizes that tips, and the one before; infinite where none does."""
+        table = self.tips([*product(places, sizes.tolist())]).reshape(len(places), len(sizes))
+        first = np.where(table.any(axis=1), table.argmax(axis=1), len(sizes))
+        return np.append(0.0, sizes)[first], np.append(sizes, np.inf)[first]
+
+    def halved(self, places: Sequence[Place], low: np.ndarray, high: np.ndarray):
+        """Closer bounds of the sizes at which knocks begin to tip."""
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            over = self.tips([*zip(places, middle.tolist(), strict=True)])
+            low, high = np.where(over, low, middle), np.where(over, middle, high)
+        return low, high
+
+
+@dataclass(frozen=True)
+class Smallest:
+    """A knock that just tips: where, sizes below and above in units, where 0.99 and 1.01 of it lead."""
+
+    place: Place
+    low: float
+    high: float
+    ends: tuple[int, int]
+
+
+def smallest(knocked: Knocked, phases: int, directions: int, sizes: np.ndarray) -> Smallest | None:
+    """The smallest knock of a kind that tips a motion; None if none of the sizes does."""
+    phases = 1 if knocked.section is None else phases
+    ways = directions if knocked.knock.plane else 2
+    turns = [math.tau * k / phases for k in range(phases)]
+    aims = [math.tau * k / ways for k in range(ways)]
+    places = [Place(*each) for each in product(range(len(knocked.points)), turns, aims)]
+    low, high = knocked.within(places, sizes)
+    order = [n for n in np.argsort(high, kind="stable")[:BEST] if np.isfinite(high[n])]
+    if not order:
+        return None
+    some = [places[n] for n in order]
+    low, high = knocked.halved(some, low[order], high[order])
+    n = int(np.argmin(high))
+    best = some[n], float(low[n]), float(high[n])
+    steps = math.tau / phases / 2 if phases > 1 else 0.0, math.tau / ways / 2 if knocked.knock.plane else 0.0
+    for _ in range(ROUNDS):
+        best, steps = _improved(knocked, best, steps)
+    place, low, high = best
+    ends = knocked.ends([(place, share * high) for share in CONFIRMED])
+    return Smallest(place, low, high, (int(ends[0]), int(ends[1])))
+
+
+def _improved(knocked: Knocked, best: tuple[Place, float, float], steps: tuple[float, float]):
+    """A neighbouring phase or direction in which a smaller knock tips; else the same, with half the steps."""
+    place, _, high = best
+    moves = [(s * steps[0], 0.0) for s in (-1, 1) if steps[0]] + [
+        (0.0, s * steps[1]) for s in (-1, 1) if steps[1]
+    ]
+    others = [Place(place.point, (place.phase + a) % math.tau, place.direction + b) for a, b in moves]
+    if others:
+        low, above = knocked.within(others, NEARER * high * np.linspace(1 / 3, 1.0, 3))
+        n = int(np.argmin(above))
+        if np.isfinite(above[n]):
+            low, above = knocked.halved([others[n]], low[[n]], above[[n]])
+            return (others[n], float(low[0]), float(above[0])), steps
+    return best, (steps[0] / 2, steps[1] / 2)

@@ -1,0 +1,221 @@
+"""What tips a motion into another: smallest knocks, times to return, what is reached in time, edge states.
+
+The motions are found from starts at random, as in `attractors`. Each is knocked (`coexisting.knocks`) until
+it ends elsewhere (`coexisting.smallest`). The boundary that the smallest knock just crosses is followed to
+the state that is on it (`coexisting.edge`). Finite-time basin stability is the fraction of the starts that
+come within the tolerance of a motion in so many turns; of periodic motions alone. Reference: P. Schultz,
+P. J. Menck, J. Heitzig and J. Kurths, New J. Phys. 19 (2017) 023005.
+
+Validity: as of the parts; of systems that nothing forces, knocks are at section points alone, and no edge
+state is looked for; with a crank whose speed is prescribed, knocks are at the section alone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+import xarray as xr
+from pydantic import Field
+
+from jointplay.analysis import rules
+from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.coexisting import passes, tipping_dataset
+from jointplay.analysis.coexisting.edge import Boundary, edge_state
+from jointplay.analysis.coexisting.knocks import knocks
+from jointplay.analysis.coexisting.lasting import STRETCH, Lasting, Motions
+from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
+from jointplay.analysis.coexisting.smallest import Knocked, smallest
+from jointplay.analysis.ensemble_runs import ensemble_fits
+from jointplay.analysis.keywords import JointName, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.labels import outcome
+from jointplay.analysis.orbits.section_map import section_map
+from jointplay.analysis.period import REPEATS
+from jointplay.analysis.starts import crank_place
+from jointplay.analysis.states.ends import Observation, features, section_states
+from jointplay.analysis.states.start_plane import Starts, section_of
+from jointplay.analysis.tangents import warm_tangents
+from jointplay.jobs.job import Entry
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.mechanism.records import CrankAngle
+
+STARTS, PHASES, DIRECTIONS, STEPS, EDGE_TURNS = 200, 8, 8, 16, 60
+TURNS, TRANSIENT, PATIENCE, TOLERANCE, RTOL = 64, 100, 4, 1e-3, 1e-8
+SHARES = (0.5, 0.9, 0.99)  # of the smallest knock, after which the time to return is measured
+CLOUD = 4  # section points of a motion without period that are knocked
+EDGE_RTOL = 1e-11
+
+
+@divided
+@analysis(coordinate_rules, rules.start_fits, rules.turns_alike, ensemble_fits)
+def tipping(
+    mechanism: Moving,
+    *,
+    region: Region,
+    joint: JointName | None = None,
+    starts: Annotated[Natural, Field(le=10**6)] = STARTS,
+    seed: Count = 0,
+    largest: Annotated[Positive, unit("largest knock", "1")] = 1.0,
+    steps: Natural = STEPS,
+    phases: Natural = PHASES,
+    directions: Annotated[Natural, Field(ge=2)] = DIRECTIONS,
+    edge: Flag = True,
+    edge_turns: Natural = EDGE_TURNS,
+    turns: Annotated[Natural, Field(ge=REPEATS)] = TURNS,
+    transient: Count = TRANSIENT,
+    patience: Count = PATIENCE,
+    tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
+    rtol: Rtol = RTOL,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    ensemble: Flag = False,
+    progress: Progress = None,
+    n_jobs: Natural | None = None,
+) -> Steps:
+    """Find the smallest knocks that throw motions into others, and the states between them.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    region, joint, starts, seed
+        As in `attractors`: where the motions are sought.
+    largest : float
+        Largest knock that is tried: of an impulse, what changes the link's speed by so many nominal speeds;
+        of a shift of the journal, in clearances; of a test system's state, in its own units.
+    steps : int
+        Even sizes up to it that are tried before the smallest is halved in.
+    phases, directions : int
+        Even phases of a turn at which, and even directions in which knocks are tried.
+    edge : bool
+        Whether the edge states are sought.
+    edge_turns : int
+        Turns for which a boundary is followed.
+    turns, transient, patience, tolerance, rtol, initial, max_steps, ensemble, progress, n_jobs
+        As in `basins`; `initial` is the start that the region goes through.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``number``, the motions: ``period``, ``count``, ``fraction`` with its 95 % interval,
+        ``section_state`` over ``point`` and ``state``; ``fraction_reached`` over ``within``, turns. Over
+        ``number`` and ``knock``: ``knock_size`` (NaN: none up to the largest tips), in ``knock_units``,
+        ``knock_phase`` (rad), ``knock_direction`` (rad; 0 and pi are the two signs), ``knock_point``,
+        ``below_reaches`` and ``above_reaches`` at 0.99 and 1.01 of it (-1: not settled), ``knock_confirmed``;
+        ``return_turns`` over ``knock_share``. Of each, the ``edge_period`` (0: none found) of the state on
+        the boundary that it crosses, ``edge_state``, ``edge_multiplier`` over ``part``, ``edge_residual``.
+        ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    began, tell = time.perf_counter(), progress or (lambda share: None)
+    observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
+    base = assemble(mechanism, initial, section_of(mechanism))
+    warm([base], ensemble)
+    if edge and section_of(mechanism):
+        warm_tangents(base)
+    shared = {"mechanism": mechanism, "initial": initial, "observation": observation}
+    seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed}
+    (seeded,) = yield from handed_out(
+        passes.found, [shared | seeds | {"changes": {}}], lambda f: tell(0.3 * f)
+    )
+    motions = list(seeded.get("motions", ()))
+    kinds = knocks(base) if len(motions) > 0 else []
+    known = [{key: each[key] for key in ("period", "states", "points")} for each in motions]
+    cells = [shared | seeds | {"known": known}] if motions else []
+    (times,) = (yield from handed_out(reached, cells, lambda f: tell(0.3 + 0.1 * f))) or [{}]
+    places = [(own, k) for own in range(len(motions)) for k in range(len(kinds))] if len(motions) > 1 else []
+    search = {"known": known, "largest": largest, "steps": steps, "phases": phases, "directions": directions}
+    search |= {"edge_turns": edge_turns if edge else 0}
+    cells = [shared | search | {"own": own, "knock": k} for own, k in places]
+    answers = yield from handed_out(knocked, cells, lambda f: tell(0.4 + 0.6 * f))
+    table = tipping_dataset.Table(mechanism, base, motions, seeded, kinds, starts)
+    variables = table.motions_found(times) | table.knocks_found(
+        dict(zip(places, answers, strict=True)), SHARES
+    )
+    status = next((each["status"] for each in (seeded, times, *answers) if each.get("status")), 0)
+    return xr.Dataset(
+        variables | outcome(status, began),
+        table.coordinates(SHARES),
+        {"Conventions": "CF-1.11", "kind": "tipping"},
+    )
+
+
+def _motions(mechanism, initial, known: Sequence[Mapping[str, Any]], observation: Observation) -> Motions:
+    base = assemble(mechanism, initial, section_of(mechanism))
+    return Motions(base, observation, [Lasting(**each) for each in known])
+
+
+def reached(mechanism, initial, observation, known, region, joint, starts: int, seed: int) -> Entry:
+    """How many starts are with each motion after so many turns."""
+    place, motions = (
+        Starts(mechanism, initial, tuple(region), joint),
+        _motions(mechanism, initial, known, observation),
+    )
+    labels = motions.sort([place(values) for values in drawn(region, starts, seed, 0.0)])
+    within = np.arange(STRETCH, observation.transient + 1, STRETCH)
+    there = (motions.turns[:, None] >= 0) & (motions.turns[:, None] <= within[None])
+    counts = [(there & (labels == n)[:, None]).sum(axis=0) for n in range(len(known))]
+    return {"status": 0, "within": within, "counts": np.array(counts)}
+
+
+def knocked(
+    mechanism, initial, observation, known, own: int, knock: int, largest: float, steps: int, phases: int,
+    directions: int, edge_turns: int,
+) -> Entry:  # fmt: skip
+    """The smallest knock of a kind that tips a motion, times to return from less, and the edge state."""
+    motions = _motions(mechanism, initial, known, observation)
+    base, states = motions.base, known[own]["states"]
+    points = states if known[own]["period"] else states[:: max(1, len(states) // CLOUD)][:CLOUD]
+    turning = not (base.links and crank_place(base) is None)
+    section = None
+    if section_of(mechanism) is not None:
+        angle = CrankAngle(angle=base.crank_angle)
+        section = section_map(base, angle, 1, min(observation.rtol, EDGE_RTOL), observation.max_steps)
+    kind = knocks(base)[knock]
+    case = Knocked(motions, own, points, section if turning else None, kind)
+    sizes = largest * np.arange(1, steps + 1) / steps
+    found = smallest(case, phases, directions, sizes)
+    if found is None:
+        return {"status": 0}
+    answer = {
+        "status": 0,
+        "size": found.high * kind.unit,
+        "place": list(found.place),
+        "ends": list(found.ends),
+    }
+    answer["returns"] = [returned(case, found.place, share * found.high) for share in SHARES]
+    if section is not None and edge_turns and (orbit := _edge(case, found, section, edge_turns)) is not None:
+        answer |= tipping_dataset.edge_entry(orbit, base)
+    return answer
+
+
+def _edge(case: Knocked, found, section, turns: int):
+    """The edge state on the boundary that a knock crosses."""
+    pair = [case.start(found.place, size) for size in (found.low, found.high)]
+    if any(each is None for each in pair):
+        return None
+    inside, outside = (each.state for each in pair)
+    return edge_state(Boundary(case.motions, case.own, section, inside, outside), turns)
+
+
+def returned(case: Knocked, place, size: float) -> int:
+    """Turns after a knock until a motion is with its periodic self again, to stay; -1: not in time."""
+    motion, motions, start = case.motions.known[case.own], case.motions, case.start(place, size)
+    if start is None or not motion.period:
+        return -1
+    how = motions.observation
+    how = Observation(0, how.transient + how.turns, 0, how.tolerance, how.rtol, how.max_steps)
+    ((states, status),) = section_states(motions.base, [start], 0, how)
+    if status:
+        return -1
+    apart = np.abs(features(motions.base, states)[:, None, :] - motion.points[None]).max(axis=-1).min(axis=1)
+    away = np.flatnonzero(apart > how.tolerance)
+    last = int(away[-1]) + 1 if len(away) else 0
+    return -1 if last == len(apart) else last + 1

@@ -1,0 +1,162 @@
+"""What tips motions: knocks by the laws of impulse, known boundaries, edge states on saddle orbits."""
+
+import math
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay import catalog
+from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
+from jointplay.analysis.coexisting.lasting import FAILED, Motions
+from jointplay.analysis.coexisting.smallest import Knocked, smallest
+from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.states.ends import Observation
+from jointplay.analysis.states.journal_position import Journals
+from jointplay.analysis.states.start_plane import section_of
+from jointplay.errors import InputError
+from jointplay.mechanism.assemble import assemble
+
+WELLS, DAMPING = catalog.duffing(amplitude=0.05, damping=0.2), 0.2
+LINKAGE = catalog.chunmei2002(2.5e-4, gear_ratio=3.0)
+
+
+@pytest.fixture(scope="module")
+def wells():
+    region = {"y": (-1.5, 1.5), "v": (-1.0, 1.0)}
+    keywords = {"starts": 12, "largest": 1.5, "steps": 12, "phases": 4, "transient": 40, "turns": 16}
+    return jp.tipping(WELLS, region=region, n_jobs=1, **keywords)
+
+
+def state_of(model, rows, names):
+    found = Quantities(model, rows, rows[0]).variables(names, "row")
+    return {name: found[name][1] for name in names}
+
+
+@pytest.mark.parametrize("link", ["crank", "coupler", "rocker"])
+def test_an_impulsive_moment_does_the_work_of_its_mean_angular_velocity(link):
+    """An impulse J on a link changes the kinetic energy by J (w before + w after) / 2."""
+    model = assemble(LINKAGE, None, section_of(LINKAGE))
+    (knock,) = [each for each in knocks(model) if each.name == f"impulse:{link}"]
+    after = knock.applied(model, 0.0, 0.3)
+    width, n = len(model.state) + 1 + len(model.joints), model.links.index(link)
+    rows = np.zeros((2, width))
+    rows[0, 1 : 1 + len(model.state)], rows[1, 1 : 1 + len(model.state)] = model.state, after.state
+    said = Quantities(model, rows, rows[0])
+    speed = said.variables(["angular_velocity"], "row")["angular_velocity"][1][:, n]
+    gained = np.diff(said._mechanical(rows))[0]
+    assert gained == pytest.approx(0.3 * knock.unit * speed.mean(), rel=1e-9)
+    assert speed[1] - speed[0] == pytest.approx(0.3 * math.tau / model.period, rel=1e-9)
+    back = knock.applied(after, math.pi, 0.3)
+    assert back.state == pytest.approx(model.state, rel=1e-12)
+    assert not np.array_equal(speeds_by_moment(model, link), np.zeros(3))
+
+
+def test_a_shift_moves_the_journal_alone_and_no_farther_than_its_bearing():
+    model = assemble(LINKAGE, None, section_of(LINKAGE))
+    (shift,) = [each for each in knocks(model) if each.kind == "shift"]
+    moved, journals = shift.applied(model, 0.7, 0.25), Journals(model)
+    before, after = (journals.positions(each.state[None])[0] for each in (model, moved))
+    assert (after - before) / model.clearances[0] == pytest.approx(
+        [0.25 * math.cos(0.7), 0.25 * math.sin(0.7)], abs=1e-9
+    )
+    assert journals.velocities(moved.state) == pytest.approx(journals.velocities(model.state), abs=1e-9)
+    assert moved.state[0] == model.state[0]
+    assert shift.applied(model, 0.7, 2.5) is None
+
+
+def test_a_state_is_not_knocked_through_a_wall():
+    pair = assemble(catalog.impact_pair(3.6, 0.8), None, "phase")
+    up = next(each for each in knocks(pair) if each.name == "state:y")
+    assert up.applied(pair, 0.0, 10.0) is None
+    assert up.applied(pair, math.pi, 0.5).state[0] == pair.state[0] - 0.5
+
+
+class Told(Knocked):
+    """Knocks whose ends are told by a threshold, a function of their place."""
+
+    def ends(self, tried):
+        return np.array([self.threshold(place, size) for place, size in tried])
+
+
+def told(threshold, plane=True):
+    base = assemble(WELLS, None, section_of(WELLS))
+    motions = Motions(base, Observation(0, 8, 0, 1e-3, 1e-7))
+    case = Told(motions, 0, np.zeros((2, 2)), base, Knock("shift:B" if plane else "state:y", 1.0))
+    case.threshold = threshold
+    return case
+
+
+def test_the_search_finds_the_smallest_of_a_known_boundary():
+    def over(place, size):
+        edge = 1.0 - 0.3 * math.cos(place.direction - 1.0) - 0.2 * math.cos(place.phase - 2.5)
+        return int(size > edge + 0.1 * place.point)
+
+    found = smallest(told(over), 8, 8, np.arange(1, 17) / 10)
+    assert found.high == pytest.approx(0.5, rel=0.02)
+    assert found.low < found.high
+    assert (found.place.point, found.ends) == (0, (0, 1))
+    assert math.cos(found.place.direction - 1.0) > 0.95
+    assert smallest(told(over), 8, 8, np.array([0.2, 0.4])) is None
+
+
+def test_failed_knocks_tip_nothing_and_an_island_is_not_confirmed():
+    assert smallest(told(lambda place, size: FAILED), 4, 4, np.array([0.5, 1.0])) is None
+    island = smallest(told(lambda place, size: int(0.5 < size < 0.502), False), 1, 2, np.array([0.501, 1.0]))
+    assert island.ends == (0, 0)
+
+
+def test_both_wells_are_left_by_mirrored_knocks_as_their_symmetry_says(wells):
+    """(y, v) at a phase and (-y, -v) half a period later mirror each other."""
+    assert wells["period"].values.tolist() == [1, 1]
+    size = wells["knock_size"].values
+    assert size[0] == pytest.approx(size[1], rel=2e-3)
+    assert wells["knock_confirmed"].values.tolist() == [[1, 1], [1, 1]]
+    assert wells["above_reaches"].values.tolist() == [[2, 2], [1, 1]]
+    turned = np.diff(wells["knock_phase"].values, axis=0)[0]
+    assert np.cos(turned) == pytest.approx(-1.0, abs=1e-6)
+    assert (np.diff(wells["return_turns"].values, axis=-1) >= 0).all()
+    assert (wells["fraction_reached"].values[:, -1] == wells["fraction"].values).all()
+
+
+def test_the_edge_state_is_the_saddle_orbit_between_the_wells(wells):
+    """The orbit that periodic_orbit finds by itself; the product of its multipliers is known."""
+    saddle = jp.periodic_orbit(WELLS, initial=[-0.02, 0.0], transient=0)
+    exact = saddle["orbit_state"].values
+    assert (wells["edge_period"] == 1).all()
+    assert np.abs(wells["edge_state"].values - exact).max() < 1e-8
+    assert wells["edge_multiplier"].values[..., 0] == pytest.approx(
+        np.broadcast_to(saddle["floquet_multiplier"].values[:, 0], (2, 2, 2)), rel=1e-8
+    )
+    product = wells["edge_multiplier"].values[..., 0].prod(axis=-1)
+    assert product == pytest.approx(math.exp(-DAMPING * math.tau), rel=1e-8)
+
+
+def test_one_motion_alone_has_no_other_to_go_to():
+    region = {"y": (-1.0, 1.0), "v": (-1.0, 1.0)}
+    found = jp.tipping(
+        catalog.impact_pair(3.0, 0.8), region=region, starts=3, turns=16, transient=60, n_jobs=1
+    )
+    assert found.sizes["number"] == 1
+    assert np.isnan(found["knock_size"].values).all()
+    assert int(found["status"]) == 0
+
+
+def test_what_is_wrong_is_said_by_its_key():
+    with pytest.raises(InputError) as caught:
+        jp.tipping(WELLS, region={"x": (0, 1)}, largest=-1.0, directions=1)
+    assert {each.key for each in caught.value.problems} == {"region.x", "largest", "directions"}
+
+
+@pytest.mark.long
+def test_the_edge_of_the_impact_pair_is_the_other_branch_of_its_period_3():
+    """The saddle that meets the motion of period 3 at its fold; six impacts, each r^2 in the product."""
+    pair, region = catalog.impact_pair(3.8, 0.8), {"y": (-1.6, 1.6), "v": (-3.0, 3.0)}
+    found = jp.tipping(pair, region=region, starts=40, largest=2.0, phases=4)
+    assert found["period"].values.tolist() == [1, 3]
+    assert (found["edge_period"] == 3).all()
+    assert found["edge_multiplier"].values[..., 0].prod(axis=-1) == pytest.approx(0.8**12, rel=1e-9)
+    state = found["edge_state"].values[0, 0]
+    orbit = jp.periodic_orbit(pair, period=3, initial=state, transient=0)
+    assert np.abs(orbit["orbit_state"].values - state).max() < 1e-8
+    assert (found["edge_multiplier"].values[..., 0, 0] > 1).all()
