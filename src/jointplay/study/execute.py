@@ -112,7 +112,7 @@ def complete(
     with ExitStack() as held:
         kept = _Journaled(record, journal_of(out, name, share), pool, say, held, fresh, share)
         if share:
-            kept(replace(first_work(record), progress=progress))
+            kept(replace(_divisible(record), progress=progress))
             kept.journal.compact()
             return Outcome(None, None, kept.journal.folder)
         with keeping(record.row.kept and not has_cells(record)):
@@ -145,7 +145,7 @@ class _Journaled:
         jobs, before = with_journal_keys(self.record, work, self.works)
         jobs = part(jobs, self.share)
         self.works += 1
-        if missing := _missing(jobs, self.journal, self.say):
+        if missing := _missing(jobs, self.journal, self.say, work.possible):
             if self.pool.workers:
                 work.warm()
             with _watched(self.journal, sum(len(job.keys) for job in missing), work.progress):
@@ -164,18 +164,22 @@ def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[s
     refuse_lost(left)
 
 
-def _missing(jobs: Sequence[Job], journal: Journal, say: Callable[[str], None]) -> list[Job]:
+def _missing(
+    jobs: Sequence[Job], journal: Journal, say: Callable[[str], None], possible: Sequence[str]
+) -> list[Job]:
     """Jobs that are missing in a journal, of which cells that crashed are taken out."""
     index = journal.index()
     if again := redone(jobs, index):
         journal.keep_only(index.keys() - again)
         index = {key: status for key, status in index.items() if key not in again}
     keys = [key for job in jobs for key in job.keys]
-    _report(journal, keys, index, say)
+    _report(journal, keys, {*possible}, index, say)
     return journal.remaining(jobs, index)
 
 
-def _report(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
+def _report(
+    journal: Journal, keys: list[str], also: set[str], index: Mapping[str, int], say: Callable[[str], None]
+) -> None:
     there = sum(key in index for key in keys)
     for line in journal.notes(keys):
         say(f"journal  {line}")
@@ -183,7 +187,7 @@ def _report(journal: Journal, keys: list[str], index: Mapping[str, int], say: Ca
         say(f"journal  {there} of {len(keys)} cells are there already")
     if there < len(keys) and (kinds := journal.kinds(keys)) and kinds != {processor()}:
         say(f"journal  this is another kind of processor ({processor()}) than theirs: {', '.join(kinds)}")
-    if others := len(index.keys() - set(keys)):
+    if others := len(index.keys() - set(keys) - also):
         say(f"journal  {others} cells of other values or settings are kept; --fresh drops them")
 
 
@@ -226,6 +230,15 @@ def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | N
         watcher.join()
 
 
+def _divisible(record: Study) -> Work:
+    """The cells of a study that are known before any is computed; `InputError` where others follow."""
+    work = first_work(record)
+    if work.possible:
+        expected = "a study whose cells are known before it runs is accepted: with refine, answers decide"
+        raise InputError([Problem("--part", record.name, expected)])
+    return work
+
+
 def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: None) -> Outcome:
     """Put the parts of a study together, each of which ran by itself, and store the result.
 
@@ -233,7 +246,7 @@ def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: No
     journal.
     """
     record, name = study.record, study.record.name
-    jobs, before = with_journal_keys(record, first_work(record))
+    jobs, before = with_journal_keys(record, _divisible(record))
     keys = {key for job in jobs for key in job.keys}
     with journal_of(out, name).held() as whole:
         _take_parts(whole, out, name, keys, say)
