@@ -111,7 +111,8 @@ def test_boxes_cover_the_grid_and_parts_their_box():
         (Look(0, 1, -1.6, 0.01), False),
         (Look(0, 1, -1.6, 0.5), True),
         (Look(0, 1, -1.6, math.nan), False),
-        (Look(0, 1, math.nan, math.nan), True),
+        (Look(0, 1, math.nan, math.nan), False),
+        (Look(0, 1, -math.inf, math.nan), False),
         (Look(0, 2, -1.0, 0.01), False),
         (Look(4, 1, -1.0, 0.01), False),
     ],
@@ -121,3 +122,5 @@ def test_motions_are_alike_by_period_status_and_exponent(other, same):
     assert alike(0.5)([(one,), (other,)]) == same
     assert alike(0.5)([(one, one), (one, other)]) == same
     assert alike(0.5)([(one,)])
+    unknown = Look(0, 1, math.nan, math.nan)
+    assert alike(0.5)([(unknown,), (Look(0, 1, math.nan, math.nan),)])

@@ -1,9 +1,9 @@
 """Adaptive maps of settled motions: points of a reset sweep that are computed where their neighbours differ.
 
-Two points differ where one failed, where their periods differ, or where their leading exponents per turn are
-apart by more than `contrast` and by more than three standard errors of the difference (`quarters` says what
-follows from that). Points have the keys that they have in the whole sweep: a journal of the one is of use to
-the other.
+Two points differ where one failed, where their periods differ, where only one has an exponent, or where their
+leading exponents per turn are apart by more than `contrast` and by more than three standard errors of the
+difference; `quarters` says what follows from that. Points have the keys that they have in the whole sweep: a
+journal of the one is of use to the other.
 """
 
 from __future__ import annotations
@@ -60,9 +60,10 @@ def alike(contrast: float) -> Callable[[list[tuple[Look, ...]]], bool]:
     """Whether motions with these looks, one of each start, may stand for each other."""
 
     def same(one: Look, other: Look) -> bool:
+        if one[:2] != other[:2] or isfinite(one.exponent) != isfinite(other.exponent):
+            return False
         apart, error = abs(one.exponent - other.exponent), hypot(one.error, other.error)
-        far = isfinite(apart) and apart > contrast and not apart <= ERRORS * error
-        return one[:2] == other[:2] and not far
+        return not apart > contrast or apart <= ERRORS * error
 
     def told(looks: list[tuple[Look, ...]]) -> bool:
         pairs = combinations(dict.fromkeys(looks), 2)
@@ -130,5 +131,5 @@ def _jobs(sweep: Sweep, wanted: set[str]) -> list[Chain]:
 def _variables(sweep: Sweep, done: np.ndarray, level: np.ndarray) -> dict[str, Any]:
     dims = tuple(axis.name for axis in sweep.axes)
     told = {"units": "1", "long_name": "1: computed; 0: the nearest computed corner of its box stands for it"}
-    deep = {"units": "1", "long_name": "how often the box of a point was halved"}
+    deep = {"units": "1", "long_name": "halvings of the point's box"}
     return {"computed": (dims, done, told), "refinement_level": (dims, level.astype(np.int8), deep)}
