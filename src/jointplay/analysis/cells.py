@@ -47,6 +47,8 @@ class Work:
         Compiles the functions that cells need, so that other processes find them on the disk.
     numbered : bool
         Whether keys are numbers of cells, which are unique only within a study.
+    possible : sequence of str
+        Keys of all cells that may be handed out, where these and later ones depend on answers; else empty.
     """
 
     jobs: Sequence[Job]
@@ -54,6 +56,7 @@ class Work:
     progress: Callable[[float], None] | None = None
     warm: Callable[[], None] = lambda: None
     numbered: bool = False
+    possible: Sequence[str] = ()
 
 
 Steps = Generator[Work, Read, xr.Dataset]

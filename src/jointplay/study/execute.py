@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -112,7 +112,7 @@ def complete(
     with ExitStack() as held:
         kept = _Journaled(record, journal_of(out, name, share), pool, say, held, fresh, share)
         if share:
-            kept(replace(first_work(record), progress=progress))
+            kept(replace(_divisible(record), progress=progress))
             kept.journal.compact()
             return Outcome(None, None, kept.journal.folder)
         with keeping(record.row.kept and not has_cells(record)):
@@ -145,7 +145,7 @@ class _Journaled:
         jobs, before = with_journal_keys(self.record, work, self.works)
         jobs = part(jobs, self.share)
         self.works += 1
-        if missing := _missing(jobs, self.journal, self.say, self.keys):
+        if missing := _missing(jobs, self.journal, self.say, {*self.keys, *work.possible}):
             if self.pool.workers:
                 work.warm()
             with _watched(self.journal, sum(len(job.keys) for job in missing), work.progress):
@@ -164,20 +164,20 @@ def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[s
     refuse_lost(left)
 
 
-def _missing(
-    jobs: Sequence[Job], journal: Journal, say: Callable[[str], None], before: Collection[str] = ()
-) -> list[Job]:
-    """Jobs missing in a journal, of which cells that crashed are taken out; `before` are of earlier works."""
+def _missing(jobs: Sequence[Job], journal: Journal, say: Callable[[str], None], also: set[str]) -> list[Job]:
+    """Jobs missing in a journal, of which cells that crashed are taken out; `also`: others of the study."""
     index = journal.index()
     if again := redone(jobs, index):
         journal.keep_only(index.keys() - again)
         index = {key: status for key, status in index.items() if key not in again}
     keys = [key for job in jobs for key in job.keys]
-    _report(journal, keys, {key: status for key, status in index.items() if key not in before}, say)
+    _report(journal, keys, also, index, say)
     return journal.remaining(jobs, index)
 
 
-def _report(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
+def _report(
+    journal: Journal, keys: list[str], also: set[str], index: Mapping[str, int], say: Callable[[str], None]
+) -> None:
     there = sum(key in index for key in keys)
     for line in journal.notes(keys):
         say(f"journal  {line}")
@@ -185,7 +185,7 @@ def _report(journal: Journal, keys: list[str], index: Mapping[str, int], say: Ca
         say(f"journal  {there} of {len(keys)} cells are there already")
     if there < len(keys) and (kinds := journal.kinds(keys)) and kinds != {processor()}:
         say(f"journal  this is another kind of processor ({processor()}) than theirs: {', '.join(kinds)}")
-    if others := len(index.keys() - set(keys)):
+    if others := len(index.keys() - set(keys) - also):
         say(f"journal  {others} cells of other values or settings are kept; --fresh drops them")
 
 
@@ -228,6 +228,15 @@ def _watched(journal: Journal, cells: int, progress: Callable[[float], None] | N
         watcher.join()
 
 
+def _divisible(record: Study) -> Work:
+    """The cells of a study that are known before any is computed; `InputError` where others follow."""
+    work = first_work(record)
+    if work.possible:
+        expected = "a study whose cells are known before it runs is accepted: with refine, answers decide"
+        raise InputError([Problem("--part", record.name, expected)])
+    return work
+
+
 def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: None) -> Outcome:
     """Put the parts of a study together, each of which ran by itself, and store the result.
 
@@ -235,7 +244,7 @@ def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: No
     journal.
     """
     record, name = study.record, study.record.name
-    jobs, before = with_journal_keys(record, first_work(record))
+    jobs, before = with_journal_keys(record, _divisible(record))
     keys = {key for job in jobs for key in job.keys}
     with journal_of(out, name).held() as whole:
         _take_parts(whole, out, name, keys, say)

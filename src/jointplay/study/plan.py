@@ -66,6 +66,8 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     cells, journal = prod(work.shape.values()), journal_of(out, study.record.name)
     index = journal.index()
     yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
+    if work.possible:
+        yield f"refine   where these differ others follow, up to {len(work.possible)}; not estimated here"
     chains = [keys for job in queue for keys in job.chains]
     if chains:
         longest = max(map(len, chains))
@@ -199,8 +201,10 @@ def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
         begin = study_hash(study.record)
         finished = {key: status for key, status in index.items() if key.startswith(begin)}
         return finished, count_by_keys(finished)
-    keys = {key for job in first_work(study.record).jobs for key in job.keys}
-    return {key: status for key, status in index.items() if key in keys}, len(keys)
+    work = first_work(study.record)
+    keys = {*work.possible} or {key for job in work.jobs for key in job.keys}
+    found = {key: status for key, status in index.items() if key in keys}
+    return found, 0 if work.possible else len(keys)
 
 
 def _told(study: Loaded, out: Path) -> str:

@@ -39,10 +39,11 @@ from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, TOLERANCE, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
+from jointplay.analysis.sweeps.refine import adaptive, refine_fits
 from jointplay.analysis.vary import axes, checked_axes, largest
 from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Count, Flag, Natural, Positive, accepts, unit
+from jointplay.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
 USUAL = (
@@ -51,6 +52,7 @@ USUAL = (
 )
 ONCE_A_TURN = CrankAngle()
 TURNS, TRANSIENT, LYAPUNOV_TURNS, KEEP = 300, 100, 200, 100
+CONTRAST = 0.5  # per turn: a map of it shows less as one colour
 
 
 def _each_once(given: Any) -> Any:
@@ -129,6 +131,7 @@ def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: 
     _one_kind_of_start,
     _starts_fit,
     _exponents_fit,
+    refine_fits,
     _ensemble_fits,
     varied=_varied,
 )
@@ -149,6 +152,8 @@ def bifurcation(
     rtol: Rtol = RTOL,
     initial: Start | None = None,
     max_steps: Natural | None = None,
+    refine: Count = 0,
+    contrast: Annotated[NonNegative, unit("difference of exponents per turn", "1")] = CONTRAST,
     ensemble: Flag | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
@@ -192,6 +197,13 @@ def bifurcation(
         As in `simulate`; a whole state vector, as ``end_state``, too.
     max_steps : int, optional
         Attempted steps of each run after which a point fails with status ``step_limit``.
+    refine : int
+        Of a reset sweep: how often boxes of the map are halved. Every 2^refine-th value of each parameter is
+        computed first, and those between only where points around them differ: in period or status, or in
+        the leading exponent (see `contrast`). 0: all values are computed.
+    contrast : float
+        Difference of two points' leading exponents per turn that counts as one, if it is also beyond three of
+        its standard errors.
     ensemble : bool, optional
         Whether to follow eight motions at once: points of a reset sweep, or chains side by side. If left
         out, where there are eight or more and the structure allows it: a rigid linkage of three links and a
@@ -215,18 +227,23 @@ def bifurcation(
         of a test system over all its contacts; ``mode_word`` (see `contacts.words`); ``end_state`` over
         ``state``; ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s and per turn) over ``exponent``,
         ``section_exponent_per_turn`` and its standard error (see `lyapunov`) over ``multiplier``;
-        ``followed`` (in lanes or one by one), ``cell_status``, ``trouble`` and ``n_steps``, and ``status``,
-        the first that is not ok. A point that failed has NaN, its status and a reason; the next one of an up
-        or down sweep then starts from the last good end.
+        ``followed`` (in lanes or one by one), ``cell_status``, ``trouble`` and ``n_steps``; with `refine`,
+        ``computed`` (1, or 0 where the nearest computed corner of the point's box stands for it, with all of
+        its values) and ``refinement_level``; and ``status``, the first that is not ok. A point that failed
+        has NaN, its status and a reason; the next one of an up or down sweep then starts from the last good
+        end.
 
     Raises
     ------
     InputError
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
-    keywords = {name: given for name, given in locals().items() if name not in ("n_jobs", "progress")}
-    sweep = planned(**keywords)
-    return assembled(sweep, (yield sweep.work(progress)))
+    beside = ("n_jobs", "progress", "refine", "contrast")
+    sweep = planned(**{name: given for name, given in locals().items() if name not in (*beside, "beside")})
+    if not refine:
+        return assembled(sweep, sweep.keys, (yield sweep.work(progress)))
+    keys, read, variables = yield from adaptive(sweep, refine, contrast, progress)
+    return assembled(sweep, keys, read).assign(variables)
 
 
 def planned(
@@ -260,9 +277,9 @@ def names(record: Sequence[str] | None, mechanism: Mechanism | TestSystem) -> tu
     return recorded(record, mechanism, integrals=False)
 
 
-def assembled(sweep: Sweep, read: Read) -> xr.Dataset:
-    """Make the dataset of `bifurcation` of the answers of its points."""
-    result = gather.dataset("bifurcation", sweep, sweep.keys, read)
+def assembled(sweep: Sweep, keys: Sequence[str], read: Read) -> xr.Dataset:
+    """Make the dataset of `bifurcation` of the answers of its points, each under the key of one."""
+    result = gather.dataset("bifurcation", sweep, keys, read)
     spread = {"units": "1", "long_name": "spread of section points that count as one"}
     result["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
     counts = numbered("point", sweep.plan.keep, "section point")

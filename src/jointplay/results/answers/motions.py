@@ -123,6 +123,20 @@ def bifurcation(dataset: Dataset) -> str:
     if "period" not in dataset:
         every = [str(dim) for dim in dataset["cell_status"].dims if dim not in ("start", "direction")]
         return "\n".join(stretches.failures(dataset, every))
+    return "\n".join([*_told(dataset), *_saved(dataset)])
+
+
+def _saved(dataset: Dataset) -> list[str]:
+    """What an adaptive map did not have to compute."""
+    if "computed" not in dataset:
+        return []
+    done, size = int(dataset["computed"].sum()), dataset["computed"].size
+    share = plain(100 * done / size, 3)
+    return [f"{done} of {size} values computed ({share} %); the nearest of these stand for the others"]
+
+
+def _told(dataset: Dataset) -> list[str]:
+    """Lines on the motions of all points."""
     verdict = bifurcation_verdict(dataset)
     beside = [dim for dim in ("start", "direction") if dim in verdict.dims]
     dims = [str(dim) for dim in verdict.dims if dim not in beside]
@@ -131,12 +145,12 @@ def bifurcation(dataset: Dataset) -> str:
     names = _ways(verdict, beside)
     axes = [dataset[dim] for dim in dims]
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
-        return "\n".join([*lines, stretches.told(stacked[0], axes)])
+        return [*lines, stretches.told(stacked[0], axes)]
     lines += [f"{name}: {stretches.told(each, axes)}" for name, each in zip(names, stacked, strict=True)]
     if (differ := _differ(stacked)).any():
         at = f"at {np.count_nonzero(differ)} of {differ.size} values{stretches.places(differ, axes)}"
         lines.append(f"motions coexist {at}")
-    return "\n".join(lines)
+    return lines
 
 
 def _differ(words: np.ndarray) -> np.ndarray:
