@@ -19,12 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .driven import add_works, integral, size_of
 from .frame import orthonormalise
 from .interface import inlined, inner
 from .memory import lane_rows
 from .modes import mask
 from .polynomial import basis, interpolate
-from .radau import COLLOCATION
 from .step import keep
 
 ITERATIONS = 40
@@ -78,8 +78,8 @@ def tangents(
 ) -> Tangents:
     """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows in all.
 
-    `driven`: each tangent's direction, 0 of none; where there are any, `units` are sizes of the parameters, and
-    `n_powers` works go with them.
+    `driven`: each tangent's direction, 0 of none; where there are any, `units` are sizes of the parameters,
+    and `n_powers` works go with them.
     """
     k, n_x = frame.shape
     d, n_p = np.zeros((k, 1 + n_x)), int(max(driven, default=0))
@@ -134,7 +134,7 @@ def propagate(f, g, variant, k, x, o, y, h, root):
     g.variation(variant, w, x.s, x.p, x.m)
     g.divergence(w)
     basis(root, y.b)
-    trace = _integral(w, len(w) - 8, h, y.b)
+    trace = integral(w, len(w) - 8, h, y.b)
     y.real[THETA] = 0.0
     worst, last = 0.0, len(y.alive) - 1
     for i in range(len(y.d)):
@@ -152,7 +152,7 @@ def propagate(f, g, variant, k, x, o, y, h, root):
                 worst = max(worst, _estimate(f, g, variant, k, o, y, d, i, h, limit))
             if d[0] > 0.0:
                 keep(w, 8 * (o.first + 1), y.past[8 * n_x * i : 8 * n_x * (i + 1)])
-            _add_works(g, y, d, i, h)
+            add_works(g, y, d, i, h)
             interpolate(w, 8 * (o.first + 1), d, width - n_x, n_x, y.b, d)
     if worst > 1.0:
         for i in range(len(y.d)):
@@ -233,40 +233,6 @@ def _estimate(f, g, variant, k, o, y, d, i, h, limit):
     return size / limit
 
 
-@inner
-def _size(y, d, at):
-    """Largest component of a tangent, at the piece's begin or end, in units of the scales."""
-    size = 0.0
-    for r in range(len(y.weight)):
-        begin, end = d[1 + r], d[1 + r] + y.w[at + 8 * r + 6]
-        size = max(size, abs(y.weight[r] * begin), abs(y.weight[r] * end))
-    return size
-
-
-@inlined
-def _add_works(g, y, d, i, h):
-    """Integrals of the powers' derivatives in the piece, of the i-th tangent."""
-    n_w = len(y.powers) // 2
-    if n_w > 0:
-        g.vary(y.w, d)
-    for m in range(n_w):
-        y.works[i * n_w + m] += _integral(y.w, len(y.w) - 8 * (1 + n_w - m), h, y.b)
-
-
-@inlined
-def _integral(w, at, h, b):
-    """Integral of the lane row at w[at] up to the place whose basis stands in b[8:]."""
-    total = 0.0
-    for j in range(7):
-        share = COLLOCATION[8 * j + 6]
-        if b[14] != 1.0:  # not the step's end
-            share = 0.0
-            for i in range(7):
-                share += b[8 + i] * COLLOCATION[8 * j + i]
-        total += share * w[at + j]
-    return h * total
-
-
 @inlined
 def _solve(f, g, variant, k, o, y, d, i, h):
     """Stage increments of the i-th tangent d, in the lane buffer; whether the iteration converged."""
@@ -285,7 +251,7 @@ def _solve(f, g, variant, k, o, y, d, i, h):
         if not size < 1e100:
             return False
         if iteration == 0:
-            own = max(_size(y, d, 8 * (o.first + 1)), y.small[i])
+            own = max(size_of(y, d, 8 * (o.first + 1)), y.small[i])
             scale = max(own if d[0] > 0.0 else 1.0, size)
         else:
             theta = size / before
