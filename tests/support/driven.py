@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import cmath
 import json
+import warnings
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from jointplay import catalog
+from jointplay.analysis.gradients import peaks
 from jointplay.analysis.gradients.directions import along, of_start, stacked
+from jointplay.analysis.gradients.gradient import gradient
 from jointplay.analysis.orbits.map_derivative import map_derivative
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.starts import placed
@@ -174,6 +178,53 @@ def exact(name):
     return float(np.max(np.abs(found - expected) / np.max(np.abs(expected), axis=1, keepdims=True)))
 
 
+ASKED = {  # system, quantities, parameters, start
+    "largest": (
+        *(catalog.impact_pair(0.5, 0.8), ("largest:state:v", "smallest:state:v", "end:state:y")),
+        *(("gap", "restitution"), (0.1, 0.3)),
+    ),
+    "within": (
+        *(catalog.soft_impact_pair(0.5, 50.0, 2.0), ("largest:state:y", "smallest:state:v")),
+        *(("gap", "damping"), (0.1, 0.3)),
+    ),
+    "time": (
+        *(catalog.gear_backlash(0.1, 0.2, 1.6, 0.05), ("time", "end:state:v")),
+        *(("frequency",), (0.5, 0.1)),
+    ),
+}
+
+
+def asked(name):
+    """Largest relative error of what `gradient` gives, against differences of its values."""
+    system, of, by, start = ASKED[name]
+    given, errors = {"of": of, "initial": list(start), "turns": 1}, []
+    found = gradient(system, by=by, rtol=1e-11, **given)
+
+    def values(key, at):
+        return gradient(changed(system, {key: at}), by=by[:1], rtol=1e-12, **given)["value"].values
+
+    for j, key in enumerate(by):
+        expected = quotient(partial(values, key), system.parameters[key], 1e-4 * system.parameters[key])
+        errors.append(np.abs(found["derivative"].values[:, j] - expected).max() / np.abs(expected).max())
+    return float(max(errors)), int(found["differentiable"]), float(found["error"].max())
+
+
+def touching():
+    """Verdicts on a motion that turns back 1e-9 before a wall, and on one that does so well before it."""
+    system, verdicts = catalog.soft_impact_pair(0.5, 50.0, 2.0), []
+    wide = changed(system, {"gap": 100.0})
+    free = gradient(wide, of=("largest:state:y",), by=("gap",), initial=[0.0, -1.0], rtol=1e-12)
+    reach = float(free["value"][0])
+    for gap in (2 * reach + 2e-9, 2 * reach + 0.1):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            near = gradient(changed(system, {"gap": gap}), by=("gap",), initial=[0.0, -1.0], rtol=1e-12)
+        verdicts.append(int(near["differentiable"]))
+    return verdicts
+
+
 if __name__ == "__main__":
+    peaks.SAMPLES = 256  # plain Python is slow
     found = {name: scene(name) for name in SCENES} | {name: mapped(name) for name in MAPS}
-    print(json.dumps(found | {name: exact(name) for name in EXACT}))
+    found |= {name: exact(name) for name in EXACT} | {name: asked(name) for name in ASKED}
+    print(json.dumps(found | {"touching": touching()}))

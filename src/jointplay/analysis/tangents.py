@@ -86,7 +86,8 @@ class Bundle:
             driven = np.append(np.zeros(len(frame)), np.arange(1, 1 + len(self.directions)))
             frame = np.vstack([frame, self.directions.starts])
         given = frame, scales(self.model), self.o.n, rows, self.rows
-        self.y = tangent.tangents(*given, driven, len(self.x.work))
+        units = self.directions.units if self.directions else ()
+        self.y = tangent.tangents(*given, driven, units, len(self.x.work))
         held = self.held or self.directions is not None
         count = {tangent.SALTATION: self.saltation, tangent.HELD: held, tangent.NEUTRAL: self.neutral}
         for place, value in count.items():

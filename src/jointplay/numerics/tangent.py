@@ -19,16 +19,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .driven import add_works, integral, size_of
 from .frame import orthonormalise
 from .interface import inlined, inner
 from .memory import lane_rows
 from .modes import mask
 from .polynomial import basis, interpolate
-from .radau import COLLOCATION
 from .step import keep
 
 ITERATIONS = 40
 ROUNDING = 3e-16
+SMALL = 1e-6  # of a parameter's own size: smaller changes of the state than such a change makes are nothing
 TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
 # Places in Tangents.count
@@ -58,6 +59,7 @@ class Tangents(NamedTuple):
     unit: np.ndarray
     count: np.ndarray
     real: np.ndarray
+    small: np.ndarray  # of each vector, a size in units of the scales that is nothing; 0: there is none
     past: np.ndarray  # of each vector that is driven, its increments in the last piece, of length SPAN
     works: np.ndarray  # of each vector, derivatives of the works; then those before the piece
     powers: np.ndarray  # before an event, then after
@@ -65,17 +67,26 @@ class Tangents(NamedTuple):
 
 
 def tangents(
-    frame: np.ndarray, scale: np.ndarray, n: int, n_rows: int, n_blocks: int, driven=(), n_powers: int = 0
+    frame: np.ndarray,
+    scale: np.ndarray,
+    n: int,
+    n_rows: int,
+    n_blocks: int,
+    driven=(),
+    units=(),
+    n_powers: int = 0,
 ) -> Tangents:
     """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows in all.
 
-    `driven`: each tangent's direction, 0 of none; where there are any, `n_powers` works go with them.
+    `driven`: each tangent's direction, 0 of none; where there are any, `units` are sizes of the parameters,
+    and `n_powers` works go with them.
     """
     k, n_x = frame.shape
     d, n_p = np.zeros((k, 1 + n_x)), int(max(driven, default=0))
     d[:, 1:] = frame
+    small = np.zeros(k)
     if n_p:
-        d[:, 0] = driven
+        d[:, 0], small[k - n_p :] = driven, SMALL / np.asarray(units, dtype=float)
     return Tangents(
         w=lane_rows(n_rows),
         kept=d.ravel().copy(),
@@ -94,6 +105,7 @@ def tangents(
         unit=np.zeros(1 + n_x),
         count=np.zeros(8, dtype=np.int64),
         real=np.zeros(12),
+        small=small,
         past=lane_rows(k * n_x * (n_p > 0)),
         works=np.zeros(2 * k * n_powers * (n_p > 0)),
         powers=np.zeros(2 * n_powers * (n_p > 0)),
@@ -122,7 +134,7 @@ def propagate(f, g, variant, k, x, o, y, h, root):
     g.variation(variant, w, x.s, x.p, x.m)
     g.divergence(w)
     basis(root, y.b)
-    trace = _integral(w, len(w) - 8, h, y.b)
+    trace = integral(w, len(w) - 8, h, y.b)
     y.real[THETA] = 0.0
     worst, last = 0.0, len(y.alive) - 1
     for i in range(len(y.d)):
@@ -137,10 +149,10 @@ def propagate(f, g, variant, k, x, o, y, h, root):
                 worst = np.inf
             elif i < last or last + 1 < n_x or d[0] > 0.0:  # a whole frame's last one is known by its volume
                 limit = y.real[LIMIT] * (1.0 if i == first else TRAILING)
-                worst = max(worst, _estimate(f, g, variant, k, o, y, d, h, limit))
+                worst = max(worst, _estimate(f, g, variant, k, o, y, d, i, h, limit))
             if d[0] > 0.0:
                 keep(w, 8 * (o.first + 1), y.past[8 * n_x * i : 8 * n_x * (i + 1)])
-            _add_works(g, y, d, i, h)
+            add_works(g, y, d, i, h)
             interpolate(w, 8 * (o.first + 1), d, width - n_x, n_x, y.b, d)
     if worst > 1.0:
         for i in range(len(y.d)):
@@ -197,8 +209,8 @@ def along(y, n_x):
 
 
 @inlined
-def _estimate(f, g, variant, k, o, y, d, h, limit):
-    """Error of the tangent d whose increments are in the lane buffer, in units of what is tolerated."""
+def _estimate(f, g, variant, k, o, y, d, i, h, limit):
+    """Error of the i-th tangent d whose increments are in the lane buffer, in units of what is tolerated."""
     n_x, state = o.n_q + o.n, 8 * (o.first + 1)
     width, begin, end = 8 * n_x, 0.0, 0.0
     for r in range(n_x):
@@ -206,7 +218,7 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
         end = max(end, abs(y.weight[r] * (d[1 + r] + y.w[state + 8 * r + 6])))
         y.error[r] = d[1 + o.n_q + r] if r < o.n_q else y.w[state + width + 8 * (r - o.n_q) + 7]
     # what shrinks must be known relative to what is left; what is driven begins at nothing
-    limit *= max(max(begin, end) if d[0] > 0.0 else min(begin, end), 1e-300)
+    limit *= max(max(begin, end, y.small[i]) if d[0] > 0.0 else min(begin, end), 1e-300)
     size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
     if size > limit:  # again, with the error added: sharper for stiff parts (see step)
         for r in range(n_x):
@@ -219,40 +231,6 @@ def _estimate(f, g, variant, k, o, y, d, h, limit):
             y.w[state + 8 * r + 7] = 0.0
         size = f.estimate(variant, y.w, k.J, y.weight, y.error, h)
     return size / limit
-
-
-@inner
-def _size(y, d, at):
-    """Largest component of a tangent, at the piece's begin or end, in units of the scales."""
-    size = 0.0
-    for r in range(len(y.weight)):
-        begin, end = d[1 + r], d[1 + r] + y.w[at + 8 * r + 6]
-        size = max(size, abs(y.weight[r] * begin), abs(y.weight[r] * end))
-    return size
-
-
-@inlined
-def _add_works(g, y, d, i, h):
-    """Integrals of the powers' derivatives in the piece, of the i-th tangent."""
-    n_w = len(y.powers) // 2
-    if n_w > 0:
-        g.vary(y.w, d)
-    for m in range(n_w):
-        y.works[i * n_w + m] += _integral(y.w, len(y.w) - 8 * (1 + n_w - m), h, y.b)
-
-
-@inlined
-def _integral(w, at, h, b):
-    """Integral of the lane row at w[at] up to the place whose basis stands in b[8:]."""
-    total = 0.0
-    for j in range(7):
-        share = COLLOCATION[8 * j + 6]
-        if b[14] != 1.0:  # not the step's end
-            share = 0.0
-            for i in range(7):
-                share += b[8 + i] * COLLOCATION[8 * j + i]
-        total += share * w[at + j]
-    return h * total
 
 
 @inlined
@@ -273,7 +251,8 @@ def _solve(f, g, variant, k, o, y, d, i, h):
         if not size < 1e100:
             return False
         if iteration == 0:
-            scale = max(_size(y, d, 8 * (o.first + 1)) if d[0] > 0.0 else 1.0, size)
+            own = max(size_of(y, d, 8 * (o.first + 1)), y.small[i])
+            scale = max(own if d[0] > 0.0 else 1.0, size)
         else:
             theta = size / before
         slowest = max(theta, real[THETA])  # of one operator, whichever tangent has shown it

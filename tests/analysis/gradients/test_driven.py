@@ -8,13 +8,17 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.gradients.gradient import VERDICTS, _verdict
 from jointplay.mechanism.assemble import assemble
-from tests.support import driven
+from tests.support import driven, driven_grid
 
 ROOT, WITHOUT = Path(__file__).parents[3], {"NUMBA_DISABLE_JIT": "1"}
+RESTS = ("rigid_bearing", "restitution_none")  # on a rigid wall: derivatives hold on average
 RUBBING = {"clearance": 2.9e-4, "gear_ratio": 3.0, "friction": 0.1}
 KEYS = {
     "clearance": 2.9e-4,
@@ -57,6 +61,52 @@ def test_closed_forms(interpreted, name):
     assert interpreted[name] < 1e-10
 
 
+@pytest.mark.parametrize("name", driven.ASKED)
+def test_what_gradient_gives(interpreted, name):
+    """Largest values within a piece and on either side of an impact, ends, and times."""
+    error, verdict, told = interpreted[name]
+    assert error < 1e-8
+    assert told < 1e-8
+    assert VERDICTS[verdict] == "yes"
+
+
+def test_a_motion_that_nearly_touches_says_so(interpreted):
+    assert [VERDICTS[code] for code in interpreted["touching"]] == ["nearly_touching", "yes"]
+
+
+@pytest.mark.parametrize(
+    ("near", "rests", "word"),
+    [
+        ((1e-7, 1.0, 1.0), 0, "grazing"),
+        ((1.0, 1e-10, 1.0), 0, "simultaneous_events"),
+        ((1.0, 1.0, 1e-7), 1, "nearly_touching"),
+        ((1.0, np.inf, np.inf), 2, "rests_on_a_wall"),
+        ((np.nan, np.nan, np.nan), 0, "no_motion"),
+        ((1.0, 1e-8, 1e-5), 0, "yes"),
+    ],
+)
+def test_verdicts(near, rests, word):
+    assert VERDICTS[_verdict(near, rests)] == word
+
+
+@pytest.mark.parametrize(
+    ("wrong", "key", "text"),
+    [
+        ({"of": ["largest:normal_force:D"]}, "of[0]", "normal_force"),
+        ({"of": ["most:normal_force:B"]}, "of[0]", "largest:normal_force:B"),
+        ({"by": ["clearence"]}, "by[0]", "clearance"),
+        ({"by": ["links.coupler.color"]}, "by[0]", "mass"),
+        ({"by": ["initial.theta_crank"], "orbit": True}, "by", "a periodic orbit has no start"),
+        ({"by": ["joints.B.journal.at"]}, "by", "can change to both sides"),
+    ],
+)
+def test_wrong_input_is_refused(wrong, key, text):
+    with pytest.raises(jp.InputError) as caught:
+        jp.gradient(catalog.chunmei2002(clearance=2.9e-5), **wrong)
+    assert [problem.key for problem in caught.value.problems] == [key]
+    assert text in str(caught.value)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("key", KEYS)
 def test_linkage_with_works(key):
@@ -70,3 +120,12 @@ def test_linkage_with_works(key):
     ]
     errors = [driven.distance(exact, each, model) for each in tried if each is not None]
     assert min(errors) < 1e-6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", [name for name in driven_grid.SCENES if name not in RESTS])
+def test_all_parameters_at_once(name):
+    """Every law at a bearing, guides, several joints, elastic links, rigid impacts."""
+    error, parameters, _ = driven_grid.error(name)
+    assert parameters >= 3
+    assert error < 1e-6

@@ -43,6 +43,8 @@ class Directions:
         Derivatives of the state at the start, shape (directions, states).
     begins, periods : ndarray
         Derivatives of the time at which a run begins, and of the period; shape (directions,).
+    units : ndarray
+        Sizes of the parameters themselves, 1 of one that is 0.
     errors : ndarray
         Largest error of each direction's differences, relative to the largest of the same number's.
     """
@@ -52,6 +54,7 @@ class Directions:
     starts: np.ndarray
     begins: np.ndarray
     periods: np.ndarray
+    units: np.ndarray
     errors: np.ndarray
 
     def __len__(self) -> int:
@@ -65,7 +68,7 @@ class Directions:
 
 def stacked(parts: Sequence[Directions]) -> Directions:
     """Several directions as one."""
-    each = zip(*((d.rates, d.starts, d.begins, d.periods, d.errors) for d in parts), strict=True)
+    each = zip(*((d.rates, d.starts, d.begins, d.periods, d.units, d.errors) for d in parts), strict=True)
     return Directions(sum((d.names for d in parts), ()), *map(np.concatenate, each))
 
 
@@ -106,16 +109,16 @@ def along(
     slopes, n = np.where(changes, finer, 0.0), len(centre.numbers)
     parameters = cache.structure_module(centre.structure).PARAMETERS
     names = tuple(name for name, moves in zip(parameters, changes[:n], strict=True) if moves)
-    return Directions(
-        (names,), slopes[:n][changes[:n]], slopes[None, n:-2], slopes[-2:-1], slopes[-1:], np.array([error])
-    )
+    own, unit = slopes[:n][changes[:n]], np.array([abs(value) or 1.0])
+    times = slopes[-2:-1], slopes[-1:]
+    return Directions((names,), own, slopes[None, n:-2], *times, unit, np.array([error]))
 
 
 def of_start(model: Model, state: str) -> Directions:
     """The direction of one state's initial value."""
     unit = np.array([float(name == state) for name in state_names(model)])
     none = np.zeros(1)
-    return Directions(((),), np.zeros(0), unit[None, :], none, none, none)
+    return Directions(((),), np.zeros(0), unit[None, :], none, none, np.ones(1), none)
 
 
 def _slope(function: Callable[[float], np.ndarray], value: float, step: float) -> np.ndarray:

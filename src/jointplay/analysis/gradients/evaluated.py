@@ -8,7 +8,7 @@ are looked at. With F the rate of the state and t' the derivative of the time at
     work                dW = the tangents' own, + P t'
     time                t' of the end: by the crank's angle -y_c / F_c, by a phase that of the period
 
-and what impacts took is what the works leave over. All of it follows to first order and is exact.
+and where impacts take energy, the joints' work is what the others leave over of the change of energy.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from jointplay.analysis.tangents import TIGHT, Bundle
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.equations.structure import powers
 from jointplay.mechanism.model import Model
+from jointplay.numerics.codes import Event
 
 ENERGIES = ("kinetic_energy", "potential_energy")
 LOOSER = 1e-2  # tolerance of the tangents' iteration, in those of a step
@@ -74,11 +75,11 @@ class Run:
             With the status, if the motion did not get to its end.
         """
         stops = [(self._peak(each), each) for each in wanted if each.how in ("largest", "smallest")]
-        bundle, found = self._bundle(), {}
+        bundle, found, events = self._bundle(), {}, {}
         begin = bundle.recorded
         for at, each in sorted(stops, key=lambda stop: stop[0].time):
             if at.where != "end":
-                found[each] = self._at(bundle, at, each.key)
+                found[each] = self._at(bundle, at, each.key, events)
         self._advance(bundle, self.end)
         found |= self._at_end(bundle, begin, [each for each in wanted if each not in found])
         both = [found[each] for each in wanted]
@@ -98,21 +99,27 @@ class Run:
         sign = 1.0 if wanted.how == "largest" else -1.0
         return peak(self.model, wanted.key, sign, self.end, self.turns, self.rtol, self.limit)
 
-    def _at(self, bundle: Bundle, at: Peak, key: str) -> tuple[float, np.ndarray]:
-        """Value and derivatives of a quantity at an extreme value."""
+    def _at(self, bundle: Bundle, at: Peak, key: str, events: dict) -> tuple[float, np.ndarray]:
+        """Value and derivatives of a quantity at an extreme value; `events` keeps both sides of those met."""
         still = np.zeros(len(self.directions))
         if at.where in ("within", "start"):
             self._advance(bundle, at.time)
             return self._here(bundle.recorded, key, bundle.vectors, still)
-        beside = BESIDE * max(at.time, self.model.period)
-        self._advance(bundle, at.time - beside)
-        y, row, rate = bundle.vectors, bundle.recorded, bundle.rate()
-        self._advance(bundle, at.time + beside)
+        if at.time not in events:
+            events[at.time] = self._sides(bundle, at.time)
+        y, row, rate, times = events[at.time][at.where]
+        return self._here(row, key, y + np.outer(times, rate), times)
+
+    def _sides(self, bundle: Bundle, time: float) -> dict[str, tuple]:
+        """Tangents, row and rate of the state on both sides of an event, and derivatives of its time."""
+        beside = BESIDE * max(time, self.model.period)
+        self._advance(bundle, time - beside)
+        before = y, _, rate = bundle.vectors, bundle.recorded, bundle.rate()
+        self._advance(bundle, time + beside)
         n_x, h = len(rate), bundle.y.gradient
         times = -(y @ h[1 : 1 + n_x] + h[1 + n_x :]) / (h[0] + h[1 : 1 + n_x] @ bundle.y.before)
-        if at.where == "after":
-            y, row, rate = bundle.vectors, bundle.recorded, bundle.rate()
-        return self._here(row, key, y + np.outer(times, rate), times)
+        after = bundle.vectors, bundle.recorded, bundle.rate()
+        return {"before": (*before, times), "after": (*after, times)}
 
     def _here(self, row: np.ndarray, key: str, dx: np.ndarray, dt: np.ndarray) -> tuple[float, np.ndarray]:
         value = float(values(self.model, row[None, :], key)[0])
@@ -126,27 +133,24 @@ class Run:
         dx, row, found = y + np.outer(times, rate), bundle.recorded, {}
         names = powers(self.model.structure)[: len(bundle.x.work)]
         works = dict(zip(names, zip(bundle.x.work, _works(bundle, times).T, strict=True), strict=True))
+        if self.model.links and self.model.walls and works:  # impacts are no power's integral
+            ends = (row, dx, times), (begin, self.directions.starts, 0 * times)
+            works["joints"] = works["joints"][0], self._by_balance(works, *ends)
         for each in wanted:
             if each.how == "time":
                 found[each] = self.end, times
             elif each.how == "work":
                 found[each] = works[each.key]
-            elif each.how == "impact_loss":
-                found[each] = self._lost(works, (row, dx, times), (begin, self.directions.starts, 0 * times))
             else:
                 found[each] = self._here(row, each.key, dx, times)
         return found
 
-    def _lost(self, works: dict[str, tuple], after: tuple, before: tuple) -> tuple[float, np.ndarray]:
-        """What the works leave over of the change of energy."""
-        value, slope = 0.0, np.zeros(len(self.directions))
-        for word, (work, rates) in works.items():
-            value, slope = value + WORK[word][1] * work, slope + WORK[word][1] * rates
+    def _by_balance(self, works: dict[str, tuple], after: tuple, before: tuple) -> np.ndarray:
+        """Derivatives of what the joints take: what the other works leave over of the change of energy."""
+        slope = sum(WORK[word][1] * rates for word, (_, rates) in works.items() if word != "joints")
         for sign, (row, dx, dt) in ((-1, after), (1, before)):
-            for key in ENERGIES:
-                energy, rates = self._here(row, key, dx, dt)
-                value, slope = value + sign * energy, slope + sign * rates
-        return value, slope
+            slope = slope + sign * sum(self._here(row, key, dx, dt)[1] for key in ENERGIES)
+        return slope
 
 
 def _works(bundle: Bundle, times: np.ndarray) -> np.ndarray:
@@ -155,10 +159,11 @@ def _works(bundle: Bundle, times: np.ndarray) -> np.ndarray:
     return bundle.works + np.outer(times, bundle.powers())
 
 
-def nearness(run: Run) -> tuple[float, float, float]:
-    """Slowest beginning of a contact, time between events of two contacts, gap left in flight: the smallest.
+def nearness(run: Run) -> tuple[float, float, float, int]:
+    """Slowest beginning of a contact, time between events of two contacts, gap left in flight; rests.
 
-    Over the fastest, the period, and the clearance (of a test system 1). Infinite where there are none.
+    The smallest over the fastest, the period, and the clearance (of a test system 1); infinite where there
+    are none. Rests are how often a body came to rest on a rigid wall.
     """
     model = run.model
     request = Request(run.end, run.rtol, events=True, misses=True, log_from=0.0, max_steps=run.limit)
@@ -173,4 +178,5 @@ def nearness(run: Run) -> tuple[float, float, float]:
     shares = np.abs(misses[:, 1]) / units[misses[:, 0].astype(int)]
     speeds = approach_speeds(model, np.insert(events, PLACE, 0.0, axis=1))[np.isin(events[:, KIND], BEGINS)]
     slowest = float(np.min(speeds / np.max(speeds, initial=0.0), initial=np.inf))
-    return slowest, float(np.min(apart, initial=np.inf)) / model.period, float(np.min(shares, initial=np.inf))
+    nearest, closest = (float(np.min(each, initial=np.inf)) for each in (apart / model.period, shares))
+    return slowest, nearest, closest, int(np.sum(events[:, KIND] == Event.REST))

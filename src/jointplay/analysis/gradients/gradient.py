@@ -38,7 +38,7 @@ from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
 
 TRANSIENT = 100
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error
-VERDICTS = ("yes", "grazing", "simultaneous_events", "nearly_touching", "no_motion")
+VERDICTS = ("yes", "grazing", "simultaneous_events", "nearly_touching", "rests_on_a_wall", "no_motion")
 GRAZING, TOGETHER, TOUCHING = 1e-6, 1e-9, 1e-6  # up to which there is hardly a derivative
 
 
@@ -81,7 +81,7 @@ def gradient(
     of : sequence of str, optional
         What is differentiated: ``end:angle:rocker`` (any recorded quantity where the turns end; of a test
         system ``end:state:y``), ``largest:normal_force:B`` and ``smallest:…`` over the turns,
-        ``work:drive``, ``work:joints``, …, ``impact_loss`` (what rigid impacts take), ``time`` of the turns.
+        ``work:drive``, ``work:joints`` (impacts among it), …, ``time`` of the turns.
         Left out: largest contact forces, work of the drive, time; of a test system the states at the end.
     by : sequence of str, optional
         In which parameters: names and key paths as in `[vary]`, ``initial.STATE`` of a state at the start,
@@ -112,19 +112,19 @@ def gradient(
     began = time.perf_counter()
     quantities = [wanted.quantity(name) for name in of or wanted.usual_quantities(mechanism)]
     keys = by or wanted.usual_parameters(mechanism)
-    powers = any(each.how in ("work", "impact_loss") for each in quantities)
+    powers = any(each.how == "work" for each in quantities)
     limit, shape = rules.steps(max_steps), (len(quantities), len(keys))
     values, slopes, error = np.full(shape[0], np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    status, near = 0, (np.nan, np.nan, np.nan)
+    status, near, rests = 0, (np.nan, np.nan, np.nan), 0
     try:
         run = _run(mechanism, initial, keys, turns, orbit, transient, powers, rtol, limit, progress)
         values, slopes, grazing = run.quantities(quantities)
         looser = replace(run, rtol=min(LOOSER * rtol, 1e-4)).quantities(quantities)[1]
-        error, (slowest, *others) = np.abs(slopes - looser), nearness(run)
+        error, (slowest, *others, rests) = np.abs(slopes - looser), nearness(run)
         near = (min(grazing, slowest), *others)
     except ArithmeticError as stop:
         status = int(stop.args[0])
-    verdict = _verdict(near)
+    verdict = _verdict(near, rests)
     if verdict and not status:
         warn(f"there is hardly a derivative here: {VERDICTS[verdict].replace('_', ' ')} in this motion")
     present = np.array([_present(mechanism, key, initial) for key in keys])
@@ -232,12 +232,13 @@ def _present(mechanism: Mechanism | TestSystem, key: str, initial: Any) -> float
     return float(model.state[state_names(model).index(key.removeprefix(wanted.INITIAL))])
 
 
-def _verdict(near: tuple[float, float, float]) -> int:
+def _verdict(near: tuple[float, float, float], rests: int) -> int:
     """Code of whether there is a derivative."""
     if np.isnan(near[0]):
         return len(VERDICTS) - 1
     limits = (GRAZING, TOGETHER, TOUCHING)
-    return next((i for i, (v, limit) in enumerate(zip(near, limits, strict=True), 1) if v < limit), 0)
+    close = (i for i, (v, limit) in enumerate(zip(near, limits, strict=True), 1) if v < limit)
+    return next(close, VERDICTS.index("rests_on_a_wall") if rests else 0)
 
 
 def _variables(

@@ -46,8 +46,9 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
         high = rows[rows[:, 0] > at, 0].min(initial=end)
         times = np.unique(np.append(np.linspace(low, high, CLOSER), at))
     if np.any(records.events[:, 2] == at):
-        here = np.flatnonzero(rows[:, 0] == at)
-        return Peak(at, "before" if top == here[0] else "after")
+        sides = sign * values(model, records.steps[records.steps[:, 2] == at, 2:], key)
+        first, last = np.abs(sides[[0, -1]] - found[top])
+        return Peak(at, "before" if first <= last else "after")
     if at in (0.0, end):
         return Peak(at, "start" if at == 0.0 else "end")
     samples = _followed(model, end, max(SHARPER * rtol, LEAST), times, limit).samples

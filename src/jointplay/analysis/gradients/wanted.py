@@ -42,7 +42,7 @@ class Quantity:
 def quantity(name: str) -> Quantity:
     """The quantity of this name, which is a right one."""
     how, _, key = name.partition(":")
-    units = {"time": "s", "work": "J", "impact_loss": "J"}
+    units = {"time": "s", "work": "J"}
     word = WORDS.get(key.partition(":")[0])
     return Quantity(name, how, key, units.get(how) or (word.units if word else "1"))
 
@@ -67,12 +67,10 @@ def known_quantities(mechanism: Mechanism | TestSystem) -> list[str]:
     }
     words = [name for name in WORDS if name not in DISCRETE]
     keys = [f"{name}:{label}".rstrip(":") for name in words for label in labels[WORDS[name].of]]
-    rigid = any(_rigid(joint) for joint in mechanism.clearance_joints)
     works = [word for word, there in _works(mechanism).items() if there]
     return [f"{how}:{key}" for how in POINTS for key in keys] + [
         "time",
         *(f"work:{word}" for word in works),
-        *(["impact_loss"] if rigid else []),
     ]
 
 
