@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.codegen.ensemble import algebra, equations
+from jointplay.codegen.ensemble import algebra, equations, known
 from jointplay.equations.write import system
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.ensemble import layout as rows
@@ -15,12 +15,17 @@ from tests.support.laws_grid import mechanism
 from tests.support.plain import Point, masks, plain, run
 
 TWO = {"B": 4e-5, "C": 3e-5}
+TORQUE = {"kind": "torque", "link": "crank", "constant": 1.0, "nominal_speed": 200.0}
 SCENES = {
     "one joint": (
         lambda: catalog.chunmei2002(clearance=4e-5, friction=0.3),
         ["free", "slip+", "slip-", "stick"],
     ),
     "a memory": (lambda: mechanism("four_bar", "flores", "ramp", False), ["free", "contact"]),
+    "a slider": (
+        lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81).replace(drive=TORQUE),
+        ["free", "slip+", "stick"],
+    ),
     "two joints": (
         lambda: catalog.chunmei2002(clearance=TWO, friction=0.3),
         ["free free", "slip+ free", "slip- slip+", "stick slip-", "free stick", "stick stick"],
@@ -37,6 +42,7 @@ def blocks(w, first, count):
 def test_rates_guards_and_slopes_are_those_of_one_trajectory(name):
     make, words = SCENES[name]
     model, random = assemble(make()), np.random.default_rng(4)
+    assert known(model.structure)
     functions = run(equations.text(system(model.structure)))
     n, count, p = len(model.turning), len(model.joints), model.numbers
     w = np.zeros(8 * functions.ROWS)

@@ -197,7 +197,7 @@ def bifurcation(
         out, where there are sixteen or more and the structure allows it (rigid links and a motor, clearance
         in one to three joints, an rtol of 1e-8 or more). Two to three times as fast; by another method, whose
         numbers differ within the tolerance, and do not depend on which motions run beside each other.
-        ``followed`` says of each point how it went.
+        ``followed`` says of each point how it went; exponents are measured one by one.
     n_jobs : int, optional
         Worker processes, 2 if left out. Sweeps up and down run one point after another, so that there are as
         many cells as directions, starts and values of the other parameter. The result does not depend on it.

@@ -11,11 +11,12 @@ from ..control import FULL, OK
 from ..interface import FUNCTIONS, entry, inlined
 from ..memory import lane_rows
 from ..polynomial import STACK
+from . import CONTACTS
 from . import layout as rows
 from .attempts import special
 from .lane import ends, enter, event, leave
 
-ROOM = 32  # log rows that one pass may need
+ROOM = 8 * (3 * CONTACTS + 2)  # log rows that one pass may need: in each lane approaches, an event, a section
 
 
 def jobs(
