@@ -38,7 +38,12 @@ def blocks(w, first, count):
     return w.reshape(-1, 8)[first : first + count]
 
 
-@pytest.mark.parametrize("name", SCENES)
+QUICK = ("a memory", "two joints")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=[] if each in QUICK else pytest.mark.long) for each in SCENES]
+)
 def test_rates_guards_and_slopes_are_those_of_one_trajectory(name):
     make, words = SCENES[name]
     model, random = assemble(make()), np.random.default_rng(4)
