@@ -10,7 +10,6 @@ from jointplay.analysis.ensemble_runs import follow_ensemble, suits
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.vary import axes
 from jointplay.codegen.ensemble import FRICTION as TRIED_FRICTION
-from jointplay.codegen.ensemble import LAWS as TRIED_LAWS
 from jointplay.codegen.ensemble import known
 from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.laws import FACTORS, LAWS, Law
@@ -179,23 +178,20 @@ IN_LANES = [
 
 @pytest.mark.long
 @pytest.mark.parametrize(("law", "friction"), [*IN_LANES, ("test_hunt_crossley", "none")])
-def test_lanes_know_a_law_or_step_aside(added, law, friction):
+def test_lanes_know_a_law(added, law, friction):
     mechanism = linkage(law, FRICTION[friction], clearance=5e-5)
     model = assemble(mechanism, section="angle:crank")
     request = Request(0.15 * model.period, 1e-6, events=True, log_from=-1.0)
-    assert known(model.structure) == suits(model, request) == (law == "kelvin_voigt")
+    assert known(model.structure)
+    assert suits(model, request)
     (found,), alone = follow_ensemble([model], [request]), follow(model, request)
     assert found.events[:, 1].tolist() == alone.events[:, 1].tolist()
     assert np.allclose(found.events[:, 2], alone.events[:, 2], rtol=1e-4, atol=1e-6 * model.period)
-    if law != "kelvin_voigt":
-        assert found.events.tobytes() == alone.events.tobytes()
-        with pytest.raises(InputError, match="ensemble"):
-            jp.basins(mechanism, plane={"crank_angle": [0.0, 1.0], "crank_speed": [1.0, 2.0]}, ensemble=True)
+    assert found.way == 1
 
 
 def test_every_friction_is_tried_in_lanes():
     assert {*FRICTIONS, "none"} - {"lugre"} == set(TRIED_FRICTION) <= set(FRICTION)
-    assert set(TRIED_LAWS) <= set(TRIED)
 
 
 @pytest.mark.long

@@ -142,9 +142,17 @@ def test_exponents_are_not_of_a_passing_motion():
     only(problems_of(jp.lyapunov, turned, turns=3), "mechanism.drive.kind")
 
 
-def test_ensembles_step_aside():
+def test_ensembles_step_aside_where_something_varies():
     plain = catalog.chunmei2002()
     assert known(linkage(plain))
     torque = {"kind": "torque", "link": "crank", "constant": 1.0, "nominal_speed": 9.0}
-    for changes in ({"loads": [FORCE]}, {"gravity_direction": 0.0}, {"drive": PROFILE}, {"drive": torque}):
+    steady = {"name": "pull", "kind": "force", "on": FORCE["on"], "constant": 5.0, "direction": 0.3}
+    for changes in ({"loads": [FORCE]}, {"loads": [TORQUE]}, {"drive": PROFILE}):
         assert not known(linkage(plain.replace(**changes)))
+    for changes in (
+        {"loads": [steady]},
+        {"springs": [SPRING]},
+        {"gravity_direction": 0.0},
+        {"drive": torque},
+    ):
+        assert known(linkage(plain.replace(**changes)))

@@ -70,7 +70,7 @@ def test_what_lanes_cannot_do_goes_one_by_one_and_says_so():
     assert not found.cell_status.any()
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
+@pytest.mark.parametrize("jobs", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_neither_company_nor_workers_show(jobs, whole, tmp_path, monkeypatch):
     monkeypatch.setattr(chains, "ABREAST", 3)
     monkeypatch.setattr(chains, "TOGETHER", 2)

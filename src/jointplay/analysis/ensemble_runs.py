@@ -2,9 +2,8 @@
 
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
-Differential Equations II, section IV.8. Validity: rigid linkages of three links that turn freely, clearance
-in one joint under Kelvin and Voigt's law, rtol from 1e-8 up; whatever else is asked for is followed one by
-one.
+Differential Equations II, section IV.8. Validity: structures that codegen.ensemble knows (rigid links, one to
+three joints with clearance), rtol from 1e-8 up; whatever else is asked for is followed one by one.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.trajectory import Records, Request, follow, functions
 from jointplay.codegen import cache
-from jointplay.codegen.ensemble import LAWS, known
+from jointplay.codegen.ensemble import known
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -31,8 +30,9 @@ RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a ti
 LOG_ROWS = 8192
 FEWEST = 16  # motions side by side that fill the lanes of two workers
 ACCEPTED = (
-    "false is accepted, or true for a rigid linkage of three links and a motor with clearance in one joint "
-    f"under laws that ensembles know (of contact: {', '.join(LAWS)}), at an rtol of {RTOL:g} or more"
+    "false is accepted, or true for a rigid linkage that a motor or a constant torque turns, with play in "
+    "one to three revolute joints, without ideal loops, impacts, bristles, or what varies with time, at an "
+    f"rtol of {RTOL:g} or more"
 )
 
 
@@ -79,7 +79,7 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
 
 
 def suits(model: Model, request: Request) -> bool:
-    """Whether this can be followed beside others: one contact and three free angles, at a moderate rtol."""
+    """Whether this can be followed beside others: a structure that is known, at a moderate rtol."""
     from jointplay.numerics.ensemble.radau import MAX_TURN
 
     if not known(model.structure):
@@ -90,8 +90,8 @@ def suits(model: Model, request: Request) -> bool:
     section = request.direction == 0 or (ahead and request.period > MAX_TURN)  # one in a step
     if not (asked and section and whole and request.rtol >= RTOL and model.h_max == np.inf):
         return False
-    same = np.ptp(model.absolute[3:]) == 0 and np.all(model.absolute[:3] == 1) and np.all(model.turning == 1)
-    return bool(same and np.all(model.relative == np.repeat([0.0, 1.0], 3)))
+    n = len(model.turning)
+    return bool(np.all(model.relative[:n] == 0.0) and np.all(model.relative[n:] == 1.0))
 
 
 def _in_lanes(pairs: list[tuple[Model, Request]]) -> list[Records]:
@@ -100,11 +100,12 @@ def _in_lanes(pairs: list[tuple[Model, Request]]) -> list[Records]:
     from jointplay.numerics.interface import direct
 
     began, models = time.perf_counter(), [model for model, _ in pairs]
-    flow, f, g, rows, flags = _kernels(models[0].structure)
+    flow, f, g, rows, flags = _kernels(models[0])
     real = np.array([_real(*pair) for pair in pairs])
-    whole = np.array([_whole(request, flags) for _, request in pairs], dtype=np.int64)
+    whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = (np.array([getattr(model, name) for model in models]) for name in ("state", "numbers"))
-    jobs, lanes = flow.jobs(states, numbers, real, whole, LOG_ROWS), flow.lanes(rows, numbers.shape[1])
+    jobs = flow.jobs(states, numbers, real, whole, len(flags), LOG_ROWS)
+    lanes = flow.lanes(rows, numbers.shape[1], models[0].turning.copy(), models[0].memories, flags)
     parts, run, place = [], direct(flow.flow), jobs.place
 
     def call(pause: int) -> int:
@@ -123,32 +124,35 @@ def _in_lanes(pairs: list[tuple[Model, Request]]) -> list[Records]:
     return [_records(jobs, n, log[cuts[n] : cuts[n + 1], 1:], each) for n in range(len(models))]
 
 
-def _kernels(structure) -> tuple:
-    """The loop; functions of a structure at a point, and in lanes; rows of these; flags of its contact."""
+def _kernels(model: Model) -> tuple:
+    """The loop; functions of a structure at a point, and in lanes; rows of these; flags of its contacts."""
     from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
     from jointplay.numerics.interface import pointers
 
     cache.prepare("ensemble.flow")
+    structure, turning = model.structure, tuple(bool(turns) for turns in model.turning)
     module, f = cache.ensemble_module(structure), functions(structure)
-    g = pointers(module, cache.ensemble_algebra(), kind=Functions, signatures=SIGNATURES)
-    (flags,) = cache.structure_module(structure).CONTACTS.values()
+    flags = np.array([*cache.structure_module(structure).CONTACTS.values()], dtype=np.int64)
+    algebra = cache.ensemble_algebra(turning, len(flags))
+    g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
     return cache.method("ensemble.flow"), f, g, module.ROWS, flags
 
 
 def _real(model: Model, request: Request) -> list[float]:
     """Numbers of a trajectory, in the order of numerics.ensemble.layout."""
-    rest = guard_tolerances.rest(model, request.rtol)
-    gap, force = guard_tolerances.guards(model, rest, 1, 0)[:2]
-    scales = [request.rtol, request.rtol * float(model.absolute[-1]), rest, 1e-7 * model.period]
-    lengths = [1e-5 * model.period, float(guard_tolerances.cones(model)[0]), gap, force]
-    cut = [float(guard_tolerances.clearances_squared(model, 1)[0]), request.level, request.period]
-    return [float(request.duration), *scales, *lengths, *cut]
+    rest, contacts = guard_tolerances.rest(model, request.rtol), len(model.joints)
+    gap, force = guard_tolerances.guards(model, rest, contacts, 0).reshape(contacts, 4)[:, :2].T
+    squares = guard_tolerances.clearances_squared(model, contacts)
+    times = [float(request.duration), request.rtol, rest, 1e-7 * model.period, 1e-5 * model.period]
+    floors = request.rtol * model.absolute[: 2 * len(model.turning)]
+    own = np.column_stack([guard_tolerances.cones(model), gap, force, squares])
+    return [*times, request.level, request.period, *floors, *own.ravel()]
 
 
-def _whole(request: Request, flags: int) -> list[int]:
+def _whole(request: Request) -> list[int]:
     """Whole numbers of a trajectory, in the order of numerics.ensemble.layout."""
     cut = [request.direction, request.skip, request.stop_after]
-    return [*cut, request.max_steps, int(request.events), int(request.misses), flags]
+    return [*cut, request.max_steps, int(request.events), int(request.misses)]
 
 
 def _records(jobs, n: int, log: np.ndarray, seconds: float) -> Records:

@@ -17,7 +17,8 @@ from jointplay.equations.write import system
 from jointplay.errors import InputError
 from jointplay.jobs.worker import Task, work
 from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import linkage
+from jointplay.mechanism.assemble import assemble, linkage
+from jointplay.numerics.ensemble import layout
 from jointplay.study.file import validate
 from jointplay.study.run import first_work
 
@@ -88,7 +89,10 @@ def test_lanes_are_refused_where_they_cannot_be(mechanism, plane, rtol):
     [
         *(({"clearance": {joint: 3e-5}}, True) for joint in "OABC"),
         ({"drive": None}, True),
-        ({"clearance": {"B": 3e-5, "C": 3e-5}}, False),
+        ({"clearance": {"B": 3e-5, "C": 3e-5}}, True),
+        ({"clearance": dict.fromkeys("ABC", 3e-5)}, True),
+        ({"clearance": dict.fromkeys("OABC", 3e-5)}, False),
+        ({"gravity_direction": 0.3}, True),
         ({"clearance": 0}, False),
         ({"speed": 10.0}, False),
         ({"elastic": ["coupler"]}, False),
@@ -99,12 +103,13 @@ def test_the_structure_says_whether_lanes_are_refused(changes, fit):
     assert (ensemble_runs.ensemble_fits(mechanism, True, 1e-6) == []) == fit
     assert not ensemble_runs.ensemble_fits(mechanism, False, 1e-12)
     if fit:
-        found = system(linkage(mechanism))
-        angles = tuple(angle.position for angle in found.angles)
+        found, model = system(linkage(mechanism)), assemble(mechanism)
+        angles = [angle.position for angle in found.angles]
         assert all(angle.rate == 0 and angle.offset == 0 for angle in found.angles)
-        assert angles == found.positions
-        assert len(angles) == len(found.speeds) == 3
-        assert len(found.contacts) == 1
+        assert angles == [q for q, turns in zip(found.positions, model.turning, strict=True) if turns]
+        assert len(found.positions) == len(found.speeds) - model.memories <= layout.N
+        assert len(found.contacts) == len(model.joints) <= layout.CONTACTS
+        assert found.angles[0].name == model.crank
         assert not found.resets
         assert not found.powers
 

@@ -1,20 +1,41 @@
 """Source of the eight-lane kernels: a structure's equations, and the method's algebra and control."""
 
-from ...equations.structure import Linkage, Oscillator
+from ...equations.laws import LAWS
+from ...equations.structure import Course, Linkage, Oscillator
+from ...numerics.ensemble import CONTACTS, N
 
-LAWS = ("kelvin_voigt",)  # with which it has been tried
-FRICTION = (
+FRICTION = (  # with which it has been tried: laws without a state of their own
     *("none", "coulomb", "tanh", "ramp", "ambrosio", "threlfall", "andersson", "brown_mcphee", "stribeck"),
 )
+DRIVES = ("none", "motor", "torque")
 
 
 def known(structure: Linkage | Oscillator) -> bool:
-    """Whether eight can run at once: three rigid links that turn freely, the crank first, and one contact."""
-    if isinstance(structure, Oscillator) or len(structure.joints) != 1 or len(structure.links) != 3:
+    """Whether eight can run at once: rigid links that turn freely, the crank first, and bearings with play.
+
+    Each law of contact that has a force is known, and up to three joints with play; springs, and loads and
+    torques that stay the same. Ideal loops, corners of sliders, rigid bearings, bristles, elastic links,
+    imposed speeds and what varies with time or an angle are not.
+    """
+    if isinstance(structure, Oscillator) or not structure.joints:
         return False
-    (joint,), crank = structure.joints, structure.links[0]
-    free = structure.drive in ("none", "motor") and structure.driven == crank
-    open_chains = not (structure.beams or structure.floats or structure.closures)
-    plain = not structure.powers and structure.section in (None, f"angle:{crank}")
-    plain = plain and not (structure.tilted or structure.springs or structure.loads)
-    return joint.law in LAWS and joint.friction in FRICTION and free and open_chains and plain
+    fit = _positions(structure) <= N and len(structure.joints) <= CONTACTS
+    bearings = all(
+        not LAWS[joint.law].rigid and joint.corner is None and joint.friction in FRICTION
+        for joint in structure.joints
+    )
+    open_chains = not (structure.beams or structure.closures)
+    free = structure.drive in DRIVES and structure.driven == structure.links[0]
+    courses = [load.course for load in structure.loads] + [structure.course] * bool(structure.course)
+    steady = not any(map(_varies, courses)) and not structure.powers
+    section = structure.section in (None, f"angle:{structure.driven}")
+    return fit and bearings and open_chains and free and steady and section
+
+
+def _positions(structure: Linkage) -> int:
+    free = [link for link in structure.links if link not in structure.dependent]
+    return len(free) + 2 * len(structure.floating) + len(structure.slides)
+
+
+def _varies(course: Course) -> bool:
+    return bool(course.orders or course.timed)

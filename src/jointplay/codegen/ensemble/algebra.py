@@ -1,4 +1,4 @@
-"""The method for eight trajectories at once, written out: one text for all structures.
+"""The method for eight trajectories at once, written out: one text for structures of one size.
 
     predict(w)   stages from the last step's polynomial, or as they are where an iteration goes on
     factor(w)    inverses of lambda I - h J_z - (h^2/lambda) J_q, the real one and the complex ones
@@ -13,7 +13,7 @@ section IV.8.
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import EIGEN, GAMMA, MONOMIAL, NODES, STAGES, TO_EIGEN, TO_STAGE
 from .control import judge, settle
-from .text import at, function, lanes, stage, total
+from .text import at, function, lanes, slope, stage, total
 
 HEADER = '''"""Generated: the method for eight trajectories at once; do not edit."""
 from math import sqrt
@@ -25,17 +25,18 @@ from jointplay.numerics.events import level_of
 from jointplay.numerics.interface import entry
 
 '''
-N, S = range(rows.N), range(STAGES)
+S = range(STAGES)
 
 
-def text() -> str:
-    """Source of the module."""
-    parts = {"predict": _predict(), "factor": _factor(), "solve": _solve()}
-    parts |= {"judge": judge(), "settle": settle()}
+def text(turning: tuple[bool, ...], contacts: int) -> str:
+    """Source of the module, for positions that turn or do not, and so many contacts."""
+    N = range(len(turning))
+    parts = {"predict": _predict(N), "factor": _factor(N), "solve": _solve(N)}
+    parts |= {"judge": judge(turning, contacts), "settle": settle(turning, contacts)}
     return HEADER + "\n\n" + "\n\n\n".join(function(*part) for part in parts.items()) + "\n"
 
 
-def _predict() -> list[str]:
+def _predict(N: range) -> list[str]:
     """The last step's polynomial beyond its end (OFFSET 1), or within it (0); else no change."""
     out = []
     for k in N:
@@ -55,41 +56,72 @@ def _predict() -> list[str]:
     return out
 
 
-def _entries() -> list[str]:
+def _entries(N: range) -> list[str]:
     """h J_z and h^2 J_q."""
     lines = [f"h = {at(rows.H)}"]
     for k in N:
         for j in N:
             lines += [
-                f"q{k}{j} = h * h * {at(rows.JACOBIAN, 2 * rows.N * k + j)}",
-                f"v{k}{j} = h * {at(rows.JACOBIAN, 2 * rows.N * k + rows.N + j)}",
+                f"q{k}{j} = h * h * {slope(k, j)}",
+                f"v{k}{j} = h * {slope(k, rows.N + j)}",
             ]
     return lines
 
 
 def _minor(i: int, j: int) -> tuple[list[int], list[int]]:
-    """Rows and columns of the signed minor that entry (i, j) of the adjugate is."""
-    rows, columns = [x for x in N if x != j], [x for x in N if x != i]
+    """Rows and columns of the signed minor that entry (i, j) of the adjugate of three by three is."""
+    rows, columns = [x for x in range(3) if x != j], [x for x in range(3) if x != i]
     return rows, (columns if (i + j) % 2 == 0 else columns[::-1])
 
 
-def _factor() -> list[str]:
-    """Inverses of the real matrix and of the complex ones, of three unknowns: by cofactors."""
-    lines = _entries()
+def _factor(N: range) -> list[str]:
+    """Inverses of the real matrix and of the complex ones: of three unknowns by cofactors."""
+    lines = _entries(N)
     for k in N:
         for j in N:
             diagonal = f"{GAMMA!r} " if k == j else ""
             lines.append(f"e{k}{j} = {diagonal}- v{k}{j} - {1 / GAMMA!r} * q{k}{j}")
-    for i in N:
-        for j in N:
-            (a, b), (c, d) = _minor(i, j)
-            lines.append(f"a{i}{j} = e{a}{c} * e{b}{d} - e{a}{d} * e{b}{c}")
-    lines.append("det = 1.0 / (" + " + ".join(f"e0{k} * a{k}0" for k in N) + ")")
-    lines += [f"{at(rows.INVERSE, 3 * i + j)} = a{i}{j} * det" for i in N for j in N]
+    if len(N) == 3:
+        for i in N:
+            for j in N:
+                (a, b), (c, d) = _minor(i, j)
+                lines.append(f"a{i}{j} = e{a}{c} * e{b}{d} - e{a}{d} * e{b}{c}")
+        lines.append("det = 1.0 / (" + " + ".join(f"e0{k} * a{k}0" for k in N) + ")")
+        lines += [f"{at(rows.INVERSE, _place(i, j))} = a{i}{j} * det" for i in N for j in N]
+    else:
+        names, more = _eliminated(N)
+        lines += more + [f"{at(rows.INVERSE, _place(i, j))} = {names[i, j]}" for i in N for j in N]
     out = lanes(*lines)
     for n, (re, im) in enumerate(EIGEN[1:]):
-        out += lanes(*_entries(), *_complex(n, re, im))
+        out += lanes(*_entries(N), *_complex(N, n, re, im))
     return out
+
+
+def _place(i: int, j: int) -> int:
+    """Place of an entry of an inverse."""
+    return rows.N * i + j
+
+
+def _eliminated(N: range) -> tuple[dict[tuple[int, int], str], list[str]]:
+    """The inverse of e by elimination without pivoting: names of its entries, and the lines for them."""
+    names, lines = {(i, j): f"e{i}{j}" for i in N for j in N}, []
+
+    def let(place: tuple[int, int], value: str) -> None:
+        name = f"i{k}_{place[0]}{place[1]}"
+        lines.append(f"{name} = {value}")
+        new[place] = name
+
+    for k in N:
+        new: dict[tuple[int, int], str] = {}
+        let((k, k), f"1.0 / {names[k, k]}")
+        for j in (j for j in N if j != k):
+            let((k, j), f"{names[k, j]} * {new[k, k]}")
+        for i in (i for i in N if i != k):
+            let((i, k), f"- {names[i, k]} * {new[k, k]}")
+            for j in (j for j in N if j != k):
+                let((i, j), f"{names[i, j]} - {names[i, k]} * {new[k, j]}")
+        names = new
+    return names, lines
 
 
 def _times(a: str, b: str) -> tuple[str, str]:
@@ -97,7 +129,7 @@ def _times(a: str, b: str) -> tuple[str, str]:
     return f"{a}r * {b}r - {a}i * {b}i", f"{a}r * {b}i + {a}i * {b}r"
 
 
-def _complex(n: int, re: float, im: float) -> list[str]:
+def _complex(N: range, n: int, re: float, im: float) -> list[str]:
     """The inverse for the pair of eigenvalues re +- i im."""
     lines, size = [], re * re + im * im
     for k in N:
@@ -107,6 +139,22 @@ def _complex(n: int, re: float, im: float) -> list[str]:
                 f"e{k}{j}r = {real}- v{k}{j} - {re / size!r} * q{k}{j}",
                 f"e{k}{j}i = {imaginary}{im / size!r} * q{k}{j}",
             ]
+    found, more = _cofactors() if len(N) == 3 else _complex_elimination(N)
+    lines += more
+    for i in N:
+        for j in N:
+            lines += [f"{_pair_at(n, i, j, p)} = {value}" for p, value in enumerate(found[i, j])]
+    return lines
+
+
+def _pair_at(n: int, i: int, j: int, part: int) -> str:
+    """Real or imaginary part of an entry of the inverse of the n-th pair."""
+    return at(rows.PAIRS + 2 * (rows.N * rows.N * n + _place(i, j)) + part)
+
+
+def _cofactors() -> tuple[dict[tuple[int, int], tuple[str, str]], list[str]]:
+    """The inverse of the complex e of three by three."""
+    lines, N = [], range(3)
     for i in N:
         for j in N:
             (a, b), (c, d) = _minor(i, j)
@@ -115,23 +163,44 @@ def _complex(n: int, re: float, im: float) -> list[str]:
     terms = [_times(f"e0{k}", f"a{k}0") for k in N]
     lines += [f"d{part} = " + " + ".join(f"({term[p]})" for term in terms) for p, part in enumerate("ri")]
     lines += ["size = 1.0 / (dr * dr + di * di)", "dr, di = dr * size, - di * size"]
-    for i in N:
-        for j in N:
-            place = rows.PAIRS + 18 * n + 6 * i + 2 * j
-            lines += [f"{at(place + p)} = {value}" for p, value in enumerate(_times(f"a{i}{j}", "d"))]
-    return lines
+    return {(i, j): _times(f"a{i}{j}", "d") for i in N for j in N}, lines
 
 
-def _solve() -> list[str]:
+def _complex_elimination(N: range) -> tuple[dict[tuple[int, int], tuple[str, str]], list[str]]:
+    """The inverse of the complex e by elimination, as `_eliminated`."""
+    names, lines = {(i, j): f"e{i}{j}" for i in N for j in N}, []
+
+    def let(place: tuple[int, int], values: tuple[str, str]) -> None:
+        new[place] = f"i{k}_{place[0]}{place[1]}"
+        lines.extend(f"{new[place]}{part} = {value}" for part, value in zip("ri", values, strict=True))
+
+    for k in N:
+        new: dict[tuple[int, int], str] = {}
+        d = names[k, k]
+        lines.append(f"size{k} = 1.0 / ({d}r * {d}r + {d}i * {d}i)")
+        let((k, k), (f"{d}r * size{k}", f"- {d}i * size{k}"))
+        for j in (j for j in N if j != k):
+            let((k, j), _times(names[k, j], new[k, k]))
+        for i in (i for i in N if i != k):
+            x, y = _times(names[i, k], new[k, k])
+            let((i, k), (f"- ({x})", f"- ({y})"))
+            for j in (j for j in N if j != k):
+                x, y = _times(names[i, k], new[k, j])
+                let((i, j), (f"{names[i, j]}r - ({x})", f"{names[i, j]}i - ({y})"))
+        names = new
+    return {place: (f"{name}r", f"{name}i") for place, name in names.items()}, lines
+
+
+def _solve(N: range) -> list[str]:
     """Residuals in the eigenbasis (in the place of F), the three systems, the update and its size."""
     out = [line for k in N for line in lanes(*_residual(k))]
     real = [f"r{k} = {stage(rows.F, 0, k)}" for k in N]
     for k in N:
-        row = " + ".join(f"{at(rows.INVERSE, 3 * k + j)} * r{j}" for j in N)
+        row = " + ".join(f"{at(rows.INVERSE, _place(k, j))} * r{j}" for j in N)
         real.append(f"{stage(rows.F, 0, k)} = {row}")
-    out += lanes(*real, *_pair(0)) + lanes(*_pair(1))
+    out += lanes(*real, *_pair(N, 0)) + lanes(*_pair(N, 1))
     out += [line for k in N for line in lanes(*_updated(k))]
-    return out + lanes(*_size())
+    return out + lanes(*_size(N))
 
 
 def _residual(k: int) -> list[str]:
@@ -147,12 +216,12 @@ def _residual(k: int) -> list[str]:
     return lines
 
 
-def _pair(n: int) -> list[str]:
+def _pair(N: range, n: int) -> list[str]:
     """One complex system."""
     a, b = 1 + 2 * n, 2 + 2 * n
     lines = [f"r{k}, i{k} = {stage(rows.F, a, k)}, {stage(rows.F, b, k)}" for k in N]
     for k in N:
-        row = [[at(rows.PAIRS + 18 * n + 6 * k + 2 * j + part) for part in (0, 1)] for j in N]
+        row = [[_pair_at(n, k, j, part) for part in (0, 1)] for j in N]
         real = " + ".join(f"{c} * r{j} - {s} * i{j}" for j, (c, s) in enumerate(row))
         imaginary = " + ".join(f"{c} * i{j} + {s} * r{j}" for j, (c, s) in enumerate(row))
         lines += [f"{stage(rows.F, a, k)} = {real}", f"{stage(rows.F, b, k)} = {imaginary}"]
@@ -168,12 +237,12 @@ def _updated(k: int) -> list[str]:
     return [*lines, *(f"{stage(rows.F, j, k)} = u{j}" for j in S)]
 
 
-def _size() -> list[str]:
+def _size(N: range) -> list[str]:
     """Size of the update in units of the tolerated error."""
     lines = []
     for k in N:
         squares = " + ".join(f"{stage(rows.F, j, k)} * {stage(rows.F, j, k)}" for j in S)
-        lines.append(f"e = {at(rows.FLOOR)} + {at(rows.TOLERANCE)} * abs({at(rows.SPEED, k)})")
+        lines.append(f"e = {at(rows.FLOOR, k)} + {at(rows.TOLERANCE)} * abs({at(rows.SPEED, k)})")
         lines.append(f"n{k} = ({squares}) / (e * e)")
-    mean = f"(n0 + n1 + n2) * {1 / (3 * STAGES)!r}"
+    mean = f"({' + '.join(f'n{k}' for k in N)}) * {1 / (len(N) * STAGES)!r}"
     return [*lines, f"{at(rows.SIZE_BEFORE)} = {at(rows.SIZE)}", f"{at(rows.SIZE)} = sqrt({mean})"]

@@ -21,44 +21,51 @@ from ...numerics.ensemble.radau import (
     A,
 )
 from ...numerics.events import CENTRE_RATIO
-from .text import at, choose, lanes, rotation, stage, total
+from ...numerics.modes import CONE, FORCE, GAP
+from .text import at, choose, lanes, rotation, slope, stage, total
 
-N, S = range(rows.N), range(STAGES)
+S = range(STAGES)
+Turning = tuple[bool, ...]  # whether each position is an angle
 
 
-def judge() -> list[str]:
+def judge(turning: Turning, contacts: int) -> list[str]:
     """Error, guards, section; whether the attempt is plain."""
-    guards = ["low = 0.0", *(line for g in range(4) for line in _guard(g))]
-    return lanes(*_error()) + lanes(*guards, f"{at(rows.LOW)} = low") + lanes(*_ahead()) + lanes(*_plain())
+    guards = ["low = 0.0", "approach = 0.0", "through = 0.0"]
+    guards += [line for g in range(4 * contacts) for line in _guard(g)]
+    stores = {rows.LOW: "low", rows.PASSES: "approach", rows.CENTRE: "through"}
+    guards += [f"{at(row)} = {value}" for row, value in stores.items()]
+    return lanes(*_error(turning)) + lanes(*guards) + lanes(*_ahead()) + lanes(*_plain())
 
 
 def _guard(g: int) -> list[str]:
     """How low a guard goes at most beyond its level (numerics.ensemble.guards), by Bernstein coefficients."""
-    margin = f"{at(rows.CONE)} * abs({at(rows.GUARD, 1)})" if g == 3 else at(rows.MARGIN, g)
+    j, place = divmod(g, 4)
+    force = at(rows.GUARD, 4 * j + FORCE)
+    margin = f"{at(rows.CONE, j)} * abs({force})" if place == CONE else at(rows.MARGIN, g)
     lines = [
         f"start, side, margin = {at(rows.GUARD, g)}, {at(rows.SIDE, g)}, {margin}",
         f"level = level_of(start, side, {at(rows.FIRED, g)}, margin)",
     ]
     names = [f"v{j}" for j in range(STAGES + 1)]
-    values = ["start", *(at(rows.WATCHES, 4 * j + g) for j in S)]
+    values = ["start", *(at(rows.WATCHES, rows.GUARDS * n + g) for n in S)]
     lines += [f"{name} = {value}" for name, value in zip(names, values, strict=True)]
     lines += [f"b{n} = {total(TO_BERNSTEIN[n], names)}" for n in range(1, STAGES)]
     lines += [f"b0, b{STAGES} = v0, v{STAGES}"]
     lines += [f"low = min(low, side * (b{n} - level))" for n in range(STAGES + 1)]
-    return lines + (_gap(names) if g == 0 else [])
+    return lines + (_gap(names, j) if place == GAP else [])
 
 
-def _gap(names: list[str]) -> list[str]:
+def _gap(names: list[str], contact: int) -> list[str]:
     """Whether the gap may have a closest approach asked for; whether the journal passes the centre."""
     slopes = [f"b{n + 1} - b{n}" for n in range(STAGES)]
     return [
         f"passes = 1.0 if min({_nested('max', slopes)}, - {_nested('min', slopes)}) > 0.0 else 0.0",
         "flies = 1.0 if side < 0.0 else 0.0",
-        f"{at(rows.PASSES)} = passes * flies * {at(rows.MISSES)}",
-        f"square = {at(rows.CLEARANCE_SQUARED)}",
+        f"approach = max(approach, passes * flies * {at(rows.MISSES)})",
+        f"square = {at(rows.CLEARANCE_SQUARED, contact)}",
         f"least, most = {_nested('min', names)} + square, {_nested('max', names)} + square",
         f"centre = 1.0 if {CENTRE_RATIO!r} * least < most else 0.0",
-        f"{at(rows.CENTRE)} = centre * {at(rows.VARIANT)}",
+        f"through = max(through, centre * {at(rows.MASK, 3 * contact)})",
     ]
 
 
@@ -70,21 +77,27 @@ def _nested(function: str, values: list[str]) -> str:
     return found
 
 
-def _error() -> list[str]:
+def _error(turning: Turning) -> list[str]:
     """The embedded estimate, of order 5, in units of the tolerated error; the largest turn of an angle."""
-    lines = [f"h = {at(rows.H)}"]
+    lines, N = [f"h = {at(rows.H)}"], range(len(turning))
     Z = [[stage(rows.Z, j, k) for j in S] for k in N]
     lines += [f"q{k} = {1 + ERROR_C!r} * {at(rows.SPEED, k)} + {total(ERROR_A, Z[k])}" for k in N]
     for k in N:
-        pulled = " + ".join(f"{at(rows.JACOBIAN, 2 * rows.N * k + j)} * q{j}" for j in N)
+        pulled = " + ".join(f"{slope(k, j)} * q{j}" for j in N)
         lines.append(f"z{k} = h * {at(rows.ACCELERATION, k)} + {total(ERROR, Z[k])}")
         lines[-1] += f" + {1 / GAMMA!r} * h * h * ({pulled})"
-    lines += [f"ez{k} = " + " + ".join(f"{at(rows.INVERSE, 3 * k + j)} * z{j}" for j in N) for k in N]
-    lines += [f"eq{k} = h * {1 / GAMMA!r} * (q{k} + ez{k}) / {at(rows.TOLERANCE)}" for k in N]
-    lines += [f"ez{k} = ez{k} / ({at(rows.FLOOR)} + {at(rows.TOLERANCE)} * abs({at(rows.Y, k)}))" for k in N]
+    lines += [f"ez{k} = " + " + ".join(f"{at(rows.INVERSE, rows.N * k + j)} * z{j}" for j in N) for k in N]
+    lines += [f"eq{k} = h * {1 / GAMMA!r} * (q{k} + ez{k}) / {at(rows.FLOOR_POSITION, k)}" for k in N]
+    for k in N:
+        lines.append(f"ez{k} = ez{k} / ({at(rows.FLOOR, k)} + {at(rows.TOLERANCE)} * abs({at(rows.Y, k)}))")
     squares = " + ".join(f"eq{k} * eq{k} + ez{k} * ez{k}" for k in N)
-    lines.append(f"{at(rows.ERROR)} = sqrt(({squares}) * {1 / 6!r})")
-    return [*lines, f"{at(rows.TURNED)} = {_nested('max', [f'abs({at(rows.X, k)})' for k in N])}"]
+    lines.append(f"{at(rows.ERROR)} = sqrt(({squares}) * {1 / (2 * len(N))!r})")
+    return [*lines, f"{at(rows.TURNED)} = {_largest(rows.X, turning)}"]
+
+
+def _largest(row: int, turning: Turning) -> str:
+    """Largest size of a row of the angles."""
+    return _nested("max", [f"abs({at(row, k)})" for k, turns in enumerate(turning) if turns])
 
 
 def _ahead() -> list[str]:
@@ -122,7 +135,7 @@ def _plain() -> list[str]:
     return [*lines, f"{at(rows.H_NEXT)} = {at(rows.H)}"]
 
 
-def settle() -> list[str]:
+def settle(turning: Turning, contacts: int) -> list[str]:
     """Control; then the base point moves to the step's end, and LATER by Taylor's series."""
     moved = [f"taken, later = {at(rows.TAKEN)}, {at(rows.LATER)}"]
     values = {
@@ -132,38 +145,38 @@ def settle() -> list[str]:
     }
     for place, value in values.items():
         moved += choose(place, value, "taken > 0.0")
-    for k in N:
-        moved += _moved(k)
-    for g in range(4):
+    for k, turns in enumerate(turning):
+        moved += _moved(k, turns)
+    for g in range(4 * contacts):
         moved += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "taken > 0.0")
         moved += choose(at(rows.FIRED, g), "0.0", "taken > 0.0")
     kept = [f"keep = {at(rows.KEEP)}", *choose(at(rows.H_PAST), at(rows.H), "keep > 0.0")]
-    for k in range(rows.N * STAGES):
-        kept += choose(at(rows.PAST, k), at(rows.Z, k), "keep > 0.0")
-    return lanes(*_control()) + lanes(*moved) + lanes(*kept, f"{at(rows.H)} = {at(rows.H_NEXT)}")
+    for k in range(len(turning)):
+        for j in S:
+            kept += choose(stage(rows.PAST, j, k), stage(rows.Z, j, k), "keep > 0.0")
+    return lanes(*_control(turning)) + lanes(*moved) + lanes(*kept, f"{at(rows.H)} = {at(rows.H_NEXT)}")
 
 
-def _moved(k: int) -> list[str]:
-    """Angle k at the new base point; its sine and cosine are kept on the unit circle."""
+def _moved(k: int, turns: bool) -> list[str]:
+    """Position k at the new base point; an angle's sine and cosine are kept on the unit circle."""
     lines = [
         f"a, z = {at(rows.RATE, k)}, {at(rows.Y, k)}",
         f"turn = {at(rows.X, k)} + (z + 0.5 * a * later) * later",
-        *rotation("sn", "cn", k, "turn"),
-        "unit = 1.5 - 0.5 * (sn * sn + cn * cn)",
     ]
     values = {
         rows.POSITION: f"{at(rows.POSITION, k)} + turn",
         rows.SPEED: "z + a * later",
         rows.ACCELERATION: "a",
-        rows.SINE: "sn * unit",
-        rows.COSINE: "cn * unit",
     }
+    if turns:
+        lines += [*rotation("sn", "cn", k, "turn"), "unit = 1.5 - 0.5 * (sn * sn + cn * cn)"]
+        values |= {rows.SINE: "sn * unit", rows.COSINE: "cn * unit"}
     for row, value in values.items():
         lines += choose(at(row, k), value, "taken > 0.0")
     return lines
 
 
-def _control() -> list[str]:
+def _control(turning: Turning) -> list[str]:
     """Length after a whole step, as numerics.control has it: the power is 1/6, and a length is bounded."""
     lines = [
         f"whole, h, limit = {at(rows.WHOLE)}, {at(rows.H)}, {at(rows.H_LIMIT)}",
@@ -195,7 +208,7 @@ def _control() -> list[str]:
     }
     for row, value in changed.items():
         lines += choose(at(row), value, "whole > 0.0")
-    fast = _nested("max", [f"abs({at(rows.Y, k)})" for k in N])
+    fast = _largest(rows.Y, turning)
     lines += [
         f"new = bounded({at(rows.H_CONTROL)}, {fast}, {MAX_TURN!r}, {at(rows.END)} - ({at(rows.T)} + h))",
         *choose(at(rows.H_NEXT), "new", "whole > 0.0"),

@@ -17,7 +17,9 @@ from sympy import Expr, Integer, Symbol
 from ...equations.system import System
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import LATE, NODES, STAGES, A
+from ...numerics.modes import FORCE
 from ..dynamics import Dynamics, dot
+from ..module import guards
 from ..source import Layout, Program, expression, importing, used
 from ..tape import FLOW
 from .text import at, choose, function, lanes, rotation, stage, total
@@ -26,19 +28,30 @@ HEADER = '''"""Generated from the equations, for eight trajectories at once; do 
 from math import sqrt, tanh
 
 from jointplay.numerics.ensemble.layout import CALL
-from jointplay.numerics.interface import entry, inner
+from jointplay.numerics.interface import inner
+from jointplay.numerics.interface import SIGNATURES, compiled, entry
 
 '''
-N = range(rows.N)
-ENTRIES = [(k, i) for k in N for i in range(2 * rows.N)]  # of the Jacobian
 
 
 def text(system: System) -> str:
     """Source of the module of a system (of a structure that is `known`)."""
-    writer, dynamics = Writer(system), Dynamics(system, "touch")
-    bodies = [_rate(writer, dynamics), _slopes(writer, dynamics), writer.prepare(), *_functions()]
+    writer, dynamics = Writer(system), Dynamics(system, _variant(system))
+    bodies = [_rate(writer, dynamics), _slopes(writer, dynamics), writer.prepare()]
+    bodies += _functions(len(system.positions), len(system.contacts))
     size = f"ROWS = {writer.first + len(writer.constants)}\n"
     return importing(HEADER + size + "\n\n" + "\n\n\n".join(bodies) + "\n")
+
+
+def _variant(system: System) -> str:
+    """Equations that all lanes take: those of slip, or with several contacts that of sticking."""
+    several = len(system.contacts) > 1 and any(contact.sticks for contact in system.contacts)
+    return "stick" if several else "touch"
+
+
+def _lone(system: System) -> bool:
+    """Whether the one contact sticks by a choice after the equations of slip."""
+    return len(system.contacts) == 1 and system.contacts[0].sticks
 
 
 class Writer:
@@ -80,7 +93,9 @@ class Writer:
         system = self.system
         places = {s: at(rows.NUMBERS, k) for k, s in enumerate(system.parameters)}
         places |= {s: at(rows.MASK, k) for s, k in self.layout.masks.items()}
-        places |= {s: at(rows.Y, k) for k, s in enumerate(system.speeds)}
+        n = len(system.positions)
+        places |= {s: at(rows.Y, k) for k, s in enumerate(system.speeds[:n])}
+        places |= {s: at(rows.MEMORY, k) for k, s in enumerate(system.speeds[n:])}
         places |= {s: f"{at(rows.POSITION, k)} + {at(rows.X, k)}" for k, s in enumerate(system.positions)}
         lines = [f"{s} = {places[s]}" for s in used(program, places)]
         for angle in system.angles:
@@ -97,35 +112,41 @@ class Writer:
 
 
 def _rate(writer: Writer, dynamics: Dynamics) -> str:
-    """Accelerations and guards: gap (or u), normal force, sliding speed, cone."""
-    contact, a = writer.system.contacts[0], dynamics.a
+    """Accelerations and guards (codegen.module.guards)."""
+    system, a = writer.system, dynamics.a
+    N, variant = range(len(system.positions)), _variant(system).replace("touch", "slip")
     results = {f"out_a{k}": a[k] for k in N}
-    results |= {"out_g0": contact.u if contact.gap is None else contact.gap, "out_g1": contact.F_n}
-    if contact.sticks:
-        column, share = _grip(dynamics)
+    for j, contact in enumerate(system.contacts):
+        watched = guards(dynamics, j, variant) | ({FORCE: contact.pressed} if contact.sticks else {})
+        results |= {f"out_g{4 * j + g}": value for g, value in watched.items()}
+    if _lone(system):
+        contact, (column, share) = system.contacts[0], _grip(dynamics)
         drag = dynamics.tape.let("held_F", (dot(contact.tangential, a) + _bias(dynamics)) * share)
         results |= {f"held_out_a{k}": a[k] - column[k] * drag for k in N}
-        results |= {"out_g2": contact.v_t, "out_g3": Integer(0)}
+        results["out_g3"] = Integer(0)
         results["held_out_g3"] = (contact.limit * contact.F_n) ** 2 - (contact.drag + drag) ** 2
     stores = {rows.RATE + k: f"out_a{k}" for k in N}
-    stores |= {rows.WATCHED + g: f"out_g{g}" for g in range(4) if f"out_g{g}" in results}
+    stores |= {rows.WATCHED + g: f"out_g{g}" for g in range(rows.GUARDS) if f"out_g{g}" in results}
     return writer.body("rate", dynamics.tape.program(results), stores)
 
 
 def _slopes(writer: Writer, dynamics: Dynamics) -> str:
     """d rate / d state."""
-    contact, tape, results = writer.system.contacts[0], dynamics.tape, {}
-    turning = [tape.derivative(_bias(dynamics), w) for w in writer.system.speeds] if contact.sticks else []
+    system, tape, results = writer.system, dynamics.tape, {}
+    lone, n = _lone(system), len(system.positions)
+    speeds, N = system.speeds[:n], range(n)
+    turning = [0] * n + ([tape.derivative(_bias(dynamics), w) for w in speeds] if lone else [])
     found = dynamics.jacobian()
-    entries = {place: found.get(place, Integer(0)) for place in ENTRIES}
-    if contact.sticks:
+    entries = {(k, i): found.get((k, i), Integer(0)) for k in N for i in range(2 * n)}
+    if lone:
         column, share = _grip(dynamics)
-        for i in range(2 * rows.N):
+        for i in range(2 * n):
             J = [entries[k, i] for k in N]
-            drag = tape.let(f"held_F{i}", (dot(contact.tangential, J) + [0, 0, 0, *turning][i]) * share)
+            drag = tape.let(f"held_F{i}", (dot(system.contacts[0].tangential[:n], J) + turning[i]) * share)
             results |= {f"held_out_{k}_{i}": J[k] - column[k] * drag for k in N}
     results |= {f"out_{k}_{i}": value for (k, i), value in entries.items()}
-    stores = {rows.JACOBIAN + 2 * rows.N * k + i: f"out_{k}_{i}" for k, i in ENTRIES}
+    shift = rows.N - n  # of the speeds' columns
+    stores = {rows.JACOBIAN + 2 * rows.N * k + i + shift * (i >= n): f"out_{k}_{i}" for k, i in entries}
     return writer.body("slopes", tape.program(results), stores)
 
 
@@ -142,11 +163,11 @@ def _bias(dynamics: Dynamics) -> Expr:
     return dynamics.tape.derivative(contact.v_t, FLOW) + contact.drift
 
 
-def _fetch(j: int) -> list[str]:
-    """X and Y at stage j: increments of the angles, speeds."""
+def _fetch(n: int, j: int) -> list[str]:
+    """X and Y at stage j: increments of the positions, speeds."""
     lines = []
-    for k in N:
-        z = [stage(rows.Z, n, k) for n in range(STAGES)]
+    for k in range(n):
+        z = [stage(rows.Z, s, k) for s in range(STAGES)]
         moved = total(A[j], z)
         lines.append(
             f"{at(rows.X, k)} = {at(rows.H)} * ({float(NODES[j])!r} * {at(rows.SPEED, k)} + {moved})"
@@ -155,26 +176,28 @@ def _fetch(j: int) -> list[str]:
     return lines
 
 
-def _take(j: int) -> list[str]:
+def _take(n: int, contacts: int, j: int) -> list[str]:
     """Rates times h, and guards, of stage j."""
-    lines = [f"{stage(rows.F, j, k)} = {at(rows.H)} * {at(rows.RATE, k)}" for k in N]
-    return lines + [f"{at(rows.WATCHES, 4 * j + g)} = {at(rows.WATCHED, g)}" for g in range(4)]
+    lines = [f"{stage(rows.F, j, k)} = {at(rows.H)} * {at(rows.RATE, k)}" for k in range(n)]
+    watches = rows.WATCHES + rows.GUARDS * j
+    return lines + [f"{at(watches, g)} = {at(rows.WATCHED, g)}" for g in range(4 * contacts)]
 
 
-def _functions() -> list[str]:
+def _functions(n: int, contacts: int) -> list[str]:
     """Functions that the loop calls: rates and slopes at the points of a step."""
-    rates = [*lanes(*_fetch(0)), "    rate(w)"]
+    N, rates = range(n), [*lanes(*_fetch(n, 0)), "    rate(w)"]
     for j in range(STAGES):
-        rates += lanes(*_take(j), *_fetch((j + 1) % STAGES)) + ["    rate(w)"] * (j < STAGES - 1)
+        following = _fetch(n, (j + 1) % STAGES)
+        rates += lanes(*_take(n, contacts, j), *following) + ["    rate(w)"] * (j < STAGES - 1)
     here = [f"{at(rows.X, k)} = 0.0" for k in N] + [f"{at(rows.Y, k)} = {at(rows.SPEED, k)}" for k in N]
     taken = [f"fresh = {at(rows.NEW)}"]
     for k in N:
         taken += choose(at(rows.ACCELERATION, k), at(rows.RATE, k), "fresh > 0.0")
-    for g in range(4):
+    for g in range(4 * contacts):
         taken += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "fresh > 0.0")
     return [
-        function("jacobian", [*lanes(*_fetch(LATE)), "    slopes(w)"]),
+        function("jacobian", [*lanes(*_fetch(n, LATE)), "    slopes(w)"]),
         function("rates", rates),
-        function("finish", [*lanes(*_fetch(STAGES - 1)), "    rate(w)"]),
+        function("finish", [*lanes(*_fetch(n, STAGES - 1)), "    rate(w)"]),
         function("base", [*lanes(*here), "    rate(w)", *lanes(*taken, f"{at(rows.NEW)} = 0.0")]),
     ]

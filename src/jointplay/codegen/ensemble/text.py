@@ -23,6 +23,11 @@ def stage(block: int, j: int, k: int) -> str:
     return at(block, rows.N * j + k)
 
 
+def slope(k: int, i: int) -> str:
+    """d rate k / d position i, or speed i - N."""
+    return at(rows.JACOBIAN, 2 * rows.N * k + i)
+
+
 def lanes(*lines: str) -> list[str]:
     """A loop over the lanes; a short one would be unrolled, and then not vectorised: join it to others."""
     return ["    for i in range(8):", *(f"        {line}" for line in lines)]

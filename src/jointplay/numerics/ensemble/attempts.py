@@ -74,11 +74,11 @@ def _verdict(w, i):
 
 
 @inner
-def begin(w, i, h):
+def begin(k, i, h):
     """Let the next attempt have the length h, within its bounds."""
-    fast = max(
-        abs(w[8 * rows.SPEED + i]), max(abs(w[8 * rows.SPEED + 8 + i]), abs(w[8 * rows.SPEED + 16 + i]))
-    )
+    w, fast = k.w, 0.0
+    for r in range(k.n):
+        fast = max(fast, k.turning[r] * abs(w[8 * (rows.SPEED + r) + i]))
     w[8 * rows.H_NEXT + i] = bounded(h, fast, MAX_TURN, w[8 * rows.END + i] - w[8 * rows.T + i])
 
 
@@ -92,7 +92,7 @@ def _shorten(k, j, i, h, kind, smooth):
     w[8 * rows.H_CONTROL + i], w[8 * rows.REJECTION + i], w[8 * rows.ODD + i] = h, 1.0, 1.0
     if not smooth:
         w[8 * rows.SMOOTH + i] = 0.0
-    begin(w, i, h)
+    begin(k, i, h)
     if not h > instant(w[8 * rows.T + i], j.real[job, rows.J_NEAR]):
         k.whole[8 * rows.PHASE + i] = DONE
         j.count[job, rows.C_STATUS] = failure(w[8 * rows.POSITION + i :: 8], 2 * rows.N - 1)

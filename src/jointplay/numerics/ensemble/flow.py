@@ -11,45 +11,53 @@ from ..control import FULL, OK
 from ..interface import FUNCTIONS, entry, inlined
 from ..memory import lane_rows
 from ..polynomial import STACK
+from . import CONTACTS
 from . import layout as rows
 from .attempts import special
 from .lane import ends, enter, event, leave
 
-ROOM = 32  # log rows that one pass may need
+ROOM = 8 * (3 * CONTACTS + 2)  # log rows that one pass may need: in each lane approaches, an event, a section
 
 
-def jobs(states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.ndarray, log: int) -> rows.Jobs:
+def jobs(
+    states: np.ndarray, numbers: np.ndarray, real: np.ndarray, whole: np.ndarray, contacts: int, log: int
+) -> rows.Jobs:
     """Trajectories that wait: their states, parameters, and what each is asked for (layout)."""
-    n = len(states)
+    n, record = len(states), 1 + states.shape[1] + contacts
     return rows.Jobs(
         state=np.ascontiguousarray(states),
         numbers=np.ascontiguousarray(numbers),
         real=real,
         whole=whole,
         count=np.zeros((n, rows.COUNTS), dtype=np.int64),
-        log=np.zeros((log + ROOM, rows.COLUMNS + rows.RECORD)),
-        start=np.zeros((n, rows.RECORD)),
-        final=np.zeros((n, rows.RECORD)),
+        log=np.zeros((log + ROOM, rows.COLUMNS + record)),
+        start=np.zeros((n, record)),
+        final=np.zeros((n, record)),
         place=np.zeros(rows.PLACES, dtype=np.int64),
     )
 
 
-def lanes(size: int, parameters: int) -> rows.Lanes:
-    """Eight empty lanes of a structure with so many rows and parameters."""
+def lanes(size: int, parameters: int, turning: np.ndarray, memories: int, flags: np.ndarray) -> rows.Lanes:
+    """Eight empty lanes of a structure: rows, parameters, which positions turn, memories, contacts' flags."""
+    n, contacts = len(turning), len(flags)
     k = rows.Lanes(
+        n=n,
+        memories=memories,
+        contacts=contacts,
+        turning=turning,
         w=lane_rows(size),
         whole=np.zeros(8 * rows.LANE_WHOLES, dtype=np.int64),
         real=np.zeros(8 * rows.LANE_REALS),
         stash=lane_rows(rows.NUMBERS),
         b=np.zeros(16),
         stack=np.zeros(STACK),
-        s=np.zeros(1 + 4 * rows.N),
+        s=np.zeros(1 + 4 * n + memories),
         p=np.zeros(parameters),
-        m=np.zeros(3),
-        out=np.zeros(6),
-        modes=np.zeros(1, dtype=np.int64),
-        flags=np.zeros(1, dtype=np.int64),
-        fired=np.zeros(4, dtype=np.int64),
+        m=np.zeros(3 * contacts),
+        out=np.zeros(6 * contacts),
+        modes=np.zeros(contacts, dtype=np.int64),
+        flags=flags,
+        fired=np.zeros(4 * contacts, dtype=np.int64),
     )
     k.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
     return k
@@ -120,6 +128,7 @@ def run(f, g, k, j):
                 g.base(w)
 
 
-JOBS = typeof(jobs(np.zeros((1, 6)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1), dtype=np.int64), 1))
-LANES = typeof(lanes(1, 1))
+_NONE = np.zeros(1, dtype=np.int64)
+JOBS = typeof(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
+LANES = typeof(lanes(1, 1, np.zeros(1), 0, _NONE))
 flow = entry(int64(FUNCTIONS, rows.FUNCTIONS, LANES, JOBS))(run)

@@ -6,7 +6,7 @@ As numerics.events for one trajectory, with the margins that guards have there; 
 from ..events import leaving, level_of, root_level
 from ..interface import inner
 from ..memory import MISS_ROW
-from ..modes import GAP
+from ..modes import CONE, FORCE, GAP
 from ..polynomial import differentiate, first_root, next_extremum, value
 from . import layout as rows
 from .radau import NODES, STAGES, TO_BERNSTEIN, A
@@ -15,19 +15,19 @@ from .record import note, record_within
 
 @inner
 def coefficients(w, at, start, i, b):
-    """Bernstein coefficients of what is `start` at the base and w[at], w[at + 32], … at the stages."""
+    """Bernstein coefficients of what is `start` at the base, and at w[at] at the first stage."""
     for n in range(STAGES + 1):
         b[n] = TO_BERNSTEIN[n, 0] * start
         for s in range(STAGES):
-            b[n] += TO_BERNSTEIN[n, s + 1] * w[at + 32 * s + i]
-    b[0], b[STAGES] = start, w[at + 32 * (STAGES - 1) + i]
+            b[n] += TO_BERNSTEIN[n, s + 1] * w[at + 8 * rows.GUARDS * s + i]
+    b[0], b[STAGES] = start, w[at + 8 * rows.GUARDS * (STAGES - 1) + i]
 
 
 @inner
 def margin(w, i, g):
     """Margin of guard g: values up to it are within the tolerance of zero."""
-    if g == 3:
-        return w[8 * rows.CONE + i] * abs(w[8 * (rows.GUARD + 1) + i])
+    if g % 4 == CONE:
+        return w[8 * (rows.CONE + g // 4) + i] * abs(w[8 * (rows.GUARD + g - CONE + FORCE) + i])
     return w[8 * (rows.MARGIN + g) + i]
 
 
@@ -42,7 +42,7 @@ def level(w, i, g):
 def first(k, i, doubt):
     """The guard that first leaves its side, and where in [0, 1]; -1 and 2.0 if none."""
     w, b, which, earliest = k.w, k.b, -1, 2.0
-    for g in range(4):
+    for g in range(4 * k.contacts):
         side = w[8 * (rows.SIDE + g) + i]
         if side != 0.0:
             least = level(w, i, g) - side * doubt * margin(w, i, g)
@@ -85,9 +85,16 @@ def passing(k, i, end):
 
 @inner
 def closest_approaches(k, j, i, end):
-    """Log closest approaches of the open gap in the step up to place `end` (numerics.record)."""
-    b = k.b
-    coefficients(k.w, 8 * (rows.WATCHES + GAP), k.w[8 * (rows.GUARD + GAP) + i], i, b)
+    """Log closest approaches of open gaps in the step up to place `end` (numerics.record)."""
+    for contact in range(k.contacts):
+        if k.w[8 * (rows.SIDE + 4 * contact + GAP) + i] < 0.0:
+            _closest_approaches(k, j, i, contact, end)
+
+
+@inner
+def _closest_approaches(k, j, i, contact, end):
+    b, g = k.b, 4 * contact + GAP
+    coefficients(k.w, 8 * (rows.WATCHES + g), k.w[8 * (rows.GUARD + g) + i], i, b)
     for n in range(STAGES + 1):
         b[8 + n] = b[n]
     degree, side = differentiate(b, STAGES + 0 * i)
@@ -96,6 +103,6 @@ def closest_approaches(k, j, i, end):
         if side > 0:
             gap = value(b, 8, STAGES, at, k.stack)
             record_within(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :], at)
-            note(k, j, i, MISS_ROW, 0.0, -gap)
+            note(k, j, i, MISS_ROW, float(contact), -gap)
         side = -side
         at, degree = next_extremum(b, degree, at, side, end, k.stack)

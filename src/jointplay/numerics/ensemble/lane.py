@@ -5,7 +5,7 @@ from math import inf
 from ..control import CHATTER, CHATTER_COUNT, STEP_LIMIT, at_end, close_events, restarted
 from ..interface import inner
 from ..memory import EVENT_ROW
-from ..modes import FREE, PULLS, RELEASED, follow, inside, mask, start
+from ..modes import FORCE, FREE, GAP, PULLS, RELEASED, REMEMBERS, SLIDE, follow, inside, mask, start
 from . import layout as rows
 from .attempts import DONE, STEPPING, begin
 from .radau import STAGES
@@ -17,28 +17,48 @@ def _gather(k, i):
     """The base point of a lane, as numerics.modes takes it."""
     w = k.w
     k.s[0] = w[8 * rows.T + i]
-    for r in range(rows.N):
-        k.s[1 + r], k.s[1 + rows.N + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
-        k.s[1 + 2 * rows.N + r], k.s[1 + 3 * rows.N + r] = (
-            w[8 * (rows.SINE + r) + i],
-            w[8 * (rows.COSINE + r) + i],
-        )
+    for r in range(k.n):
+        k.s[1 + r], k.s[1 + k.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
+    first = 1 + 2 * k.n + k.memories
+    for r in range(k.memories):
+        k.s[1 + 2 * k.n + r] = w[8 * (rows.MEMORY + r) + i]
+    angles = _angles(k)
+    a = 0
+    for r in range(k.n):
+        if k.turning[r] != 0.0:
+            k.s[first + a], k.s[first + angles + a] = w[8 * (rows.SINE + r) + i], w[8 * (rows.COSINE + r) + i]
+            a += 1
     for r in range(len(k.p)):
         k.p[r] = w[8 * (rows.NUMBERS + r) + i]
-    k.modes[0] = k.whole[8 * rows.MODE + i]
+    for c in range(k.contacts):
+        k.modes[c] = k.whole[8 * (rows.MODE + c) + i]
+
+
+@inner
+def _angles(k):
+    """Number of positions that are angles."""
+    count = 0
+    for r in range(k.n):
+        count += 1 if k.turning[r] != 0.0 else 0
+    return count
 
 
 @inner
 def _scatter(k, i):
-    """The mode that a lane has now: its masks, and the sides of its guards."""
-    w, mode, pulls = k.w, k.modes[0], k.flags[0] & PULLS
-    k.whole[8 * rows.MODE + i] = mode
+    """The modes that a lane has now: masks, memories, and the sides of its guards."""
+    w, touches = k.w, 0.0
     mask(k.modes, k.m)
-    for r in range(3):
+    for r in range(3 * k.contacts):
         w[8 * (rows.MASK + r) + i] = k.m[r]
-    for g in range(4):
-        w[8 * (rows.SIDE + g) + i] = inside(mode, g, pulls)
-    w[8 * rows.VARIANT + i] = 1.0 if mode > RELEASED else 0.0
+    for r in range(k.memories):
+        w[8 * (rows.MEMORY + r) + i] = k.s[1 + 2 * k.n + r]
+    for c in range(k.contacts):
+        mode, pulls = k.modes[c], k.flags[c] & PULLS
+        k.whole[8 * (rows.MODE + c) + i] = mode
+        for g in range(4):
+            w[8 * (rows.SIDE + 4 * c + g) + i] = inside(mode, g, pulls)
+        touches = 1.0 if mode > RELEASED else touches
+    w[8 * rows.VARIANT + i] = touches
     w[8 * rows.NEW + i] = 1.0
 
 
@@ -54,28 +74,29 @@ def enter(f, k, j, i, job):
         k.real[at] = 0.0
     k.whole[8 * rows.JOB + i], k.whole[8 * rows.SINCE + i] = job, j.place[rows.PASSED_BY]
     k.real[8 * rows.T_EVENT + i] = -inf
-    for r in range(rows.N):
-        w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i] = (
-            j.state[job, r],
-            j.state[job, rows.N + r],
-        )
+    for r in range(k.n):
+        w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i] = j.state[job, r], j.state[job, k.n + r]
+        w[8 * (rows.FLOOR_POSITION + r) + i] = real[rows.J_FLOORS + r]
+        w[8 * (rows.FLOOR + r) + i] = real[rows.J_FLOORS + k.n + r]
+    for r in range(k.memories):
+        w[8 * (rows.MEMORY + r) + i] = j.state[job, 2 * k.n + r]
     for r in range(len(k.p)):
         w[8 * (rows.NUMBERS + r) + i] = j.numbers[job, r]
-    w[8 * rows.TOLERANCE + i], w[8 * rows.FLOOR + i] = real[rows.J_TOLERANCE], real[rows.J_FLOOR]
+    w[8 * rows.TOLERANCE + i] = real[rows.J_TOLERANCE]
     w[8 * rows.END + i], w[8 * rows.LEFT + i] = real[rows.J_END], whole[rows.J_STEPS]
     w[8 * rows.H_PAST + i] = w[8 * rows.OFFSET + i] = w[8 * rows.ERROR_BEFORE + i] = w[8 * rows.ODD + i] = 1.0
     w[8 * rows.H_LIMIT + i], w[8 * rows.H_CONTROL + i] = 1e300, real[rows.J_H]
-    begin(w, i, real[rows.J_H])
+    begin(k, i, real[rows.J_H])
     w[8 * rows.H + i] = w[8 * rows.H_NEXT + i]
     w[8 * rows.DIRECTION + i] = whole[rows.J_DIRECTION] if whole[rows.J_DIRECTION] else 1.0
     w[8 * rows.AHEAD + i] = real[rows.J_LEVEL] if whole[rows.J_DIRECTION] else 1e300
-    w[8 * rows.MARGIN + i], w[8 * (rows.MARGIN + 1) + i] = real[rows.J_GAP], real[rows.J_FORCE]
-    w[8 * (rows.MARGIN + 2) + i], w[8 * rows.CONE + i] = real[rows.J_REST], real[rows.J_CONE]
-    w[8 * rows.CLEARANCE_SQUARED + i], w[8 * rows.MISSES + i] = (
-        real[rows.J_CLEARANCE_SQUARED],
-        whole[rows.J_MISSES],
-    )
-    k.flags[0] = whole[rows.J_FLAGS]
+    w[8 * rows.MISSES + i] = whole[rows.J_MISSES]
+    for c in range(k.contacts):
+        at = rows.J_FLOORS + 2 * k.n + rows.PER_CONTACT * c
+        w[8 * (rows.CONE + c) + i], w[8 * (rows.MARGIN + 4 * c + GAP) + i] = real[at], real[at + 1]
+        w[8 * (rows.MARGIN + 4 * c + FORCE) + i] = real[at + 2]
+        w[8 * (rows.MARGIN + 4 * c + SLIDE) + i] = real[rows.J_REST]
+        w[8 * (rows.CLEARANCE_SQUARED + c) + i] = real[at + 3]
     _start(f, k, i, real[rows.J_REST])
     record(k, i, j.start[job])
 
@@ -85,12 +106,14 @@ def _start(f, k, i, rest):
     """The mode that belongs to the initial state."""
     _gather(k, i)
     f.trig(k.s, k.p)
-    for r in range(rows.N):
-        k.w[8 * (rows.SINE + r) + i], k.w[8 * (rows.COSINE + r) + i] = (
-            k.s[1 + 2 * rows.N + r],
-            k.s[1 + 3 * rows.N + r],
-        )
-    start(f.contacts, 0 * i, k.flags, k.modes, k.m, k.s, k.p, rest, k.out)
+    sine = 1 + 2 * k.n + k.memories
+    angles = _angles(k)
+    for r in range(k.n):
+        if k.turning[r] != 0.0:
+            k.w[8 * (rows.SINE + r) + i], k.w[8 * (rows.COSINE + r) + i] = k.s[sine], k.s[sine + angles]
+            sine += 1
+    for c in range(k.contacts):
+        start(f.contacts, c, k.flags, k.modes, k.m, k.s, k.p, rest, k.out)
     _scatter(k, i)
 
 
@@ -107,16 +130,18 @@ def event(f, k, j, i):
         record(k, i, row[rows.COLUMNS :])
         note(k, j, i, EVENT_ROW, 0.0, 0.0)
     _gather(k, i)
-    k.flags[0] = j.whole[job, rows.J_FLAGS]
-    for g in range(4):
+    for g in range(4 * k.contacts):
         k.fired[g] = int(w[8 * (rows.FIRED + g) + i])
-    guard = k.whole[8 * rows.AT + i]
-    kind = follow(
-        f.contacts, 0 * i, guard, k.flags, k.modes, k.fired, k.m, k.s, k.p, real[rows.J_REST], k.out
-    )
+    c, guard = k.whole[8 * rows.AT + i] // 4, k.whole[8 * rows.AT + i] % 4
+    before = k.modes[c]
+    if before == FREE and k.flags[c] & REMEMBERS:
+        f.reset(c, k.s, k.p)
+    kind = follow(f.contacts, c, guard, k.flags, k.modes, k.fired, k.m, k.s, k.p, real[rows.J_REST], k.out)
+    if before != FREE and k.modes[c] == FREE and k.flags[c] & REMEMBERS:
+        f.reset(k.contacts + c, k.s, k.p)
     if j.whole[job, rows.J_EVENTS]:
-        row[3] = kind
-    for g in range(4):
+        row[2], row[3] = c, kind
+    for g in range(4 * k.contacts):
         w[8 * (rows.FIRED + g) + i] = k.fired[g]
     _scatter(k, i)
     _restart(k, i)
@@ -130,7 +155,7 @@ def _restart(k, i):
     h = restarted(w[8 * rows.H_CONTROL + i], served, kept)
     w[8 * rows.SMOOTH + i], w[8 * rows.REJECTION + i], w[8 * rows.H_BEFORE + i] = 0.0, 0.0, 0.0
     w[8 * rows.H_LIMIT + i], w[8 * rows.ODD + i], w[8 * rows.H_CONTROL + i] = 1e300, 1.0, h
-    begin(w, i, h)
+    begin(k, i, h)
     w[8 * rows.H + i] = w[8 * rows.H_NEXT + i]
     k.whole[8 * rows.FRESH + i] = 1
 
@@ -163,4 +188,4 @@ def leave(k, j, i):
     record(k, i, j.final[job])
     j.count[job, rows.C_STEPS] = int(w[8 * rows.STEPS + i])
     j.count[job, rows.C_EVALUATIONS] = (rows.UPDATES * STAGES + 1) * passes
-    k.whole[8 * rows.JOB + i], k.whole[8 * rows.MODE + i], k.whole[8 * rows.PHASE + i] = -1, FREE, STEPPING
+    k.whole[8 * rows.JOB + i], k.whole[8 * rows.PHASE + i] = -1, STEPPING

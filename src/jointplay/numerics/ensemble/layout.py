@@ -1,8 +1,10 @@
 """An ensemble, one trajectory in each of eight lanes: where their numbers lie, and what a run holds.
 
-Row r of the one buffer `w` is w[8 r : 8 r + 8], a number of each of eight trajectories. All have three
-angles and one contact; parameters and what follows from these alone come last, as many as a structure has.
-What a lane does is decided by its own numbers: its results are the same beside any others, in any lane.
+Row r of the one buffer `w` is w[8 r : 8 r + 8], a number of each of eight trajectories. Blocks are as long as
+the largest structure needs, so that places are constants; a structure takes the beginning of each. Positions
+are its angles and others, each with a speed; what laws of contact remember stays the same between events.
+Parameters and what follows from these alone come last, as many as a structure has. What a lane does is
+decided by its own numbers: its results are the same beside any others, in any lane.
 """
 
 from collections.abc import Callable
@@ -12,11 +14,11 @@ import numpy as np
 from numba import types, void
 
 from ..interface import vector
+from . import CONTACTS, N
 from .radau import STAGES
 
-N = 3  # angles, and so speeds
+GUARDS = 4 * CONTACTS  # of each: gap, force, sliding speed, cone
 UPDATES = 3  # of Newton's iteration in one attempt
-GUARDS = 4  # of the contact: gap, force, sliding speed, cone
 
 
 def _blocks(first: int, count: int, size: int = 1) -> range:
@@ -27,15 +29,16 @@ def _blocks(first: int, count: int, size: int = 1) -> range:
 # One row each. Time and lengths: of this attempt, the next, the last step; what the control proposes …
 T, END, H, H_NEXT, H_PAST, H_BEFORE, H_CONTROL, H_LIMIT, LATER, _next = _blocks(0, 9)
 # … tolerances; sizes of updates; errors; largest turn of an angle; how low guards go; past the section
-TOLERANCE, FLOOR, SIZE, SIZE_BEFORE, ERROR, ERROR_BEFORE, TURNED, LOW, CROSSED, _next = _blocks(_next, 9)
-# … the section; squared clearance; the cone's margin over F_n; attempts made and left
-AHEAD, DIRECTION, CLEARANCE_SQUARED, CONE, STEPS, LEFT, _next = _blocks(_next, 6)
+TOLERANCE, SIZE, SIZE_BEFORE, ERROR, ERROR_BEFORE, TURNED, LOW, CROSSED, _next = _blocks(_next, 8)
+# … the section; attempts made and left
+AHEAD, DIRECTION, STEPS, LEFT, _next = _blocks(_next, 4)
 # … what is so (1) or not (0): of an attempt's start, of its iteration, of its end, of what is done with it
 OFFSET, SMOOTH, NEW, VARIANT, MISSES, JOINED, WAS_JOINED, REJECTION, ODD, _next = _blocks(_next, 9)
 PASSES, CENTRE, PLAIN, WHOLE, TAKEN, KEEP, _next = _blocks(_next, 6)
 H_VARIANT, _next = _blocks(_next, 1, 2)  # lengths that served last in flight and in contact
-MASK, _next = _blocks(_next, 1, 3)  # touch, slip, stick
-POSITION, SPEED, SINE, COSINE, ACCELERATION, _next = _blocks(_next, 5, N)
+CLEARANCE_SQUARED, CONE, MEMORY, _next = _blocks(_next, 3, CONTACTS)  # the cone's margin over F_n; v_0
+MASK, _next = _blocks(_next, 1, 3 * CONTACTS)  # touch, slip, stick
+POSITION, SPEED, SINE, COSINE, ACCELERATION, FLOOR_POSITION, FLOOR, _next = _blocks(_next, 7, N)
 GUARD, SIDE, FIRED, MARGIN, _next = _blocks(_next, 4, GUARDS)  # values at the base, …
 X, Y, RATE, _next = _blocks(_next, 3, N)  # a point at which the equations are taken, and what they give
 WATCHED, _next = _blocks(_next, 1, GUARDS)
@@ -68,16 +71,16 @@ SIGNATURES = dict.fromkeys(Functions._fields, CALL)
 FUNCTIONS = types.NamedTuple([types.FunctionType(CALL)] * len(SIGNATURES), Functions)
 
 # Places in Jobs.real, of one trajectory each
-J_END, J_TOLERANCE, J_FLOOR, J_REST, J_NEAR, J_H, J_CONE, J_GAP, J_FORCE = range(9)
-J_CLEARANCE_SQUARED, J_LEVEL, J_PERIOD = range(9, 12)
+J_END, J_TOLERANCE, J_REST, J_NEAR, J_H, J_LEVEL, J_PERIOD, J_FLOORS = range(8)
+# … floors of positions and speeds; then of each contact: cone, gap, force, squared clearance
+PER_CONTACT = 4
 # Places in Jobs.whole
-J_DIRECTION, J_SKIP, J_STOP, J_STEPS, J_EVENTS, J_MISSES, J_FLAGS = range(7)
+J_DIRECTION, J_SKIP, J_STOP, J_STEPS, J_EVENTS, J_MISSES = range(6)
 # Places in Jobs.count
 C_STEPS, C_REJECTED, C_FAILED, C_EVALUATIONS, C_EVENTS, C_SECTIONS, C_STATUS, COUNTS = range(8)
 # Places in Jobs.place: the next trajectory, rows in the log, passes made, passes after which the loop pauses
 NEXT, LOGGED, PASSED_BY, PAUSE, PLACES = range(5)
-COLUMNS = 4  # of a log row before the record: trajectory, tag, contact, kind
-RECORD = 2 + 2 * N  # time, angles, speeds, mode
+COLUMNS = 4  # of a log row before the record: trajectory, tag, contact, kind; then time, state, modes
 
 
 class Jobs(NamedTuple):
@@ -89,20 +92,25 @@ class Jobs(NamedTuple):
     whole: np.ndarray
     count: np.ndarray
     log: np.ndarray
-    start: np.ndarray  # rows: time, angles, speeds, mode
+    start: np.ndarray  # rows: time, positions, speeds, memories, modes
     final: np.ndarray
     place: np.ndarray
 
 
 # Places in Lanes.whole, rows of eight
-JOB, MODE, PHASE, AT, FRESH, TRIES, CLOSE, PASSED, SINCE, LANE_WHOLES = range(10)
+JOB, PHASE, AT, FRESH, TRIES, CLOSE, PASSED, SINCE, MODE = range(9)
+LANE_WHOLES = MODE + CONTACTS
 # Places in Lanes.real
 T_EVENT, H_START, LENGTH, DELTA, LEVEL, LANE_REALS = 0, 1, 3, 4, 5, 6
 
 
 class Lanes(NamedTuple):
-    """State of eight lanes beside `w`, and scratch."""
+    """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts."""
 
+    n: int
+    memories: int
+    contacts: int
+    turning: np.ndarray  # 1 where a position is an angle
     w: np.ndarray
     whole: np.ndarray
     real: np.ndarray

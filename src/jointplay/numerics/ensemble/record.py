@@ -15,29 +15,41 @@ def note(k, j, i, tag, contact, kind):
 
 @inner
 def record(k, i, row):
-    """Time, angles, speeds, mode at the base point."""
+    """Time, positions, speeds, memories, modes at the base point."""
     w = k.w
-    for r in range(rows.N):
-        row[1 + r], row[1 + rows.N + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
-    row[0], row[1 + 2 * rows.N] = w[8 * rows.T + i], k.whole[8 * rows.MODE + i]
+    for r in range(k.n):
+        row[1 + r], row[1 + k.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
+    row[0] = w[8 * rows.T + i]
+    _lasting(k, i, row)
+
+
+@inner
+def _lasting(k, i, row):
+    """What stays the same between events: memories and modes."""
+    at = 1 + 2 * k.n
+    for r in range(k.memories):
+        row[at + r] = k.w[8 * (rows.MEMORY + r) + i]
+    for c in range(k.contacts):
+        row[at + k.memories + c] = k.whole[8 * (rows.MODE + c) + i]
 
 
 @inner
 def record_end(k, i, row, later):
-    """Time, angles, speeds, mode `later` than the step's end, by Taylor's series."""
+    """Time, state, modes `later` than the step's end, by Taylor's series."""
     w = k.w
-    for r in range(rows.N):
+    for r in range(k.n):
         z, a = w[8 * (rows.Y + r) + i], w[8 * (rows.RATE + r) + i]
         row[1 + r] = w[8 * (rows.POSITION + r) + i] + w[8 * (rows.X + r) + i] + (z + 0.5 * a * later) * later
-        row[1 + rows.N + r] = z + a * later
-    row[0], row[1 + 2 * rows.N] = w[8 * rows.T + i] + (w[8 * rows.H + i] + later), k.whole[8 * rows.MODE + i]
+        row[1 + k.n + r] = z + a * later
+    row[0] = w[8 * rows.T + i] + (w[8 * rows.H + i] + later)
+    _lasting(k, i, row)
 
 
 @inner
 def record_within(k, i, row, place):
-    """Time, angles, speeds, mode at a place of the step, by the stages' polynomial."""
+    """Time, state, modes at a place of the step, by the stages' polynomial."""
     w, h = k.w, k.w[8 * rows.H + i]
-    for r in range(rows.N):
+    for r in range(k.n):
         z0, z, moved, power = w[8 * (rows.SPEED + r) + i], 0.0, 0.0, 1.0
         for n in range(STAGES):
             power *= place
@@ -46,5 +58,6 @@ def record_within(k, i, row, place):
                 z += part
                 moved += part * place / (n + 2)
         row[1 + r] = w[8 * (rows.POSITION + r) + i] + h * (place * z0 + moved)
-        row[1 + rows.N + r] = z0 + z
-    row[0], row[1 + 2 * rows.N] = w[8 * rows.T + i] + h * place, k.whole[8 * rows.MODE + i]
+        row[1 + k.n + r] = z0 + z
+    row[0] = w[8 * rows.T + i] + h * place
+    _lasting(k, i, row)

@@ -1,0 +1,101 @@
+"""Equations and algebra for eight trajectories at once, as plain Python: those of one trajectory, by lane."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from jointplay import catalog
+from jointplay.codegen.ensemble import algebra, equations, known
+from jointplay.equations.write import system
+from jointplay.mechanism.assemble import assemble
+from jointplay.numerics.ensemble import layout as rows
+from jointplay.numerics.ensemble.radau import EIGEN, GAMMA
+from tests.support.laws_grid import mechanism
+from tests.support.plain import Point, masks, plain, run
+
+TWO = {"B": 4e-5, "C": 3e-5}
+TORQUE = {"kind": "torque", "link": "crank", "constant": 1.0, "nominal_speed": 200.0}
+SCENES = {
+    "one joint": (
+        lambda: catalog.chunmei2002(clearance=4e-5, friction=0.3),
+        ["free", "slip+", "slip-", "stick"],
+    ),
+    "a memory": (lambda: mechanism("four_bar", "flores", "ramp", False), ["free", "contact"]),
+    "a slider": (
+        lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81).replace(drive=TORQUE),
+        ["free", "slip+", "stick"],
+    ),
+    "two joints": (
+        lambda: catalog.chunmei2002(clearance=TWO, friction=0.3),
+        ["free free", "slip+ free", "slip- slip+", "stick slip-", "free stick", "stick stick"],
+    ),
+}
+
+
+def blocks(w, first, count):
+    """A view of rows, by number and lane."""
+    return w.reshape(-1, 8)[first : first + count]
+
+
+QUICK = ("a memory", "two joints")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=[] if each in QUICK else pytest.mark.long) for each in SCENES]
+)
+def test_rates_guards_and_slopes_are_those_of_one_trajectory(name):
+    make, words = SCENES[name]
+    model, random = assemble(make()), np.random.default_rng(4)
+    assert known(model.structure)
+    functions = run(equations.text(system(model.structure)))
+    n, count, p = len(model.turning), len(model.joints), model.numbers
+    w = np.zeros(8 * functions.ROWS)
+    points = []
+    for lane, word in enumerate(np.resize(words, 8)):
+        state = model.state + random.uniform(-1e-4, 1e-4, len(model.state))
+        points.append(Point(plain(model.structure), p, state, str(word).split()))
+        blocks(w, rows.POSITION, n)[:, lane], blocks(w, rows.SPEED, n)[:, lane] = state[:n], state[n : 2 * n]
+        blocks(w, rows.MEMORY, model.memories)[:, lane] = state[2 * n :]
+        angles, turning = points[-1].s[1 + len(state) :], np.flatnonzero(model.turning)
+        blocks(w, rows.SINE, n)[turning, lane], blocks(w, rows.COSINE, n)[turning, lane] = np.split(angles, 2)
+        blocks(w, rows.MASK, 3 * count)[:, lane] = masks(str(word).split())
+        blocks(w, rows.NUMBERS, len(p))[:, lane] = p
+    blocks(w, rows.NEW, 1)[:] = 1.0
+    functions.prepare(w)
+    functions.base(w)
+    functions.jacobian(w)
+    found = blocks(w, rows.JACOBIAN, 2 * rows.N * rows.N).reshape(rows.N, 2, rows.N, 8)[:n, :, :n]
+    for lane, own in enumerate(points):
+        rate, guards = own.rate()[:n, 0], own.watched()[: 4 * count, 0]
+        assert np.allclose(blocks(w, rows.ACCELERATION, n)[:, lane], rate, rtol=1e-8, atol=1e-8)
+        sticks = own.m[2::3] > 0
+        seen = np.repeat(own.m[::3] > 0, 4) & np.tile([True, True, True, False], count) | np.repeat(sticks, 4)
+        ours = blocks(w, rows.GUARD, 4 * count)[:, lane]
+        asked = seen & (guards != 0)  # what one trajectory watches in this variant
+        assert np.allclose(ours[asked], guards[asked], rtol=1e-6, atol=1e-12)
+        assert np.allclose(ours[::4], guards[::4], rtol=1e-9)
+        if count > 1 or not sticks.any():  # a lone contact that sticks has a Jacobian to the order of h^2
+            slopes = own.jacobian()[:n, : 2 * n].reshape(n, 2, n)
+            assert np.allclose(found[..., lane], slopes, rtol=1e-7, atol=1e-7 * np.abs(slopes).max())
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 7])
+def test_inverses_are_those_of_the_matrices(n):
+    functions, random = run(algebra.text((True,) * n, 1)), np.random.default_rng(n)
+    w, h = np.zeros(8 * rows.NUMBERS), 0.3
+    J = blocks(w, rows.JACOBIAN, 2 * rows.N * rows.N).reshape(rows.N, 2, rows.N, 8)
+    J[:n, :, :n] = random.normal(size=(n, 2, n, 8))
+    blocks(w, rows.H, 1)[:] = h
+    functions.factor(w)
+    real = blocks(w, rows.INVERSE, rows.N**2).reshape(rows.N, rows.N, 8)[:n, :n]
+    pairs = blocks(w, rows.PAIRS, 4 * rows.N**2).reshape(2, rows.N, rows.N, 2, 8)[:, :n, :n]
+    inverses = [
+        (GAMMA, real),
+        *((complex(*EIGEN[1 + k]), each[..., 0, :] + 1j * each[..., 1, :]) for k, each in enumerate(pairs)),
+    ]
+    for value, found in inverses:
+        for lane in range(8):
+            q, v = J[:n, 0, :n, lane], J[:n, 1, :n, lane]
+            matrix = value * np.eye(n) - h * v - h * h / value * q
+            assert np.allclose(found[..., lane] @ matrix, np.eye(n), atol=1e-9)
