@@ -226,6 +226,8 @@ def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
             "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
         )
         assert wide <= seen == 380
+        for name in ("linkage", "orbit", "force", "section"):  # below each other
+            assert chromium.execute_script(f"return document.getElementById('live-{name}').clientWidth") > 320
     finally:
         chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         chromium.set_window_size(size["width"], size["height"])
