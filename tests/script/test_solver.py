@@ -49,6 +49,7 @@ LONG = {
     "guide",
     "rigid bearing",
 }
+FINE = {"implicit law": 1e-12}  # where one contact ends so slowly that its time is known no better at RTOL
 CUT = {"A", "C"}  # by a section
 NAMES = [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in SCENES]
 
@@ -66,10 +67,11 @@ def events(motion):
 def test_two_turns_are_the_compiled_ones(name, tmp_path):
     mechanism = SCENES[name]()
     section = jp.CrankAngle() if name in CUT else None
-    script = solver(mechanism, rtol=RTOL, section=section)
+    rtol = FINE.get(name, RTOL)
+    script = solver(mechanism, rtol=rtol, section=section)
     found = ran(script.text, script.data, TURNS, tmp_path)
     names = list(dict.fromkeys(q["name"] for q in script.data["quantities"]))
-    motion = jp.simulate(mechanism, turns=2, rtol=RTOL, record=names, samples_per_turn=4, section=section)
+    motion = jp.simulate(mechanism, turns=2, rtol=rtol, record=names, samples_per_turn=4, section=section)
     times, kinds = events(motion)
     assert found["status"] == "ok"
     assert [(each["joint"], each["kind"]) for each in found["events"]] == kinds
