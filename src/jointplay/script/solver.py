@@ -48,7 +48,7 @@ ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone
 OPTIONS = ("h_max", "near", "rest", "hop", "play", "sharp")
 LOG_ROWS = 512
 LATER = 0.382  # of the period: another time, to see whether the rates depend on it
-HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tanh\n"
+HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"
 
 
 @dataclass(frozen=True)
