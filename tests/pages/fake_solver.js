@@ -5,7 +5,7 @@
 function makeSolver(data) {
   const values = {};
   const [crank, coupler, rocker, base] = data.lengths;
-  let [time, s, sum] = [0, data.start, 0];
+  let [time, s, sum, lost] = [0, data.start, 0, false];
 
   function places(theta) {
     const [ax, ay] = [crank * Math.cos(theta), crank * Math.sin(theta)];
@@ -26,7 +26,7 @@ function makeSolver(data) {
       values[key] = value;
       return "";
     },
-    reset() { [time, s, sum] = [0, data.start, 0]; },
+    reset() { [time, s, sum, lost] = [0, data.start, 0, false]; },
     period: () => data.period,
     time: () => time,
     measured: (rows) => ({ journal_x: { B: rows.map((row) => row[1]) }, journal_y: { B: rows.map((row) => row[2]) } }),
@@ -34,7 +34,8 @@ function makeSolver(data) {
     setState([given]) { s = given; },
     run(turns, { samples }) {
       const count = Math.round(turns * samples);
-      const found = { status: values["damping.B"] > 500 ? "not_converged" : "ok", turns_done: turns, section: [], events: [] };
+      lost = lost || values["damping.B"] > 500; // and stays so until it begins anew
+      const found = { status: lost ? "not_converged" : "ok", turns_done: turns, section: [], events: [] };
       found.time = Float64Array.from({ length: count }, (_, i) => time + (data.period * (i + 1)) / samples);
       const e = values["clearance.B"];
       const of = (f) => ({ B: found.time.map((t) => f((2 * Math.PI * t) / data.period)) });

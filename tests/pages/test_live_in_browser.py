@@ -148,7 +148,7 @@ def test_a_diagram_is_computed_clicked_in_and_refined(chromium, page):
     chromium.execute_script("arguments[0].scrollIntoView({block: 'center'})", drawn)
     ActionChains(chromium).move_to_element(drawn).click().perform()  # 52 px of its left are the axis
     until(chromium, "return document.getElementById('live-gear_ratio-exact').value !== '2.8'")
-    half = (drawn.size["width"] / 2 - 52) / (drawn.size["width"] - 62)
+    half = (drawn.size["width"] / 2 - 52) / (drawn.size["width"] - 66)
     shown = float(chromium.find_element("id", "live-gear_ratio-exact").get_attribute("value"))
     assert shown == pytest.approx(2.5 + 1.5 * half, abs=0.005)
     ActionChains(chromium).move_to_element(drawn).click_and_hold().move_by_offset(100, 0).release().perform()
@@ -157,7 +157,7 @@ def test_a_diagram_is_computed_clicked_in_and_refined(chromium, page):
     ends = [
         float(chromium.find_element("id", f"scan-{end}").get_attribute("value")) for end in ("from", "to")
     ]
-    assert ends == pytest.approx([shown, shown + 150 / (drawn.size["width"] - 62)], abs=0.01)
+    assert ends == pytest.approx([shown, shown + 150 / (drawn.size["width"] - 66)], abs=0.01)
     assert "scan=120+100+gear_ratio" in chromium.current_url
     assert complaints(chromium) == []
 
@@ -170,8 +170,8 @@ def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
     def colour(gear_ratio, damping):
         return chromium.execute_script(
             "const it = document.getElementById('scan-canvas');"
-            "const [wide, high] = [it.clientWidth - 62, it.clientHeight - 44];"
-            "const at = [52 + arguments[0] * wide, 10 + arguments[1] * high];"
+            "const [wide, high] = [it.clientWidth - 66, it.clientHeight - 48];"
+            "const at = [52 + arguments[0] * wide, 14 + arguments[1] * high];"
             "const pen = it.getContext('2d');"
             "const dot = pen.getImageData(...at.map((each) => each * devicePixelRatio), 1, 1);"
             "return Array.from(dot.data).slice(0, 3)",
@@ -226,6 +226,8 @@ def test_a_phone_shows_it_without_scrolling_sideways(chromium, page):
             "return [document.documentElement.scrollWidth, document.documentElement.clientWidth]"
         )
         assert wide <= seen == 380
+        for name in ("linkage", "orbit", "force", "section"):  # below each other
+            assert chromium.execute_script(f"return document.getElementById('live-{name}').clientWidth") > 320
     finally:
         chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         chromium.set_window_size(size["width"], size["height"])

@@ -4,15 +4,10 @@
 if (jointplay.data.live) {
   const { data, element, store } = jointplay;
   const live = data.live;
-  const SECONDS = 3; // a turn takes, as it is played
-  const SLOW = 40; // times slower near an impact
-  const HITS = ["contact", "impact", "separation"];
-  const NEAR = 0.004; // turns before and after an impact that count as near
   const SAMPLES = 720; // of the watched turn
   const BUDGET = 10; // ms of a frame, for the motion that runs ahead
   const POINTS = 4096; // of the section: the last ones
   const MOST = 4000; // turns after which the motion that runs ahead rests
-  const STEPS = 1000; // of a slider
 
   const nominal = {};
   const held = {}; // values as the solver has them
@@ -151,61 +146,19 @@ if (jointplay.data.live) {
 
   // ---- sliders
 
-  function along(parameter, value) {
-    const scale = parameter.scale === "log" ? Math.log : Number;
-    return (STEPS * (scale(value) - scale(parameter.min))) / (scale(parameter.max) - scale(parameter.min));
-  }
-
-  function valueAt(parameter, step) {
-    const { min, max } = parameter;
-    const value = parameter.scale === "log" ? min * (max / min) ** (step / STEPS) : min + ((max - min) * step) / STEPS;
-    return Number(value.toPrecision(6));
-  }
-
-  function made(tag, properties, ...inside) {
-    const found = Object.assign(document.createElement(tag), properties);
-    found.append(...inside);
-    return found;
-  }
-
-  function slider(parameter) {
-    const { key, label, unit } = parameter;
-    const name = "live-" + key;
-    const range = made("input", { type: "range", id: name, min: 0, max: STEPS, step: "any" });
-    const exact = made("input", { type: "number", id: name + "-exact", step: "any" });
-    exact.setAttribute("aria-label", `${label}, ${unit || "number"}`);
-    range.addEventListener("input", () => wish(key, valueAt(parameter, Number(range.value))));
-    range.addEventListener("keydown", (event) => {
-      const step = { ArrowLeft: -10, ArrowDown: -10, ArrowRight: 10, ArrowUp: 10 }[event.key];
-      if (!step) return;
-      event.preventDefault();
-      wish(key, valueAt(parameter, Math.max(0, Math.min(STEPS, along(parameter, held[key]) + step))));
-    });
-    exact.addEventListener("change", () => wish(key, Number(exact.value) / parameter.factor));
-    const refusal = made("span", { className: "refused", id: name + "-refused" });
-    const ends = [parameter.min, parameter.max].map((each) => plots.text(each * parameter.factor)).join(" to ");
-    const text = made("label", { htmlFor: name }, `${label} `, made("small", {}, `(${ends}${unit ? " " + unit : ""})`));
-    return made("div", { className: "slider" }, text, made("span", {}, range, exact, ` ${unit}`), refusal);
-  }
-
   function begin(found) {
     parameters = found;
     const main = parameters.filter((each) => live.first.includes(each.key));
     const rest = parameters.filter((each) => !main.includes(each));
-    element("live-sliders").replaceChildren(...main.map(slider));
-    element("live-more").replaceChildren(...rest.map(slider));
+    element("live-sliders").replaceChildren(...main.map((each) => sliders.made(each, held, wish)));
+    element("live-more").replaceChildren(...rest.map((each) => sliders.made(each, held, wish)));
     element("live-more").parentElement.hidden = rest.length === 0;
     parameters.forEach((each) => { nominal[each.key] = held[each.key] = each.value; });
-    parameters.forEach(showValue);
+    parameters.forEach((each) => sliders.show(each, held));
     read(jointplay.view);
     if (jointplay.diagram) jointplay.diagram.begin(parameters, { solver, held, wish, place: (row) => place(row), tolerance, words: () => view.section.words });
     element("live").dataset.ready = "yes";
     requestAnimationFrame(frame);
-  }
-
-  function showValue(parameter) {
-    element("live-" + parameter.key).value = along(parameter, held[parameter.key]);
-    element(`live-${parameter.key}-exact`).value = Number((held[parameter.key] * parameter.factor).toPrecision(6));
   }
 
   function wish(key, value) {
@@ -218,7 +171,7 @@ if (jointplay.data.live) {
       held[key] = value;
       delete pending[key];
       sent[key] = value;
-      showValue(parameters.find((each) => each.key === key));
+      sliders.show(parameters.find((each) => each.key === key), held);
     });
     renew();
     ask("set", { values: { ...sent } });
@@ -232,7 +185,7 @@ if (jointplay.data.live) {
       if (words[key]) {
         held[key] = key in good ? good[key] : nominal[key];
         element(`live-${key}-refused`).textContent = words[key];
-        if (!(key in pending)) showValue(parameters.find((each) => each.key === key));
+        if (!(key in pending)) sliders.show(parameters.find((each) => each.key === key), held);
       } else {
         good[key] = sent[key];
       }
@@ -309,60 +262,23 @@ if (jointplay.data.live) {
     const at = sample();
     if (live.scene) stage.linkage(element("live-linkage"), now.scene, box, at);
     if (view.circle) stage.bearing(element("live-orbit"), now, [0, now.time.length - 1], at, now.strongest);
-    else drawPlane(at);
-    drawForce(at);
+    else pictures.plane(now, view, at);
+    pictures.force(now, view, at, ideal);
     element("live-phase").value = Math.round(1000 * phase);
   }
 
-  function drawPlane(at) {
-    const [x, y] = now.values;
-    const chart = plots.chart(element("live-orbit"), { x: plots.span(x), y: plots.span(y), xLabel: view.words[0], yLabel: view.words[1] });
-    plots.line(chart, x, y, "--accent");
-    plots.dots(chart, [x[at]], [y[at]], 1, "--warm", 8);
-  }
-
-  function drawForce(at) {
-    const beside = ideal && ideal.values && ideal.view === view ? ideal.values[0] : null;
-    const y = plots.span([...now.force, ...(beside || [])]);
-    const chart = plots.chart(element("live-force"), { x: [0, 1], y, xLabel: "Turns", yLabel: view.words[2] });
-    if (beside) plots.line(chart, ideal.time, beside, "--warm");
-    plots.line(chart, now.time, now.force, "--accent");
-    plots.upright(chart, now.time[at], "--ink");
-  }
-
   function drawSection() {
-    const count = Math.min(section.count, POINTS);
-    const points = section.rows.slice(0, count).map(place);
-    const [x, y] = [0, 1].map((k) => points.map((each) => each[k]));
-    const [xLabel, yLabel] = view.section.words;
-    const chart = plots.chart(element("live-section"), { x: plots.span(x, 0.01 * extent()), y: plots.span(y, 0.01 * extent()), xLabel, yLabel });
-    plots.dots(chart, x, y, count, "--accent", count > 500 ? 1.5 : 3);
+    pictures.section(section.rows.slice(0, Math.min(section.count, POINTS)).map(place), view, 0.01 * extent());
     element("live-points").textContent = `${section.count} section points${section.count > POINTS ? `, the last ${POINTS} drawn` : ""}`;
   }
 
   // ---- frames
 
-  // Where in the turn it is after some seconds: slower near an impact, if that is asked for.
-  function after(seconds) {
-    const hits = element("live-slow").checked ? now.events.filter((each) => HITS.includes(each.kind)) : [];
-    const near = hits.map((each) => [each.turn - NEAR, each.turn + NEAR]);
-    let [at, left] = [phase, seconds / SECONDS];
-    while (left > 0 && at < 1) {
-      const inside = near.find(([from, to]) => at >= from && at < to);
-      const end = inside ? inside[1] : Math.min(1, ...near.map(([from]) => from).filter((from) => from > at));
-      const rate = inside ? 1 / SLOW : 1;
-      const step = Math.min(left * rate, end - at);
-      left = step < end - at ? 0 : left - step / rate;
-      at = step < end - at ? at + step : end;
-    }
-    return at + left;
-  }
-
   function frame(moment) {
     const passed = Math.min(0.1, (moment - last) / 1000);
     last = moment;
     if (playing && now) {
-      phase = after(passed);
+      phase = pictures.after(phase, passed, now.events, element("live-slow").checked);
       if (phase >= 1 && next) {
         phase -= 1;
         show(next);

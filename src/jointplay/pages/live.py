@@ -16,7 +16,6 @@ from jointplay.errors import InputError
 from jointplay.mechanism.records import CrankAngle, Joint, Mechanism, TestSystem
 from jointplay.pages import frame, moving, texts
 from jointplay.results.store import write_figure
-from jointplay.script.expressions import UntranslatableError
 from jointplay.script.solver import Solver, solver
 from jointplay.study import toml_text
 
@@ -64,7 +63,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
     """
     try:
         made = solved(mechanism)
-    except (InputError, UntranslatableError) as error:
+    except InputError as error:
         return None, f"This page does not compute: {error}."
     keys = [each["key"] for each in made.data["parameters"]]
     linkage = isinstance(mechanism, Mechanism)
@@ -95,7 +94,7 @@ def with_ideal(found: dict[str, Any], mechanism: Mechanism | TestSystem) -> dict
     """Add the solver of the same linkage without clearance, where that has one."""
     if not isinstance(mechanism, Mechanism) or not mechanism.clearance_joints:
         return found
-    with suppress(InputError, UntranslatableError):  # its loops may not close by themselves
+    with suppress(InputError):  # its loops may not close by themselves
         made = solved(mechanism.replace(clearance=0.0))
         whole = f"const makeIdeal = (() => {{\n{made.text}\nreturn makeSolver;\n}})();\n{found['text']}"
         return found | {"text": whole, "ideal": made.data}

@@ -4,7 +4,7 @@
 const plots = (() => {
   const LEFT = 52;
   const BELOW = 34;
-  const EDGE = 10;
+  const EDGE = 14;
 
   function ticks(low, high, count = 5) {
     const raw = (high - low) / count;

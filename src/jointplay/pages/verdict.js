@@ -54,9 +54,11 @@ const verdict = (() => {
   function words(seen) {
     if (seen.status) return `Stopped: ${seen.status}.`;
     if (!seen.counted) return `Settling: ${seen.turns} of ${SETTLE} turns.`;
-    const repeats = seen.points.length >= LOOKED_AT ? period(seen.points.slice(-LOOKED_AT), seen.tolerance) : 0;
+    const enough = seen.points.length >= LOOKED_AT;
+    const repeats = enough ? period(seen.points.slice(-LOOKED_AT), seen.tolerance) : 0;
     const found = exponent(seen.growth, seen.counted);
-    const said = [seen.points.length < LOOKED_AT ? "too few turns yet to tell its period" : kind(repeats, found)];
+    const early = !enough && seen.counted <= LOOKED_AT; // later, there is no section
+    const said = [early ? "too few turns yet to tell its period" : kind(repeats, found)];
     Object.entries(seen.separations).forEach(([joint, count]) => {
       said.push(`separations per turn${joint ? " at " + joint : ""}: ${number(count / seen.counted)}`);
     });

@@ -29,7 +29,7 @@ BINARY = {
     ast.BitAnd: ("&", BITS),
 }
 COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-PLAIN = ("sqrt", "sin", "cos", "tanh", "exp", "log", "atan2")
+PLAIN = ("sqrt", "sin", "cos", "tan", "tanh", "exp", "log", "atan2")
 HELPERS = (
     *("matvec", "position_row", "add_matvec", "axpy", "sparse_dot", "subtract_products"),
     *("complex_multiply", "complex_fma", "complex_sum"),

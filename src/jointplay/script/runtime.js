@@ -38,24 +38,32 @@ const runtime = {
   },
 
   sparse_dot(w, to, numbers, pairs, begin, end) {
-    const z = runtime.row;
-    z.fill(0);
-    for (let o = begin; o < end; o += 2) {
-      const number = numbers[pairs[o]];
-      const at = pairs[o + 1];
-      for (let i = 0; i < 8; i += 1) z[i] += number * w[at + i];
+    for (let i = 0; i < 8; i += 2) {
+      let one = 0;
+      let other = 0;
+      for (let o = begin; o < end; o += 2) {
+        const number = numbers[pairs[o]];
+        const at = pairs[o + 1] + i;
+        one += number * w[at];
+        other += number * w[at + 1];
+      }
+      w[to + i] = one;
+      w[to + i + 1] = other;
     }
-    w.set(z, to);
   },
 
   subtract_products(w, to, pairs, begin, end) {
-    for (let o = begin; o < end; o += 2) {
-      const a = pairs[o];
-      const b = pairs[o + 1];
-      for (let i = 0; i < 4; i += 1) {
-        w[to + i] -= w[a + i] * w[b + i] - w[a + 4 + i] * w[b + 4 + i];
-        w[to + 4 + i] -= w[a + i] * w[b + 4 + i] + w[a + 4 + i] * w[b + i];
+    for (let i = 0; i < 4; i += 1) {
+      let real = w[to + i];
+      let imaginary = w[to + 4 + i];
+      for (let o = begin; o < end; o += 2) {
+        const a = pairs[o] + i;
+        const b = pairs[o + 1] + i;
+        real -= w[a] * w[b] - w[a + 4] * w[b + 4];
+        imaginary -= w[a] * w[b + 4] + w[a + 4] * w[b];
       }
+      w[to + i] = real;
+      w[to + 4 + i] = imaginary;
     }
   },
 

@@ -25,6 +25,7 @@ from jointplay.codegen import algebra, cache, variation
 from jointplay.codegen.lambert import LAMBERT
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.equations.write import system
+from jointplay.errors import refuse
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -34,6 +35,7 @@ from jointplay.numerics.interface import Functions, Variations
 from jointplay.numerics.memory import COUNTERS, LEVEL, H
 from jointplay.numerics.modes import RELEASED, mask, variant_of
 from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
+from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import followed
 from jointplay.script.translate import Script, Unit, generated, unit_of
 
@@ -46,7 +48,7 @@ ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone
 OPTIONS = ("h_max", "near", "rest", "hop", "play", "sharp")
 LOG_ROWS = 512
 LATER = 0.382  # of the period: another time, to see whether the rates depend on it
-HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tanh\n"
+HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,7 @@ def solver(
     Raises
     ------
     InputError
-        If the start or the section does not fit the mechanism.
-    UntranslatableError
-        If a kernel, or an equation, holds what has no translation.
+        If the start or the section does not fit the mechanism, or its equations have no translation.
     """
     model = rules.model_for(mechanism, initial, section)
     named = Quantities(model, model.state[None, :0], model.state)
@@ -118,7 +118,11 @@ def solver(
         "state": named.module.STATE[1:],
         "linkage": [*map(_joint, mechanism.joints)] if isinstance(mechanism, Mechanism) else [],
     }
-    return Solver(solver_text(model.structure, tuple(named.key(*each) for each in shown)), data)
+    try:
+        return Solver(solver_text(model.structure, tuple(named.key(*each) for each in shown)), data)
+    except UntranslatableError as error:
+        expected = f"what can be written as JavaScript is accepted here; {error}"
+        raise refuse(mechanism.name, expected, "mechanism") from None
 
 
 def _joint(joint: Joint) -> dict[str, Any]:

@@ -1,0 +1,51 @@
+"use strict";
+// Sliders, each with its range and a number beside it that can be typed.
+
+const sliders = (() => {
+  const STEPS = 1000;
+
+  function along(parameter, value) {
+    const scale = parameter.scale === "log" ? Math.log : Number;
+    return (STEPS * (scale(value) - scale(parameter.min))) / (scale(parameter.max) - scale(parameter.min));
+  }
+
+  function valueAt(parameter, step) {
+    const { min, max } = parameter;
+    const value = parameter.scale === "log" ? min * (max / min) ** (step / STEPS) : min + ((max - min) * step) / STEPS;
+    return Number(value.toPrecision(6));
+  }
+
+  function node(tag, properties, ...inside) {
+    const found = Object.assign(document.createElement(tag), properties);
+    found.append(...inside);
+    return found;
+  }
+
+  // A slider with its number beside it: `wish` is told what is asked for, `held` are the values that hold.
+  function made(parameter, held, wish) {
+    const { key, label, unit } = parameter;
+    const name = "live-" + key;
+    const range = node("input", { type: "range", id: name, min: 0, max: STEPS, step: "any" });
+    const exact = node("input", { type: "number", id: name + "-exact", step: "any" });
+    exact.setAttribute("aria-label", `${label}, ${unit || "number"}`);
+    range.addEventListener("input", () => wish(key, valueAt(parameter, Number(range.value))));
+    range.addEventListener("keydown", (event) => {
+      const step = { ArrowLeft: -10, ArrowDown: -10, ArrowRight: 10, ArrowUp: 10 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      wish(key, valueAt(parameter, Math.max(0, Math.min(STEPS, along(parameter, held[key]) + step))));
+    });
+    exact.addEventListener("change", () => wish(key, Number(exact.value) / parameter.factor));
+    const refusal = node("span", { className: "refused", id: name + "-refused" });
+    const ends = [parameter.min, parameter.max].map((each) => plots.text(each * parameter.factor)).join(" to ");
+    const text = node("label", { htmlFor: name }, `${label} `, node("small", {}, `(${ends}${unit ? " " + unit : ""})`));
+    return node("div", { className: "slider" }, text, node("span", {}, range, exact, ` ${unit}`), refusal);
+  }
+
+  function show(parameter, held) {
+    document.getElementById("live-" + parameter.key).value = along(parameter, held[parameter.key]);
+    document.getElementById(`live-${parameter.key}-exact`).value = Number((held[parameter.key] * parameter.factor).toPrecision(6));
+  }
+
+  return { made, show };
+})();
