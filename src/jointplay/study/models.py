@@ -39,7 +39,8 @@ from jointplay.terminal import one_line
 NAME = r"^\w[\w .+-]*$"
 BYTES = 200  # of a name: file systems take 255, and endings are put to it
 INTEGRATOR = ("rtol", "max_steps", "ensemble")  # keywords of analyses that stand in the table [integrator]
-ELSEWHERE = ("mechanism", "over", "n_jobs", "progress")  # and those that no key of [analysis] gives
+# and those that no key of [analysis] gives
+ELSEWHERE = ("mechanism", "over", "n_jobs", "progress", "branches", "labels")
 
 
 class OfKind(Record):

@@ -41,10 +41,20 @@ def pair():
     )
 
 
+BALL = catalog.bouncing_ball(1.3, 0.5)
+
+
 @pytest.fixture(scope="module")
-def ball():
+def branches():
+    """Of the ball over Gamma alone: its fold and its doubling."""
+    over = {"parameter": "acceleration", "range": (1.0, 1.6), "branch_switching": False, "record": ()}
+    return jp.continuation(BALL, **over, step=0.1, max_points=60)
+
+
+@pytest.fixture(scope="module")
+def ball(branches):
     plane = {"acceleration": (0.2, 4.0), "restitution": (0.1, 0.9)}
-    return jp.curve(catalog.bouncing_ball(1.3, 0.5), plane=plane, step=0.1)
+    return jp.curve(BALL, plane=plane, branches=branches, step=0.1)
 
 
 def test_limits_of_the_symmetric_motion(pair):
@@ -86,11 +96,10 @@ def test_multipliers_on_the_curves(pair, ball):
         assert np.max(np.min(np.abs(pairs - value), axis=1)) < 1e-5
 
 
-def test_kinds_that_are_asked_for_and_a_limit():
+def test_kinds_that_are_asked_for_and_a_limit(branches):
     plane = {"acceleration": (1.0, 1.7), "restitution": (0.45, 0.55)}
-    found = jp.curve(
-        catalog.bouncing_ball(1.3, 0.5), plane=plane, of="period_doubling", max_points=12, step=0.02
-    )
+    given = {"of": "period_doubling", "max_points": 12, "step": 0.02}
+    found = jp.curve(BALL, plane=plane, branches=branches, **given)
     gammas, restitutions, _, ends = along(found, "period_doubling")
     assert found.sizes["curve"] == 1
     assert len(gammas) == 12
@@ -121,3 +130,19 @@ def test_wrong_keywords(keywords, keys):
     with pytest.raises(jp.InputError) as caught:
         jp.curve(catalog.impact_pair(5.0, 0.8), **keywords)
     assert [problem.key for problem in caught.value.problems] == keys
+
+
+def test_one_special_point_by_its_label(branches):
+    """The branches went over the one parameter, the plane names the other first."""
+    kinds = jp.words(branches)["special_kind"].values.tolist()
+    plane = {"restitution": (0.4, 0.6), "acceleration": (0.2, 4.0)}
+    found = jp.curve(BALL, plane=plane, branches=branches, labels=kinds.index("fold"), step=0.2)
+    assert jp.words(found)["curve_kind"].values.tolist() == ["fold"]
+    restitutions, gammas, _, ends = along(found, "fold")
+    assert gammas == pytest.approx([ball_fold(a) for a in restitutions], rel=1e-9)
+    assert ends == ["range", "range"]
+    with pytest.raises(jp.InputError) as caught:
+        jp.curve(BALL, plane=plane, branches=branches, labels=[0, 9], start=0.5)
+    assert [problem.key for problem in caught.value.problems] == ["start", "labels[1]"]
+    with pytest.raises(jp.InputError, match="a result of continuation is accepted"):
+        jp.curve(BALL, plane=plane, branches=found)

@@ -62,6 +62,7 @@ def nearly_missed(gap, restitution, state, periods):
         flight = Flight(t, side * gap / 2, -restitution * flight.at(t)[1])
 
 
+@pytest.mark.long
 def test_a_flight_grazes_a_rigid_wall():
     """A symmetric motion of three periods, with a square-root singularity beyond the curve."""
     found = jp.curve(

@@ -26,7 +26,7 @@ from jointplay.analysis.orbits.arclength import Family, Point, Trial
 from jointplay.analysis.orbits.orbit_events import same_events
 
 NEAR = 3e-3  # of a multiplier from a critical value, where two are so: double ones are uncertain by a root
-DIFFERENCE, FINEST = 3e-5, 1e-9  # lengths of differences along a vector, in units of the states' scales
+DIFFERENCES = (3e-6, 1e-7, 1e-8)  # their lengths along a vector, in units of the states' scales
 SHARES = {"resonance_1_1": 2.0, "resonance_1_2": -2.0, "resonance_1_3": -1.0, "resonance_1_4": 0.0}
 REVERSED = 1e-3  # share of the parameters in a tangent at a cusp
 REAL = 1e-6  # imaginary part below which a multiplier counts as real
@@ -150,24 +150,24 @@ def _plane(P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return Z[:, :2], T[:2, :2]
 
 
-def along(trial: Trial, vector: np.ndarray, size: float = DIFFERENCE) -> np.ndarray:
+def along(trial: Trial, vector: np.ndarray) -> np.ndarray:
     """Derivative of the map's derivative along a vector of coordinates, in units of their scales.
 
-    A difference of motions with the same events: one-sided, or smaller, where others are near; NaN if none
-    is found.
+    A central difference of motions with the same events, smaller where others are near; one-sided where no
+    central one is found, NaN where none is.
     """
     section, image = trial.section, trial.image
     place, length = section.unknowns(trial.state), float(np.linalg.norm(vector))
-    found = [(0.0, image.derivative)]
-    for side in (-size / length, size / length):
-        other = section.image(section.state(place + side * vector))
-        if not other.status and same_events(other.events, image.events):
-            found.append((side, other.derivative))
-    found.sort(key=lambda each: each[0])
-    (first, one), (last, other) = found[0], found[-1]
-    if first < last:
-        return (other - one) / (last - first)
-    return along(trial, vector, size / 30) if size > FINEST else np.full_like(image.derivative, np.nan)
+    for size in DIFFERENCES:
+        found = [(0.0, image.derivative)]
+        for side in (-size / length, size / length):
+            other = section.image(section.state(place + side * vector))
+            if not other.status and same_events(other.events, image.events):
+                found.append((side, other.derivative))
+        if len(found) == 3 or (len(found) == 2 and size == DIFFERENCES[-1]):
+            found.sort(key=lambda each: each[0])
+            return (found[-1][1] - found[0][1]) / (found[-1][0] - found[0][0])
+    return np.full_like(image.derivative, np.nan)
 
 
 def _unit(point: Point) -> float:

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from functools import lru_cache
+from dataclasses import replace
+from functools import lru_cache, partial
 from itertools import count
 from typing import Annotated, Any, Literal
 
@@ -20,6 +21,7 @@ import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis.curves import curve_dataset
+from jointplay.analysis.curves.labelled import Branches, key_of, labels_fit, starts_in
 from jointplay.analysis.curves.tracing import BIFURCATIONS, KINDS, Curves, starts_of
 from jointplay.analysis.evaluate import dataset
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis, several
@@ -34,9 +36,9 @@ from jointplay.analysis.orbits.orbit_request import (
     section_fits,
     start_fits,
 )
-from jointplay.analysis.orbits.orbit_search import Search, search
+from jointplay.analysis.orbits.orbit_search import Search, lost, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
-from jointplay.analysis.orbits.section_map import SectionMap, section_map
+from jointplay.analysis.orbits.section_map import FAILED, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.starts import placed
@@ -58,26 +60,35 @@ def _two(plane: dict[str, Any]) -> dict[str, Any]:
 
 
 Ranges = Annotated[dict[str, Range], AfterValidator(_two), accepts(_PLANE)]
+Labels = several(Count, "a list of numbers of special points,")
 Kinds = several(Literal[KINDS], f"a list of {', '.join(KINDS)},")
 
 
 def _plane_fits(
-    mechanism: Mechanism | TestSystem, plane: dict[str, tuple[float, float]], start: float | None
+    mechanism: Mechanism | TestSystem,
+    plane: dict[str, tuple[float, float]],
+    start: float | None,
+    branches: xr.Dataset | None,
 ) -> Iterator[Problem]:
     """Yield the problems of both parameters and their ranges."""
+    if branches is not None and start is not None:
+        yield Problem("start", start, "accepted only without branches, which have starts of their own")
     for number, (name, ends) in enumerate(plane.items()):
-        for problem in branch_fits(mechanism, name, ends, None if number else start):
+        known = ends[0] if branches is not None and name == key_of(branches) else None
+        for problem in branch_fits(mechanism, name, ends, known if number or known is not None else start):
             key = "start" if problem.key == "start" and not number else f"plane.{name}"
             yield Problem(key, problem.given, problem.expected)
 
 
-@analysis(section_fits, start_fits, turns_alike, _plane_fits)
+@analysis(section_fits, start_fits, turns_alike, _plane_fits, labels_fit)
 def curve(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
     *,
     plane: Ranges,
     of: Kinds = BIFURCATIONS,
+    branches: Branches = None,
+    labels: Labels | None = None,
     start: Number | None = None,
     period: Natural = 1,
     initial: Start | None = None,
@@ -104,6 +115,11 @@ def curve(
     of : sequence of str
         Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking, and grazing, which is not
         among those that are followed if this is left out.
+    branches : xarray.Dataset, optional
+        What `continuation` returned for one of the two parameters, of this mechanism: curves start from its
+        special points. In Python only.
+    labels : sequence of int, optional
+        Of which: their numbers along ``special``; all if left out.
     start : float, optional
         Value of the first parameter at which the first orbit is sought; the mechanism's own if left out.
     period, initial, transient, rtol, tolerance, max_steps
@@ -133,7 +149,7 @@ def curve(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     began, both = time.perf_counter(), axes(mechanism, {key: list(ends) for key, ends in plane.items()})
-    first = next(iter(plane))
+    first, second = plane
 
     @lru_cache(maxsize=64)  # Newton's method comes back to the neighbours of a value
     def model_at(values: tuple[float, float]) -> SectionMap:
@@ -145,21 +161,34 @@ def curve(
 
     low, high = np.array(list(plane.values())).T
     family = Family(maps, low, high, tolerance)
-    own = [present(mechanism, name) for name in plane]
-    value = own[0] if start is None else start
-    q = family.fraction(np.array([value, own[1]]))
-    line = Family(lambda v: maps(np.array([v, own[1]])), *plane[first], tolerance)
-    at_start = placed(changed(mechanism, {first: value}), initial, section)
-    requested = section_map(at_start, section, period, rtol, max_steps)
-    orbit = search(requested, Search(transient, tolerance, ITERATIONS))
+    own = dict(zip(plane, (present(mechanism, name) for name in plane), strict=True))
     visited, most = count(1), max(max_points, BRANCH)
 
     def visit(point: Point) -> None:
         if progress is not None:
             progress(min(1.0, next(visited) / (most + max_points * max_curves)))
 
-    branch = Explorer(line, step, most, 1, visit).explore(orbit, q[0])[0]
-    starts = starts_of(branch, of, lambda first: np.array([first, q[1]]))
+    def placed_at(name: str, value: float, state: Any, turns: int) -> SectionMap:
+        there = placed(changed(mechanism, {name: value}), state, section)
+        return section_map(there, section, turns, rtol, max_steps)
+
+    def fractions(name: str, value: float) -> np.ndarray:
+        return family.fraction(np.array(list((own | {name: value}).values())))
+
+    ends: tuple[str, ...] = ()
+    if branches is None:
+        value = own[first] if start is None else start
+        requested = placed_at(first, value, initial, period)
+        orbit = search(requested, Search(transient, tolerance, ITERATIONS))
+        line = Family(lambda v: maps(np.array([v, own[second]])), *plane[first], tolerance)
+        branch = Explorer(line, step, most, 1, visit).explore(orbit, line.fraction(value))[0]
+        starts, ends = starts_of(branch, of, lambda q: fractions(first, line.parameter(q))), branch.ends
+    else:
+        key = key_of(branches)
+        labelled = starts_in(branches, labels, of, partial(placed_at, key), tolerance)
+        starts = [replace(begin, q=fractions(key, value)) for begin, value in labelled]
+        requested = placed_at(key, float(sum(plane[key]) / 2), None, period)
+        orbit = starts[0].orbit if starts else lost(requested, FAILED)
     found = []
     for each in Curves(family, step, max_points, visit).traced(starts):
         found.append(each)
@@ -167,7 +196,7 @@ def curve(
             break
     linkage = isinstance(mechanism, Mechanism)
     variables, coords = curve_dataset.variables(found, family, both, orbit, requested.phase, linkage)
-    stopped = any("interrupted" in ends for ends in (branch.ends, *(each.branch.ends for each in found)))
+    stopped = "interrupted" in (*ends, *(end for each in found for end in each.branch.ends))
     variables |= outcome(INTERRUPTED if stopped else orbit.status, began, "how the search ended")
     return dataset(orbit.map.model, variables, coords, "curve").assign_attrs(
         parameters=" ".join(axis.name for axis in both)

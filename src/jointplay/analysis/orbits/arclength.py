@@ -28,6 +28,7 @@ from jointplay.analysis.orbits.shooting import Orbit, residual
 from jointplay.errors import InputError
 
 DIFFERENCE = 3e-5  # of the range: half the distance of a central difference
+CLOSE = 1e-6  # the same of a curve's condition, which bends more
 FINEST = 1e-8  # of the range: the smallest difference
 CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink
@@ -246,7 +247,8 @@ def _drawn_back(family: Family, like: Point, z: np.ndarray, last: np.ndarray | N
 def jacobian(family: Family, like: Point, trial: Trial) -> np.ndarray:
     """Derivatives of the residual with respect to the unknowns; NaN where they could not be had."""
     free = len(trial.section.free)
-    columns = [parameter_derivative(family, like, trial, free + k) for k in range(family.count)]
+    size = DIFFERENCE if family.condition is None else CLOSE
+    columns = [parameter_derivative(family, like, trial, free + k, size) for k in range(family.count)]
     A = np.empty((len(trial.r), free + family.count))
     A[:free, :free] = trial.image.derivative - np.eye(free)
     A[:, free:] = np.column_stack(columns)
@@ -255,9 +257,7 @@ def jacobian(family: Family, like: Point, trial: Trial) -> np.ndarray:
     return A
 
 
-def parameter_derivative(
-    family: Family, like: Point, trial: Trial, k: int, size: float = DIFFERENCE
-) -> np.ndarray:
+def parameter_derivative(family: Family, like: Point, trial: Trial, k: int, size: float) -> np.ndarray:
     """Derivative of the residual with respect to the unknown z[k], a fraction of a parameter's range.
 
     A difference of motions with the same events: beside a grazing one-sided, or smaller. Beyond its range the

@@ -35,7 +35,7 @@ class Search:
 def search(section: SectionMap, settings: Search, progress: Callable[[float], None] | None = None) -> Orbit:
     """Find a periodic orbit from the start of the section's model; `progress` is that of the transient."""
     states, status = settled(section, settings.transient, progress or (lambda done: None))
-    orbit = _failed(section, status)
+    orbit = lost(section, status)
     for state in states if not status else ():
         orbit = solved(section, state, settings)
         if not orbit.status:
@@ -47,9 +47,9 @@ def solved(section: SectionMap, state: np.ndarray, settings: Search) -> Orbit:
     """Newton's method from a state, on a section away from events, then on another one."""
     image = section.image(state, False)
     if image.status:
-        return _failed(section, image.status)
+        return lost(section, image.status)
     first, image = away_from_events(section, state, image)
-    orbit = _failed(section, image.status)
+    orbit = lost(section, image.status)
     if not image.status:
         orbit = newton(first, image.state, settings.tolerance, settings.iterations)
     if not orbit.status or section.plane:
@@ -59,7 +59,8 @@ def solved(section: SectionMap, state: np.ndarray, settings: Search) -> Orbit:
     return orbit if image.status else newton(other, image.state, settings.tolerance, settings.iterations)
 
 
-def _failed(section: SectionMap, status: int) -> Orbit:
+def lost(section: SectionMap, status: int) -> Orbit:
+    """What a search that failed gives."""
     state = np.full_like(section.model.state, np.nan)
     return Orbit(status, section, state, Image(status, state), math.nan, 0)
 
