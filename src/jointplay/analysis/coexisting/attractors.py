@@ -23,7 +23,7 @@ from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.cells import Cell, Read, Steps, Work, divided, warm
-from jointplay.analysis.coexisting import attractors_dataset, passes
+from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, at_largest, one_parameter, region_fits
 from jointplay.analysis.ensemble_runs import ensemble_fits
@@ -35,7 +35,7 @@ from jointplay.analysis.states.start_plane import section_of
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, names
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.vary import changed, checked_axes, largest
+from jointplay.analysis.vary import Axis, changed, checked_axes, largest
 from jointplay.errors import InputError
 from jointplay.jobs.job import Entry, key_of
 from jointplay.mechanism.assemble import assemble
@@ -87,6 +87,7 @@ def attractors(
     record: Names | None = None,
     exponents: Flag = True,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
+    bifurcations: Flag = False,
     rtol: Rtol = RTOL,
     initial: Start | None = None,
     max_steps: Natural | None = None,
@@ -123,6 +124,8 @@ def attractors(
         Whether the largest exponent of each motion is computed.
     lyapunov_turns : int
         Nominal turns over which it is averaged.
+    bifurcations : bool
+        Whether periodic motions are followed as orbits, as by `continuation`, for what changes on them.
     rtol, initial, max_steps, ensemble, n_jobs, progress
         As in `basins`; `initial` is the start that the region goes through.
 
@@ -137,7 +140,9 @@ def attractors(
         ``fraction_unsettled`` with its interval, ``fraction_failed``, ``fraction_missed`` (a motion with a
         larger basin is found with 95 %). Over ``change``: where identities begin and end, ``change_kind``,
         ``change_identity``, ``change_other``, and the values ``change_low``, ``change_high`` between which.
-        ``attractor_status`` and ``trouble`` of each motion, ``value_status``, and ``status``.
+        With `bifurcations`, over ``special``: ``special_kind``, ``special_parameter``, ``special_identity``;
+        ``change_bifurcation``, the one between the same values; ``branch_status`` of each orbit that was
+        followed. ``attractor_status`` and ``trouble`` of each motion, ``value_status``, and ``status``.
 
     Raises
     ------
@@ -179,6 +184,9 @@ def attractors(
     table = attractors_dataset.Table(axis, motions, numbers, apart, seeded, starts)
     found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)}, plan)
     found = found.assign(table.fractions() | table.changes(events))
+    if bifurcations:
+        following, branches = yield from _followed(shared, axis, motions, numbers, max_steps)
+        found = found.assign(special_points.variables(axis, following, branches, events))
     return found.assign(outcome(_first_bad([*ended, *answers]), began))
 
 
@@ -195,6 +203,15 @@ def _handed(
     read = yield Work(made, {name: len(cells)}, progress, ready)
     answers = dict(read())
     return [answers[key] for key in keys]
+
+
+def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None):
+    """Follow periodic motions as orbits: what was followed, and the answers."""
+    mechanism, section = shared["mechanism"], passes.section_at(shared["mechanism"], shared["initial"])
+    following = special_points.stretches(axis, motions, numbers) if section is not None else []
+    more = {"mechanism": mechanism, "parameter": axis.key, "section": section, "max_steps": max_steps}
+    cells = [each | more for each in following]
+    return following, (yield from _handed(special_points.followed, cells, "branch", None))
 
 
 def _first_bad(answers: Sequence[Entry]) -> int:

@@ -110,14 +110,20 @@ def _section(here: Given) -> CrankAngle | None:
     return None if section_of(here) is None else CrankAngle()
 
 
+def section_at(mechanism: Given, initial: Any) -> CrankAngle | None:
+    """The section at which motions are cut; None where nothing turns."""
+    if section_of(mechanism) is None:
+        return None
+    return CrankAngle(angle=assemble(mechanism, initial, section_of(mechanism)).crank_angle)
+
+
 def described(
     mechanism: Given, changes: Mapping[str, float], initial: Any, motion: Mapping[str, Any], plan: Plan
 ) -> Entry:
     """Section points, contacts and exponents of a motion, as a point of a sweep has them."""
     here = changed(mechanism, changes)
     base = assemble(here, initial, section_of(here))
-    section = _section(here)
-    plan = replace(plan, section=section and CrankAngle(angle=base.crank_angle))
+    plan = replace(plan, section=section_at(here, initial))
     end = End(state_names(base), motion["states"][-1], base.crank_angle)
     answer, shown = settle(here, end, plan), motion["period"] or plan.keep
     answer.pop("end", None)
