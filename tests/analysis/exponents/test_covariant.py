@@ -103,6 +103,16 @@ def test_a_run_that_fails_says_so():
     assert str(jp.summary(found)).endswith("covariant vectors: not known")
 
 
+@pytest.mark.parametrize("transient", [0, 20])
+def test_where_every_direction_is_lost_nothing_is_told(transient):
+    """A body that comes to rest on a rigid wall forgets where it came from."""
+    run = {"turns": 10, "settling": 3, "transient": transient, "initial": (0.05, 0.7)}
+    found = jp.covariant(catalog.impact_pair(0.4, 0.3), **run)
+    assert (int(found.status), int(found["lost"])) == (0, 2)
+    assert "covariant_exponent" not in found
+    assert "2 directions lost at events" in str(jp.summary(found))
+
+
 def test_an_ideal_motion_has_no_play_in_it():
     """Turn the crank of the closed linkage a little: all of the change is the crank's, rates included."""
     model = assemble(catalog.chunmei2002(**LOOSE))
