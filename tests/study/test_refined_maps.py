@@ -71,7 +71,7 @@ def test_computed_points_are_those_of_the_whole_map(whole, tmp_path):
     assert found.equals(jp.open(out / "map.nc"))
 
 
-@pytest.mark.parametrize("count", [3, 30])
+@pytest.mark.parametrize("count", [pytest.param(3, marks=pytest.mark.long), 30])
 def test_a_killed_map_goes_on_where_it_was(count, whole, tmp_path, monkeypatch):
     """In the first round, or in a later one."""
     monkeypatch.setattr(worker, "BATCH", 0.0)
@@ -92,6 +92,7 @@ def test_a_killed_map_goes_on_where_it_was(count, whole, tmp_path, monkeypatch):
     assert not any("other values or settings" in line for line in lines)
 
 
+@pytest.mark.long
 def test_the_whole_map_goes_on_from_an_adaptive_one(whole, tmp_path, monkeypatch):
     ran(loaded(MAP), tmp_path)
     keys = begun(monkeypatch)

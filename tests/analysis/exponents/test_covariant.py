@@ -52,6 +52,7 @@ def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     assert mean == pytest.approx(found["covariant_exponent"].values, abs=0.02)
 
 
+@pytest.mark.long
 def test_windows_leave_no_seam(pair):
     """A record kept as a whole gives the vectors that come window by window."""
     system, found = pair
