@@ -52,6 +52,7 @@ def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     assert mean == pytest.approx(found["covariant_exponent"].values, abs=0.02)
 
 
+@pytest.mark.long
 def test_windows_leave_no_seam(pair):
     """A record kept as a whole gives the vectors that come window by window."""
     system, found = pair
@@ -101,6 +102,16 @@ def test_a_run_that_fails_says_so():
     assert int(found.status) == 2
     assert "covariant_exponent" not in found
     assert str(jp.summary(found)).endswith("covariant vectors: not known")
+
+
+@pytest.mark.parametrize("transient", [0, 20])
+def test_where_every_direction_is_lost_nothing_is_told(transient):
+    """A body that comes to rest on a rigid wall forgets where it came from."""
+    run = {"turns": 10, "settling": 3, "transient": transient, "initial": (0.05, 0.7)}
+    found = jp.covariant(catalog.impact_pair(0.4, 0.3), **run)
+    assert (int(found.status), int(found["lost"])) == (0, 2)
+    assert "covariant_exponent" not in found
+    assert "2 directions lost at events" in str(jp.summary(found))
 
 
 def test_an_ideal_motion_has_no_play_in_it():

@@ -79,8 +79,8 @@ def covariant(
         ``splitting``: between the first so many vectors and all others); ``neutral_angle`` (rad) of the
         vector number ``neutral_vector`` with the motion itself, where nothing outside keeps the time.
         ``smallest_angle`` over ``splitting``; ``lost``, the directions that events took away, which have no
-        vectors; ``turn_period``, ``block_spread``, ``grazing``, ``status``. Of a run that failed, only the
-        last three.
+        vectors; ``turn_period``, ``block_spread``, ``grazing``, ``status``. Of a run that failed,
+        or of which no direction is left, only the last three, and ``lost``.
 
     Raises
     ------
@@ -115,8 +115,9 @@ def covariant(
             found.add(vectors, residual)
         status = recorder.status
     turning = not (isinstance(mechanism, TestSystem) and mechanism.period is None)
-    variables = found.variables(turning) if status == 0 else {}
-    lost = np.int64(count - found.count if status == 0 else 0)
+    known = status == 0 and recorder.left > 0
+    variables = found.variables(turning) if known else {}
+    lost = np.int64(count - (found.count if known else recorder.left))
     variables |= described(
         {
             "lost": ((), lost, "1", "directions that events took away"),
@@ -131,7 +132,7 @@ def covariant(
     )
     ended = {"status": status, "wall_time": time.perf_counter() - began, "counts": counts(bundle.x)}
     variables |= scalars(model, SimpleNamespace(**ended))
-    return dataset(model, variables, found.coordinates() if status == 0 else {}, "covariant")
+    return dataset(model, variables, found.coordinates() if known else {}, "covariant")
 
 
 def _settled(

@@ -95,6 +95,11 @@ class Recorder:
             self.next = self.model.crank_angle + self.model.forward * math.tau * (math.floor(turned) + 1)
 
     @property
+    def left(self) -> int:
+        """How many directions are left."""
+        return self.Q.shape[1]
+
+    @property
     def _angle(self) -> float:
         return float(self.bundle.x.s[1 + self.crank])
 
@@ -104,10 +109,13 @@ class Recorder:
         return (self.bundle.vectors[y.alive.astype(bool)] / self.scale).T
 
     def blocks(self, until: float, tell: Callable[[], None] | None = None) -> Iterator[Block]:
-        """Go on until a time, or until the run ends; give each block. `tell` as of `Bundle.advance`."""
-        while self.status == 0 and self.bundle.time < until:
+        """Go on until a time, the run's end or the last direction's; give each block.
+
+        `tell` as of `Bundle.advance`.
+        """
+        while self.status == 0 and self.left and self.bundle.time < until:
             block = self._block(until, tell)
-            if self.status == 0:
+            if self.status == 0 and self.left:
                 yield block
 
     def _block(self, until: float, tell: Callable[[], None] | None) -> Block:
@@ -136,7 +144,7 @@ class Recorder:
 
     def _without_lost(self, image: np.ndarray, Q: np.ndarray, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Give up what an event has left to rounding: a direction, and those after it."""
-        gone = np.flatnonzero(np.diag(R) < LOST * np.linalg.norm(image, axis=0))
+        gone = np.flatnonzero(np.diag(R) <= LOST * np.linalg.norm(image, axis=0))
         if not gone.size:
             return Q, R
         kept = int(gone[0])

@@ -17,7 +17,7 @@ WORDS = {"crank": "the crank's motion", "bending": "the bending of links"}
 def covariant(dataset: Dataset) -> str:
     """Return what takes part in the direction that grows most, its angle with the others, and doubts."""
     if "mean_share" not in dataset:
-        return "covariant vectors: not known"
+        return "\n".join(["covariant vectors: not known", *filter(None, [_doubts(dataset)])])
     tail, per = ("_per_turn", "per turn") if "turn_period" in dataset else ("", "per second")
     values, errors = (dataset[f"covariant_{name}{tail}"].values for name in ("exponent", "standard_error"))
     growing = int(np.count_nonzero(values > ERRORS * errors))
@@ -51,8 +51,9 @@ def _named(part: str) -> str:
 
 
 def _doubts(dataset: Dataset) -> str:
-    loose = dataset["vector"].values[dataset["settling_residual"].values > UNSETTLED]
-    told = []
+    told, loose = [], np.zeros(0)
+    if "settling_residual" in dataset:
+        loose = dataset["vector"].values[dataset["settling_residual"].values > UNSETTLED]
     if loose.size:
         numbers = ", ".join(map(str, loose))
         told.append(f"vectors {numbers} have not settled: a longer settling, or equal exponents")
