@@ -24,6 +24,11 @@ HEAD = ("key", "unit", "default", "meaning")
 # headings of the page, where the keys stand in a study file, and their records
 PLACES: tuple[tuple[str, str, tuple[type[Record], ...]], ...] = (
     ("The mechanism", "[mechanism]", (records.Mechanism,)),
+    (
+        "Equations of your own",
+        "[mechanism] with states",
+        (records.System, records.Touch, records.Rubbing, records.Switch, records.Impact, records.Jump),
+    ),
     ("Links", "[[mechanism.links]]", (records.Link, records.PointMass, records.Beam)),
     ("Joints", "[[mechanism.joints]]", (records.Joint, records.Pin)),
     ("Contact", "contact, of a joint", (records.Contact,)),

@@ -18,6 +18,7 @@ from tests.docs.pages import DOCS, PAGES, ROOT, blocks, generated
 NUMBER = re.compile(r"[-+\N{MINUS SIGN}]?\d+(?:\.\d+)?")
 ROW = re.compile(r"^\|.*\| ([\de-]+) \| `(tests/[\w/]+\.py)::(\w+)` \|$", re.MULTILINE)
 EXAMPLES = {"README.md": "tests/study/test_readme.py", "developers.md": "tests/study/test_developers.py"}
+EXAMPLES |= {"own-equations.md": "tests/mechanism/test_own.py"}
 
 
 def commands(block):

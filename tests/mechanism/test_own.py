@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import math
 import pickle
+import re
+import tomllib
+from pathlib import Path
 
 import pytest
 from sympy import cos, symbols
@@ -12,6 +15,7 @@ from sympy import cos, symbols
 import jointplay as jp
 from jointplay.analysis.vary import axes, units_of
 from jointplay.mechanism.records import System
+from jointplay.study.mechanism_table import build_mechanism
 from tests.mechanism.wrong import only, problems_of
 
 VALVE = {
@@ -169,3 +173,14 @@ def test_names_of_what_there_is():
     found = jp.InputError
     with pytest.raises(found, match="did you mean 'flow'"):
         System(**VALVE).replace(flwo=3)
+
+
+def test_the_page_on_own_equations_has_one_valve_in_python_and_as_a_table():
+    page = (Path(__file__).parents[2] / "docs" / "own-equations.md").read_text(encoding="utf-8")
+    (table,), (code,) = (re.findall(rf"```{kind}\n(.*?)```", page, re.DOTALL) for kind in ("toml", "python"))
+    space = {}
+    exec(code, space)
+    assert space["valve"] == build_mechanism(tomllib.loads(table)["mechanism"])
+    ours, catalog = space["valve"], jp.catalog.relief_valve(flow=5.0)
+    assert ours.structure().rates == catalog.structure().rates
+    assert (ours.parameters, ours.initial) == (catalog.parameters, catalog.initial)
