@@ -10,9 +10,10 @@ import numpy as np
 from jointplay.analysis.curves.conditions import Critical, Torus
 from jointplay.analysis.curves.grazing import Grazing, grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
-from jointplay.analysis.orbits.arclength import Condition, Family, Point, first, solve
+from jointplay.analysis.orbits.arclength import Family, Point, first, solve
 from jointplay.analysis.orbits.branch import Branch, Tracer, alike
 from jointplay.analysis.orbits.branch_points import Special
+from jointplay.analysis.orbits.condition import Condition
 from jointplay.analysis.orbits.continuation import joined
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit

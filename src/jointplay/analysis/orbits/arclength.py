@@ -14,14 +14,15 @@ References: Allgower and Georg, Introduction to Numerical Continuation Methods (
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from operator import itemgetter
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits.condition import Condition
 from jointplay.analysis.orbits.orbit_events import same_events
 from jointplay.analysis.orbits.section_map import Image, SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, residual
@@ -36,27 +37,6 @@ GAIN = 0.3  # factor by which a correction below the tolerance must reduce the r
 ROUNDING = 1e-14
 TRIES, AWAY = 10, 1e-6  # to come back from beyond a curve; the first distance off it, by its condition
 KEPT = 1e-9  # singular values below it, relative to the largest, are not divided by
-
-
-class Condition(Protocol):
-    """What holds of the orbits of a curve, beside that they close.
-
-    `sided`: whether it has a meaning on one side of the curve only.
-    """
-
-    sided: bool
-
-    def value(self, trial: Trial, like: Point) -> float:
-        """The number that is zero on the curve; NaN where it has no meaning. `like`: a point nearby."""
-
-    def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives with respect to the coordinates x/c."""
-
-    def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
-        """Functions that change sign where the curve meets another one, beyond a point."""
-
-    def genuine(self, kind: str, point: Point) -> bool:
-        """Whether a zero of such a function is what its name says."""
 
 
 @dataclass(frozen=True)
