@@ -234,7 +234,8 @@ def tipped():
     data = {
         "knock_size": (dims, np.array([[0.2, 0.1, 3e-5], [0.4, np.nan, 5e-5]]), {"units": "1"}),
         "knock_units": ("knock", np.array(["N m s", "N m s", "m"])),
-        "above_reaches": (dims, np.array([[2, -1, 2], [1, -1, 1]]), {"units": "1"}),
+        "above_reaches": (dims, np.array([[2, 1, 2], [1, -1, 1]]), {"units": "1"}),
+        "knock_confirmed": (dims, np.array([[1, 0, 1], [1, 0, 1]]), {"units": "1"}),
         "period": ("number", np.array([1, 0]), {"units": "1"}),
         "fraction_reached": (("number", "within"), np.array([[0.1, 0.5], [0.0, 0.4]]), {"units": "1"}),
         "status": ((), np.int8(0), flag_words(STATUS, "outcome")),

@@ -42,21 +42,21 @@ def colour(number: int) -> str:
 
 
 def bars(ax: Axes, dataset: Dataset, name: str) -> None:
-    """Draw a bar for each motion and knock, with the number of the motion that it leads to."""
+    """Draw a bar for each motion and knock, and the motion that it leads to, if that is sure."""
     sizes = dataset["knock_size"].transpose("knock", "number").values
     unit = shown(sizes[np.isfinite(sizes)], str(dataset["knock_units"].values[0]))
     width = WIDE / max(dataset.sizes["number"], 1)
     for n, number in enumerate(dataset["number"].values.tolist()):
         x = np.arange(len(sizes)) + (n + 0.5) * width - WIDE / 2
         ax.bar(x, sizes[:, n] * unit.factor, width, color=colour(number))
-        ends = dataset["above_reaches"].sel(number=number).values
-        for place, size, end in zip(x, sizes[:, n], ends, strict=True):
-            word = "none" if np.isnan(size) else f"\N{RIGHTWARDS ARROW}{end}" if end > 0 else "?"
+        ends, sure = (dataset[key].sel(number=number).values for key in ("above_reaches", "knock_confirmed"))
+        for place, size, end, confirmed in zip(x, sizes[:, n], ends, sure, strict=True):
+            word = "none" if np.isnan(size) else f"\N{RIGHTWARDS ARROW}{end}" if confirmed else "?"
             height = np.nan_to_num(size * unit.factor)
             ax.annotate(word, (place, height), (0, 1), textcoords="offset points", ha="center", fontsize=6)
     labels = [str(each).partition(":")[2] for each in dataset["knock"].values]
     ax.set_xticks(range(len(labels)), labels)
-    ax.set_ylabel(f"{name} ({unit.symbol})")
+    ax.set_ylabel(f"{name}\n({unit.symbol})")
     ax.margins(y=0.18)
     ax.set_ylim(bottom=0.0)
 
