@@ -36,10 +36,7 @@ OWN = {  # mechanism, turns
     "constant_speed": (partial(catalog.chunmei2002, clearance=2.9e-4, speed=80.0), 0.5),
     "elastic": (partial(catalog.chunmei2002, elastic=("coupler",), **PLAY), 0.15),
     "stretching_rod": (partial(catalog.slider_crank, clearance=1e-4), 0.3),
-    "guide": (partial(catalog.slider_crank, clearance={"G": 1e-4}), 0.2),
-    "joint_and_guide": (partial(catalog.slider_crank, clearance={"B": 1e-4, "G": 1e-4}), 0.2),
     "rigid_bearing": (partial(rigid, 0.8), 0.3),
-    "rigid_guide": (catalog.flores2010, 0.5),
     "ideal": (partial(catalog.chunmei2002, clearance=0), 0.5),
     "watt": (catalog.watt, 0.3),
 }

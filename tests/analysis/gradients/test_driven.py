@@ -125,7 +125,7 @@ def test_linkage_with_works(key):
 @pytest.mark.long
 @pytest.mark.parametrize("name", [name for name in driven_grid.SCENES if name not in RESTS])
 def test_all_parameters_at_once(name):
-    """Every law at a bearing, guides, several joints, elastic links, rigid impacts."""
+    """Every law at a bearing, several joints, elastic links, ideal loops."""
     error, parameters, _ = driven_grid.error(name)
     assert parameters >= 3
     assert error < 1e-6
