@@ -87,6 +87,8 @@ def changed(**tables):
         ({"rates": {"v": "1/(x - 0.2)"}}, "rates.v", "at the initial state"),
         ({"states": {"v": "x"}}, "states.v", "no such name as 'x'"),
         ({"states": {"v": "log(0)"}}, "states.v", "finite value"),
+        ({"states": {"v": "5 frogs"}}, "states.v", "no known unit"),
+        ({"states": {"v": 10**400}}, "states.v", "an expression"),
         ({"states": {"sin": 0}, "rates": {"sin": "1"}}, "states.sin", "a function already"),
         ({"parameters": {"p": 1.0}}, "parameters.p", "a state already"),
         ({"parameters": {"t": 1.0}}, "parameters.t", "the time already"),

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 import operator
 import re
+import sys
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -113,7 +114,7 @@ def written(given: Any) -> Any:
 
         return as_text(given)
     plain = isinstance(given, int | float) and not isinstance(given, bool)
-    return repr(given) if plain and math.isfinite(given) else given
+    return repr(given) if plain and abs(given) <= sys.float_info.max else given
 
 
 class _Reader:

@@ -89,6 +89,7 @@ class System(Record):
                     value, unit = coherent(value)
                 except InputError as error:
                     problems += error.under(join(table, str(key))).problems
+                    continue
                 if unit:
                     units[key] = unit
                     found[table] = {**found[table], key: value}
