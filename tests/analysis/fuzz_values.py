@@ -179,9 +179,12 @@ LOOPS = {  # what would only take long if it were large
         "patience",
     ),
     *("max_points", "max_branches", "max_iterations", "neighbours", "references", "repeats", "growth_turns"),
+    *("settling", "phases", "directions", "edge_turns", "max_curves", "largest"),
     *("start_turn", "frequencies", "lyapunov_turns", "steps", "step", "seconds", "rate", "frames", "reach"),
 }
 MOTION = {"mechanism": LOOSE, "turns": 0.3}
+REGION = {"y": [-1.0, 1.0], "v": [0.0, 1.0]}
+MANY = {"mechanism": PAIR, "region": REGION, "starts": 2, "turns": 16, "transient": 5, "patience": 0}
 CALLS = {  # a call that is right
     "simulate": MOTION,
     "poincare": MOTION,
@@ -213,6 +216,10 @@ CALLS = {  # a call that is right
         "max_points": 2,
         "max_curves": 1,
     },
+    "gradient": {"mechanism": PAIR},
+    "covariant": {"mechanism": PAIR, "turns": 5, "settling": 2, "transient": 2},
+    "attractors": MANY | {"over": {"gap": [3.0]}, "lyapunov_turns": 2, "carry": False},
+    "tipping": MANY | {"steps": 2, "phases": 1, "directions": 2, "edge_turns": 2},
     "growth": {"mechanism": DUFFING, "turns": 3, "transient": 2},
     "readings": {"panels": ["a"], "readings": ["none"], "turns": 3, "transient": 2, "growth_turns": 2},
     "claims": {"mechanism": DUFFING, "turns": 3, "transient": 2, "growth_turns": 2},

@@ -26,7 +26,7 @@ from jointplay.analysis.cells import Cell, Read, Steps, Work, divided, warm
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, at_largest, one_parameter, region_fits
-from jointplay.analysis.ensemble_runs import ensemble_fits
+from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.period import REPEATS
@@ -56,7 +56,7 @@ def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
     rules.assembled_at(varied, initial)
 
 
-def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool, rtol: float) -> list:
+def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list:
     return ensemble_fits(varied, ensemble, rtol)
 
 
@@ -91,7 +91,7 @@ def attractors(
     rtol: Rtol = RTOL,
     initial: Start | None = None,
     max_steps: Natural | None = None,
-    ensemble: Flag = False,
+    ensemble: Flag | None = None,
     n_jobs: Natural | None = None,
     progress: Progress = None,
 ) -> Steps:
@@ -150,6 +150,7 @@ def attractors(
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
     began, (axis,) = time.perf_counter(), checked_axes(mechanism, over)
+    ensemble = in_lanes(ensemble, mechanism, rtol, starts)
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     plan = Plan(
         section=CrankAngle(),

@@ -28,7 +28,7 @@ from jointplay.analysis.coexisting.knocks import knocks
 from jointplay.analysis.coexisting.lasting import STRETCH, Lasting, Motions
 from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
 from jointplay.analysis.coexisting.smallest import Knocked, smallest
-from jointplay.analysis.ensemble_runs import ensemble_fits
+from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.orbits.section_map import section_map
@@ -71,7 +71,7 @@ def tipping(
     rtol: Rtol = RTOL,
     initial: Start | None = None,
     max_steps: Natural | None = None,
-    ensemble: Flag = False,
+    ensemble: Flag | None = None,
     progress: Progress = None,
     n_jobs: Natural | None = None,
 ) -> Steps:
@@ -115,6 +115,7 @@ def tipping(
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
     began, tell = time.perf_counter(), progress or (lambda share: None)
+    ensemble = in_lanes(ensemble, mechanism, rtol, starts)
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     base = assemble(mechanism, initial, section_of(mechanism))
     warm([base], ensemble)
