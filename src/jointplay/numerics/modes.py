@@ -122,7 +122,7 @@ def _loosen(contacts, except_for, flags, modes, fired, m, s, p, rest, out):
     for _ in range(len(modes)):
         changed = False
         look(contacts, modes, m, s, p, out)
-        for j in range(len(modes)):
+        for j in range(len(flags)):
             slips = modes[j] == SLIP_POSITIVE or modes[j] == SLIP_NEGATIVE
             still = flags[j] & SHARES and slips and abs(out[6 * j + 2]) <= rest
             if (modes[j] == STICK or still) and j != except_for:
