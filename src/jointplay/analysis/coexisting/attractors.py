@@ -150,7 +150,7 @@ def attractors(
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
     began, (axis,) = time.perf_counter(), checked_axes(mechanism, over)
-    ensemble = in_lanes(ensemble, mechanism, rtol, starts)
+    ensemble = in_lanes(ensemble, largest(mechanism, over), rtol, starts)
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     plan = Plan(
         section=CrankAngle(),
