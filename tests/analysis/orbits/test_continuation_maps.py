@@ -8,7 +8,7 @@ import pytest
 
 from jointplay.analysis.orbits.arclength import Family
 from jointplay.analysis.orbits.continuation import Explorer
-from jointplay.analysis.orbits.section_map import Image
+from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.shooting import newton
 
 

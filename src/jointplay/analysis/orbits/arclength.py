@@ -24,7 +24,8 @@ import numpy as np
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.condition import Condition
 from jointplay.analysis.orbits.orbit_events import same_events
-from jointplay.analysis.orbits.section_map import Image, SectionMap
+from jointplay.analysis.orbits.section_image import Image
+from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, residual
 from jointplay.errors import InputError
 

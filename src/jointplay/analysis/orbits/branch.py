@@ -19,7 +19,7 @@ from jointplay.analysis.orbits.arclength import Family, Point, solve
 from jointplay.analysis.orbits.branch_points import Special, between
 from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
-from jointplay.analysis.orbits.section_map import Image
+from jointplay.analysis.orbits.section_image import Image
 
 ENDS = ("range", "max_points", "grazing", "not_converged", "closed", "joined", "origin", "interrupted")
 FIRST = 0.25  # of the longest step

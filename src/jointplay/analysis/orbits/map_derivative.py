@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from jointplay.analysis.gradients.directions import Directions, along
-from jointplay.analysis.orbits.section_map import Image, SectionMap
+from jointplay.analysis.orbits.section_image import Image
+from jointplay.analysis.orbits.section_map import SectionMap
 
 
 def direction(maps: Callable[[float], SectionMap], value: float, key: str = "parameter") -> Directions:
