@@ -50,7 +50,7 @@ def attach(
         "source": source,
         "history": f"{source}: jointplay run {resolved.get('name', 'STUDY')}.toml",
         "study_toml": text,
-        "provenance": json.dumps(origin, sort_keys=True, ensure_ascii=False),
+        "provenance": json.dumps(origin, ensure_ascii=False),  # in order: that of states has a meaning
     }
     return dataset.assign_attrs(said)
 

@@ -16,7 +16,7 @@ CHAOS = {  # system, keywords, exponents and their errors; published ones are ro
     "rossler": (catalog.rossler(), {"duration": 3000, "transient": 100}, [0.0714, 0, -5.3943], 1e-4),
     "jerk": (
         catalog.jerk(),
-        *({"duration": 40_000, "transient": 500, "initial": (0.1, 0.1, 0.1)}, [0.0362, 0, -0.6362], 1e-4),
+        *({"duration": 100_000, "transient": 500, "initial": (0.1, 0.1, 0.1)}, [0.0362, 0, -0.6362], 1e-4),
     ),
     "duffing": (catalog.duffing(), {"turns": 2000, "transient": 50}, [0.1589, -0.3589], 1e-4),
     "impacts": (

@@ -114,12 +114,12 @@ class Loaded(Quantities):
         super().__init__(model, rows, model.state)
         self.loads = loads
 
-    def _given(self, rows: np.ndarray) -> dict[str, Any]:
-        return super()._given(rows) | self.loads
+    def given(self, rows: np.ndarray) -> dict[str, Any]:
+        return super().given(rows) | self.loads
 
     def evaluated(self, names: list[str]) -> np.ndarray:
         """Outputs of the structure by their own names, shape (rows, names)."""
-        found = outputs.evaluate(self.module, names, self._given(self.rows))
+        found = outputs.evaluate(self.module, names, self.given(self.rows))
         return np.stack([np.broadcast_to(found[name], len(self.rows)) for name in names], -1)
 
 
