@@ -41,10 +41,13 @@ def coarse():
 
 
 def impact_times(found):
-    """The time of impact of each point, from its gap: before the fold and beyond it; at the fold to 1e-6."""
-    gaps = found.gap.values[0, : int(found.n_points[0])]
-    away = np.arccos(np.minimum(gaps / TOP, 1.0))
-    return FOLDED + np.where(np.arange(len(gaps)) > np.argmax(gaps), away, -away)
+    """The time of impact of each point, from its impact speed: before the jump at time 0 and beyond it."""
+    count = int(found.n_points[0])
+    sizes = np.arccos(found.smallest_impact_speed.values[0, :count] * (1 - R) / 2)
+    times = np.where(np.cumsum(found.section_jump.values[0, :count]) > 0, sizes, -sizes)
+    gaps = TOP * np.cos(FOLDED - times)
+    assert found.gap.values[0, :count] == pytest.approx(gaps, rel=1e-7)
+    return times
 
 
 def test_tangents_are_derivatives_along_the_exact_branch(coarse):

@@ -100,11 +100,11 @@ def continuation(
         Over ``branch`` and ``point``: the parameter, all numbers that `periodic_orbit` gives, and quantities
         on the section over ``turn`` of the orbit; under ``NAME_tangent`` the derivatives of parameter,
         ``orbit_state``, ``period_time``, ``smallest_impact_speed`` and quantities along the branch, whose arc
-        is that of the states over ``arc_scale`` and the parameter over its range. Over ``special``: ``special_kind`` (fold, branch_point,
-        period_doubling, neimark_sacker, grazing), ``special_parameter`` with its accuracy, branch and point,
-        state, multiplier, and at a grazing the event that appears or vanishes. ``branch_end`` says why a
-        branch ends. ``status`` is that of the first orbit, or interrupted (`jointplay run` then
-        keeps the points that it has).
+        is that of the states over ``arc_scale`` and the parameter over its range. Over ``special``:
+        ``special_kind`` (fold, branch_point, period_doubling, neimark_sacker, grazing),
+        ``special_parameter`` with its accuracy, branch and point, state, multiplier, and at a grazing the
+        event that appears or vanishes. ``branch_end`` says why a branch ends. ``status`` is that of the first
+        orbit, or interrupted (`jointplay run` then keeps the points that it has).
 
     Raises
     ------
