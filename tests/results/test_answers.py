@@ -220,7 +220,7 @@ def branches(ends, special=((), ())):
 def test_a_branch():
     assert said(branches(("max_points", "range"))) == [
         "branch 1, period 1, stable at 3 of 5 points: "
-        "ended at 92.2 µm: max_points and ended at 106.5 µm: end of the range",
+        "ended at 92.2 µm: as many points as asked for and ended at 106.5 µm: end of the range",
         "no bifurcation found",
     ]
     special = (("period_doubling", "grazing", "grazing"), (9.5e-5, 9.6e-5, 9.7e-5))

@@ -7,7 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.orbits.arclength import Point
+from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_dataset import Passages, point_row
 from jointplay.analysis.orbits.branch_points import KINDS
@@ -139,9 +139,10 @@ def test_the_bouncing_ball_doubles_its_period():
 def test_turns_of_an_orbit_keep_their_order():
     """Each row begins with the turn that continues the row before."""
     system, section = catalog.gear_backlash(0.1, 0.2, 0.8, 0.05), jp.CrankAngle()
-    orbit = search(section_map(placed(system, None, section), section, 2), Search(200))
+    requested = section_map(placed(system, None, section), section, 2)
+    orbit = search(requested, Search(200))
     point = Point(orbit, 0.5, 1.0, np.array([0.0, 0.0, 1.0]))
-    passages = Passages(0.0, rates=False)
+    passages = Passages(0.0, False, Family(lambda value: requested, 0.0, 1.0, 1e-8))
     first = point_row(point, passages, ["state_value"], None)
     assert first["orbit_state"] == pytest.approx(orbit.state, abs=1e-9)
     other = first["quantities"]["state_value"][1][1]

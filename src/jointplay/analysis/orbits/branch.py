@@ -21,7 +21,17 @@ from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
 from jointplay.analysis.orbits.section_image import Image
 
-ENDS = ("range", "max_points", "grazing", "not_converged", "closed", "joined", "origin", "interrupted")
+WHY = {  # a branch ends
+    "range": "end of the range",
+    "max_points": "as many points as asked for",
+    "grazing": "an event appears or vanishes there, and no orbit was found next to it beyond",
+    "not_converged": "no orbit was found beyond, however short the step",
+    "closed": "it is closed",
+    "joined": "it has joined the branch that it left",
+    "origin": "where it begins",
+    "interrupted": "interrupted",
+}
+ENDS = tuple(WHY)
 FIRST = 0.25  # of the longest step
 SHORTEST = 1e-9
 LONGER, SHORTER = 1.4, 0.6  # factors of the step after easy and hard corrections
@@ -44,8 +54,10 @@ class Branch:
     parent: int = -1
 
     def reversed(self) -> Branch:
-        """The same branch from its other end."""
-        return replace(self, points=self.points[::-1], specials=self.specials[::-1], ends=self.ends[::-1])
+        """The same branch from its other end, with tangents that point from there."""
+        turned = {id(each): replace(each, tangent=-each.tangent) for each in self.points[::-1]}
+        specials = [replace(each, point=turned[id(each.point)]) for each in self.specials[::-1]]
+        return replace(self, points=[*turned.values()], specials=specials, ends=self.ends[::-1])
 
 
 class Tracer:

@@ -11,10 +11,11 @@ import numpy as np
 
 from jointplay.analysis.evaluate import Quantities, joint_flags
 from jointplay.analysis.labels import coded, labelled
-from jointplay.analysis.orbits import orbit_dataset
+from jointplay.analysis.orbits import branch_tangents, orbit_dataset
 from jointplay.analysis.orbits.arclength import Family, Point
-from jointplay.analysis.orbits.branch import ENDS, Branch
+from jointplay.analysis.orbits.branch import ENDS, WHY, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
+from jointplay.analysis.orbits.branch_tangents import Motion, Slopes
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
@@ -26,21 +27,32 @@ JUMP = 10.0  # least distance of neighbours on the section asked for, over their
 
 
 class Passages:
-    """Passages of the orbits of points through the section asked for, each orbit followed once.
+    """Passages of the orbits of points, and of motions beside them, through the section asked for.
 
-    With `rates` also rows whose accelerations are resolved (analysis.rates).
+    With `rates` also rows whose accelerations are resolved (analysis.rates). Each orbit is followed once.
     """
 
-    def __init__(self, phase: float, rates: bool):
-        self.phase, self.rates = phase, rates
-        # the point is kept with its rows: its id is not given to another
-        self._of: dict[int, tuple[Point, np.ndarray, np.ndarray, int]] = {}
+    def __init__(self, phase: float, rates: bool, family: Family):
+        self.phase, self.rates, self.family = phase, rates, family
+        # the point is kept with its rows: its orbit's id is not given to another
+        self._of: dict[int, tuple[Point, tuple, list[Motion]]] = {}
 
     def of(self, point: Point) -> tuple[np.ndarray, np.ndarray, int]:
         """Rows of a point's orbit, those for accelerations, and the status of the run."""
-        if id(point) not in self._of:
-            self._of[id(point)] = (point, *self._followed(point.orbit))
-        return self._of[id(point)][1:]
+        return self._all(point)[1]
+
+    def slopes(self, point: Point, own: Motion, turn: int, names: Sequence[str]) -> Slopes:
+        """Derivatives along the branch, of orbits whose rows begin with a turn."""
+        visited, _, sides = self._all(point)
+        sense = float(np.sign(point.tangent @ visited.tangent))
+        return branch_tangents.slopes(own, [side.rolled(turn) for side in sides], point, sense, names)
+
+    def _all(self, point: Point) -> tuple[Point, tuple, list[Motion]]:
+        if id(point.orbit) not in self._of:
+            rows = self._followed(point.orbit)
+            sides = [] if rows[-1] else branch_tangents.beside(self.family, point, self._followed)
+            self._of[id(point.orbit)] = (point, rows, sides)
+        return self._of[id(point.orbit)]
 
     def _followed(self, orbit: Orbit) -> tuple[np.ndarray, np.ndarray, int]:
         section = replace(orbit.map, phase=self.phase)
@@ -61,19 +73,35 @@ def point_row(
     Of an orbit of several turns that one comes first with which all are nearest to those of the row `before`.
     """
     orbit = point.orbit
-    section, size = replace(orbit.map, phase=passages.phase), len(orbit.state)
+    section = replace(orbit.map, phase=passages.phase)
     rows, sharp, status = passages.of(point)
     away = [_apart(section, point, np.roll(rows, -k, axis=0), before) for k in range(len(rows))]
     first = int(np.argmin(away))
-    rows, sharp = (np.roll(each, -first, axis=0) for each in (rows, sharp))
-    quantities = {} if status else Quantities(section.model, rows, rows[0], sharp).variables(names, "turn")
+    own = Motion(0.0, orbit, rows, sharp).rolled(first)
+    rows, slopes = own.rows, passages.slopes(point, own, first, names)
+    modes = Quantities(section.model, rows, rows[0]).modes if not status else None
     return orbit_dataset.orbit_numbers(orbit) | {
-        "orbit_state": section.state(section.unknowns(rows[0, 1 : 1 + size])),
-        "quantities": quantities,
+        "orbit_state": section.state(section.unknowns(own.state)),
+        "quantities": {} if status else own.quantities(names) | _named(slopes.quantities),
+        "slopes": slopes,
+        "modes": modes,
+        "section_event": int(before is not None and not np.array_equal(modes, before["modes"])),
         "section_jump": int(bool(section.model.resets) and away[first] > JUMP * _step(point, before)),
         "rows": rows,
         "point": point,
     }
+
+
+def _named(quantities: dict[str, Any]) -> dict[str, Any]:
+    """Variables of derivatives."""
+    return {
+        f"{name}_tangent": (dims, values, attributes | {"long_name": _text(attributes["long_name"])})
+        for name, (dims, values, attributes) in quantities.items()
+    }
+
+
+def _text(long_name: str) -> str:
+    return f"derivative of the {long_name} along the branch"
 
 
 def _apart(section: SectionMap, point: Point, rows: np.ndarray, before: dict[str, Any] | None) -> float:
@@ -107,20 +135,24 @@ def variables(
     size = max(len(branch.points) for branch in branches)
     table = [_rows(branch, passages, names) for branch in branches]
     blank = orbit_dataset.missing_numbers(len(table[0][0]["lyapunov_exponent"]))
-    blank |= {"orbit_state": np.full_like(table[0][0]["orbit_state"], np.nan), "section_jump": 0}
-    blank[axis.name] = math.nan
+    nothing = np.full_like(table[0][0]["orbit_state"], np.nan)
+    blank |= {"orbit_state": nothing, "section_jump": 0, "section_event": 0, axis.name: math.nan}
+    blank |= _derivatives(Slopes(math.nan, nothing), family, axis)
     for branch, rows in zip(branches, table, strict=True):
         for point, row in zip(branch.points, rows, strict=True):
-            row[axis.name] = family.parameter(point.q)
+            row |= {axis.name: family.parameter(point.q)} | _derivatives(row["slopes"], family, axis)
     padded = [rows + [blank] * (size - len(rows)) for rows in table]
     stacked = {name: np.array([[row[name] for row in rows] for rows in padded]) for name in blank}
     jumps = "whether an impact passed the section since the point before"
+    kinks = "whether the section's modes differ from those at the point before"
     variables = {
         **orbit_dataset.variables(stacked["orbit_state"], stacked, linkage, DIMS),
-        **_quantities(table, size, names),
+        **_quantities(table, size, [*names, *(f"{name}_tangent" for name in names)]),
+        **_tangents(stacked, axis, branches[0].points[0], linkage),
         **_ends(branches),
         **_specials(branches, family, axis, passages.phase),
         "section_jump": coded(DIMS, stacked["section_jump"], jumps, ("no", "yes")),
+        "section_event": coded(DIMS, stacked["section_event"], kinks, ("no", "yes")),
         axis.name: (DIMS, stacked[axis.name], axis.attributes),
     }
     coords = {
@@ -130,6 +162,27 @@ def variables(
         **labelled({"end": (["first", "last"], "1", "end of the branch")}, "end"),
     }
     return variables, coords
+
+
+def _derivatives(slopes: Slopes, family: Family, axis: Axis) -> dict[str, Any]:
+    """Derivatives along the arc, by the names of their variables."""
+    numbers = {f"{name}_tangent": slopes.numbers.get(name, math.nan) for name in branch_tangents.NUMBERS}
+    parameter = {f"{axis.name}_tangent": slopes.q * (family.high - family.low)}
+    return parameter | {"orbit_state_tangent": slopes.state} | numbers
+
+
+def _tangents(stacked: dict[str, np.ndarray], axis: Axis, point: Point, linkage: bool) -> dict[str, Any]:
+    """Variables of derivatives along the arc of parameter, state and numbers, and of the arc's units."""
+    told = {axis.name: (axis.units, axis.long_name), "orbit_state": ("1", "state on the section")}
+    for name in branch_tangents.NUMBERS:
+        unit, text = orbit_dataset.NUMBERS[name]
+        told[name] = (orbit_dataset.units(unit, linkage), text)
+    table = {f"{n}_tangent": (stacked[f"{n}_tangent"], unit, _text(text)) for n, (unit, text) in told.items()}
+    state = {"orbit_state_tangent": table.pop("orbit_state_tangent")}
+    sizes = {
+        "arc_scale": (point.orbit.map.scale * point.unit, "1", "change of a state over a unit of the arc")
+    }
+    return labelled(table, DIMS) | labelled(state, (*DIMS, "state")) | labelled(sizes, "state")
 
 
 def _rows(branch: Branch, passages: Passages, names: Sequence[str]) -> list[dict[str, Any]]:
@@ -164,6 +217,7 @@ def _ends(branches: Sequence[Branch]) -> dict[str, Any]:
         "n_points": ([len(branch.points) for branch in branches], "1", "points of the branch"),
     }
     reasons = coded(("branch", "end"), ends, "why a branch ends there", ENDS)
+    reasons[2]["comment"] = "; ".join(f"{end}: {why}" for end, why in WHY.items())
     return labelled(table, "branch") | {"branch_end": reasons}
 
 

@@ -113,9 +113,11 @@ def _located(family: Family, one: Point, other: Point, kind: str, test: Test, en
     if not (family.condition.genuine if family.condition else _genuine)(kind, point):
         return None
     if kind == "fold":  # where the parameter has an extremum there is nothing to interpolate
-        return Special(kind, replace(point, tangent=along), point.q, abs(near[1][1].q - point.q))
+        return Special(kind, point, point.q, abs(near[1][1].q - point.q))
     q, other_q = _root(near[0], near[1]), _root(near[0], near[-1] if len(near) < 3 else near[2])
-    return Special(kind, replace(point, tangent=along), q, float(np.max(np.abs(other_q - q))))
+    if kind == "branch_point" or family.condition is not None:  # two directions, or nearly
+        point = replace(point, tangent=along)
+    return Special(kind, point, q, float(np.max(np.abs(other_q - q))))
 
 
 def _root(one: tuple, other: tuple) -> Any:

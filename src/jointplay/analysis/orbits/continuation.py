@@ -98,11 +98,13 @@ def continuation(
     -------
     xarray.Dataset
         Over ``branch`` and ``point``: the parameter, all numbers that `periodic_orbit` gives, and quantities
-        on the section over ``turn`` of the orbit. Over ``special``: ``special_kind`` (fold, branch_point,
-        period_doubling, neimark_sacker, grazing), ``special_parameter`` with its accuracy, branch and point,
-        state, multiplier, and at a grazing the event that appears or vanishes. ``branch_end`` says why a
-        branch ends. ``status`` is that of the first orbit, or interrupted (`jointplay run` then
-        keeps the points that it has).
+        on the section over ``turn`` of the orbit; under ``NAME_tangent`` the derivatives of parameter,
+        ``orbit_state``, ``period_time``, ``smallest_impact_speed`` and quantities along the branch, whose arc
+        is that of the states over ``arc_scale`` and the parameter over its range. Over ``special``:
+        ``special_kind`` (fold, branch_point, period_doubling, neimark_sacker, grazing),
+        ``special_parameter`` with its accuracy, branch and point, state, multiplier, and at a grazing the
+        event that appears or vanishes. ``branch_end`` says why a branch ends. ``status`` is that of the first
+        orbit, or interrupted (`jointplay run` then keeps the points that it has).
 
     Raises
     ------
@@ -122,7 +124,7 @@ def continuation(
     requested = section_map(at_start, section, period, rtol, max_steps)
     orbit = search(requested, Search(transient, tolerance, ITERATIONS))
     family = Family(maps, float(range[0]), float(range[1]), tolerance)
-    passages, visited = branch_dataset.Passages(requested.phase, needed(names)), count(1)
+    passages, visited = branch_dataset.Passages(requested.phase, needed(names), family), count(1)
     most = max_branches if branch_switching else 1
 
     def visit(point: Point) -> None:
@@ -205,6 +207,8 @@ class Explorer:
         sides, doubled = [], special.kind == "period_doubling"
         for origin, point in departures(self.family, special, self.step):
             side = self._follow(point, self.max_points if doubled else max(self.max_points // 2, 2), doubled)
+            if not doubled:  # the other branch's direction there is not known exactly
+                origin = replace(origin, tangent=np.full_like(origin.tangent, np.nan))
             sides.append(replace(side, points=[origin, *side.points], parent=number))
             if "interrupted" in side.ends:
                 break
@@ -220,7 +224,7 @@ def joined(back: Branch, forth: Branch) -> Branch:
     """One branch of two halves that start at the same point."""
     turned, begin = back.reversed(), forth.points[0]
     at_begin = [
-        replace(each, point=begin) if each.point is back.points[0] else each for each in turned.specials
+        replace(each, point=begin) if each.point is turned.points[-1] else each for each in turned.specials
     ]
     return Branch(
         turned.points[:-1] + forth.points,

@@ -5,17 +5,19 @@ import numpy as np
 BETWEEN = 8  # pieces of an interval
 
 
-def through(points: np.ndarray, tangents: np.ndarray) -> np.ndarray:
+def through(points: np.ndarray, tangents: np.ndarray, straight: np.ndarray | bool = False) -> np.ndarray:
     """Return a denser path through points, shape (points, 2), with tangents along any smooth parameter.
 
     The parameter's steps are those that fit the chords best: a parabola is met exactly. Where a tangent
-    points away from the neighbour, as at a cusp, or is none, the chord takes its place.
+    points away from the neighbour, as at a cusp, or is none, the chord takes its place, as it does at both
+    ends of pieces that are `straight`.
     """
     if len(points) < 2:
         return points
     chords, means = np.diff(points, axis=0), (tangents[:-1] + tangents[1:]) / 2
     size = np.sum(means**2, axis=1, keepdims=True)
     steps = np.sum(chords * means, axis=1, keepdims=True) / np.where(size > 0, size, np.inf)
+    steps = np.where(np.reshape(straight, (-1, 1)), np.nan, steps)
     begin, end = (_forward(steps * each, chords) for each in (tangents[:-1], tangents[1:]))
     t = (np.arange(BETWEEN) / BETWEEN)[None, :, None]
     path = points[:-1, None] + t * chords[:, None]

@@ -1,4 +1,8 @@
-"""Branches of periodic orbits over a parameter: stable solid, unstable dashed, special points marked."""
+"""Branches of periodic orbits over a parameter: stable solid, unstable dashed, special points marked.
+
+Between two points a branch is the cubic with its tangents at both; a straight line where these are not known,
+as in old results, and where an event passed the section on the way: the quantity has a kink there.
+"""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from xarray import DataArray, Dataset
 
-from jointplay.figures.drawing import artists, select, style, sweep_axes
+from jointplay.figures.drawing import artists, hermite, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
 
@@ -101,17 +105,54 @@ def branches(ax: Axes, dataset: Dataset, frame: Frame) -> None:
     """Draw each branch, a line for each of its turns, and its special points."""
     x = dataset[frame.parameter].values * frame.x.factor
     y = frame.quantity.values * frame.y.factor
+    slopes = tangents(dataset, frame)
     for b in range(len(x)):
         look = {"color": colour(dataset, b), "zorder": 2.5}
         jumps = np.flatnonzero(dataset["section_jump"].values[b])
         for turn in range(y.shape[2]):
-            curve(ax, x[b], y[b, :, turn], steady(dataset, b), look, jumps)
+            points, stable = np.stack([x[b], y[b, :, turn]], -1), steady(dataset, b)
+            if slopes is None:
+                curve(ax, *points.T, stable, look, jumps)
+                continue
+            events = dataset["section_event"].values[b, 1:] != 0
+            path, stable = smooth(points, slopes[b, :, turn], stable, events, jumps)
+            curve(ax, *path.T, stable, look)
     kinds = select.flags(dataset["special_kind"])
     specials = (dataset[f"special_{name}"].values for name in ("kind", "branch", "point"))
     for kind, b, p in zip(*specials, strict=True):
         shape = {"marker": MARKS[kinds[int(kind)]][0], **marker(kinds[int(kind)])}
         there = np.isfinite(y[b, p])
         ax.plot(np.full(there.sum(), x[b, p]), y[b, p, there], **shape)
+
+
+def tangents(dataset: Dataset, frame: Frame) -> np.ndarray | None:
+    """Return derivatives of parameter and quantity over branch, point, turn and both; None of old results."""
+    names = [f"{name}_tangent" for name in (frame.parameter, frame.quantity.name)]
+    if not all(name in dataset for name in names):
+        return None
+    x, y = (dataset[name] for name in names)
+    y = y.sel({dim: frame.quantity.coords[dim] for dim in y.dims if dim not in frame.quantity.dims})
+    y = y if "turn" in y.dims else y.expand_dims("turn", -1)
+    y = y.transpose("branch", "point", "turn").values * frame.y.factor
+    return np.stack(np.broadcast_arrays(x.values[..., None] * frame.x.factor, y), -1)
+
+
+def smooth(
+    points: np.ndarray, slopes: np.ndarray, stable: np.ndarray, straight: np.ndarray, breaks: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return a dense path through points, interrupted before `breaks`, and which of its points are stable.
+
+    `straight`: which pieces are not bent. A piece is stable where both its ends are.
+    """
+    spans = np.nanmax(points, axis=0, initial=-np.inf) - np.nanmin(points, axis=0, initial=np.inf)
+    spans = np.where(np.isfinite(spans) & (spans > 0), spans, 1.0)
+    path = hermite.through(points / spans, slopes / spans, straight) * spans
+    steady = np.repeat(stable[:-1] & stable[1:], hermite.BETWEEN)
+    steady = np.append(steady, stable[-1:])
+    steady[:: hermite.BETWEEN] = stable
+    for at in breaks * hermite.BETWEEN:
+        path[at - hermite.BETWEEN + 1 : at] = np.nan
+    return path, steady
 
 
 def marker(kind: str) -> dict[str, Any]:

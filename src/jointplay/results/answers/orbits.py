@@ -5,11 +5,11 @@ import math
 import numpy as np
 from xarray import DataArray, Dataset, where
 
+from jointplay.analysis.orbits.branch import WHY
 from jointplay.display import codes
 from jointplay.display.number_text import plain, with_error
 from jointplay.display.units import measure
 
-ENDS = {"range": "end of the range"}
 LISTED = 3  # special points or attractors named in a line
 
 
@@ -61,7 +61,7 @@ def _branch(dataset: Dataset, name: str, b: int) -> str:
     values = one[name].values[: int(one["n_points"])]
     ends, stable = codes.words(one["branch_end"]).values, codes.words(one["stable"]).values[: len(values)]
     places = zip(values[[0, -1]], ends, strict=True)
-    told = [f"ended at {measure(float(v), units)}: {ENDS.get(end, end)}" for v, end in places]
+    told = [f"ended at {measure(float(v), units)}: {WHY.get(end, end)}" for v, end in places]
     if ends[0] == ends[1] == "range":
         told = [f"over the whole range, {measure(values.min(), units)} to {measure(values.max(), units)}"]
     share = np.count_nonzero(stable == "stable")
