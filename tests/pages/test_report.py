@@ -16,6 +16,7 @@ from jointplay.results.store import write_result
 from jointplay.study.file import validate
 from jointplay.study.toml_text import parse
 from tests.figures.support.synthetic import response, section
+from tests.figures.support.synthetic_linkages import corners_led, loose_guide
 from tests.figures.test_pictures import PICTURES
 from tests.pages.samples import diagram, turning
 
@@ -205,3 +206,16 @@ def test_a_run_too_short_for_its_picture_has_a_page_that_says_so(tmp_path):
     short.attrs["provenance"] = json.dumps({"study": {"figure": {"kind": "poincare_section", "x": "none"}}})
     (path, _) = jp.report(short, tmp_path / "short.html")
     assert "The usual picture cannot be drawn: figure.x" in path.read_text(encoding="utf-8")
+
+
+def test_a_slider_with_play_is_shown_by_its_corners():
+    mechanism, data = loose_guide()
+    found, _ = moving.moving(data, mechanism)
+    assert [each["name"] for each in found["bearings"]] == ["B"]
+    (guide,) = found["guides"]
+    place = np.stack([data["true_x"].sel(link="slider"), data["true_y"].sel(link="slider")], -1)
+    ways, forces = corners_led(mechanism, data["angle"].sel(link="slider").values, place)
+    numbers = {name: values(guide[name]).reshape(ways.shape) for name in ("ways", "touch", "force")}
+    np.testing.assert_allclose(numbers["ways"], ways / mechanism.joint("G").clearance, atol=1e-5)
+    np.testing.assert_allclose(numbers["force"], forces, atol=1e-5)
+    assert (numbers["touch"] == (forces > 0)).all()

@@ -6,7 +6,7 @@ if (jointplay.data.live) {
   const { element, store } = jointplay;
   const KEPT = 64; // turns of each value that are drawn
   const MOST = 40000; // cells of a map
-  const PERIODS = ["#7f7f7f", "#0072b2", "#56b4e9", "#009e73", "#e69f00"]; // those beyond 4 have the last colour
+  const PERIODS = ["#7f7f7f", "#0072b2", "#56b4e9", "#f0d84a", "#5b0f4f"]; // those beyond 4 have the last colour
   const LOST = "#000000";
   const AXES = ["", "-second"]; // ends of the fields' names
   let tools = null; // of the live page: its parameters, values and solvers

@@ -23,7 +23,7 @@ SMALLEST = 2.5  # px, of a marker
 MARKERS = {"o": "circle", ".": "circle", "s": "square", "^": "triangle", "v": "inverted_triangle"}
 MARKERS |= {"D": "diamond", "d": "diamond", "x": "x", "+": "cross", "*": "star", "|": "dash", "_": "dash"}
 DASHES = {"--": "dashed", ":": "dotted", "-.": "dotdash"}
-HATCHES = {"/": "/", "x": "x", "\\": "\\", "+": "+", "-": "-", "|": "|"}
+HATCHES = {"/": "/", ".": ".", "x": "x", "\\": "\\", "+": "+", "-": "-", "|": "|"}
 EVEN = 1e-4  # of a cell: borders this near to an even spacing are drawn as an image
 
 

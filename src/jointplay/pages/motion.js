@@ -7,6 +7,7 @@ if (jointplay.data.motion) {
   const time = numbers(motion.time);
   const links = motion.links.map((link) => ({ ...link, frames: numbers(link.frames) }));
   const bearings = motion.bearings.map((each) => ({ ...each, journal: numbers(each.journal), force: each.force && numbers(each.force) }));
+  const guides = motion.guides.map((each) => ({ ...each, ways: numbers(each.ways), touch: numbers(each.touch), force: each.force && numbers(each.force) }));
   const slider = element("frame");
   const period = Number.isFinite(motion.period) && motion.period > 0 ? motion.period : time.at(-1) - time[0];
   const SECONDS = 3; // a turn takes, as it is played
@@ -15,11 +16,13 @@ if (jointplay.data.motion) {
   let playing = null; // where and when it began
 
   const box = stage.bounds({ links, pins: motion.pins });
-  const strongest = bearings.map((each) => (each.force ? each.force.reduce((most, f) => Math.max(most, Math.abs(f) || 0), 0) : 0));
+  const peak = (each) => (each.force ? each.force.reduce((most, f) => Math.max(most, Math.abs(f) || 0), 0) : 0);
+  const [strongest, strongestAt] = [bearings.map(peak), guides.map(peak)];
 
   function draw() {
     stage.linkage(element("linkage"), { links, pins: motion.pins }, box, frame);
     bearings.forEach((each, number) => stage.bearing(element("bearing" + number), each, [frame - TRAIL, frame], frame, strongest[number]));
+    guides.forEach((each, number) => stage.guide(element("guide" + number), each, frame, strongestAt[number]));
     slider.value = frame;
     element("moment").textContent = `${(1e3 * time[frame]).toFixed(2)} ms, ${(time[frame] / period).toFixed(3)} turns`;
     data.panels.forEach((panel, number) => {

@@ -1,4 +1,4 @@
-"""The mechanism in motion, for a page: links in every frame, the journal in each bearing, the force on it."""
+"""The mechanism in motion, for a page: links in every frame, journals, sliders in guides, forces."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from xarray import Dataset
 
+from jointplay.equations.structure import CORNERS
 from jointplay.errors import InputError
+from jointplay.figures.drawing import select
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.records import Mechanism
@@ -48,6 +50,7 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
             for joint in mechanism.clearance_joints
             if not joint.prismatic
         ],
+        "guides": [guide(part, joint) for joint in mechanism.clearance_joints if joint.prismatic],
         "note": f"{part.sizes['time']} frames, {thinned}.",
     }, ""
 
@@ -83,3 +86,19 @@ def bearing(part: Dataset, joint: Joint) -> dict[str, Any]:
     found = {"name": joint.name, "clearance": joint.clearance}
     found["journal"] = packed.array(xy / joint.clearance)
     return found | ({"force": packed.array(part["normal_force"].values)} if "normal_force" in part else {})
+
+
+def guide(part: Dataset, joint: Joint) -> dict[str, Any]:
+    """Return a guide: corners' ways to their faces in clearances, which of them touch, and their forces."""
+    pin, corners = joint.bearing, part.sel(joint=list(joint.contacts))
+    turned = 0.0 if pin.link == GROUND else part["angle"].sel(link=pin.link).values[:, None]
+    sides = np.array([side for _, side in CORNERS.values()])
+    x, y = (corners[f"journal_{axis}"].transpose("time", "joint").values for axis in "xy")
+    ways = sides * (y * np.cos(pin.direction + turned) - x * np.sin(pin.direction + turned)) / joint.clearance
+    found = {"name": joint.name, "clearance": joint.clearance, "ways": packed.array(ways)}
+    known = [select.in_contact(corners, name) for name in joint.contacts]
+    touch = ways >= 1.0 if known[0] is None else np.stack(known, -1)
+    found["touch"] = packed.array(touch.astype(float))
+    if "normal_force" in corners:
+        found["force"] = packed.array(corners["normal_force"].transpose("time", "joint").values)
+    return found

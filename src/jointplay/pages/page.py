@@ -146,6 +146,7 @@ def motion_section(content: Any) -> str:
     if not content.motion:
         return f'<p class="note">{escape(content.note)}</p>'
     insets = "".join(inset(number, each) for number, each in enumerate(content.motion["bearings"]))
+    insets += "".join(guide_inset(number, each) for number, each in enumerate(content.motion["guides"]))
     return f"""
 <section id="motion"><h2>The mechanism in motion</h2>
 <div class="stage"><canvas id="linkage" role="img" aria-label="The mechanism in motion"></canvas>
@@ -162,4 +163,16 @@ def inset(number: int, bearing: dict[str, Any]) -> str:
     words = f"Journal in bearing {name}: the circle is the clearance of {clearance}"
     force = ", the arrow the force on the journal" if "force" in bearing else ""
     canvas = f'<canvas id="bearing{number}" role="img" aria-label="Journal in bearing {name}"></canvas>'
+    return f'<figure>{canvas}<figcaption class="note">{words}{force}</figcaption></figure>'
+
+
+def guide_inset(number: int, guide: dict[str, Any]) -> str:
+    """Return the place where a slider between the faces of its guide is shown."""
+    name, clearance = escape(guide["name"]), measure(guide["clearance"], "m")
+    words = (
+        f"Slider on guide {name}: the gap on either side is the clearance of {clearance}; the block's height"
+    )
+    words += " is cut short; corners in contact are filled"
+    force = ", the bars are the forces on the slider" if "force" in guide else ""
+    canvas = f'<canvas id="guide{number}" role="img" aria-label="Slider on guide {name}"></canvas>'
     return f'<figure>{canvas}<figcaption class="note">{words}{force}</figcaption></figure>'

@@ -109,6 +109,34 @@ const stage = (() => {
     if (shown.force && strongest > 0) force(pen, shown, at, [x, y], radius / strongest);
   }
 
+  // A guide has the `ways` of its slider's corners to their faces (upper front and rear, lower front and rear), in
+  // clearances, and whether they `touch`. Only the gap is to scale across the guide.
+  function guide(canvas, shown, at, strongest) {
+    const [pen, width, height] = clear(canvas);
+    const unit = Math.min(width / 6.4, height / 5.8);
+    const corners = [[1, 1], [-1, 1], [1, -1], [-1, -1]].map(([along, side], k) => [
+      width / 2 + 2.6 * unit * along, height / 2 - unit * side * (1.4 + shown.ways[4 * at + k])]);
+    pen.strokeStyle = colour("--ink");
+    pen.lineWidth = 1.5;
+    [-2.4, 2.4].forEach((face) => pen.strokeRect(0, height / 2 + unit * face, width, 0));
+    pen.fillStyle = colour("--field");
+    pen.beginPath();
+    [0, 1, 3, 2].forEach((k) => pen.lineTo(...corners[k]));
+    pen.closePath();
+    pen.fill();
+    pen.stroke();
+    corners.forEach(([x, y], k) => {
+      pen.fillStyle = colour(shown.touch[4 * at + k] ? "--ink" : "--paper");
+      circle(pen, x, y, 5, true);
+      if (!shown.force || !(strongest > 0)) return;
+      pen.strokeStyle = colour("--warm");
+      pen.lineWidth = 3;
+      pen.strokeRect(x, y, 0, (k < 2 ? 1 : -1) * unit * shown.force[4 * at + k] / strongest); // on the slider
+      pen.strokeStyle = colour("--ink");
+      pen.lineWidth = 1.5;
+    });
+  }
+
   function force(pen, shown, at, [x, y], scale) {
     const [rx, ry] = shown.journal.subarray(2 * at, 2 * at + 2);
     const length = (0.6 * scale * shown.force[at]) / (Math.hypot(rx, ry) || 1);
@@ -122,5 +150,5 @@ const stage = (() => {
     pen.fillText(`${shown.force[at].toPrecision(3)} N`, 6, 16);
   }
 
-  return { bearing, bounds, clear, colour, linkage };
+  return { bearing, bounds, clear, colour, guide, linkage };
 })();

@@ -45,7 +45,7 @@ def animate(
     mechanism: Annotated[Mechanism | None, accepts("a Mechanism")] = None,
     progress: Progress = None,
 ) -> Path:
-    """Show a mechanism in motion, with a bearing enlarged, the force in it, and paths of the joints.
+    """Show a mechanism in motion, its joints with clearance enlarged, their forces, and paths of the joints.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def animate(
         The file: ``.mp4`` (needs the extra ``animation``) or ``.gif`` is a film; ``.pdf``, ``.png`` and the
         other formats of figures are a sheet of frames.
     joint : str, optional
-        The joint with clearance that is enlarged; by default the first.
+        The one joint with clearance that is enlarged; by default all of them, up to six.
     turns : float or pair, optional
         The last so many turns, or [first, last]; by default everything.
     time : pair, optional

@@ -7,12 +7,12 @@ from PIL import Image
 import jointplay as jp
 from jointplay import cli
 from jointplay.errors import InputError
-from jointplay.figures.linkage import film
+from jointplay.figures.linkage import film, guide
 from jointplay.figures.linkage.film_sheet import film_sheet
 from jointplay.figures.linkage.scene import scene, spread
 from jointplay.results import animate
 from jointplay.results.places import places
-from tests.figures.support.synthetic_linkages import four_bar, slides
+from tests.figures.support.synthetic_linkages import corners_led, four_bar, loose_guide, slides
 
 
 @pytest.fixture(scope="module")
@@ -122,3 +122,42 @@ def test_a_motion_names_its_mechanism():
     mechanism = jp.catalog.chunmei2002(clearance=2.9e-5)
     motion = jp.simulate(mechanism, turns=0.02)
     assert animate._mechanism(motion) == mechanism
+
+
+def test_a_sliders_corners_stand_where_its_tilt_and_rise_put_them():
+    mechanism, data = loose_guide()
+    shown = scene(mechanism, places(mechanism, data), None)
+    assert [joint.name for joint in shown.joints] == ["B", "G"]
+    _, axes = film.stage(shown)
+    tilt, e = data["angle"].sel(link="slider").values, mechanism.joint("G").clearance
+    place = np.stack([data["true_x"].sel(link="slider"), data["true_y"].sel(link="slider")], -1)
+    ways, forces = (each[4] for each in corners_led(mechanism, tilt, place))
+    drawn = film.moment(shown, axes, 4)
+    marks = [
+        each
+        for each in drawn
+        if each.axes is axes["b:G"] and getattr(each, "get_marker", str)() in ("o", ">")
+    ]
+    corners = np.array([each.get_xydata()[0] for each in marks])
+    sides = np.array([(1, 1), (-1, 1), (1, -1), (-1, -1)])
+    assert corners == pytest.approx(sides * np.stack([np.full(4, guide.LONG), guide.TALL + ways / e], -1))
+    assert [each.get_marker() for each in marks] == [">" if force > 0 else "o" for force in forces]
+    faces = [line.get_ydata()[0] for line in axes["b:G"].lines if np.ptp(line.get_ydata()) == 0]
+    assert {guide.TALL + 1.0, -guide.TALL - 1.0} <= {*faces}  # where the way is the clearance
+    a, b = mechanism.joint("G").half_length, mechanism.joint("G").half_height
+    turned = [(np.cos(tilt[4]), np.sin(tilt[4])), (-np.sin(tilt[4]), np.cos(tilt[4]))]
+    whole = 1e3 * (place[4] + sides * (a, b) @ np.array(turned))
+    blocks = [each.get_xy() for each in drawn if each.axes is axes["l"] and hasattr(each, "get_xy")]
+    assert any({*map(tuple, np.round(xy, 6))} == {*map(tuple, np.round(whole, 6))} for xy in blocks)
+    words = [each.get_text() for each in drawn if hasattr(each, "get_text")]
+    assert len(words) == 3
+    assert words[2].startswith(f"{forces.max():.3g} N of at most")
+
+
+def test_every_loose_joint_is_shown_or_the_one_that_is_asked_for():
+    mechanism, data = loose_guide()
+    motion = places(mechanism, data)
+    sheet = film_sheet(scene(mechanism, motion, None), 3)
+    assert len(sheet.axes) == 9
+    assert [each.get_text() for each in sheet.legends[0].get_texts()] == ["free", "slips forward"]
+    assert len(film_sheet(scene(mechanism, motion, "G"), 3).axes) == 6

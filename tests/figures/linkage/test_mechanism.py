@@ -95,3 +95,38 @@ def test_a_mechanism_has_no_other_figures_and_a_result_not_this_one():
 def test_names_are_left_out():
     texts = [each.get_text() for each in figures.draw(SCENES["six-bar"](), names=False).axes[0].texts]
     assert texts == ["$g$"]
+
+
+def test_a_guide_with_clearance_has_its_block_and_faces_to_scale():
+    mechanism = catalog.slider_crank(clearance={"G": 1e-3}, offset=0.02)
+    guide, angle = mechanism.joint("G"), 0.6
+    ax, inset = figures.draw(mechanism, crank_angle=angle).axes
+    lean = np.arcsin((0.02 - 0.05 * np.sin(angle)) / 0.12)
+    B = 1e3 * np.array([0.05 * np.cos(angle) + 0.12 * np.cos(lean), 0.02])
+    around = 1e3 * np.array(
+        [(s * guide.half_length, t * guide.half_height) for s in (1, -1) for t in (1, -1)]
+    )
+    assert any(
+        {tuple(p) for p in np.round(each.get_xy(), 6)} == {tuple(p) for p in np.round(B + around, 6)}
+        for each in ax.patches
+        if hasattr(each, "get_xy")
+    )
+    level = [line.get_ydata() for line in ax.lines if np.ptp(line.get_xdata()) > 2e3 * guide.half_length]
+    faces = [y[0] for y in level if len(y) == 2 and np.ptp(y) == 0]
+    away = 1e3 * (guide.half_height + guide.clearance)
+    assert sorted(faces) == pytest.approx([20.0 - away, 20.0 + away])
+    assert inset.get_title() == "G: slider on ground"
+
+
+@pytest.mark.parametrize("width", [100.0, 146.0])
+def test_a_guide_is_as_much_enlarged_as_is_told(width):
+    mechanism = catalog.slider_crank(clearance={"G": 1e-4})
+    guide = mechanism.joint("G")
+    ax = figures.draw(mechanism, width=width).axes[1]
+    block = next(each for each in ax.patches if len(each.get_xy()) == 5).get_window_extent()
+    low, high = sorted(line.get_window_extent().y0 for line in ax.lines if np.ptp(line.get_ydata()) == 0)
+    paper = 25.4e-3 / ax.figure.dpi
+    told = [float(each.split()[1]) for each in ax.texts[0].get_text().split("\n")[1].split(", ")]
+    assert told[0] == pytest.approx((high - block.y1) * paper / guide.clearance, rel=0.06)
+    assert told[0] == pytest.approx((block.y0 - low) * paper / guide.clearance, rel=0.06)
+    assert told[1] == pytest.approx(block.width / 2 * paper / guide.half_length, rel=0.06)

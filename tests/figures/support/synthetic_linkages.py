@@ -63,3 +63,41 @@ def _dataset(mechanism, turn, angles, origins, data, joints) -> xr.Dataset:
     coords = {"time": PERIOD * turn / (2 * np.pi), "link": links, "joint": joints}
     attrs = {"kind": "response", "mechanism": mechanism.model_dump_json()}
     return xr.Dataset(data, coords, attrs)
+
+
+def loose_guide(samples: int = 41) -> tuple[Mechanism, xr.Dataset]:
+    """A slider-crank with play at B and G, led by hand: the slider tilts, rises and falls."""
+    play = 1e-3
+    mechanism = catalog.slider_crank(clearance={"B": play, "G": play}, gravity=9.81)
+    crank, rod = (mechanism.link(name).length for name in ("crank", "rod"))
+    guide = mechanism.joint("G")
+    turn = np.linspace(0, 2 * np.pi, samples)
+    lean = np.arcsin(-crank / rod * np.sin(turn))
+    angles = {"crank": turn, "rod": lean, "slider": 0.4 * play / guide.half_length * np.sin(2 * turn)}
+    end = np.stack([crank * np.cos(turn) + rod * np.cos(lean), np.zeros(samples)], -1)
+    place = end + np.stack([np.zeros(samples), 0.75 * play * np.cos(turn)], -1)
+    A = crank * np.stack([np.cos(turn), np.sin(turn)], -1)
+    origins = {"crank": np.zeros(A.shape), "rod": A, "slider": place}
+    ways, forces = corners_led(mechanism, angles["slider"], place)
+    names = ["B", *guide.contacts]
+    across = np.concatenate([(end - place)[:, 1:], ways * np.array([1, 1, -1, -1])], 1)
+    data = {
+        "journal_x": (("time", "joint"), np.zeros(across.shape)),
+        "journal_y": (("time", "joint"), across),
+    }
+    strength = np.concatenate([np.full((samples, 1), 5.0), forces], 1)
+    data |= {"normal_force": (("time", "joint"), strength)}
+    meaning = {"flag_values": [0, 1], "flag_meanings": "free slip_positive"}
+    data |= {"mode": (("time", "joint"), (strength > 0).astype(np.int8), meaning)}
+    data |= {"slide_position": (("time", "joint"), np.repeat(place[:, :1], len(names), 1))}
+    return mechanism, _dataset(mechanism, turn, angles, origins, data, names)
+
+
+def corners_led(mechanism: Mechanism, tilt: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ways of the corners towards their faces, m, of a slider so tilted and placed; a force from 0.9 e on."""
+    guide = mechanism.joint("G")
+    a, b, e = guide.half_length, guide.half_height, guide.clearance
+    sides = [(1, 1), (-1, 1), (1, -1), (-1, -1)]  # along, across
+    rise = [place[:, 1] + p * a * np.sin(tilt) + s * b * np.cos(tilt) for p, s in sides]
+    ways = np.stack([s * height - b for (_, s), height in zip(sides, rise, strict=True)], -1)
+    return ways, 100 * np.maximum(ways / e - 0.9, 0.0)

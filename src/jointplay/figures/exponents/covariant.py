@@ -71,7 +71,8 @@ def angle_panel(ax: Axes, dataset: Dataset) -> None:
     for place, number in enumerate(dataset["splitting"].values):
         angles = np.sort(np.degrees(dataset["splitting_angle"].isel(splitting=place).values))
         first = "1" if number == 1 else f"1\N{EN DASH}{number}"
-        ax.step(angles, np.arange(1, count + 1) / count, where="post", label=f"{first} and the rest")
+        look = {"where": "post", "linewidth": 0.8 * (1 + place // 4)}  # dashes repeat after four
+        ax.step(angles, np.arange(1, count + 1) / count, label=f"{first} and the rest", **look)
     ax.set(xscale="log", ylim=(0, 1), ylabel="Share of section points (\N{EN DASH})")
     ax.set(xlabel="Smallest angle between the spans (deg)")
-    ax.legend(loc="best")
+    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)

@@ -1,39 +1,50 @@
 """A bearing enlarged: the clearance circle, where the journal's centre moves, in units of the clearance."""
 
+import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, FancyArrowPatch, Wedge
+from matplotlib.patches import Circle, Wedge
 
 from jointplay.display.units import measure
-from jointplay.figures.drawing import style
+from jointplay.figures.drawing import artists, style
 from jointplay.figures.linkage import symbols
+from jointplay.mechanism.joints import Joint
 
 RIM, OUTER = 1.45, 1.5  # clearances: outer radius of the bearing, half the width of the panel
+PUSH = 0.9  # of the largest force, as an arrow
+EDGE = (-RIM, 0.0)  # where what it enlarges is pointed at
 
 
-def frame(ax: Axes, clearance: float) -> None:
+def frame(ax: Axes, joint: Joint) -> None:
     """Draw the bearing around the clearance circle, and the size of the clearance."""
     look = {"facecolor": "white", "edgecolor": symbols.DARK, "linewidth": 0.4, "hatch": "/////", "zorder": 0}
     ax.add_patch(Wedge((0, 0), RIM, 0, 360, width=RIM - 1.0, **look))
     ax.add_patch(Circle((0, 0), 1.0, facecolor=style.DISC, edgecolor=symbols.DARK, linewidth=0.9, zorder=0.5))
     ax.set(xlim=(-OUTER, OUTER), ylim=(-OUTER, OUTER), aspect="equal")
     ax.set_axis_off()
-    ax.text(0.0, -OUTER - 0.1, f"$e$ = {measure(clearance, 'm')}", ha="center", va="top")
+    symbols.below(ax, f"$e$ = {measure(joint.clearance, 'm')}")
 
 
-def journal(ax: Axes, x: float = 0.0, y: float = 0.0) -> symbols.Artists:
+def still(ax: Axes, x: float = 0.0, y: float = 0.0) -> symbols.Artists:
     """Mark the journal's centre."""
     return ax.plot(x, y, "o", color=symbols.LOOSE, markersize=4.5, markeredgewidth=0, zorder=6)
 
 
-def enlargement(ax: Axes, clearance: float) -> None:
+def enlargement(ax: Axes, joint: Joint) -> None:
     """Write how many times larger than in the machine the panel shows the clearance, as it is laid out."""
-    (left, _), (right, _) = ax.transData.transform([(-1.0, 0.0), (1.0, 0.0)])
-    paper = (right - left) / 2 / ax.figure.dpi / style.MILLIMETRE * 1e-3
-    times = paper / clearance
-    ax.texts[0].set_text(f"$e$ = {measure(clearance, 'm')}, {float(f'{times:.1e}'):.7g} : 1")
+    times = symbols.paper_length(ax, [(-1.0, 0.0), (1.0, 0.0)]) / 2 / joint.clearance
+    ax.texts[0].set_text(f"$e$ = {measure(joint.clearance, 'm')}, {symbols.ratio(times)} : 1")
 
 
-def push(ax: Axes, start, tip) -> symbols.Artists:
-    """Draw the force of the journal on the bearing, from the journal's centre."""
-    look = {"color": symbols.ACTION, "linewidth": 1.2, "zorder": 8, "clip_on": False}
-    return [ax.add_patch(FancyArrowPatch(start, tip, **look, **symbols.HEAD))]
+def moment(ax: Axes, loose, i: int, first: int) -> symbols.Artists:
+    """Draw the journal's centre at a sample and its path from another on."""
+    (x, y), touching = loose.journal[first : i + 1, 0].T, loose.contact[first : i + 1, 0]
+    found = []
+    for where, look in ((~touching, style.IN_FLIGHT), (touching, style.IN_CONTACT)):
+        shown = where | artists.neighbours(where) if look is style.IN_FLIGHT else where
+        found += ax.plot(x, np.where(shown, y, np.nan), **{**look, "label": "_"}, zorder=4)
+    return found + still(ax, *loose.journal[i, 0])
+
+
+def spots(loose, i: int) -> np.ndarray:
+    """Where contacts are pushed from, shape (1, 2)."""
+    return loose.journal[i]

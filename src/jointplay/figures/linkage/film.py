@@ -1,4 +1,4 @@
-"""A mechanism in motion as a film: the linkage, a bearing enlarged with its force, and the history of it."""
+"""A mechanism in motion as a film: the linkage, its loose joints enlarged, their forces and their history."""
 
 from collections.abc import Iterator
 
@@ -9,12 +9,15 @@ from matplotlib.figure import Figure
 
 from jointplay.display.units import measure
 from jointplay.figures.drawing import artists, style
-from jointplay.figures.linkage import bearing, symbols
+from jointplay.figures.linkage import enlarged, guide, symbols
 from jointplay.figures.linkage.linkage import gravity
-from jointplay.figures.linkage.scene import Scene, spread
+from jointplay.figures.linkage.scene import Loose, Scene, spread
 
 DPI = 120
-LONGEST, LEAST = 14.0, 0.15  # mm: the arrow of the largest force at the joint; the least share of it drawn
+LONGEST = 14.0  # mm: the arrow of the largest force at a joint
+ROWS = 3  # enlarged joints below each other
+DASHES = ((style.BLACK, "-"), (style.BLUE, (0, (5, 1.5))), (style.AMBER, "-"), (style.GREY, (0, (1.5, 1))))
+LINES = [{"color": colour, "linestyle": dashes} for colour, dashes in DASHES]
 TRACE = {"color": style.GREY, "linewidth": 0.5, "linestyle": "-", "zorder": 1}
 CURSOR = {"color": style.WARNING, "linewidth": 0.8, "linestyle": "-", "zorder": 5}
 
@@ -40,24 +43,25 @@ def frames(scene: Scene, count: int) -> Iterator[np.ndarray]:
 
 @style.paper()
 def stage(scene: Scene) -> tuple[Figure, dict[str, Axes]]:
-    """Return the figure with all that does not move, and its panels."""
-    loose, forced = scene.joint is not None, scene.force is not None
-    figure = style.sheet(160.0 if loose else 110.0, 104.0 if forced else 84.0)
-    mosaic, ratios = ("lb;ff" if forced else "lb" if loose else "l"), {}
-    if loose:
-        ratios = {"width_ratios": (1.9, 1.0)} | ({"height_ratios": (2.6, 1.0)} if forced else {})
-    axes = figure.subplot_mosaic(mosaic, **ratios)
+    """Return the figure with all that does not move, and its panels: l, f, and b: with a joint's name."""
+    count, forced = len(scene.joints), scene.forces
+    rows, columns = min(count, ROWS) or 1, -(-count // ROWS)
+    height = max(84.0, 36.0 * rows) + 20.0 * forced
+    figure = style.sheet(110.0 + 50.0 * columns, height)
+    ratios = {"width_ratios": [1.9] + [1.0] * columns, "height_ratios": [2.6 / rows] * rows + [1.0] * forced}
+    grid = figure.add_gridspec(rows + forced, 1 + columns, **ratios)
+    axes = {"l": figure.add_subplot(grid[:rows, 0])}
     linkage(axes["l"], scene)
-    if loose:
-        bearing.frame(axes["b"], scene.joint.clearance)
-        axes["b"].set_title(
-            f"{scene.joint.name}: {scene.joint.journal.link} in {scene.joint.bearing.link}", pad=16
-        )
+    for n, joint in enumerate(scene.joints):
+        ax = axes["b:" + joint.name] = figure.add_subplot(grid[n % ROWS, 1 + n // ROWS])
+        enlarged.frame(ax, joint, pad=16)
     if forced:
-        history(axes["f"], scene)
-    figure.draw_without_rendering()
-    if loose:
-        bearing.enlargement(axes["b"], scene.joint.clearance)
+        history(axes.setdefault("f", figure.add_subplot(grid[rows, :])), scene)
+    enlarged.legend(figure, scene.modes)
+    for _ in range(2):  # panels whose aspect is fixed have their places after the second
+        figure.draw_without_rendering()
+    for joint in scene.joints:
+        enlarged.of(joint).enlargement(axes["b:" + joint.name], joint)
     figure.set_layout_engine("none")
     return figure, axes
 
@@ -76,9 +80,20 @@ def linkage(ax: Axes, scene: Scene) -> None:
 
 
 def history(ax: Axes, scene: Scene) -> None:
-    """Draw the force over the whole time."""
-    artists.curve(ax, 1e3 * scene.times, scene.force, color=style.BLACK, linewidth=0.6)
+    """Draw the forces over the whole time: of a bearing, of each face of a guide."""
+    curves = {}
+    for loose in scene.enlarged:
+        if loose.joint.prismatic:
+            curves[f"{loose.joint.name}, upper face"] = loose.force[:, guide.SIDES[:, 1] > 0].sum(1)
+            curves[f"{loose.joint.name}, lower face"] = loose.force[:, guide.SIDES[:, 1] < 0].sum(1)
+        else:
+            curves[loose.joint.name] = loose.force[:, 0]
+    for number, (name, force) in enumerate(curves.items()):
+        look = LINES[number % len(LINES)] | {"linewidth": 0.6 if number < len(LINES) else 1.2}
+        artists.curve(ax, 1e3 * scene.times, force, label=name, **look)
     ax.set(xlabel="Time (ms)", ylabel="Normal contact\nforce (N)", xlim=1e3 * scene.times[[0, -1]])
+    if len(curves) > 1:
+        ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, borderaxespad=0.0)
 
 
 def moment(scene: Scene, axes: dict[str, Axes], i: int) -> symbols.Artists:
@@ -87,39 +102,25 @@ def moment(scene: Scene, axes: dict[str, Axes], i: int) -> symbols.Artists:
     found = scene.sketch.draw(axes["l"], pose)
     place = {"transform": axes["l"].transAxes, "ha": "left", "va": "bottom"}
     found.append(axes["l"].text(0.0, 1.02, scene.title(i), **place))
-    if scene.joint is None:
-        return found
-    found += inside(axes["b"], scene, i)
-    if scene.force is None:
-        return found
-    spot, share = scene.sketch.at(pose, scene.joint.journal), max(scene.force[i], 0.0) / scene.peak
-    if share > LEAST:
-        found += symbols.arrow(axes["l"], spot, np.arctan2(*scene.journal[i, ::-1]), LONGEST * share)
-    return [*found, axes["f"].axvline(1e3 * scene.times[i], **CURSOR)]
+    for loose in scene.enlarged:
+        found += inside(axes["b:" + loose.joint.name], scene, loose, i)
+        if scene.forces:
+            spots = scene.sketch.contacts(pose, loose.joint)
+            for k, angle, share in loose.pushes(i):
+                found += symbols.arrow(axes["l"], spots[k], angle, LONGEST * share)
+    return [*found, axes["f"].axvline(1e3 * scene.times[i], **CURSOR)] if scene.forces else found
 
 
-def inside(ax: Axes, scene: Scene, i: int) -> symbols.Artists:
-    """Draw the journal's centre, its path of up to a turn before, and the force on the bearing."""
-    period = float(scene.motion.get("turn_period_nominal", np.inf))
-    first = int(np.searchsorted(scene.times, scene.times[i] - period))
-    (x, y), touching = scene.journal[first : i + 1].T, scene.contact[first : i + 1]
-    found = []
-    for where, look in ((~touching, style.IN_FLIGHT), (touching, style.IN_CONTACT)):
-        shown = where | artists.neighbours(where) if look is style.IN_FLIGHT else where
-        found += ax.plot(x, np.where(shown, y, np.nan), **{**look, "label": "_"}, zorder=4)
-    found += bearing.journal(ax, *scene.journal[i])
-    if scene.force is None:
+def inside(ax: Axes, scene: Scene, loose: Loose, i: int) -> symbols.Artists:
+    """Draw the journal's centre and its path of up to a turn before, or the block; and the forces."""
+    kind = enlarged.of(loose.joint)
+    found = kind.moment(ax, loose, i, scene.before(i))
+    if not scene.forces:
         return found
-    found.append(ax.text(0.0, bearing.OUTER + 0.05, force_words(scene, i), ha="center", va="bottom"))
-    share, (x, y) = max(scene.force[i], 0.0) / scene.peak, scene.journal[i]
-    if share > LEAST:
-        angle = np.arctan2(y, x)
-        along = 0.9 * share * np.array([np.cos(angle), np.sin(angle)])
-        tip = scene.journal[i] + along
-        found += bearing.push(ax, scene.journal[i], tip)
+    words = f"{measure(loose.force[i].max(), 'N', 3)} of at most {measure(loose.force.max(), 'N', 3)}"
+    found.append(ax.text(0.0, ax.get_ylim()[1] + 0.05, words, ha="center", va="bottom"))
+    turned = scene.pose(i).direction(loose.joint.bearing) if loose.joint.prismatic else 0.0
+    for k, angle, share in loose.pushes(i):  # a guide's panel is in line with it
+        along = kind.PUSH * share * np.array([np.cos(angle - turned), np.sin(angle - turned)])
+        found += symbols.push(ax, kind.spots(loose, i)[k], along)
     return found
-
-
-def force_words(scene: Scene, i: int) -> str:
-    """Return the force and, for the arrow's scale, the largest one."""
-    return f"{measure(scene.force[i], 'N', 3)} of at most {measure(scene.peak, 'N', 3)}"

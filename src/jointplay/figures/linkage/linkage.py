@@ -1,6 +1,6 @@
 """A linkage in one pose: ground, links, joints, springs, loads, drive, gravity, and their names."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -11,16 +11,17 @@ from matplotlib.transforms import Affine2D, ScaledTranslation
 
 from jointplay.figures.drawing import style
 from jointplay.figures.linkage import symbols
+from jointplay.figures.linkage.guide import OUTLINE, SIDES
 from jointplay.figures.linkage.names import Names
 from jointplay.figures.linkage.symbols import Artists
 from jointplay.mechanism.base import GROUND
-from jointplay.mechanism.joints import Pin
+from jointplay.mechanism.joints import Joint, Pin
 from jointplay.mechanism.loads import Force, Torque
 from jointplay.mechanism.pose import Pose
 from jointplay.mechanism.records import Mechanism
 
 MARGIN, FLATTEST = 0.16, 0.45  # of the size of the mechanism: around it, and its least height or width
-PLAY, STROKE = 0.1, 0.016  # of that size: how far a guide goes on beyond its slider, its strokes
+PLAY, STROKE, WALL = 0.1, 0.016, 0.035  # of it: a guide beyond its slider, its strokes, its faces
 # points, in mm from a joint, that stand for what is drawn there
 SIGN = {"revolute": np.zeros((1, 2)), "prismatic": np.array([(x, 0.0) for x in (-2.0, 0.0, 2.0)])}
 PEDESTAL = np.array([(x, y) for y in (-2.0, -4.0) for x in (-3.0, 0.0, 3.0)])
@@ -63,6 +64,10 @@ class Sketch:
                 found[link.name].append(link.length)
         return {name: [min(ats, default=0.0), max(ats, default=0.0)] for name, ats in found.items()}
 
+    @cached_property
+    def _blocks(self) -> list[Joint]:
+        return [joint for joint in self.mechanism.clearance_joints if joint.prismatic]
+
     def draw(self, ax: Axes, pose: Pose, actions: bool = True) -> Artists:
         """Draw everything but names in a pose, drive and loads if asked; return what was drawn."""
         return [
@@ -73,15 +78,16 @@ class Sketch:
             *(self._actions(ax, pose) if actions else ()),
         ]
 
-    def corners(self, poses: Iterable[Pose]) -> np.ndarray:
+    def corners(self, poses: Sequence[Pose]) -> np.ndarray:
         """Return all points that have to be seen, shape (points, 2), in the units of the axes."""
         fixed = [pin for joint in self.mechanism.joints for pin, _ in joint.ends]
         fixed += [pin for spring in self.mechanism.springs for pin in spring.pins.values()]
         found = [pose.along(name, at) for pose in poses for name, ats in self.places.items() for at in ats]
         found += [np.array(pin.point) for pin in fixed if pin.link == GROUND]
-        return self.factor * np.array(found)
+        blocks = [self.contacts(pose, joint) for pose in poses for joint in self._blocks]
+        return np.concatenate([self.factor * np.array(found), *blocks])
 
-    def frame(self, ax: Axes, poses: Iterable[Pose]) -> None:
+    def frame(self, ax: Axes, poses: Sequence[Pose]) -> None:
         """Set limits of the axes around all poses."""
         points = self.corners(poses)
         low, high = points.min(axis=0), points.max(axis=0)
@@ -94,6 +100,16 @@ class Sketch:
         """The point of a pin, in the units of the axes."""
         return self.factor * pose.point(pin)
 
+    def contacts(self, pose: Pose, joint: Joint) -> np.ndarray:
+        """Where contacts of a joint are, in the units of the axes: corners of a slider, or the journal."""
+        spot = self.at(pose, joint.journal)
+        if not joint.prismatic:
+            return spot[None]
+        angle = pose.direction(joint.journal)
+        along = np.array([np.cos(angle), np.sin(angle)])
+        frame = np.array([joint.half_length * along, joint.half_height * np.array([-along[1], along[0]])])
+        return spot + self.factor * SIDES @ frame
+
     def bar(self, pose: Pose, link: str) -> np.ndarray:
         """The ends of a link's bar, shape (2, 2), in the units of the axes."""
         return self.factor * np.array([pose.along(link, at) for at in self.places[link]])
@@ -103,12 +119,19 @@ class Sketch:
         for joint in self.mechanism.joints:
             if not joint.prismatic:
                 continue
+            ground = joint.bearing.link == GROUND
             base, angle = self.at(pose, joint.bearing), pose.direction(joint.bearing)
             along = np.array([np.cos(angle), np.sin(angle)])
             now = along @ (self.at(pose, joint.journal) - base)
             low, high = (self.factor * s for s in self.reach.get(joint.name, (now / self.factor,) * 2))
-            ends = base + np.outer([low - PLAY * size, high + PLAY * size], along)
-            found += symbols.guide(ax, ends, angle, STROKE * size * (joint.bearing.link == GROUND))
+            beyond = PLAY * size + (0.0 if joint.ideal else self.factor * joint.half_length)
+            ends = base + np.outer([low - beyond, high + beyond], along)
+            if joint.ideal:
+                found += symbols.guide(ax, ends, angle, STROKE * size * ground)
+                continue
+            away = self.factor * (joint.half_height + joint.clearance)
+            for normal in np.array([(-along[1], along[0]), (along[1], -along[0])]):
+                found += symbols.face(ax, ends + away * normal, WALL * size * normal, ground)
         return found
 
     def _links(self, ax: Axes, pose: Pose) -> Artists:
@@ -125,7 +148,9 @@ class Sketch:
         found = []
         for joint in self.mechanism.joints:
             point = self.at(pose, joint.journal)
-            if joint.prismatic:
+            if joint.prismatic and not joint.ideal:
+                found += symbols.block(ax, self.contacts(pose, joint)[OUTLINE])
+            elif joint.prismatic:
                 found += symbols.slider(ax, point, pose.direction(joint.bearing))
             if not joint.prismatic and GROUND in joint.links:
                 found += symbols.support(ax, point)
@@ -183,6 +208,9 @@ class Sketch:
         """Write the names of everything, once the axes have their place and limits."""
         names = Names(ax)
         names.lines(bar for link in self.mechanism.links if np.ptp(bar := self.bar(pose, link.name)))
+        for joint in self._blocks:
+            edges = self.contacts(pose, joint)[OUTLINE]
+            names.lines(np.stack([edges, np.roll(edges, 1, axis=0)], 1))
         spots = [(joint, self.at(pose, joint.journal)) for joint in self.mechanism.joints]
         names.taken = np.concatenate([names.taken, *(names.paper(spot) + SIGN[j.kind] for j, spot in spots)])
         grounded = [spot for joint, spot in spots if GROUND in joint.links]
@@ -191,14 +219,19 @@ class Sketch:
             axle = self.factor * self._axle(pose, self.mechanism.drive.link)
             names.taken = np.concatenate([names.taken, names.paper(axle) + TURNING])
         bold, slanted = {"fontweight": "bold"}, {"fontstyle": "italic"}
+        away = {}  # mm beyond a block
+        for joint in self._blocks:
+            edge = self.at(pose, joint.journal) + np.array([0.0, self.factor * joint.half_height])
+            rise = names.paper(edge)[1] - names.paper(self.at(pose, joint.journal))[1]
+            away |= dict.fromkeys((joint.name, joint.journal.link), rise + 5.0)
         for joint, spot in spots:
-            names.around(spot, joint.name, **bold)
+            names.around(spot, joint.name, away.get(joint.name, 4.0), **bold)
         for link in self.mechanism.links:
             bar = self.bar(pose, link.name)
             if np.ptp(bar, axis=0).any():
                 names.along(bar, link.name, **slanted)
             else:
-                names.around(bar[0], link.name, 5.0, **slanted)
+                names.around(bar[0], link.name, away.get(link.name, 5.0), **slanted)
         for spring in self.mechanism.springs:
             ends = [self.at(pose, pin) for pin in spring.pins.values()]
             if spring.twists:

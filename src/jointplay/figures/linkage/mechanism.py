@@ -1,4 +1,4 @@
-"""Mechanism: the linkage as it starts, with names of links and joints, and its bearings enlarged."""
+"""Mechanism: the linkage as it starts, with names of its parts, and its joints with clearance enlarged."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from matplotlib.patches import ConnectionPatch
 from jointplay.display.units import shown
 from jointplay.errors import NOTHING, Problem
 from jointplay.figures.drawing import lent, select, style
-from jointplay.figures.linkage import bearing
+from jointplay.figures.linkage import enlarged
 from jointplay.figures.linkage.linkage import Sketch, gravity
 from jointplay.figures.registry import picture
 from jointplay.mechanism.pose import Pose, start_pose
@@ -28,9 +28,10 @@ def fits(options: Any, _: Any):
 
 @picture(fits=fits)
 def mechanism(linkage: Mechanism, *, names: bool = True, crank_angle: float | None = None) -> Figure:
-    """Draw a mechanism with its joints, drive, springs and loads; bearings with clearance are enlarged.
+    """Draw a mechanism with its joints, drive, springs and loads; joints with clearance are enlarged.
 
-    Journals are drawn in the middle of their bearings.
+    Journals are drawn in the middle of their bearings, sliders in the middle of their guides. A guide with
+    clearance has its faces and the slider's block, to scale; enlarged, its line points to the right.
 
     Parameters
     ----------
@@ -57,15 +58,16 @@ def mechanism(linkage: Mechanism, *, names: bool = True, crank_angle: float | No
     drawn = whole(ax, linkage, pose)
     panels = [figure.add_subplot(grid[n % ROWS, 1 + n // ROWS]) for n in range(len(loose))]
     for panel, joint in zip(panels, loose, strict=True):
-        enlarged(panel, joint)
+        enlarged.frame(panel, joint)
+        enlarged.of(joint).still(panel)
         ends = {"xyA": drawn.at(pose, joint.journal), "coordsA": ax.transData, "axesA": ax}
-        ends |= {"xyB": (-bearing.RIM, 0.0), "coordsB": panel.transData, "axesB": panel}
+        ends |= {"xyB": enlarged.of(joint).EDGE, "coordsB": panel.transData, "axesB": panel}
         figure.add_artist(ConnectionPatch(**ends, **LEADER))
     if notes:
         figure.supxlabel("\n".join(notes), fontsize=8, ha="left", x=0.02)
     lent.owner(figure).draw_without_rendering()  # what follows has to know the places of the panels
     for panel, joint in zip(panels, loose, strict=True):
-        bearing.enlargement(panel, joint.clearance)
+        enlarged.of(joint).enlargement(panel, joint)
     if names:
         drawn.name(ax, pose)
     return figure
@@ -82,16 +84,9 @@ def whole(ax: Axes, linkage: Mechanism, pose: Pose) -> Sketch:
     return drawn
 
 
-def enlarged(ax: Axes, joint) -> None:
-    """Draw one bearing, the journal in its middle."""
-    bearing.frame(ax, joint.clearance)
-    bearing.journal(ax)
-    ax.set_title(f"{joint.name}: {joint.journal.link} in {joint.bearing.link}")
-
-
 def remarks(linkage: Mechanism) -> list[str]:
-    """Return a line each on what drives and loads the mechanism, and on bearings that are not shown."""
+    """Return a line each on what drives and loads the mechanism, and on joints that are not shown."""
     lines = [f"Drive: {linkage.drive.description}"] if linkage.drive else []
     lines += [f"{part.name}: {part.description}" for part in (*linkage.springs, *linkage.loads)]
     rest = len(linkage.clearance_joints) - MOST
-    return lines + [f"{rest} more bearings with clearance are not enlarged"] * (rest > 0)
+    return lines + [f"{rest} more joints with clearance are not enlarged"] * (rest > 0)

@@ -1,5 +1,8 @@
-"""A mechanism in motion, sample by sample: its pose, a journal in its bearing, the force between them."""
+"""A mechanism in motion, sample by sample: its pose, its joints with clearance, the forces in them."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,11 +11,14 @@ from xarray import Dataset
 
 from jointplay.display.units import measure
 from jointplay.figures.drawing import select, timebase
+from jointplay.figures.linkage import guide
 from jointplay.figures.linkage.linkage import Sketch
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.pose import Pose
 from jointplay.mechanism.records import Mechanism
 
+MOST = 6  # joints with clearance that are enlarged
+LEAST = 0.15  # share of the largest force from which one is drawn
 SHOWN = 40  # poses from which the limits of the axes are found
 MM = 1e3  # of lengths on the axes
 
@@ -27,13 +33,13 @@ class Scene:
         What moves.
     motion : Dataset
         A response with ``origin_x`` and ``origin_y`` of the links.
-    joint : Joint or None
-        The joint with clearance that is enlarged; None where there is none.
+    joints : sequence of Joint
+        The joints with clearance that are enlarged.
     """
 
     mechanism: Mechanism
     motion: Dataset
-    joint: Joint | None
+    joints: Sequence[Joint]
 
     @cached_property
     def times(self) -> np.ndarray:
@@ -68,28 +74,24 @@ class Scene:
         return Sketch(self.mechanism, MM, slides)
 
     @cached_property
-    def journal(self) -> np.ndarray:
-        """The journal's centre in its bearing, in clearances, shape (time, 2)."""
-        ways = [self.motion[f"journal_{axis}"].sel(joint=self.joint.name).values for axis in "xy"]
-        return np.stack(ways, -1) / self.joint.clearance
+    def enlarged(self) -> list[Loose]:
+        """The joints that are enlarged, over the motion."""
+        return [Loose(joint, self) for joint in self.joints]
 
     @cached_property
-    def contact(self) -> np.ndarray:
-        """Whether the journal feels the bearing; always, where modes were not recorded."""
-        found = select.in_contact(self.motion, self.joint.name)
-        return np.ones(self.times.size, dtype=bool) if found is None else found
+    def forces(self) -> bool:
+        """Whether there are joints to enlarge, and forces in them were recorded."""
+        return bool(self.joints) and "normal_force" in self.motion
 
     @cached_property
-    def force(self) -> np.ndarray | None:
-        """The normal force on the bearing, N; None where it was not recorded."""
-        if self.joint is None or "normal_force" not in self.motion:
-            return None
-        return self.motion["normal_force"].sel(joint=self.joint.name).values
+    def modes(self) -> set[str]:
+        """Modes of corners of the guides that are enlarged."""
+        return {str(mode) for each in self.enlarged if each.joint.prismatic for mode in np.unique(each.modes)}
 
-    @cached_property
-    def peak(self) -> float:
-        """The largest force, N."""
-        return float(np.max(np.abs(self.force), initial=1e-300))
+    def before(self, i: int) -> int:
+        """The sample up to a turn before another."""
+        period = float(self.motion.get("turn_period_nominal", np.inf))
+        return int(np.searchsorted(self.times, self.times[i] - period)) if period < np.inf else 0
 
     def title(self, i: int) -> str:
         """Angle of the driven link, and time."""
@@ -100,6 +102,66 @@ class Scene:
         )
 
 
+@dataclass(frozen=True)
+class Loose:
+    """A joint with clearance over a motion: one contact in a bearing, four corners of a slider."""
+
+    joint: Joint
+    scene: Scene
+
+    def _of(self, name: str) -> np.ndarray:
+        """A variable of its contacts, shape (time, contacts)."""
+        part = self.scene.motion[name].sel(joint=list(self.joint.contacts))
+        return part.transpose("time", "joint").values
+
+    @cached_property
+    def journal(self) -> np.ndarray:
+        """The journal's centre in its bearing, in clearances, shape (time, contacts, 2)."""
+        return np.stack([self._of("journal_x"), self._of("journal_y")], -1) / self.joint.clearance
+
+    @cached_property
+    def ways(self) -> np.ndarray:
+        """How far corners are on their ways to their faces, in clearances, shape (time, 4)."""
+        poses = map(self.scene.pose, range(self.scene.times.size))
+        angles = np.array([pose.direction(self.joint.bearing) for pose in poses])
+        normal = np.stack([-np.sin(angles), np.cos(angles)], -1)
+        return np.einsum("tcx,tx,c->tc", self.journal, normal, guide.SIDES[:, 1])
+
+    @cached_property
+    def modes(self) -> np.ndarray:
+        """Modes of its contacts, shape (time, contacts); contact, where they were not recorded."""
+        if "mode" not in self.scene.motion:
+            return np.full((self.scene.times.size, len(self.joint.contacts)), "contact")
+        meanings = select.flags(self.scene.motion["mode"])
+        return np.array([*meanings.values()])[np.searchsorted([*meanings], self._of("mode"))]
+
+    @cached_property
+    def contact(self) -> np.ndarray:
+        """Whether contacts carry a force, shape (time, contacts)."""
+        return ~np.isin(self.modes, ["free", "released"])
+
+    @cached_property
+    def force(self) -> np.ndarray:
+        """Normal forces on the bearing or the guide, N, shape (time, contacts)."""
+        return self._of("normal_force")
+
+    @cached_property
+    def peak(self) -> float:
+        """The largest force, N."""
+        return float(np.max(np.abs(self.force), initial=1e-300))
+
+    def pushes(self, i: int) -> list[tuple[int, float, float]]:
+        """Of contacts with a force worth drawing: which one, its direction, rad, its share of the largest."""
+        along = self.scene.pose(i).direction(self.joint.bearing) + np.pi / 2
+        found = []
+        for k, share in enumerate(np.maximum(self.force[i], 0.0) / self.peak):
+            side = along + np.pi * (guide.SIDES[k, 1] < 0)
+            angle = side if self.joint.prismatic else np.arctan2(*self.journal[i, k, ::-1])
+            if share > LEAST:
+                found.append((k, float(angle), float(share)))
+        return found
+
+
 def spread(times: np.ndarray, count: int) -> np.ndarray:
     """Return the samples nearest to so many times, evenly spread over all."""
     wanted = np.linspace(times[0], times[-1], count)
@@ -108,12 +170,11 @@ def spread(times: np.ndarray, count: int) -> np.ndarray:
 
 
 def scene(mechanism: Mechanism, motion: Dataset, joint: str | None, turns=None, time=None) -> Scene:
-    """Choose the bearing that is enlarged and the window that is shown."""
-    loose = {each.name: each for each in mechanism.clearance_joints if not each.prismatic}
+    """Choose the joints that are enlarged and the window that is shown."""
+    loose = {each.name: each for each in mechanism.clearance_joints}
     if joint is not None:
-        select.choice("joint", joint, loose)
+        loose = {joint: loose[select.choice("joint", joint, loose)]}
     part = timebase.window(motion, turns, time)
     if part.sizes["time"] < 2:
         raise select.refuse("motion", f"{part.sizes['time']} samples", "a motion with two samples or more")
-    chosen = loose.get(joint or next(iter(loose), ""))
-    return Scene(mechanism, part, chosen)
+    return Scene(mechanism, part, list(loose.values())[:MOST])

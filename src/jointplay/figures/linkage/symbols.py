@@ -132,6 +132,43 @@ def turning(ax: Axes, point, positive: bool = True, radius: float = 4.6) -> Arti
     return [ax.add_patch(FancyArrowPatch(tail, tip, **look, **bend, **HEAD))]
 
 
+def push(ax: Axes, start: np.ndarray, along: np.ndarray) -> Artists:
+    """Draw a force on a bearing or a face, from where the contact is; both in units of the axes."""
+    look = {"color": ACTION, "linewidth": 1.2, "zorder": 8, "clip_on": False}
+    return [ax.add_patch(FancyArrowPatch(start, start + along, **look, **HEAD))]
+
+
+def block(ax: Axes, corners: np.ndarray) -> Artists:
+    """Draw a slider to scale."""
+    return _area(ax, corners, ax.transData)
+
+
+def face(ax: Axes, ends: np.ndarray, outward: np.ndarray, ground: bool) -> Artists:
+    """Draw a face of a guide, hatched on its outer side, which a vector points to, where it is ground."""
+    line = ax.plot(*np.transpose(ends), color=DARK, linewidth=0.8, linestyle="-", zorder=2.2)
+    if not ground:
+        return line
+    strip = np.concatenate([ends, ends[::-1] + outward])
+    look = {"facecolor": "white", "linewidth": 0.0, "hatch": "/////", "zorder": 1.2}
+    return line + _area(ax, strip, ax.transData, **look)
+
+
+def below(ax: Axes, text: str) -> None:
+    """Write below a panel."""
+    ax.annotate(text, (0.5, 0.0), (0, -2), "axes fraction", "offset points", ha="center", va="top")
+
+
+def paper_length(ax: Axes, ends) -> float:
+    """The distance of two points of the axes on the paper, m."""
+    first, last = ax.transData.transform(ends)
+    return float(np.hypot(*(last - first))) / ax.figure.dpi / style.MILLIMETRE * 1e-3
+
+
+def ratio(times: float) -> str:
+    """A scale in two digits."""
+    return f"{float(f'{times:.1e}'):.7g}"
+
+
 def word(ax: Axes, point, text: str, offset: tuple[float, float], **look) -> Artists:
     """Write a name beside a point, `offset` in mm."""
     whole = {"ha": "center", "va": "center", "fontsize": 8, "zorder": 9} | look

@@ -94,8 +94,9 @@ def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarr
     kinds = _words(dataset, "meeting_kind")
     ax.plot(x, y, markersize=4.0, markeredgewidth=0.9, zorder=3.2, **MARKED)
     for place, kind in zip(zip(x, y, strict=True), kinds, strict=True):
-        beside: dict[str, Any] = {"xytext": (4, 4), "textcoords": "offset points", "fontsize": 6}
-        ax.annotate(_name(kind), place, **beside)
+        right = ax.transAxes.inverted().transform(ax.transData.transform(place))[0] < 0.7  # has room there
+        beside: dict[str, Any] = {"xytext": (4 if right else -4, 4), "textcoords": "offset points"}
+        ax.annotate(_name(kind), place, **beside, ha="left" if right else "right", fontsize=6)
 
 
 def explain(ax: Axes, kinds: Sequence[str]) -> None:

@@ -1,5 +1,7 @@
 """Attractors over a parameter: points in a colour for each motion, exponents, fractions as bands."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,12 +13,13 @@ from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import ERRORS, SIZES, sought
 
-# dark and light in turn: a grey print tells neighbours
+# dark and light in turn, and a pattern for each two: a grey print tells them
 COLOURS = (style.BLUE, style.AMBER, "#5b0f0f", "#56b4e9", "#007a53", "#cc79a7", "#3b1f6b", "#9a9a3c")
 REST, UNSETTLED = (
     "#bdbdbd",
     {"facecolor": style.DISC, "edgecolor": style.GREY, "hatch": "////", "linewidth": 0.0},
 )
+PATTERNS, SIGNS = (None, "\\\\\\\\", "......", "xxxxx"), "o^sD"
 NAMED = 4  # periods of a motion in the legend
 ROWS = {"points": 2.0, "exponents": 1.0, "fractions": 1.0}
 
@@ -63,6 +66,18 @@ def coloured(dataset: Dataset) -> dict[int, str]:
     return {number: own.get(number, REST) for number in dataset["identity"].values.tolist()}
 
 
+def band(place: int) -> dict[str, Any]:
+    """Return how an area of the motion with the colour of this place looks."""
+    colour = COLOURS[place] if place < len(COLOURS) else REST
+    pattern = PATTERNS[place // 2] if place < len(COLOURS) else None
+    return {"facecolor": colour, "edgecolor": "white", "hatch": pattern, "linewidth": 0.0}
+
+
+def place_of(colour: str) -> int:
+    """Return the place of a colour; that of the rest is beyond."""
+    return COLOURS.index(colour) if colour in COLOURS else len(COLOURS)
+
+
 def points(ax: Axes, array: DataArray, axis: DataArray, unit: Shown, colours: dict[int, str]) -> None:
     """Draw section points of every motion."""
     _, y_unit = artists.displayed(array)
@@ -71,7 +86,8 @@ def points(ax: Axes, array: DataArray, axis: DataArray, unit: Shown, colours: di
         y = array.sel(identity=number).transpose(axis.name, "point").values * y_unit.factor
         x = np.broadcast_to((axis.values * unit.factor)[:, None], y.shape)
         look = {"color": colour, "markersize": size, "markeredgewidth": 0, "rasterized": True}
-        ax.plot(x[np.isfinite(y)], y[np.isfinite(y)], "o", linestyle="none", **look)
+        sign = SIGNS[place_of(colour) // 2 % len(SIGNS)]
+        ax.plot(x[np.isfinite(y)], y[np.isfinite(y)], sign, linestyle="none", **look)
     artists.name_y(ax, array, y_unit, longest=30)
 
 
@@ -93,7 +109,7 @@ def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
     """Draw fractions of the starts as bands, one on the other; on top those that did not settle."""
     x = sweep_axes.edges(dataset[name].values * unit.factor)
     shares = dataset["fraction"].transpose("identity", name).fillna(0.0).values
-    rows = [*zip(shares, ({"color": c, "linewidth": 0} for c in colours.values()), strict=True)]
+    rows = [*zip(shares, (band(place_of(c)) for c in colours.values()), strict=True)]
     rows.append((dataset["fraction_unsettled"].fillna(0.0).values, UNSETTLED))
     below = np.zeros(len(x) - 1)
     for share, look in rows:
@@ -109,10 +125,10 @@ def legend(dataset: Dataset, colours: dict[int, str]) -> list[Patch]:
     for number, colour in colours.items():
         if colour != REST:
             found = np.unique(dataset["period"].sel(identity=number).values)
-            periods = [str(p) if p else "none" for p in found if p >= 0]
+            periods = [str(p) for p in found if p > 0]
             periods = [*periods[:NAMED], *["\N{HORIZONTAL ELLIPSIS}"] * (len(periods) > NAMED)]
-            label = f"{number}: period {', '.join(periods)}"
-            entries.append(Patch(color=colour, label=label))
+            words = [f"period {', '.join(periods)}"] * bool(periods) + ["no period"] * (0 in found)
+            entries.append(Patch(**band(place_of(colour)), label=f"{number}: {', '.join(words)}"))
     if rest := sum(colour == REST for colour in colours.values()):
         entries.append(Patch(color=REST, label=f"{rest} more"))
     if (dataset["fraction_unsettled"] > 0).any():

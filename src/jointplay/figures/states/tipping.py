@@ -3,14 +3,17 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.patches import Patch
 from xarray import Dataset
 
 from jointplay.display.units import shown
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
-from jointplay.figures.states.attractors import COLOURS, REST
+from jointplay.figures.states.attractors import band
 
 NAMES = {"impulse": "Impulse on", "shift": "Shift of journal", "state": "Change of"}
+DASHES = ("-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1)))
 WIDE = 0.8  # of the place of a kind of knock, that its bars take
 
 
@@ -32,13 +35,11 @@ def tipping(dataset: Dataset) -> Figure:
         bars(ax, dataset.isel(knock=[n for n, each in enumerate(kinds) if each == kind]), NAMES[kind])
     within(axes[-1], dataset)
     if dataset.sizes["number"]:
-        figure.legend(loc="outside lower left", ncols=2, handles=axes[-1].get_lines())
+        lines, kinds = axes[-1].get_lines(), {tuple: HandlerTuple(None)}
+        pairs = [(Patch(**band(place)), line) for place, line in enumerate(lines)]
+        words = [line.get_label() for line in lines]
+        figure.legend(pairs, words, loc="outside lower left", ncols=2, handler_map=kinds)
     return artists.finish(figure, dataset)
-
-
-def colour(number: int) -> str:
-    """Return the colour of a motion."""
-    return COLOURS[number - 1] if number <= len(COLOURS) else REST
 
 
 def bars(ax: Axes, dataset: Dataset, name: str) -> None:
@@ -48,7 +49,7 @@ def bars(ax: Axes, dataset: Dataset, name: str) -> None:
     width = WIDE / max(dataset.sizes["number"], 1)
     for n, number in enumerate(dataset["number"].values.tolist()):
         x = np.arange(len(sizes)) + (n + 0.5) * width - WIDE / 2
-        ax.bar(x, sizes[:, n] * unit.factor, width, color=colour(number))
+        ax.bar(x, sizes[:, n] * unit.factor, width, **band(number - 1))
         ends, sure = (dataset[key].sel(number=number).values for key in ("above_reaches", "knock_confirmed"))
         for place, size, end, confirmed in zip(x, sizes[:, n], ends, sure, strict=True):
             word = "none" if np.isnan(size) else f"\N{RIGHTWARDS ARROW}{end}" if confirmed else "?"
@@ -56,6 +57,7 @@ def bars(ax: Axes, dataset: Dataset, name: str) -> None:
             ax.annotate(word, (place, height), (0, 1), textcoords="offset points", ha="center", fontsize=6)
     labels = [str(each).partition(":")[2] for each in dataset["knock"].values]
     ax.set_xticks(range(len(labels)), labels)
+    ax.set_xlim(-0.5, len(labels) - 0.5)
     ax.set_ylabel(f"{name}\n({unit.symbol})")
     ax.margins(y=0.18)
     ax.set_ylim(bottom=0.0)
@@ -67,6 +69,6 @@ def within(ax: Axes, dataset: Dataset) -> None:
         one = dataset.sel(number=number)
         period = int(one["period"])
         label = f"{number}: {f'period {period}' if period else 'no period'}"
-        look = {"color": colour(number), "linestyle": "-", "label": label}
-        ax.plot(one["within"].values, one["fraction_reached"].values, **look)
+        look = {"color": band(number - 1)["facecolor"], "linestyle": DASHES[(number - 1) // 2 % 4]}
+        ax.plot(one["within"].values, one["fraction_reached"].values, label=label, **look)
     ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then (\N{EN DASH})")

@@ -140,10 +140,10 @@ def shades(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
 
 
 def classes(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
-    """Return periods as classes, each with a colour of its own; longer ones in grey, none in black."""
+    """Return periods as classes, each with a colour of its own; longer ones in white, none in black."""
     place = array.values.astype(float)
     place = np.where(place > LONGEST, LONGEST + 1, np.where(place == 0, LONGEST + 2, place))
-    colours = [*colormaps["viridis_r"](np.linspace(0.05, 0.9, LONGEST)), style.GREY, style.BLACK]
+    colours = [*colormaps["viridis_r"](np.linspace(0.05, 0.9, LONGEST)), "white", style.BLACK]
     norm = BoundaryNorm(np.arange(0.5, LONGEST + 3), LONGEST + 2)
     look = {"cmap": ListedColormap(colours), "norm": norm}
     return np.where(place < 0, np.nan, place), "Period (turns; 0: none)", "neither", look

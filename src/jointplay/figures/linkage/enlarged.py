@@ -1,0 +1,27 @@
+"""A joint with clearance enlarged on a panel: `bearing` or `guide`."""
+
+from types import ModuleType
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from jointplay.figures.linkage import bearing, guide
+from jointplay.mechanism.joints import Joint
+
+
+def of(joint: Joint) -> ModuleType:
+    """What draws a joint enlarged."""
+    return guide if joint.prismatic else bearing
+
+
+def frame(ax: Axes, joint: Joint, **title) -> None:
+    """Draw what does not move, under the joint's name."""
+    of(joint).frame(ax, joint)
+    place = "on" if joint.prismatic else "in"
+    ax.set_title(f"{joint.name}: {joint.journal.link} {place} {joint.bearing.link}", **title)
+
+
+def legend(figure: Figure, modes: set[str]) -> None:
+    """Say what the marks of corners mean."""
+    if modes:
+        figure.legend(handles=guide.legend(modes), loc="outside lower center", ncols=7)
