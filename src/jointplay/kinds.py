@@ -249,6 +249,13 @@ _ROWS = (
         },
     ),
     Kind(
+        "optimise",
+        ".analysis.optima.optimise:optimise",
+        ("optimise",),
+        "{turns} turns at each design",
+        summary=".results.answers.optima:optimise",
+    ),
+    Kind(
         "assess",
         ".analysis.assessment.assess:assess",
         ("assess",),
