@@ -254,6 +254,7 @@ _ROWS = (
         ("optimise",),
         "{turns} turns at each design",
         summary=".results.answers.optima:optimise",
+        example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},
     ),
     Kind(
         "assess",

@@ -75,3 +75,16 @@ def test_wrong_requests_are_refused_at_once():
         jp.optimise(mechanism, by={"gear_ratio": (20.0, 30.0)}, least="time")
     with pytest.raises(jp.InputError, match="begins without"):
         jp.optimise(mechanism, by={"clearance": (1e-5, 3e-5)}, least="time", ideal=True)
+
+
+@pytest.mark.long
+def test_the_chaotic_four_bar_keeps_contact():
+    """The shipped study: what is found keeps contact, from the usual start too, with a ninth of the force."""
+    found = jp.run(ROOT / "studies" / "optima" / "optimise_contact.toml")
+    assert int(found["end"]) == 0
+    assert found["before"].values[0] > 100
+    assert found["before"].values[1] < 0
+    assert found["after"].values[0] < 33
+    assert found["after"].values[1] > 2
+    assert found["confirmed_to"].values.max() < 1e-6
+    assert float(found["neighbour_gain"]) == 0

@@ -35,7 +35,7 @@ def _course(ax: Axes, dataset: Dataset) -> None:
         values, unit = artists.displayed(dataset[f"course_{name}"])
         times, seconds = artists.displayed(dataset[f"time_{name}"])
         colour, label = LOOKS[name]
-        ax.plot(times - times[0], values, color=colour, linewidth=0.8, label=label)
+        ax.plot(times - times[0], values, color=colour, linewidth=0.8, linestyle="-", label=label)
         artists.name_axes(ax, dataset[f"time_{name}"], seconds, dataset[f"course_{name}"], unit)
     if there:
         ax.legend(loc="best")
