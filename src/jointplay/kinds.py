@@ -249,6 +249,14 @@ _ROWS = (
         },
     ),
     Kind(
+        "optimise",
+        ".analysis.optima.optimise:optimise",
+        ("optimise",),
+        "{turns} turns at each design",
+        summary=".results.answers.optima:optimise",
+        example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},
+    ),
+    Kind(
         "assess",
         ".analysis.assessment.assess:assess",
         ("assess",),

@@ -67,7 +67,25 @@ def leaning() -> xr.Dataset:
     return xr.Dataset(data, names, {"kind": "gradient"})
 
 
+def improved() -> xr.Dataset:
+    """Three designs of two parameters, the first without play; a force before and after."""
+    force = {"units": "N", "long_name": "normal contact force"}
+    time = {"units": "s", "long_name": "time"}
+    data = {
+        "tried_value": (("iteration", "parameter"), np.array([[0.2, 3.0], [0.15, 3.5], [0.1, 4.0]])),
+        "tried_stage": ("iteration", np.array([0, 1, 1], dtype=np.int8)),
+        "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
+    }
+    rows = {"low": [0.1, 2.0], "high": [0.3, 4.0], "optimum": [0.1, 4.0]}
+    data |= {name: ("parameter", np.array(values)) for name, values in rows.items()}
+    for name, size in (("before", 40.0), ("after", 20.0)):
+        data[f"time_{name}"] = f"time_{name}", np.array([0.0, 0.01, 0.02]), time
+        data[f"course_{name}"] = f"time_{name}", np.array([size, 1.0, size]), force
+    return xr.Dataset(data, {"parameter": ["mass", "gear_ratio"]}, {"kind": "optimise"})
+
+
 PICTURES = {
+    "optimise": lambda: (improved(), {}),
     "gradient": lambda: (leaning(), {}),
     "time_history": lambda: (response(), {"kind": "time_history"}),
     "time_history of turns": lambda: (response(), {"kind": "time_history", "turns": [1, 3], "axis": "angle"}),

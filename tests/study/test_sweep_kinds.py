@@ -38,6 +38,7 @@ ANALYSIS = {
     "curve": "plane = { restitution = [0.7, 0.85], gap = [2.8, 3.4] }\ntransient = 20\nmax_points = 5",
     "sensitivity": "turns = 40",
     "gradient": "turns = 1",
+    "optimise": 'least = "end:state:v"\norbit = false\nby = { restitution = [0.7, 0.9] }\nmax_iterations = 3',
     "tipping": "region.y = [-1.0, 1.0]\nregion.v = [0, 1]\nstarts = 2\nturns = 16\npatience = 1\nsteps = 2",
     "basins": "plane.y = [-1.0, 1.0]\nplane.v = [0.0, 1.0]\ntransient = 5\nturns = 4\npatience = 0",
 }

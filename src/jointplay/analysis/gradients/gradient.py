@@ -159,6 +159,17 @@ def _changed(mechanism: Mechanism | TestSystem, key: str, value: float) -> Mecha
         return changed(mechanism, dict.fromkeys(reversed(keys), value))
 
 
+def start_section(
+    mechanism: Mechanism | TestSystem, start: Any, turns: int, rtol: float, limit: int | None
+) -> SectionMap:
+    """The map over so many turns of the section on which a motion starts."""
+    section = CrankAngle() if isinstance(mechanism, Mechanism) or mechanism.period else None
+    model = placed(mechanism, start, section)
+    if section is None:
+        return SectionMap(model, turns, model.crank_angle, None, rtol=rtol, max_steps=limit)
+    return replace(section_map(model, section, turns, rtol, limit), phase=model.crank_angle)
+
+
 def _run(
     mechanism: Mechanism | TestSystem,
     initial: Any,
@@ -177,11 +188,8 @@ def _run(
     def models(key: str) -> Any:
         return lambda value: placed(_changed(mechanism, key, value), start)
 
-    section = CrankAngle() if isinstance(mechanism, Mechanism) or mechanism.period else None
-    model = placed(mechanism, start, section)
-    cut = SectionMap(model, turns, model.crank_angle, None, rtol=rtol, max_steps=limit)
-    if section is not None:
-        cut = replace(section_map(model, section, turns, rtol, limit), phase=model.crank_angle)
+    cut = start_section(mechanism, start, turns, rtol, limit)
+    model = cut.model
     parts = [
         of_start(model, key.removeprefix(wanted.INITIAL))
         if key.startswith(wanted.INITIAL)

@@ -1,0 +1,1 @@
+"""Optimisation over exact derivatives: the mechanism whose motion is best within bounds."""

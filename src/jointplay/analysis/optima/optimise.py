@@ -1,0 +1,238 @@
+"""Optimisation of numbers of a mechanism over exact derivatives of its motion.
+
+    least f(p)  with  low <= q(p) <= high  and  l <= p <= u,
+
+f and q quantities of `gradient` on a motion or on the periodic orbit that it settles to. Chaos has no useful
+derivative: `ideal` begins with the mechanism whose joints have no play, whose motion is periodic, and goes on
+with play from the design found there. What is found is a local optimum, held against the motion followed
+from the usual start at rtol 1e-10, which need not settle to the orbit that was optimised, and against the
+designs beside it. Validity: as of `gradient`; where two places share a largest value, f has a kink, at which
+the descent may stay: the designs beside say by how much.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import xarray as xr
+from pydantic import Field
+
+from jointplay.analysis.coexisting.region import Region
+from jointplay.analysis.gradients import wanted
+from jointplay.analysis.gradients.gradient import TRANSIENT, VERDICTS
+from jointplay.analysis.keywords import Moving, Progress, Quantity, Rtol, Small, Start, analysis
+from jointplay.analysis.labels import coded, number, outcome
+from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
+from jointplay.analysis.optima.confirmed import beside, followed
+from jointplay.analysis.optima.descent import descended
+from jointplay.analysis.optima.trials import Aim, Trial, Trials
+from jointplay.analysis.orbits.orbit_request import start_fits
+from jointplay.analysis.vary import changed
+from jointplay.mechanism.base import Count, Flag, Natural, Number
+from jointplay.mechanism.records import Mechanism, TestSystem
+
+ENDS = ("converged", "no_descent", "infeasible", "iterations", "no_motion")
+IDEAL = "reaction:"
+INFINITE = (-math.inf, math.inf)
+
+
+@analysis(bounds_fit, aim_fits, ideal_fits, start_fits)
+def optimise(
+    mechanism: Moving,
+    *,
+    by: Region,
+    least: Quantity | None = None,
+    most: Quantity | None = None,
+    keep: Literal["contact"] | None = None,
+    margin: Number = 0.0,
+    subject: Region | None = None,
+    ideal: Flag = False,
+    turns: Natural = 1,
+    orbit: Flag = True,
+    transient: Count = TRANSIENT,
+    tolerance: Small = 1e-8,
+    max_iterations: Natural = 100,
+    neighbourhood: Annotated[Small, Field(ge=1e-6)] = 0.01,
+    rtol: Rtol = 1e-10,
+    initial: Start | None = None,
+    max_steps: Natural | None = None,
+    progress: Progress = None,
+) -> xr.Dataset:
+    """Find the numbers of a mechanism for which a quantity of its motion is least, within constraints.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        As it is first.
+    by : dict of str to (float, float)
+        What is varied, each with its lowest and highest value: names and key paths as in `[vary]`.
+    least, most : str, optional
+        The quantity of `gradient` that is made least, or largest, such as ``largest:normal_force:B``. Left
+        out: the smallest change of the parameters, in their ranges, that keeps the constraints.
+    keep : {'contact'}, optional
+        Every contact force stays at `margin` or above all the while.
+    margin : float
+        N.
+    subject : dict of str to (float, float), optional
+        Lowest and highest value of other quantities.
+    ideal : bool
+        True: first without play, with the forces of the ideal joints, then with play from there.
+    turns, orbit, transient
+        As in `gradient`.
+    tolerance : float
+        Of the objective and the constraints, each relative to its size.
+    max_iterations : int
+        Designs after which no new pass of the search begins, in each stage.
+    neighbourhood : float
+        By what share of its value each parameter of the optimum is changed, to both sides.
+    rtol, initial, max_steps, progress
+        As in `gradient`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``iteration`` and ``parameter``: the designs tried; ``optimum`` and ``first_value``; over
+        ``quantity``: values at the optimum, and of the motions before and after, followed at rtol 1e-10;
+        ``neighbour_objective``; ``end``, how the search ended; ``status``.
+
+    Raises
+    ------
+    InputError
+        If anything asked for makes no sense; numerical trouble is a status instead.
+    """
+    began = time.perf_counter()
+    limits = {name: tuple(pair) for name, pair in (subject or {}).items()}
+    for contact in contacts(mechanism) if keep else ():
+        low, high = limits.get(f"smallest:{contact}", INFINITE)
+        limits[f"smallest:{contact}"] = (max(low, margin), high)
+    names = tuple(dict.fromkeys(([least or most] if least or most else []) + list(limits)))
+    settings = {"turns": turns, "orbit": orbit, "transient": transient, "rtol": rtol}
+    settings |= {"initial": initial, "max_steps": max_steps}
+    made: list[Trial] = []
+    trials = Trials(mechanism, names, by, settings, 1, made)
+    first = np.array([wanted.value_of(mechanism, key) for key in by])
+    x = (first - trials.low) / trials.width
+    sign = -1.0 if most else 1.0
+    aim = Aim(
+        0 if least or most else None, sign, np.array([limits.get(n, INFINITE) for n in names]), x, np.ones(0)
+    )
+    if ideal:
+        kept = settings | {
+            "initial": initial if isinstance(initial, dict) else None
+        }  # a state is one of the mechanism with play
+        ideals = Trials(_ideal(mechanism), _of_ideal(names), by, kept, 0, made)
+        x = descended(ideals, _sized(aim, ideals.at(x)), x, tolerance, max_iterations)[1].x
+    aim = _sized(aim, trials.at(x))
+    end, found = descended(trials, aim, x, tolerance, max_iterations)
+    table = _way(trials, aim) | _optimum(trials, found, first)
+    table |= beside(trials, aim, found, neighbourhood, tolerance)
+    runs = [followed(design, names, by, settings) for design in (mechanism, trials.design(found.x))]
+    table |= _motions(runs, found)
+    table["end"] = coded((), ENDS.index(end), "how the search ended", ENDS)
+    table["missed"] = number(
+        (), aim.missed(found), "1", "by how much the worst constraint is not kept, relative"
+    )
+    labels = _labels(mechanism, names, by)
+    attributes = {"Conventions": "CF-1.11", "kind": "optimise", "aim": _told(least, most)}
+    attributes |= {"tolerance": tolerance, "neighbourhood": neighbourhood}
+    return xr.Dataset(table | outcome(found.status, began), labels, attributes)
+
+
+def _ideal(mechanism: Mechanism) -> Mechanism:
+    return changed(mechanism, {f"joints.{joint.name}.clearance": 0.0 for joint in mechanism.clearance_joints})
+
+
+def _of_ideal(names: tuple[str, ...]) -> tuple[str, ...]:
+    """What they are called without play."""
+    return tuple(name.replace(f":{FORCE}", f":{IDEAL}") for name in names)
+
+
+def _sized(aim: Aim, trial: Trial) -> Aim:
+    """The aim with units by which its quantities count: their size at a design, and that of their limits."""
+    ends = np.where(np.isfinite(aim.limits), np.abs(aim.limits), 0.0).max(axis=1)
+    size = np.maximum(np.nan_to_num(np.abs(trial.values)), ends)
+    return replace(aim, units=np.where(size > 0, size, 1.0))
+
+
+def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
+    """The designs tried, in order."""
+    made = trials.made
+    with_play = [each.stage == 1 and not each.status for each in made]
+    objective = [aim.shown(each) if there else np.nan for each, there in zip(made, with_play, strict=True)]
+    each_missed = [aim.missed(each) if there else np.nan for each, there in zip(made, with_play, strict=True)]
+    variables = [trials.low + trials.width * each.x for each in made]
+    units, steps = "in the units of", ("iteration",)
+    return {
+        "tried_value": number((*steps, "parameter"), variables, "1", f"value tried, {units} parameter_units"),
+        "tried_quantity": number(
+            (*steps, "quantity"),
+            np.array([each.values for each in made]),
+            "1",
+            f"value, {units} quantity_units",
+        ),
+        "objective": number(steps, objective, "1", "what is made least or largest"),
+        "tried_missed": number(
+            steps, each_missed, "1", "by how much the worst constraint is not kept, relative"
+        ),
+        "tried_stage": coded(
+            steps, [each.stage for each in made], "joints in this trial", ("ideal", "with_play")
+        ),
+        "tried_status": coded(steps, [each.status for each in made], "how the trial ended"),
+        "tried_differentiable": coded(
+            steps, [each.verdict for each in made], "whether there is a derivative", VERDICTS
+        ),
+    }
+
+
+def _optimum(trials: Trials, found: Trial, first: np.ndarray) -> dict[str, Any]:
+    units = "in the units of parameter_units"
+    rows = {"first_value": (first, "value at first")}
+    rows |= {"optimum": (trials.low + trials.width * found.x, "value at the optimum")}
+    rows |= {"low": (trials.low, "lowest value"), "high": (trials.low + trials.width, "highest value")}
+    return {name: number("parameter", value, "1", f"{text}, {units}") for name, (value, text) in rows.items()}
+
+
+def _motions(runs: list, found: Trial) -> dict[str, Any]:
+    """Values of the motions before and after, and their courses."""
+    units = "in the units of quantity_units"
+    (before, first), (after, last) = runs
+    with np.errstate(invalid="ignore", divide="ignore"):
+        apart = np.abs(after - found.values) / np.where(found.values != 0, np.abs(found.values), 1.0)
+    rows = {"value": (found.values, "at the optimum"), "before": (before, "of the motion at first")}
+    rows |= {"after": (after, "of the motion at the optimum, followed from its start")}
+    table = {name: number("quantity", value, "1", f"{text}, {units}") for name, (value, text) in rows.items()}
+    table["confirmed_to"] = number("quantity", apart, "1", "relative difference of value and after")
+    for name, course in (("before", first), ("after", last)):
+        if course is not None:
+            told = {"units": course.attrs["units"], "long_name": course.attrs["long_name"]}
+            table[f"course_{name}"] = f"time_{name}", course.values, told
+            table[f"time_{name}"] = number(f"time_{name}", course["time"].values, "s", "time")
+    return table
+
+
+def _labels(mechanism: Mechanism | TestSystem, names: tuple[str, ...], by: Region) -> dict[str, Any]:
+    def named(dim: str, texts: list[str], text: str) -> tuple:
+        return dim, np.array(texts), {"long_name": text}
+
+    return {
+        "quantity": named("quantity", list(names), "quantity"),
+        "quantity_units": named(
+            "quantity", [wanted.quantity(n).units for n in names], "units of the quantity"
+        ),
+        "parameter": named("parameter", list(by), "parameter"),
+        "parameter_units": named(
+            "parameter", [wanted.units(mechanism, k) for k in by], "units of the parameter"
+        ),
+        "side": named("side", ["below", "above"], "side of the optimum"),
+    }
+
+
+def _told(least: str | None, most: str | None) -> str:
+    """The aim in words."""
+    if least is None and most is None:
+        return "smallest change of the parameters"
+    return f"least {least}" if least else f"largest {most}"

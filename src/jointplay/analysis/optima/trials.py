@@ -1,0 +1,186 @@
+"""Trials of an optimisation: quantities and exact derivatives at a design, in scaled variables.
+
+With the bounds l, u of the variables p, the scaled ones are x = (p - l) / (u - l), 0…1. Each design is tried
+once; what was found is kept, in order, and is what the dataset shows as iterations.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from jointplay.analysis.gradients.gradient import VERDICTS, gradient
+from jointplay.analysis.looks import look
+from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.vary import changed
+from jointplay.errors import InputError, ModelWarning
+from jointplay.mechanism.records import Mechanism, TestSystem
+
+INVALID = STATUS.index("not_converged")
+
+
+@dataclass(frozen=True)
+class Trial:
+    """What was found at a design: its quantities and their derivatives in the scaled variables.
+
+    `stage`: 0 with ideal joints, 1 as it is. `status`: index into `STATUS`; all but 0: no motion to
+    differentiate. `verdict`: index into `VERDICTS`.
+    """
+
+    x: np.ndarray
+    values: np.ndarray
+    slopes: np.ndarray
+    status: int
+    verdict: int
+    stage: int
+
+
+class NoMotion(ArithmeticError):
+    """A design whose motion has no derivative: the step that led there was too long."""
+
+
+@dataclass
+class Trials:
+    """Designs of a mechanism, each tried once.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        As it is first.
+    quantities : tuple of str
+        What is looked at.
+    by : mapping of str to (float, float)
+        Bounds of each variable.
+    settings : mapping of str to object
+        Keywords of `gradient`.
+    stage : int
+        Of these trials.
+    made : list of Trial
+        All so far, those of earlier stages too.
+    """
+
+    mechanism: Mechanism | TestSystem
+    quantities: tuple[str, ...]
+    by: Mapping[str, tuple[float, float]]
+    settings: Mapping[str, Any]
+    stage: int
+    made: list[Trial]
+    known: dict[bytes, Trial] = field(default_factory=dict)
+
+    @property
+    def low(self) -> np.ndarray:
+        """Lower bounds."""
+        return np.array([low for low, _ in self.by.values()])
+
+    @property
+    def width(self) -> np.ndarray:
+        """Upper less lower bounds."""
+        return np.array([high - low for low, high in self.by.values()])
+
+    def design(self, x: np.ndarray) -> Mechanism | TestSystem:
+        """The mechanism at scaled variables."""
+        return changed(self.mechanism, dict(zip(self.by, map(float, self.low + self.width * x), strict=True)))
+
+    def at(self, x: np.ndarray) -> Trial:
+        """What is found at a design, in the list of those made."""
+        key = np.asarray(x, dtype=float).tobytes()
+        if key not in self.known:
+            self.known[key] = self.tried(np.array(x, dtype=float))
+            self.made.append(self.known[key])
+        return self.known[key]
+
+    def tried(self, x: np.ndarray) -> Trial:
+        """What is found at a design."""
+        look()
+        n, m = len(self.quantities), len(x)
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", ModelWarning)  # the verdict is kept with the trial
+                found = gradient(
+                    self.design(x), of=self.quantities, by=tuple(self.by), progress=None, **self.settings
+                )
+        except InputError:  # numbers that make no mechanism together, as links that do not reach
+            nothing = np.full(n, np.nan), np.full((n, m), np.nan)
+            return Trial(x, *nothing, INVALID, len(VERDICTS) - 1, self.stage)
+        slopes = found["derivative"].values * self.width
+        status = int(found["status"])
+        if not status and not (np.isfinite(slopes).all() and np.isfinite(found["value"].values).all()):
+            status = INVALID
+        return Trial(x, found["value"].values, slopes, status, int(found["differentiable"]), self.stage)
+
+
+@dataclass(frozen=True)
+class Aim:
+    """What is made least, and what is asked for: of values q, f = q_least, and low <= q <= high.
+
+    Parameters
+    ----------
+    least : int or None
+        Index of the quantity that is made least; None: the change of the variables is.
+    sign : float
+        -1: it is made largest instead.
+    limits : ndarray
+        Low and high of each quantity, shape (quantities, 2); infinite where there is none.
+    first : ndarray
+        Scaled variables of the mechanism as it is.
+    units : ndarray
+        Size of each quantity.
+    """
+
+    least: int | None
+    sign: float
+    limits: np.ndarray
+    first: np.ndarray
+    units: np.ndarray
+
+    def value(self, trial: Trial) -> float:
+        """The objective, in units of its quantity."""
+        if self.least is None:
+            return float(np.sum((trial.x - self.first) ** 2))
+        return float(self.sign * trial.values[self.least] / self.units[self.least])
+
+    def shown(self, trial: Trial) -> float:
+        """What is made least or largest, in its own units."""
+        return self.value(trial) if self.least is None else float(trial.values[self.least])
+
+    def slope(self, trial: Trial) -> np.ndarray:
+        """Derivatives of the objective."""
+        if self.least is None:
+            return 2 * (trial.x - self.first)
+        return self.sign * trial.slopes[self.least] / self.units[self.least]
+
+    def margins(self, trial: Trial) -> np.ndarray:
+        """How far each constraint is kept, negative where it is not, in units of its quantity."""
+        rows, sides = np.nonzero(np.isfinite(self.limits))
+        beyond = trial.values[rows] - self.limits[rows, sides]
+        return np.where(sides == 0, beyond, -beyond) / self.units[rows]
+
+    def margin_slopes(self, trial: Trial) -> np.ndarray:
+        """Derivatives of the margins."""
+        rows, sides = np.nonzero(np.isfinite(self.limits))
+        return trial.slopes[rows] * (np.where(sides == 0, 1.0, -1.0) / self.units[rows])[:, None]
+
+    def missed(self, trial: Trial) -> float:
+        """By how much the worst constraint is not kept; infinite where there is no motion."""
+        return float("inf") if trial.status else float(np.max(-self.margins(trial), initial=0.0))
+
+    def better(self, one: Trial, other: Trial | None, slack: float) -> bool:
+        """Whether a trial is better than another: constraints first, then the objective."""
+        if other is None or one.status:
+            return other is None
+        ours, theirs = self.missed(one), self.missed(other)
+        if max(ours, theirs) > slack:
+            return ours < theirs
+        return self.value(one) < self.value(other)
+
+
+def best(trials: list[Trial], aim: Aim, slack: float) -> Trial:
+    """The best of some trials."""
+    found: Trial | None = None
+    for each in trials:
+        found = each if aim.better(each, found, slack) or (found.status and not each.status) else found
+    return found

@@ -1,0 +1,58 @@
+"""Optimise: the course of a quantity before and after, and the way of the parameters and of the objective."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from xarray import Dataset
+
+from jointplay.figures.drawing import artists, style
+from jointplay.figures.drawing.select import require
+from jointplay.figures.registry import picture
+
+LOOKS = {"before": (style.AMBER, "before"), "after": ("black", "after")}
+
+
+@picture()
+def optimise(dataset: Dataset) -> Figure:
+    """Draw a force over the turns before and after, and parameters over the designs tried, in their bounds.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What `jointplay.optimise` returned.
+    """
+    require(dataset, "optimise", ("tried_value", "optimum", "low", "high"))
+    figure = style.sheet(180.0, 62.0)
+    left, right = figure.subplots(1, 2)
+    _course(left, dataset)
+    _way(right, dataset)
+    return artists.finish(figure, dataset)
+
+
+def _course(ax: Axes, dataset: Dataset) -> None:
+    there = [name for name in LOOKS if f"course_{name}" in dataset]
+    for name in there:
+        values, unit = artists.displayed(dataset[f"course_{name}"])
+        times, seconds = artists.displayed(dataset[f"time_{name}"])
+        colour, label = LOOKS[name]
+        ax.plot(times - times[0], values, color=colour, linewidth=0.8, linestyle="-", label=label)
+        artists.name_axes(ax, dataset[f"time_{name}"], seconds, dataset[f"course_{name}"], unit)
+    if there:
+        ax.legend(loc="best")
+    else:
+        artists.say(ax, "No quantity of this optimisation has a course over the turns")
+
+
+def _way(ax: Axes, dataset: Dataset) -> None:
+    low, width = dataset["low"].values, (dataset["high"] - dataset["low"]).values
+    share = (dataset["tried_value"].values - low) / width
+    steps = np.arange(1, len(share) + 1)
+    ideal = np.flatnonzero(dataset["tried_stage"].values == 0)
+    for i, name in enumerate(dataset["parameter"].values):
+        ax.plot(steps, share[:, i], "o-", markersize=2, linewidth=0.8, label=str(name))
+    if len(ideal):
+        ax.axvline(
+            ideal[-1] + 1.5, color=style.GREY, linestyle="--", linewidth=0.8, label="with play from here"
+        )
+    ax.set(xlabel="Design tried", ylabel="Place between the bounds (\N{EN DASH})", ylim=(-0.05, 1.05))
+    ax.legend(loc="best", fontsize=6)

@@ -1,0 +1,90 @@
+"""Optimisation: against closed forms of a forced oscillator, and what it says where there is no optimum."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.optima.trials import Aim, Trial, best
+from tests.support import optima
+
+ROOT, WITHOUT = Path(__file__).parents[3], {"NUMBA_DISABLE_JIT": "1"}
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    """Optima of the oscillator, computed by plain Python: nothing has to be compiled."""
+    folder = {"JOINTPLAY_CACHE": str(tmp_path_factory.mktemp("cache"))}
+    command = [sys.executable, "-m", "tests.support.optima"]
+    done = subprocess.run(
+        command, cwd=ROOT, env=os.environ | WITHOUT | folder, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_resonance(found):
+    """The amplitude 1 / sqrt((k - w^2)^2 + (c w)^2) is largest at k = w^2."""
+    one = found["resonance"]
+    assert one["end"] == "converged"
+    assert one["optimum"] == pytest.approx([optima.FREQUENCY**2], rel=1e-6)
+    assert one["value"] == pytest.approx([1 / (optima.DAMPING * optima.FREQUENCY)], rel=1e-9)
+    assert max(one["confirmed_to"]) < 1e-6
+    assert one["neighbour_gain"] == 0
+    assert max(one["neighbours"]) < one["value"][0]
+
+
+def test_a_constraint_holds_at_the_optimum(found):
+    """The smallest change of c that keeps the amplitude at resonance below a ends at 1 / (a w)."""
+    one = found["damped"]
+    assert one["optimum"] == pytest.approx([1 / (optima.AMPLITUDE * optima.FREQUENCY)], rel=1e-6)
+    assert one["missed"] < 1e-6
+
+
+def test_what_cannot_be_kept_is_said(found):
+    assert found["impossible"]["end"] == "infeasible"
+    assert found["impossible"]["missed"] > 0.1
+
+
+def test_a_design_without_motion_is_never_best():
+    aim = Aim(0, 1.0, np.array([[-np.inf, np.inf]]), np.zeros(1), np.ones(1))
+    good, lost = (
+        Trial(np.zeros(1), np.array([v]), np.zeros((1, 1)), s, 0, 1) for v, s in ((5.0, 0), (1.0, 4))
+    )
+    assert best([lost, good], aim, 0.0) is good
+    assert best([good, lost], aim, 0.0) is good
+
+
+def test_wrong_requests_are_refused_at_once():
+    mechanism = jp.catalog.chunmei2002(clearance=2.9e-5)
+    with pytest.raises(jp.InputError) as error:
+        jp.optimise(
+            mechanism, by={"gear_ratio": (20.0, 30.0), "clearence": (1e-5, 2e-5)}, least="larges:time"
+        )
+    text = str(error.value)
+    assert "clearence" in text
+    assert "larges:time" in text
+    with pytest.raises(jp.InputError, match="hold the present value"):
+        jp.optimise(mechanism, by={"gear_ratio": (20.0, 30.0)}, least="time")
+    with pytest.raises(jp.InputError, match="begins without"):
+        jp.optimise(mechanism, by={"clearance": (1e-5, 3e-5)}, least="time", ideal=True)
+
+
+@pytest.mark.long
+def test_the_chaotic_four_bar_keeps_contact():
+    """The shipped study: what is found keeps contact, from the usual start too, with a ninth of the force."""
+    found = jp.run(ROOT / "studies" / "optima" / "optimise_contact.toml")
+    assert int(found["end"]) == 0
+    assert found["before"].values[0] > 100
+    assert found["before"].values[1] < 0
+    assert found["after"].values[0] < 33
+    assert found["after"].values[1] > 2
+    assert found["confirmed_to"].values.max() < 1e-6
+    assert float(found["neighbour_gain"]) == 0
