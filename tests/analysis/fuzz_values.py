@@ -201,6 +201,7 @@ CALLS = {  # a call that is right
     "chaos_test": {"mechanism": PAIR, "turns": 5, "frequencies": 3},
     "spectrum": {"mechanism": PAIR, "turns": 2, "segments": 2},
     "dimension": {"mechanism": PAIR, "turns": 10},
+    "optimise": {"mechanism": PAIR, "by": {"restitution": (0.5, 0.95)}, "least": "time", "orbit": False},
     "periodic_orbit": {"mechanism": PAIR, "transient": 5, "max_iterations": 3},
     "continuation": {
         "mechanism": PAIR,
