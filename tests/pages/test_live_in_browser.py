@@ -181,7 +181,7 @@ def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
 
     assert colour(2.67, 200) == [0, 114, 178]  # repeats every turn
     assert colour(3.2, 200) == [86, 180, 233]  # every two
-    assert colour(3.533, 200) == [230, 159, 0]  # every four
+    assert colour(3.533, 200) == [0x5B, 0x0F, 0x4F]  # every four
     assert colour(3.2, 800) == [0, 0, 0]
     assert complaints(chromium) == []
 
