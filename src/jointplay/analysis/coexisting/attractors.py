@@ -29,6 +29,7 @@ from jointplay.analysis.coexisting.region import Region, at_largest, one_paramet
 from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
+from jointplay.analysis.looks import part
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import section_of
@@ -150,11 +151,12 @@ def attractors(
         If anything asked for makes no sense, listing all of it; numerical trouble is a status instead.
     """
     began, (axis,) = time.perf_counter(), checked_axes(mechanism, over)
-    ensemble = in_lanes(ensemble, largest(mechanism, over), rtol, starts)
+    varied = largest(mechanism, over)
+    ensemble = in_lanes(ensemble, varied, rtol, starts)
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     plan = Plan(
         section=CrankAngle(),
-        record=names(record, largest(mechanism, over)),
+        record=names(record, varied),
         turns=turns,
         transient=0,
         keep=turns,
@@ -163,11 +165,9 @@ def attractors(
         rtol=rtol,
         max_steps=max_steps,
     )
-    changes, shared = (
-        [{axis.key: value} for value in axis.values],
-        {"mechanism": mechanism, "initial": initial},
-    )
-    tell = [_between(progress, *pair) for pair in pairwise(SHARES)]
+    changes = [{axis.key: value} for value in axis.values]
+    shared = {"mechanism": mechanism, "initial": initial}
+    tell = [part(progress, *pair) for pair in pairwise(SHARES)]
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed, "observation": observation}
     cells = [shared | seeds | {"changes": each} for each in changes]
     ready = partial(_warm, mechanism, changes, initial, exponents, ensemble)
@@ -231,11 +231,6 @@ def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
         warm([model], ensemble)
         if exponents:
             warm_tangents(model)
-
-
-def _between(progress: Callable[[float], None] | None, low: float, high: float):
-    """Progress of a part, as a fraction of the whole."""
-    return None if progress is None else lambda share: progress(low + (high - low) * share)
 
 
 def _carried(

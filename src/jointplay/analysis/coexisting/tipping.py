@@ -31,6 +31,7 @@ from jointplay.analysis.coexisting.smallest import Knocked, smallest
 from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
+from jointplay.analysis.looks import part
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import crank_place
@@ -114,7 +115,7 @@ def tipping(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
-    began, tell = time.perf_counter(), progress or (lambda share: None)
+    began = time.perf_counter()
     ensemble = in_lanes(ensemble, mechanism, rtol, starts)
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     base = assemble(mechanism, initial, section_of(mechanism))
@@ -124,18 +125,18 @@ def tipping(
     shared = {"mechanism": mechanism, "initial": initial, "observation": observation}
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed}
     (seeded,) = yield from handed_out(
-        passes.found, [shared | seeds | {"changes": {}}], lambda f: tell(0.3 * f)
+        passes.found, [shared | seeds | {"changes": {}}], part(progress, 0.0, 0.3)
     )
     motions = list(seeded.get("motions", ()))
     kinds = knocks(base) if len(motions) > 0 else []
     known = [{key: each[key] for key in ("period", "states", "points")} for each in motions]
     cells = [shared | seeds | {"known": known}] if motions else []
-    (times,) = (yield from handed_out(reached, cells, lambda f: tell(0.3 + 0.1 * f))) or [{}]
+    (times,) = (yield from handed_out(reached, cells, part(progress, 0.3, 0.4))) or [{}]
     places = [(own, k) for own in range(len(motions)) for k in range(len(kinds))] if len(motions) > 1 else []
     search = {"known": known, "largest": largest, "steps": steps, "phases": phases, "directions": directions}
     search |= {"edge_turns": edge_turns if edge else 0}
     cells = [shared | search | {"own": own, "knock": k} for own, k in places]
-    answers = yield from handed_out(knocked, cells, lambda f: tell(0.4 + 0.6 * f))
+    answers = yield from handed_out(knocked, cells, part(progress, 0.4, 1.0))
     table = tipping_dataset.Table(mechanism, base, motions, seeded, kinds, starts)
     variables = table.motions_found(times) | table.knocks_found(
         dict(zip(places, answers, strict=True)), SHARES
