@@ -116,6 +116,11 @@ def handed_out(
     return [answers[key] for key in keys]
 
 
+def first_bad(answers: Iterable[Mapping[str, Any]]) -> int:
+    """The first status of several answers that is not ok; 0 where all are."""
+    return next((int(each["status"]) for each in answers if each.get("status")), 0)
+
+
 @reported
 def driven(steps: Callable[..., Steps], run: Callable[[Work], Read], /, *arguments, **keywords) -> xr.Dataset:
     """Run an analysis to its end, doing its work by `run`, and return its dataset."""

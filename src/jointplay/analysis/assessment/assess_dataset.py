@@ -11,6 +11,7 @@ import xarray as xr
 from jointplay.analysis.assessment.edges import HOW, SIDES
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN
 from jointplay.analysis.assessment.settled import CHANGES
+from jointplay.analysis.cells import first_bad
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.vary import changed, checked_axes
@@ -36,7 +37,7 @@ Answer = Mapping[str, Any]
 
 def status(answers: Sequence[Answer]) -> int:
     """The present motion's status, else the ideal one's; sides have their own."""
-    return next((int(each["status"]) for each in answers[:2] if each["status"]), 0)
+    return first_bad(answers[:2])
 
 
 def assembled(mechanism: Mechanism, keys: Sequence[str], answers: Sequence[Answer]) -> xr.Dataset:

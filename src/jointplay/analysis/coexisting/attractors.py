@@ -22,7 +22,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Cell, Read, Steps, Work, divided, warm
+from jointplay.analysis.cells import Cell, Read, Steps, Work, divided, first_bad, warm
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, at_largest, one_parameter, region_fits
@@ -188,7 +188,7 @@ def attractors(
     if bifurcations:
         following, branches = yield from _followed(shared, axis, motions, numbers, max_steps)
         found = found.assign(special_points.variables(axis, following, branches, events))
-    return found.assign(outcome(_first_bad([*ended, *answers]), began))
+    return found.assign(outcome(first_bad([*ended, *answers]), began))
 
 
 def _handed(
@@ -213,11 +213,6 @@ def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None):
     more = {"mechanism": mechanism, "parameter": axis.key, "section": section, "max_steps": max_steps}
     cells = [each | more for each in following]
     return following, (yield from _handed(special_points.followed, cells, "branch", None))
-
-
-def _first_bad(answers: Sequence[Entry]) -> int:
-    """The first status that is not ok."""
-    return next((each["status"] for each in answers if each["status"]), 0)
 
 
 def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:

@@ -21,7 +21,7 @@ import xarray as xr
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Steps, divided, handed_out, warm
+from jointplay.analysis.cells import Steps, divided, first_bad, handed_out, warm
 from jointplay.analysis.coexisting import passes, tipping_dataset
 from jointplay.analysis.coexisting.edge import Boundary, edge_state
 from jointplay.analysis.coexisting.knocks import knocks
@@ -141,7 +141,7 @@ def tipping(
     variables = table.motions_found(times) | table.knocks_found(
         dict(zip(places, answers, strict=True)), SHARES
     )
-    status = next((each["status"] for each in (seeded, times, *answers) if each.get("status")), 0)
+    status = first_bad([seeded, times, *answers])
     return xr.Dataset(
         variables | outcome(status, began),
         table.coordinates(SHARES),
