@@ -3,8 +3,8 @@
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
 Differential Equations II, section IV.8. Validity: structures that codegen.ensemble knows (rigid links, one to
-three joints with clearance; small systems of own equations), rtol from 1e-8 up; whatever else is asked for, and
-a body that comes to rest on a wall, is followed one by one.
+three joints with clearance; small systems of own equations), rtol from 1e-8 up. Whatever else is asked for is
+followed one by one, and so is a body that comes to rest on a wall.
 """
 
 from __future__ import annotations

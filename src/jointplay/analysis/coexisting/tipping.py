@@ -224,7 +224,7 @@ def returned(case: Knocked, place, size: float) -> int:
         return -1
     how = motions.observation
     how = Observation(0, how.transient + how.turns, 0, how.tolerance, how.rtol, how.max_steps)
-    ((states, status),) = section_states(motions.base, [start], 0, how)
+    ((states, status, _),) = section_states(motions.base, [start], 0, how)
     if status:
         return -1
     apart = np.abs(features(motions.base, states)[:, None, :] - motion.points[None]).max(axis=-1).min(axis=1)
