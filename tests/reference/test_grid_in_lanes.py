@@ -166,14 +166,14 @@ def test_own_equations_do_not_depend_on_company_or_order():
 
 
 def test_what_comes_to_rest_on_a_wall_steps_aside():
-    model = assemble(catalog.impact_pair(gap=0.4, restitution=0.6), section="phase")
-    scenes = [replace(model, state=np.array([0.0, speed])) for speed in (1.3, 0.5, -0.2)]
-    request = Request(
-        3 * model.period, 1e-8, events=True, log_from=-1.0, level=1.0, period=math.tau, direction=1
-    )
-    for each, records in zip(scenes, follow_ensemble(scenes, [request] * 3), strict=True):
+    model = assemble(catalog.impact_pair(gap=0.2, restitution=0.6), section="phase")
+    scenes = [replace(model, state=np.array([0.0, speed])) for speed in (-1.3, -0.2, 0.5, 1.3)]
+    request = Request(6 * model.period, 1e-8, events=True, log_from=-1.0)
+    rested = []
+    for each, records in zip(scenes, follow_ensemble(scenes, [request] * len(scenes)), strict=True):
         truth = follow(each, request)
-        rests = bool((truth.events[:, 1] == Event.REST).any())
-        assert records.way == (not rests)
-        assert not rests or records.events.tobytes() == truth.events.tobytes()
-    assert rests
+        rested.append(Event.REST in truth.events[:, 1])
+        assert not (rested[-1] and records.way)
+        assert records.way or records.events.tobytes() == truth.events.tobytes()
+        assert records.events[:, :2].tolist() == truth.events[:, :2].tolist()
+    assert any(rested)

@@ -59,7 +59,7 @@ def impulses_fit(mechanism: Mechanism | TestSystem, impulses: Sequence[Impulse])
         key = f"impulses[{n}]"
         if each.on.link not in links:
             yield unknown(f"{key}.on.link", each.on.link, each.on.link, links, "link")
-        elif links[each.on.link].beam is not None:
+        elif links[each.on.link].elastic:
             yield Problem(f"{key}.on.link", each.on.link, "a link that does not bend is accepted")
         if each.name in names[:n] or each.name in links:
             yield Problem(
