@@ -8,7 +8,7 @@ modes = uncompiled("modes")
 
 
 def leaning(variant, s, p, m, out):
-    """Contacts in a row with friction 1; whatever slips pulls at the one before it with 2, the last is pulled."""
+    """Contacts in a row with friction 1: what slips pulls with 2 at the one before it; the last is pulled."""
     for j in range(4):
         pulled = 2.0 if j == 3 or m[3 * (j + 1) + 2] == 0.0 else 0.0
         out[6 * j + 5] = pulled - m[3 * j + 1]
