@@ -103,8 +103,8 @@ def suits(model: Model, request: Request) -> bool:
 def _even(model: Model, request: Request, longest: float) -> bool:
     """Whether samples are asked for at the end alone, or of a test system at even times as sections are."""
     at = request.at
-    if not len(at) or (len(at) == 1 and at[0] == request.duration):
-        return True
+    if len(at) < 2:
+        return not len(at) or at[0] == request.duration
     far = np.diff(at, prepend=0.0) * math.tau / model.period > longest
     even = far.all() and np.ptp(np.diff(at)) < SAME * at[-1]
     return not model.links and request.direction == 0 and bool(even)
