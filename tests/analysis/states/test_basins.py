@@ -49,7 +49,7 @@ def test_two_wells_share_the_plane_as_their_symmetry_says():
 
 
 def test_an_adaptive_plane_follows_starts_where_basins_meet():
-    """Where a start was followed the plane is the whole one's; elsewhere nearly so. Keys differ in all rounds."""
+    """Where starts were followed the plane is the whole one's; elsewhere nearly so. No key comes twice."""
     wells, keys = catalog.duffing(amplitude=0.0), []
     keywords = {"plane": {"y": span(-1.2, 1.2, 25), "v": span(-0.6, 0.6, 25)}, "turns": 16, "transient": 20}
     keywords |= {"pairs": 5, "rtol": 1e-6}

@@ -187,7 +187,7 @@ def _alike(tolerance: float, looks: list[tuple[int, int, np.ndarray]]) -> bool:
     if len({look[:2] for look in looks}) > 1:
         return False
     ends = [look[2] for look in looks if len(look[2])]
-    return not ends or len({*match([looks[0][1]] * len(ends), ends, tolerance).labels}) == 1
+    return not ends or len({*match(np.full(len(ends), looks[0][1]), ends, tolerance).labels}) == 1
 
 
 def random_pairs(axes: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:
