@@ -1,6 +1,6 @@
 """Kill a run at random moments, main process or a worker, until it ends; compare with one left alone.
 
-    python -m tests.jobs.kill_at_random [KILLS]
+    python -m tests.jobs.kill_at_random [KILLS [STUDY …]]
 
 Every answer in the journal must be there once, and the result must be the undisturbed one bit for bit. 30
 kills take a quarter of an hour, mostly to start Python anew. Of a checkout that stays as it is meanwhile: its
@@ -24,10 +24,51 @@ from jointplay.jobs.journal import Journal
 from jointplay.results.store import open_result
 from tests.support.sweep_samples import CELLS, CHAINS, PLANE, TIMES, loaded, ran
 
+REGION = """
+kind = "{0}"
+name = "{0}"
+[mechanism]
+catalog = "impact_pair"
+gap = 3.6
+restitution = 0.8
+[analysis]
+region.y = [-1.6, 1.6]
+region.v = [-3.0, 3.0]
+turns = 16
+transient = 60
+"""
 LONGER = {
     "cells": (CELLS, ["vary.gap={start=2.9, stop=3.1, num=60}", "analysis.turns=1500"]),
     "chains": (CHAINS, ["vary.gap={start=2.9, stop=3.1, num=80}", "analysis.turns=1500"]),
     "plane": (PLANE, ["analysis.plane.y.num=80", "analysis.plane.v.num=80", "analysis.transient=300"]),
+    "fine": (
+        PLANE.replace('"plane"', '"fine"'),
+        [
+            "analysis.plane.y.num=81",
+            "analysis.plane.v.num=81",
+            "analysis.refine=3",
+            "analysis.transient=300",
+        ],
+    ),
+    "attractors": (
+        REGION.format("attractors"),
+        ["vary.gap={start=3.4, stop=3.8, num=12}", "analysis.starts=80"],
+    ),
+    "tipping": (REGION.format("tipping"), ["analysis.starts=40", "analysis.phases=2"]),
+    "refined": (
+        CHAINS.replace('"chains"', '"refined"'),
+        [
+            "vary.gap={start=1.0, stop=9.0, num=33}",
+            "vary.restitution={start=0.7, stop=0.86, num=33}",
+            "analysis.direction='reset'",
+            "analysis.refine=3",
+            "analysis.turns=100",
+        ],
+    ),
+    "covariant": (
+        CELLS.replace('"lyapunov"', '"covariant"').replace('"cells"', '"covariant"'),
+        ["vary.gap={start=2.9, stop=3.1, num=12}", "analysis.turns=300"],
+    ),
 }
 
 
@@ -59,9 +100,9 @@ def twice(journal):
     return [key for key, count in keys.items() if count > 1]
 
 
-def main(kills):
+def main(kills, *names):
     """Take the studies in turn."""
-    names, alone = list(LONGER), {}
+    names, alone = names or list(LONGER), {}
     for number in range(kills):
         name = names[number % len(names)]
         text, changes = LONGER[name]
@@ -84,4 +125,4 @@ def main(kills):
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 30)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 30, *sys.argv[2:])

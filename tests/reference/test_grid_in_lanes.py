@@ -89,9 +89,9 @@ def test_impacts_and_bristles_go_one_by_one(normal, friction):
 
 TWO_PHASES = {
     "states": {"x": 0.1, "v": 0.0, "w": 0.2},
-    "rates": {"x": "v", "v": "w - x*abs(x) - 0.3*v + cos(t) + 0.01*t", "w": "sin(2.5*t + 0.4) - w"},
+    "rates": {"x": "v", "v": "w - x*abs(x) - 0.3*v + cos(t)", "w": "sin(1.5*t + 0.4) - w"},
     "parameters": {},
-    "forcing": "2*pi",
+    "forcing": "4*pi",
 }
 JUMPING = {
     "states": {"x": 0.5, "v": 0.0, "u": 0.0},

@@ -96,8 +96,7 @@ def suits(model: Model, request: Request) -> bool:
     if not (asked and section and whole and request.rtol >= RTOL):
         return False
     n = len(model.turning)
-    free = model.h_max == np.inf and not np.any(model.relative[:n]) if model.links else True
-    return bool(free and np.all(model.relative[n:] == 1.0))
+    return not (model.links and np.any(model.relative[:n])) and bool(np.all(model.relative[n:] == 1.0))
 
 
 def _even(model: Model, request: Request, longest: float) -> bool:
@@ -163,12 +162,14 @@ def _kernels(model: Model, form: Form) -> tuple:
 
 def _real(model: Model, request: Request, form: Form) -> list[float]:
     """Numbers of a trajectory, in the order of numerics.ensemble.layout."""
+    from jointplay.numerics.ensemble.radau import MAX_TURN
+
     rest, contacts = guard_tolerances.rest(model, request.rtol), len(form.flags)
-    play = guard_tolerances.rounded_gap(model)
+    play, swift = guard_tolerances.rounded_gap(model), MAX_TURN / model.h_max
     gap, force = guard_tolerances.guards(model, rest, contacts, 0).reshape(contacts, 4)[:, :2].T
     squares = guard_tolerances.clearances_squared(model, contacts)
     times = [float(request.duration), request.rtol, rest, 1e-7 * model.period]
-    times += [guard_tolerances.rebound(model, request.rtol), play, 1e-5 * model.period]
+    times += [guard_tolerances.rebound(model, request.rtol), play, 1e-5 * model.period, swift]
     own = np.column_stack([guard_tolerances.cones(model), gap, force, squares])
     walls = np.tile([0.0, play, 0.0, np.inf], (form.jumps, 1))
     return [*times, request.level, request.period, *form.floors(model, request), *own.ravel(), *walls.ravel()]

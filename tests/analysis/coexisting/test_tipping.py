@@ -206,6 +206,22 @@ def test_the_edge_state_is_the_saddle_orbit_between_the_wells(wells):
     assert product == pytest.approx(math.exp(-DAMPING * math.tau), rel=1e-8)
 
 
+def test_the_edge_state_of_what_nothing_forces_is_its_saddle():
+    """x'' + c x' = x - x^3: at 0 the exponents are -c/2 + sqrt(1 + c^2/4) and the same with -."""
+    rates = {"x": "v", "v": "x - x**3 - c*v"}
+    hills = jp.System(states={"x": 0.5, "v": 0.0}, parameters={"c": 0.4}, rates=rates)
+    region = {"x": (-1.5, 1.5), "v": (-0.5, 0.5)}
+    found = jp.tipping(hills, region=region, starts=16, largest=2.0, transient=60, turns=16, n_jobs=1)
+    assert found["period"].values.tolist() == [1, 1]
+    assert (found["knock_confirmed"] == 1).all()
+    assert (found["edge_period"] == 1).all()
+    assert np.abs(found["edge_state"].values).max() < 1e-8
+    exponents = -0.2 + np.array([1.0, -1.0]) * math.sqrt(1.04)
+    assert found["edge_multiplier"].values[..., 0] == pytest.approx(
+        np.broadcast_to(np.exp(exponents), (2, 2, 2)), rel=1e-8
+    )
+
+
 def test_one_motion_alone_has_no_other_to_go_to():
     region = {"y": (-1.0, 1.0), "v": (-1.0, 1.0)}
     found = jp.tipping(

@@ -6,14 +6,17 @@ the state that is on it (`coexisting.edge`). Finite-time basin stability is the 
 come within the tolerance of a motion in so many turns; of periodic motions alone. Reference: P. Schultz,
 P. J. Menck, J. Heitzig and J. Kurths, New J. Phys. 19 (2017) 023005.
 
-Validity: as of the parts; of systems that nothing forces, knocks are at section points alone, and no edge
-state is looked for; with a crank whose speed is prescribed, knocks are at the section alone.
+Validity: as of the parts; of systems that nothing forces, knocks are at section points alone, and an edge
+state is an equilibrium, or an orbit whose period is a whole number of nominal ones; with a crank whose speed is
+prescribed, knocks are at the section alone.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -129,7 +132,7 @@ def tipping(
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)
     base = assemble(mechanism, initial, section_of(mechanism))
     warm([base], ensemble)
-    if edge and section_of(mechanism):
+    if edge:
         warm_tangents(base)
     shared = {"mechanism": mechanism, "initial": initial, "observation": observation}
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed}
@@ -184,11 +187,10 @@ def knocked(
     motions = _motions(mechanism, initial, known, observation)
     base, states = motions.base, known[own]["states"]
     points = states if known[own]["period"] else states[:: max(1, len(states) // CLOUD)][:CLOUD]
-    turning = not (base.links and crank_place(base) is None)
-    section = None
-    if section_of(mechanism) is not None:
-        angle = CrankAngle(angle=base.crank_angle)
-        section = section_map(base, angle, 1, min(observation.rtol, EDGE_RTOL), observation.max_steps)
+    forced, angle = section_of(mechanism) is not None, CrankAngle(angle=base.crank_angle)
+    turning = forced and not (base.links and crank_place(base) is None)
+    clock = base if forced else replace(base, crank_speed=math.tau / base.period)  # its phase is time
+    section = section_map(clock, angle, 1, min(observation.rtol, EDGE_RTOL), observation.max_steps)
     kind = knocks(base, mechanism, impulses)[knock]
     case = Knocked(motions, own, points, section if turning else None, kind)
     sizes = largest * np.arange(1, steps + 1) / steps
@@ -203,7 +205,7 @@ def knocked(
         "ends": list(found.ends),
     }
     answer["returns"] = [returned(case, found.place, share * found.high) for share in SHARES]
-    if section is not None and edge_turns and (orbit := _edge(case, found, section, edge_turns)) is not None:
+    if edge_turns and (orbit := _edge(case, found, section, edge_turns)) is not None:
         answer |= tipping_dataset.edge_entry(orbit, base)
     return answer
 

@@ -233,7 +233,7 @@ def _control(turning: Turning) -> list[str]:
     }
     for row, value in changed.items():
         lines += choose(at(row), value, "whole > 0.0")
-    fast = _largest(rows.Y, turning)
+    fast = f"max({at(rows.SWIFT)}, {_largest(rows.Y, turning)})"
     lines += [
         f"new = bounded({at(rows.H_CONTROL)}, {fast}, {MAX_TURN!r}, {at(rows.END)} - ({at(rows.T)} + h))",
         *choose(at(rows.H_NEXT), "new", "whole > 0.0"),

@@ -76,7 +76,7 @@ def _verdict(w, i):
 @inner
 def begin(k, i, h):
     """Let the next attempt have the length h, within its bounds."""
-    w, fast = k.w, 0.0
+    w, fast = k.w, k.w[8 * rows.SWIFT + i]
     for r in range(k.n):
         fast = max(fast, k.turning[r] * abs(w[8 * (rows.SPEED + r) + i]))
     w[8 * rows.H_NEXT + i] = bounded(h, fast, MAX_TURN, w[8 * rows.END + i] - w[8 * rows.T + i])

@@ -100,7 +100,7 @@ def enter(f, k, j, i, job):
         w[8 * (rows.MEMORY + r) + i] = j.state[job, 2 * k.n + r]
     for r in range(len(k.p)):
         w[8 * (rows.NUMBERS + r) + i] = j.numbers[job, r]
-    w[8 * rows.TOLERANCE + i] = real[rows.J_TOLERANCE]
+    w[8 * rows.TOLERANCE + i], w[8 * rows.SWIFT + i] = real[rows.J_TOLERANCE], real[rows.J_SWIFT]
     w[8 * rows.END + i], w[8 * rows.LEFT + i] = real[rows.J_END], whole[rows.J_STEPS]
     w[8 * rows.H_PAST + i] = w[8 * rows.OFFSET + i] = w[8 * rows.ERROR_BEFORE + i] = w[8 * rows.ODD + i] = 1.0
     w[8 * rows.H_LIMIT + i], w[8 * rows.H_CONTROL + i] = 1e300, real[rows.J_H]

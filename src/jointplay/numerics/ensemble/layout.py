@@ -31,8 +31,8 @@ def _blocks(first: int, count: int, size: int = 1) -> range:
 T, END, H, H_NEXT, H_PAST, H_BEFORE, H_CONTROL, H_LIMIT, LATER, _next = _blocks(0, 9)
 # … tolerances; sizes of updates; errors; largest turn of an angle; how low guards go; past the section
 TOLERANCE, SIZE, SIZE_BEFORE, ERROR, ERROR_BEFORE, TURNED, LOW, CROSSED, _next = _blocks(_next, 8)
-# … the section; attempts made and left
-AHEAD, DIRECTION, STEPS, LEFT, _next = _blocks(_next, 4)
+# … the section; attempts made and left; speed of an angle by which the longest step is bounded
+AHEAD, DIRECTION, STEPS, LEFT, SWIFT, _next = _blocks(_next, 5)
 # … what is so (1) or not (0): of an attempt's start, of its iteration, of its end, of what is done with it
 OFFSET, SMOOTH, NEW, VARIANT, MISSES, JOINED, WAS_JOINED, REJECTION, ODD, _next = _blocks(_next, 9)
 PASSES, CENTRE, PLAIN, WHOLE, TAKEN, KEEP, _next = _blocks(_next, 6)
@@ -72,7 +72,7 @@ SIGNATURES = dict.fromkeys(Functions._fields, CALL)
 FUNCTIONS = types.NamedTuple([types.FunctionType(CALL)] * len(SIGNATURES), Functions)
 
 # Places in Jobs.real, of one trajectory each
-J_END, J_TOLERANCE, J_REST, J_NEAR, J_HOP, J_PLAY, J_H, J_LEVEL, J_PERIOD, J_FLOORS = range(10)
+J_END, J_TOLERANCE, J_REST, J_NEAR, J_HOP, J_PLAY, J_H, J_SWIFT, J_LEVEL, J_PERIOD, J_FLOORS = range(11)
 # … floors of positions and speeds; then of each contact, and jump: cone, gap, force, squared clearance
 PER_CONTACT = 4
 # Places in Jobs.whole
