@@ -249,7 +249,7 @@ def shifted(family: Family, point: Point, angle: float) -> Point:
     beside = neighbour.moved(state, angle)[1]
     if here.status or beside.status:
         return point
-    like = replace(point, orbit=replace(point.orbit, map=there, state=here.state))
+    like = replace(point, orbit=replace(point.orbit, map=there, state=here.state), directions=None)
     along = np.append(there.differ(beside.state, here.state) / point.unit, family.place(z) - point.q)
     along /= np.linalg.norm(along)
     return solve(family, like, like.z, along) or point
