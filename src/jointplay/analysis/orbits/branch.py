@@ -21,7 +21,7 @@ from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
 from jointplay.analysis.orbits.section_image import Image
 
-WHY = {  # a branch ends
+WHY = {  # a branch, or a curve, ends
     "range": "end of the range",
     "max_points": "as many points as asked for",
     "grazing": "an event appears or vanishes there, and no orbit was found next to it beyond",
@@ -30,6 +30,8 @@ WHY = {  # a branch ends
     "joined": "it has joined the branch that it left",
     "origin": "where it begins",
     "interrupted": "interrupted",
+    "resonance": "its pair of multipliers becomes real there",
+    "not_symmetric": "the orbit has no symmetry to be lost",
 }
 ENDS = tuple(WHY)
 FIRST = 0.25  # of the longest step
