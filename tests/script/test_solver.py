@@ -90,6 +90,8 @@ def test_two_turns_are_the_compiled_ones(name, tmp_path):
 
 
 CHANGED = {"clearance.B": 1e-4, "gear_ratio": 5.0, "friction.B": 0.02, "stiffness.B": 2e7, "damping.B": 100.0}
+CHANGED |= {"length.crank": 0.028, "length.coupler": 0.19, "length.rocker": 0.13, "mass.coupler": 0.2}
+CHANGED |= {"inertia.rocker": 0.0015, "rated_torque": 20.0, "efficiency": 0.7, "gravity": 9.0}
 SET = """
 const solver = makeSolver(data.solver);
 solver.run(0.3);
@@ -104,9 +106,8 @@ return { ...found, state: solver.state(), said, refused, period: solver.period()
 def test_numbers_follow_the_sliders_as_they_follow_a_study(tmp_path):
     script = solver(SCENES["C"](), rtol=RTOL, section=jp.CrankAngle())
     found = ran(script.text, {"solver": script.data, "values": CHANGED}, SET, tmp_path)
-    parts = {"clearance.B": "joints.B.clearance", "friction.B": "joints.B.friction.coefficient"}
-    parts |= {f"{word}.B": f"joints.B.contact.{word}" for word in ("stiffness", "damping")}
-    changed = SCENES["C"]().replace(**{parts.get(key, key): value for key, value in CHANGED.items()})
+    paths = {each["key"]: each["paths"] for each in script.data["parameters"]}
+    changed = SCENES["C"]().replace(**{path: value for key, value in CHANGED.items() for path in paths[key]})
     motion = jp.simulate(changed, turns=1, rtol=RTOL, samples_per_turn=4, section=jp.CrankAngle())
     assert found["said"] == [""] * len(CHANGED)
     assert found["status"] == "ok"

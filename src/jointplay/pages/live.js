@@ -219,7 +219,7 @@ if (jointplay.data.live) {
   }
 
   function command() {
-    const sets = changed().map((each) => `'${live.paths[each.key]}=${held[each.key]}'`);
+    const sets = changed().flatMap(({ key }) => live.paths[key].map((path) => `'${path}=${held[key]}'`));
     element("live-command").textContent = `jointplay run ${live.file}${sets.length ? " --set " + sets.join(" ") : ""}`;
   }
 
@@ -235,7 +235,10 @@ if (jointplay.data.live) {
   function show(turn) {
     now = turn;
     if (live.scene) {
-      now.scene = { links: live.scene.links.map((link, k) => ({ ...link, frames: now.frames[k] })), pins: live.scene.pins };
+      now.scene = {
+        links: live.scene.links.map((link, k) => ({ ...link, along: now.along[k], frames: now.frames[k] })),
+        pins: live.scene.pins.map((pin, k) => ({ ...pin, at: now.at[2 * k], block: pin.block && { ...pin.block, at: now.at[2 * k + 1] } })),
+      };
       box = stage.bounds(now.scene, box || undefined);
     }
     const [x, y, force] = now.values;

@@ -68,11 +68,14 @@ function turn({ wanted, samples, join }) {
     const places = shown.places(at);
     given.scene.links.forEach((link, k) => frames[k].set(places[link.name], 3 * at));
   }
+  const along = frames.map((_, k) => given.scene.links[k].along.map((at) => shown.along(given.scene.links[k].name, at)));
+  const pins = (given.scene ? given.scene.pins : []).flatMap((pin) => [pin, pin.block || pin]);
+  const at = pins.map((pin) => shown.along(pin.link, pin.at));
   const events = out.events.map((each) => ({ ...each, turn: (each.time - begun) / shown.period() }));
   const time = Float64Array.from(out.time, (each) => (each - begun) / shown.period());
   const status = ended(out, 1);
   lost = lost || status !== "";
-  return { status, turn: { time, values: picked(out, wanted), frames, events } };
+  return { status, turn: { time, values: picked(out, wanted), frames, along, at, events } };
 }
 
 // The ideal mechanism's last of three turns: its start is not quite its steady motion.

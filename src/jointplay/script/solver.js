@@ -1,8 +1,9 @@
 // The driver: one run in arrays that are made once, gone on with piece by piece.
-// `functions`, `variations`, `quantities` and the kernels' names come from the translated text before.
+// `functions`, `variations`, `tangentRows`, `quantities`, `closing` and the kernels' names come from the translated text before.
 
 function makeSolver(data) {
   const FAR = 2; // clearances: further out, a motion begins at its start
+  const LANES = 8;
   const PIECE = 32; // attempts between two looks at the clock
   const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , FRESH, SMOOTH, , PASSED, STARTED] = data.places_of.count;
   const { H, LEVEL } = data.places_of.real;
@@ -24,13 +25,15 @@ function makeSolver(data) {
   const k = arrays(data.work);
   const start = arrays(data.trajectory);
   const x = arrays(data.trajectory);
-  const y = arrays(data.tangents);
+  const tangents = { ...data.tangents, w: LANES * tangentRows };
+  const y = arrays(tangents);
   const width = 1 + o.n_q + o.n + x.modes.length;
   x.samples = [];
   x.log = rows(data.log_rows, 3 + width);
   y.rows = [new Float64Array(y.logs.length + x.absolute.length + 4)];
-  const firstTangents = arrays(data.tangents);
+  const firstTangents = arrays(tangents);
   const values = new Float64Array(data.quantities.length);
+  const loops = closing ? { ...arrays({ ideal_s: data.closing.ideal_s, ideal_p: data.closing.ideal_p }), found: new Float64Array(data.closing.outputs) } : {};
   let period = data.period;
   let turns = 0; // since the last change, from which the tangent's growth counts
 
@@ -48,18 +51,34 @@ function makeSolver(data) {
   function follow() {
     data.followed.forEach(({ array, at, value, rule, forms }) => {
       const first = Number(value);
-      const alone = forms.map((each) => form(first, each));
-      const times = () => first * alone.reduce((product, each) => product * (each / first), 1);
-      const now = rule === "times" ? times() : alone.reduce((total, each) => total + (each - first), first);
+      const added = parameters.map(() => 0);
+      forms.forEach((each) => { added[each[0]] = form(first, each) - first; });
+      const times = () => first * added.reduce((product, each) => product * (1 + each / first), 1);
+      const plus = () => rule.reduce((sum, [k, ...of]) => sum + of.reduce((product, i) => product * added[i], k), added.reduce((a, b) => a + b, first));
+      const now = rule === "times" ? times() : plus();
       if (array === "span") period = now;
       else if (array === "weight") y.weight[at] = firstTangents.weight[at] = now;
       else if (array in o) o[array] = now;
+      else if (array in loops) loops[array][at] = now;
       else {
         start[array][at] = now;
         if (array !== "s") x[array][at] = now;
       }
     });
     start.real[H] = data.first_step * period;
+    return !closing || closes();
+  }
+
+  // Where the motion begins, by the ideal mechanism's outputs; false where its loops do not close over the turn.
+  function closes() {
+    const { swept, step, turn, places } = data.closing;
+    const row = Float64Array.from(loops.ideal_s);
+    for (let i = 0; i < turn; i += 1, row[swept] += step) {
+      closing(row, loops.ideal_p, loops.found);
+      if (i === 0) places.forEach(([at, whole], k) => { start.s[at] = loops.found[k] + whole; });
+      if (!loops.found.every(Number.isFinite)) return false;
+    }
+    return true;
   }
 
   // Empty, or why a value is refused. The motion goes on from where it is, if no journal is far out then.
@@ -71,11 +90,22 @@ function makeSolver(data) {
       const shown = (each) => Number((each * factor).toPrecision(4));
       return `${label}: from ${shown(min)} to ${shown(max)}${unit && ` ${unit}`} is accepted`;
     }
+    const before = set_to[number];
     set_to[number] = value;
-    follow();
+    if (!follow()) {
+      set_to[number] = before;
+      follow();
+      return `${label}: with the other lengths as they are, the links do not close over the whole turn`;
+    }
     if (outside()) reset();
     else restart();
     return "";
+  }
+
+  // A place along a link: where it was, unless it is the end of a link whose length has changed.
+  function along(link, at) {
+    const number = parameters.findIndex((each) => each.key === `length.${link}`);
+    return number >= 0 && at === parameters[number].value ? set_to[number] : at;
   }
 
   // Whether a journal is so far out that a force on it would be absurd.
@@ -116,8 +146,8 @@ function makeSolver(data) {
       const known = [0, 0];
       [[joint.journal, 1], [joint.bearing, -1]].forEach(([pin, sign]) => {
         const at = data.links.indexOf(pin.link);
-        known[0] += sign * (at < 0 ? pin.point[0] : pin.at * Math.cos(angle(pin)));
-        known[1] += sign * (at < 0 ? pin.point[1] : pin.at * Math.sin(angle(pin)));
+        known[0] += sign * (at < 0 ? pin.point[0] : along(pin.link, pin.at) * Math.cos(angle(pin)));
+        known[1] += sign * (at < 0 ? pin.point[1] : along(pin.link, pin.at) * Math.sin(angle(pin)));
         if (at >= 0) [0, 1].forEach((axis) => { rows[axis][2 * at + axis] += sign; });
       });
       const of = (name, label) => (last[name] && last[name][label] ? last[name][label][sample] : undefined);
@@ -240,5 +270,5 @@ function makeSolver(data) {
 
   const state = () => x.s.slice(1, 1 + x.absolute.length);
   reset();
-  return { parameters, set, run, reset, state, setState, measured, places, time: () => x.s[0], period: () => period };
+  return { parameters, set, along, run, reset, state, setState, measured, places, time: () => x.s[0], period: () => period };
 }
