@@ -121,7 +121,7 @@ const stage = (() => {
     pen.strokeRect(-long, -high, 2 * long, 2 * high);
     pen.restore();
     pen.fillStyle = colour("--ink");
-    pen.fillText(pin.name, x + 9, y - high - 6);
+    pen.fillText(pin.name, x + 9, y + high + 16); // below: a bearing's name is above
   }
 
   // A bearing has the `journal` in it (x, y of every sample, in clearances) and, where known, its `force` and `reach`;

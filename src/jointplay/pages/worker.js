@@ -22,13 +22,14 @@ function begin({ data }) {
 // Values that are refused are told; the others hold from now on, and the motion goes on from where it is.
 // After trouble, and in another period, whose phase is another, the motion begins at its start again.
 function set({ values }) {
-  const refused = {};
   const period = ahead.period();
-  Object.entries(values).forEach(([key, value]) => {
-    const why = shown.set(key, value) || ahead.set(key, value);
-    if (why) refused[key] = why;
-    else if (ideal && ideal.parameters.some((each) => each.key === key)) ideal.set(key, value);
+  const tried = (keys) => keys.filter((key) => {
+    refused[key] = shown.set(key, values[key]) || ahead.set(key, values[key]);
+    if (!refused[key] && ideal && ideal.parameters.some((each) => each.key === key)) ideal.set(key, values[key]);
+    return refused[key];
   });
+  const refused = {};
+  tried(tried(Object.keys(values))); // lengths may close together only: once more when the others hold
   if (lost || ahead.period() !== period) reset();
   turns = 0;
   return { refused };
