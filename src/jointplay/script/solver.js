@@ -19,9 +19,9 @@ function makeSolver(data) {
     const whole = new Float64Array(count * width);
     return Array.from({ length: count }, (_, i) => whole.subarray(i * width, (i + 1) * width));
   };
-  const numbers = (table) => Object.fromEntries(Object.entries(table).map(([name, value]) => [name, Number(value)]));
+  const asNumbers = (table) => Object.fromEntries(Object.entries(table).map(([name, value]) => [name, Number(value)]));
 
-  const o = numbers(data.options);
+  const o = asNumbers(data.options);
   const k = arrays(data.work);
   const start = arrays(data.trajectory);
   const x = arrays(data.trajectory);
@@ -33,7 +33,10 @@ function makeSolver(data) {
   y.rows = [new Float64Array(y.logs.length + x.absolute.length + 4)];
   const firstTangents = arrays(tangents);
   const values = new Float64Array(data.quantities.length);
-  const loops = closing ? { ...arrays({ ideal_s: data.closing.ideal_s, ideal_p: data.closing.ideal_p }), found: new Float64Array(data.closing.outputs) } : {};
+  const loops = {}; // of the ideal mechanism: its start, its numbers, and what follows from them
+  if (closing) {
+    Object.assign(loops, arrays({ ideal_s: data.closing.ideal_s, ideal_p: data.closing.ideal_p, found: data.closing.outputs }));
+  }
   let period = data.period;
   let turns = 0; // since the last change, from which the tangent's growth counts
 
@@ -41,7 +44,7 @@ function makeSolver(data) {
   const set_to = parameters.map((each) => each.value);
   let last = null; // all that the last run's samples give
 
-  // A number where parameter `number` alone has its present value; forms are those of script/sliders.py.
+  // A number where parameter `number` alone has its present value; forms are those of script/forms.py.
   function form(first, [number, kind, numbers]) {
     const ratio = set_to[number] / parameters[number].value;
     if (kind === "power") return first * ratio ** numbers[0];
@@ -54,7 +57,7 @@ function makeSolver(data) {
       const added = parameters.map(() => 0);
       forms.forEach((each) => { added[each[0]] = form(first, each) - first; });
       const times = () => first * added.reduce((product, each) => product * (1 + each / first), 1);
-      const plus = () => rule.reduce((sum, [k, ...of]) => sum + of.reduce((product, i) => product * added[i], k), added.reduce((a, b) => a + b, first));
+      const plus = () => rule.reduce((sum, [factor, ...of]) => sum + of.reduce((product, i) => product * added[i], factor), added.reduce((a, b) => a + b, first));
       const now = rule === "times" ? times() : plus();
       if (array === "span") period = now;
       else if (array === "weight") y.weight[at] = firstTangents.weight[at] = now;
@@ -71,11 +74,11 @@ function makeSolver(data) {
 
   // Where the motion begins, by the ideal mechanism's outputs; false where its loops do not close over the turn.
   function closes() {
-    const { swept, step, turn, places } = data.closing;
+    const { swept, step, turn } = data.closing;
     const row = Float64Array.from(loops.ideal_s);
     for (let i = 0; i < turn; i += 1, row[swept] += step) {
       closing(row, loops.ideal_p, loops.found);
-      if (i === 0) places.forEach(([at, whole], k) => { start.s[at] = loops.found[k] + whole; });
+      if (i === 0) data.closing.places.forEach(([at, whole], n) => { start.s[at] = loops.found[n] + whole; });
       if (!loops.found.every(Number.isFinite)) return false;
     }
     return true;
@@ -142,18 +145,18 @@ function makeSolver(data) {
     const n = 2 * data.links.length;
     const [A, b] = [[], []];
     data.linkage.forEach((joint) => {
-      const rows = [new Float64Array(n), new Float64Array(n)];
+      const lines = [new Float64Array(n), new Float64Array(n)];
       const known = [0, 0];
       [[joint.journal, 1], [joint.bearing, -1]].forEach(([pin, sign]) => {
         const at = data.links.indexOf(pin.link);
         known[0] += sign * (at < 0 ? pin.point[0] : along(pin.link, pin.at) * Math.cos(angle(pin)));
         known[1] += sign * (at < 0 ? pin.point[1] : along(pin.link, pin.at) * Math.sin(angle(pin)));
-        if (at >= 0) [0, 1].forEach((axis) => { rows[axis][2 * at + axis] += sign; });
+        if (at >= 0) [0, 1].forEach((axis) => { lines[axis][2 * at + axis] += sign; });
       });
       const of = (name, label) => (last[name] && last[name][label] ? last[name][label][sample] : undefined);
       if (!joint.prismatic) {
         ["journal_x", "journal_y"].forEach((name, axis) => {
-          A.push(rows[axis]);
+          A.push(lines[axis]);
           b.push((of(name, joint.name) || 0) - known[axis]);
         });
         return;
@@ -162,7 +165,7 @@ function makeSolver(data) {
       const [c, s] = [Math.cos(turned), Math.sin(turned)];
       const slide = of("slide_position", joint.label) ?? of("slide_position", joint.name);
       const put = (a, d, wanted) => {
-        A.push(rows[0].map((each, j) => a * each + d * rows[1][j]));
+        A.push(lines[0].map((each, j) => a * each + d * lines[1][j]));
         b.push(wanted - a * known[0] - d * known[1]);
       };
       if (slide !== undefined) put(c, s, slide);
