@@ -11,7 +11,8 @@ from tests.script.in_node import needs_node, ran
 pytestmark = needs_node
 PROGRAM = """
 const growth = Float64Array.from(data.growth, (each) => (each === null ? NaN : Number(each)));
-const seen = { turns: 50 + growth.length, counted: growth.length, status: "", separations: {}, tolerance: 1e-6 };
+const counts = { turns: 50 + growth.length, counted: growth.length };
+const seen = { ...counts, status: "", separations: {}, tolerance: 1e-6 };
 return verdict.words({ ...seen, ...data, growth });
 """
 
