@@ -42,6 +42,7 @@ if (jointplay.data.live) {
     return worker;
   }
 
+  jointplay.worker = solver; // for others that compute
   element("live").hidden = false; // without scripts it stays hidden
   const worker = solver(answered);
 

@@ -61,7 +61,7 @@ def seconds(times: np.ndarray, units: str) -> Base:
 
 def turns(dataset: Dataset, name: str = "turns") -> Base | None:
     """Return the axis of `turns` or `angle`: the recorded crank's where it only grows, else nominal."""
-    words, per_turn = ("turns (\N{EN DASH})", 1.0) if name == "turns" else ("angle (deg)", 360.0)
+    words, per_turn = ("turns", 1.0) if name == "turns" else ("angle (deg)", 360.0)
     if "angle" in dataset and CRANK in select.labels(dataset, "link"):
         angle = dataset["angle"].sel(link=CRANK).values
         if angle.size > 1 and np.all(np.diff(angle) >= 0) and angle[-1] > angle[0]:

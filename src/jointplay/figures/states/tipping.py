@@ -71,4 +71,4 @@ def within(ax: Axes, dataset: Dataset) -> None:
         label = f"{number}: {f'period {period}' if period else 'no period'}"
         look = {"color": band(number - 1)["facecolor"], "linestyle": DASHES[(number - 1) // 2 % 4]}
         ax.plot(one["within"].values, one["fraction_reached"].values, label=label, **look)
-    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then (\N{EN DASH})")
+    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then")
