@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
 from jointplay.display.units import shown
-from jointplay.figures.drawing import select
+from jointplay.figures.drawing import artists, select
 from jointplay.figures.drawing.ticks import Degrees
 
 AXES = ("time", "turns", "angle")
@@ -56,7 +56,7 @@ def seconds(times: np.ndarray, units: str) -> Base:
     """Return the axis of plain time, in the display unit that suits `times`."""
     late = np.max(np.abs(times), initial=0.0) >= LATE
     unit = shown(times if late or not times.size else np.ptp(times), units)
-    return Base(f"Time ({unit.symbol})", np.array([0.0, 1.0]), np.array([0.0, unit.factor]))
+    return Base(artists.with_unit("Time", unit.symbol), np.array([0.0, 1.0]), np.array([0.0, unit.factor]))
 
 
 def turns(dataset: Dataset, name: str = "turns") -> Base | None:
