@@ -18,6 +18,7 @@ HEADINGS = {
     "growth": "growth\nper turn",
     "section": "section",
 }
+SMALL = 1e-4  # errors below it have a power of ten, which leaves room for one digit
 FEW = 20  # distinct points of a section, which are drawn larger
 SHADE = {"periodic": 0.0, "undecided": 0.35, "chaotic": 0.85}  # of the growth, by what the motion is
 
@@ -90,7 +91,8 @@ def growth(one: Dataset) -> str:
     if not np.isfinite(value):
         return "\N{EN DASH}"
     words = f"{value:+.3f}".replace("-", "\N{MINUS SIGN}")
-    return f"{words}\n± {plain(error, 2)}" if np.isfinite(error) else words
+    digits = 2 if error >= SMALL else 1
+    return f"{words}\n± {plain(error, digits)}" if np.isfinite(error) else words
 
 
 def sections(ax: Axes, part: Dataset, left: float) -> None:
