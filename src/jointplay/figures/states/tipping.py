@@ -58,7 +58,7 @@ def bars(ax: Axes, dataset: Dataset, name: str) -> None:
     labels = [str(each).partition(":")[2] for each in dataset["knock"].values]
     ax.set_xticks(range(len(labels)), labels)
     ax.set_xlim(-0.5, len(labels) - 0.5)
-    ax.set_ylabel(f"{name}\n({unit.symbol})")
+    ax.set_ylabel(artists.with_unit(name, unit.symbol).replace(" (", "\n("))
     ax.margins(y=0.18)
     ax.set_ylim(bottom=0.0)
 
@@ -71,4 +71,4 @@ def within(ax: Axes, dataset: Dataset) -> None:
         label = f"{number}: {f'period {period}' if period else 'no period'}"
         look = {"color": band(number - 1)["facecolor"], "linestyle": DASHES[(number - 1) // 2 % 4]}
         ax.plot(one["within"].values, one["fraction_reached"].values, label=label, **look)
-    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then (\N{EN DASH})")
+    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then")
