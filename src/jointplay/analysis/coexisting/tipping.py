@@ -6,9 +6,9 @@ the state that is on it (`coexisting.edge`). Finite-time basin stability is the 
 come within the tolerance of a motion in so many turns; of periodic motions alone. Reference: P. Schultz,
 P. J. Menck, J. Heitzig and J. Kurths, New J. Phys. 19 (2017) 023005.
 
-Validity: as of the parts; of systems that nothing forces, knocks are at section points alone, and an edge
-state is an equilibrium, or an orbit whose period is a whole number of nominal ones; with a crank whose speed is
-prescribed, knocks are at the section alone.
+Validity: as of the parts. Of systems that nothing forces, knocks are at section points alone, and an edge
+state is an equilibrium, or an orbit whose period is a whole number of nominal ones. With a prescribed
+speed of the crank, knocks are at the section alone.
 """
 
 from __future__ import annotations
