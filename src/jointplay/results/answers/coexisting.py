@@ -67,10 +67,17 @@ def _knock(one: Dataset) -> str:
         size, end = float(one["knock_size"].values[k]), int(one["above_reaches"].values[k])
         if np.isfinite(size):
             units = str(one["knock_units"].values[k])
-            sure = "" if int(one["knock_confirmed"].values[k]) else " (not confirmed)"
+            sure = "" if int(one["knock_confirmed"].values[k]) else _unsure(one, k, units)
             other = str(end) if end > 0 else "no settled motion"
             parts.append(f"{name} {measure(size, units, 3)} to {other}{sure}")
     found = sorted({int(p) for p in one["edge_period"].values if p > 0})
     edges = f"; between: a state of period {', '.join(map(str, found))}" if found else ""
     told = ", ".join(parts) or "no knock that was tried tips it"
     return f"{int(one['number'])} (period {int(one['period']) or 'none'}): {told}{edges}"
+
+
+def _unsure(one: Dataset, k: int, units: str) -> str:
+    """What is known of a knock that is not confirmed."""
+    safe = float(one["knock_safe"].values[k]) if "knock_safe" in one else 0.0
+    below = f"; each that was tried up to {measure(safe, units, 3)} returns" if safe > 0 else ""
+    return f" (not confirmed{below})"
