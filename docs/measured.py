@@ -168,7 +168,8 @@ def precision(result: xr.Dataset) -> Iterator[tuple[str, str]]:
 def table(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     """The rows of a stored table."""
     for name in result.row.values:
-        yield str(name), row(result.value.sel(row=name).values)
+        values = result.value.sel(row=name).values
+        yield str(name), row(values[: np.flatnonzero(np.isfinite(values))[-1] + 1])
     yield "processor", result.attrs["processor"]
 
 
@@ -208,7 +209,7 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
         ),
         precision,
     ),
-    **dict.fromkeys(("scenes", "ensembles", "starts", "turns"), table),
+    **dict.fromkeys(("scenes", "ensembles", "starts", "turns", "valve"), table),
 }
 
 

@@ -13,7 +13,7 @@ import xarray as xr
 from jointplay.jobs.origin import processor
 from jointplay.results.store import write_result
 
-from .suite import ensembles, scenes, starts, turns
+from .suite import ensembles, scenes, starts, turns, valve
 
 
 def _scenes():
@@ -48,14 +48,22 @@ def _turns():
     return rows | {"cells": [sweep.track_cells_an_hour()]}
 
 
-TABLES = {"scenes": _scenes, "ensembles": _ensembles, "starts": _starts, "turns": _turns}
+TABLES = {
+    "scenes": _scenes,
+    "ensembles": _ensembles,
+    "starts": _starts,
+    "turns": _turns,
+    "valve": valve.measured,
+}
 
 
 def main(folder, *names):
     """Measure what is asked for, all tables by default, and write each as it is done."""
     for name in names or TABLES:
         rows = TABLES[name]()
-        value = ("row", "column"), np.array(list(rows.values())), {"units": "1", "long_name": "of the table"}
+        longest = max(map(len, rows.values()))
+        cells = np.array([[*cells, *[np.nan] * (longest - len(cells))] for cells in rows.values()])
+        value = ("row", "column"), cells, {"units": "1", "long_name": "of the table"}
         labels = [re.sub(r"\W+", "_", label).strip("_") for label in rows]
         about = {"kind": f"benchmark_{name}", "processor": processor()}
         path = Path(folder) / f"{name}.nc"

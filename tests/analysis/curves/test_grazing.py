@@ -123,3 +123,27 @@ def test_the_linkage_begins_to_stick_along_a_curve():
             orbit = jp.words(jp.periodic_orbit(there, transient=60))
             counts.append(int(np.sum(orbit["event_kind"].values == "stick_onset")))
         assert abs(counts[1] - counts[0]) == 1
+
+
+@pytest.mark.long
+def test_a_doubling_meets_a_grazing_where_the_grazing_meets_a_doubling():
+    """The linkage near gear ratio 3: one place, enclosed along the doubling and along the grazing."""
+    found = jp.curve(
+        catalog.chunmei2002(4.15e-5, gear_ratio=3.0),
+        plane={"clearance": (4.1e-5, 4.24e-5), "gear_ratio": (2.95, 3.02)},
+        of=["period_doubling", "grazing"],
+        step=0.1,
+        max_points=50,
+    )
+    words = jp.words(found)
+    doubling = found_curve(found, "period_doubling")
+    assert list(doubling["curve_end"]) == ["range", "range"]
+    assert doubling["gear_ratio"].values.min() < 2.955  # beyond the grazing it turns
+    multipliers = doubling["floquet_multiplier"].values @ [1, 1j]
+    assert np.max(np.min(np.abs(multipliers + 1), axis=1)) < 1e-5
+    met = words.isel(meeting=np.flatnonzero(words["meeting_kind"] == "doubling_grazing"))
+    kinds = found["curve_kind"].values[met["meeting_curve"].values]
+    assert len(set(kinds)) == 2
+    assert met["meeting_event_kind"].values[0] == "separation"
+    assert met["meeting_gear_ratio"].values == pytest.approx(2.968314, abs=2e-6)
+    assert np.ptp(met["meeting_clearance"].values) < 1e-11
