@@ -1,7 +1,7 @@
 """What a page that computes costs, in headless Chromium: opening, frames, a rectangle of a diagram, memory.
 
-Best of several tries, since other work on the machine only slows them; beside them what does not depend on it, CPU
-time and the time that a frame takes of the page's own thread. `python -m tests.benchmarks.suite.pages [MINUTES]`.
+Best of several tries, since other work on the machine only slows them; beside them what does not depend on
+it: CPU time. `python -m tests.benchmarks.suite.pages [MINUTES]`.
 """
 
 import os
@@ -9,7 +9,7 @@ import shutil
 import sys
 import tempfile
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import jointplay as jp
@@ -59,34 +59,24 @@ def browser():
         made = webdriver.Chrome(options=options, service=service)
         made.set_script_timeout(120)
         made.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": OPENED})
-        made.execute_cdp_cmd("Performance.enable", {})
         try:
             yield made
         finally:
             made.quit()
 
 
-def processes(root):
-    """Numbers of a process's children, and of theirs."""
-    children = Path(f"/proc/{root}/task/{root}/children").read_text().split()
-    return [int(each) for each in children] + [k for each in children for k in processes(int(each))]
-
-
 def of_processes(made):
     """CPU seconds that a browser's processes have used, and the memory that they have for themselves, MB."""
-    seconds = size = 0.0
-    for number in processes(made.service.process.pid):
-        fields = Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()
-        seconds += (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
-        pages = Path(f"/proc/{number}/statm").read_text().split()
-        size += (int(pages[1]) - int(pages[2])) * os.sysconf("SC_PAGE_SIZE") / 1e6
-    return seconds, size
-
-
-def busy(made):
-    """Seconds that the page's own thread was at work."""
-    metrics = made.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
-    return next(each["value"] for each in metrics if each["name"] == "TaskDuration")
+    fields, members = {}, {made.service.process.pid}
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with suppress(OSError):  # it has ended
+            fields[int(path.parent.name)] = path.read_text().rpartition(")")[2].split()
+    while grown := {k for k, each in fields.items() if int(each[1]) in members} - members:
+        members |= grown
+    ticks = sum(int(fields[k][11]) + int(fields[k][12]) for k in members)
+    pages = [Path(f"/proc/{k}/statm").read_text().split() for k in members]
+    private = sum(int(each[1]) - int(each[2]) for each in pages)
+    return ticks / os.sysconf("SC_CLK_TCK"), private * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 def opening(made, page):
@@ -96,10 +86,10 @@ def opening(made, page):
 
 
 def frames(made):
-    """Frames a second while a slider moves, and what one takes of the page's own thread, ms."""
-    before = busy(made)
+    """Frames a second while a slider moves, and the CPU time of all that one takes, ms."""
+    before, _ = of_processes(made)
     count = made.execute_async_script(DRAGGED, SECONDS)
-    return count / SECONDS, 1e3 * (busy(made) - before) / count
+    return count / SECONDS, 1e3 * (of_processes(made)[0] - before) / count
 
 
 def rectangle(made):
