@@ -27,7 +27,7 @@ def fake(mechanism, **_):
     lengths = [0.05, 0.14, 0.12, 0.15]
     data = {
         "parameters": parameters,
-        "state": [],
+        "state": ["s"],
         "joints": ["B"],
         "period": 0.075,
         "start": 0.3,

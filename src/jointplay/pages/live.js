@@ -39,6 +39,7 @@ if (jointplay.data.live) {
     return made;
   }
 
+  jointplay.worker = solver; // for others that compute
   element("live").hidden = false; // without scripts it stays hidden
   const worker = solver(answered);
 

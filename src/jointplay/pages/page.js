@@ -15,7 +15,7 @@ const jointplay = (() => {
 
   function numbers(packed) {
     const bytes = Uint8Array.from(atob(packed.bytes), (character) => character.charCodeAt(0));
-    const kinds = { "<f4": Float32Array, "<i4": Int32Array, "<i2": Int16Array, "<i1": Int8Array };
+    const kinds = { "<f8": Float64Array, "<f4": Float32Array, "<i4": Int32Array, "<i2": Int16Array, "<i1": Int8Array };
     return new kinds[packed.type](bytes.buffer);
   }
 

@@ -20,7 +20,7 @@ const stage = (() => {
   }
 
   function colour(name) {
-    return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+    return name.startsWith("--") ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
   }
 
   function circle(pen, x, y, radius, fill) {

@@ -94,5 +94,5 @@ def orbit_frame(
     distance = np.hypot(x, y)
     artists.clearance_circle(ax, np.max(distance, initial=0.0, where=np.isfinite(distance)))
     which = f" at {joint}" if dataset.sizes["joint"] > 1 else ""
-    ax.set_xlabel(f"Journal centre{which}, $r_x/e$ (\N{EN DASH})")
-    ax.set_ylabel(f"Journal centre{which}, $r_y/e$ (\N{EN DASH})")
+    ax.set_xlabel(f"Journal centre{which}, $r_x/e$")
+    ax.set_ylabel(f"Journal centre{which}, $r_y/e$")

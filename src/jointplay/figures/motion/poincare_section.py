@@ -99,8 +99,8 @@ def words(period: int, missed: float, count: str) -> str:
     """Return how many points there are, of periodic ones with their scatter."""
     if not period:
         return count
-    within = f"within {plain(max(missed, 1e-16), 1)} $e$" if missed else "all the same"
-    return f"{count}: period\N{NO-BREAK SPACE}{period}, {within}"
+    within = f"within {plain(max(missed, 1e-16), 1)} $e$".replace(" ", "\N{NO-BREAK SPACE}")
+    return f"{count}: period\N{NO-BREAK SPACE}{period}, {within if missed else 'all the same'}"
 
 
 def variable_points(
