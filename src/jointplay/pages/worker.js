@@ -33,7 +33,7 @@ function set({ values }) {
   tried(tried(Object.keys(values))); // lengths may close together only: once more when the others hold
   if (lost || ahead.period() !== period) reset();
   turns = 0;
-  return { refused };
+  return { refused: Object.fromEntries(Object.entries(refused).filter(([, why]) => why)) };
 }
 
 function reset() {
@@ -134,19 +134,18 @@ function scan({ values, key, across, list, lines, transient, kept }) {
 }
 
 // Some turns of motions that begin in given states, or, where there is none, at the start and after a transient.
-function point({ values, states, transient, turns, samples, wanted }) {
+function point({ values, states, transient, length, samples, wanted }) {
   reset();
   const why = Object.values(set({ values }).refused).join("; ");
   if (why) return { why };
   const motions = states.map((state) => {
     shown.reset();
     if (state) shown.setState(state);
-    let status = "";
-    for (let done = 0; !state && !status && done < transient; done += 1) status = ended(shown.run(1, { budget_ms: BUDGET }), 1);
+    const before = state ? "" : ended(shown.run(transient, { budget_ms: BUDGET + PACE * transient }), transient);
     const begun = shown.time();
-    const out = shown.run(turns, { samples, budget_ms: BUDGET });
+    const out = shown.run(length, { samples, budget_ms: BUDGET });
     const time = Float64Array.from(out.time, (each) => (each - begun) / shown.period());
-    return { status: status || ended(out, turns), time, values: picked(out, wanted) };
+    return { status: before || ended(out, length), time, values: picked(out, wanted) };
   });
   return { motions };
 }
