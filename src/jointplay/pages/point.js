@@ -39,7 +39,7 @@ if (jointplay.data.live && jointplay.data.cells) {
     [shown, waiting, busy] = [waiting, null, true];
     say("The motion is being computed.");
     const wanted = live.views.flatMap((view) => [...view.orbit, view.force]);
-    const size = { length: TURNS, samples: SAMPLES * TURNS, transient: TRANSIENT };
+    const size = { turns: TURNS, samples: SAMPLES * TURNS, transient: TRANSIENT };
     worker.postMessage({ what: "point", values: shown.values, states: shown.states, wanted, ...size });
   }
 
