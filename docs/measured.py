@@ -208,7 +208,7 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
         ),
         precision,
     ),
-    **dict.fromkeys(("scenes", "ensembles", "starts", "turns", "pages"), table),
+    **dict.fromkeys(("scenes", "ensembles", "starts", "turns"), table),
 }
 
 

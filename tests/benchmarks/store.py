@@ -13,7 +13,7 @@ import xarray as xr
 from jointplay.jobs.origin import processor
 from jointplay.results.store import write_result
 
-from .suite import ensembles, pages, scenes, starts, turns
+from .suite import ensembles, scenes, starts, turns
 
 
 def _scenes():
@@ -49,7 +49,6 @@ def _turns():
 
 
 TABLES = {"scenes": _scenes, "ensembles": _ensembles, "starts": _starts, "turns": _turns}
-TABLES["pages"] = pages.measured
 
 
 def main(folder, *names):

@@ -109,7 +109,7 @@ def memory(made):
 
 
 def measured(minutes=MINUTES):
-    """Rows of the table of docs/benchmarks.md."""
+    """All of it, by name."""
     mechanism = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
     with tempfile.TemporaryDirectory() as folder, browser() as made:
         began = time.process_time()
