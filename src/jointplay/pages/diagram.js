@@ -83,7 +83,7 @@ if (jointplay.data.live) {
     const [list, lines] = [values(asked.axes[0], asked.count), isMap() ? values(asked.axes[1], asked.count) : [null]];
     const split = isMap() ? lines : list; // between the workers
     const all = list.length * lines.length;
-    const size = Math.ceil(split.length / Math.max(1, Math.min(4, (navigator.hardwareConcurrency || 2) - 1, split.length)));
+    const size = Math.ceil(split.length / Math.min(4, navigator.hardwareConcurrency || 2, split.length));
     field("stop").disabled = false;
     for (let first = 0; first < split.length; first += size) {
       const part = split.slice(first, first + size);
@@ -224,6 +224,7 @@ if (jointplay.data.live) {
 
   jointplay.diagram = {
     asked: () => asked,
+    computes: () => running.length > 0,
     draw,
     begin(found, given) {
       [parameters, tools] = [found, given];

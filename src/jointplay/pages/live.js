@@ -187,7 +187,7 @@ if (jointplay.data.live) {
       ask("turn", { wanted, samples: SAMPLES, join: !joined });
       joined = true;
     } else if (view.ideal && live.ideal && !turn.hasBeside(stamp)) ask("without", { wanted: [view.ideal], samples: SAMPLES });
-    else if (ahead.turns() < followed.MOST) ask("on", { budget: BUDGET, most: followed.MOST - ahead.turns() });
+    else if (ahead.turns() < followed.MOST && !jointplay.diagram.computes()) ask("on", { budget: BUDGET, most: followed.MOST - ahead.turns() });
   }
 
   function play() {

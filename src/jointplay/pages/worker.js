@@ -5,6 +5,7 @@
 
 const APART = ["separation", "impact"]; // kinds of event by which a journal leaves its bearing
 const BUDGET = 4000; // ms after which a turn is given up
+const PACE = 200; // ms a turn of many, by which they are
 
 let given, shown, ahead, ideal;
 let turns = 0; // that `ahead` has followed since the last change
@@ -32,7 +33,7 @@ function set({ values }) {
   tried(tried(Object.keys(values))); // lengths may close together only: once more when the others hold
   if (lost || ahead.period() !== period) reset();
   turns = 0;
-  return { refused };
+  return { refused: Object.fromEntries(Object.entries(refused).filter(([, why]) => why)) };
 }
 
 function reset() {
@@ -118,11 +119,13 @@ function scan({ values, key, across, list, lines, transient, kept }) {
     if (across !== null) reset();
     for (const value of list) {
       const row = { value, across: line, section: [], status: why || set({ values: { [key]: value } }).refused[key] || "" };
-      for (let done = 0; !row.status && done < transient + kept; done += 1) {
-        const out = ahead.run(1, { samples: 0, tangent: false, budget_ms: BUDGET });
-        row.status = ended(out, 1);
-        if (!row.status && done >= transient) row.section.push(...points(ahead, out.section));
-      }
+      const followed = (length) => {
+        const out = ahead.run(length, { samples: 0, tangent: false, budget_ms: BUDGET + PACE * length });
+        row.status = ended(out, length);
+        return row.status ? [] : out.section;
+      };
+      if (!row.status && transient) followed(transient);
+      if (!row.status) row.section = points(ahead, followed(kept));
       if (row.status) reset();
       postMessage({ what: "row", row });
     }

@@ -90,8 +90,8 @@ function makeSolver(data) {
     if (number < 0) return `there is no slider ${key}`;
     const { min, max, label, unit, factor } = parameters[number];
     if (!(value >= min && value <= max)) {
-      const shown = (each) => Number((each * factor).toPrecision(4));
-      return `${label}: from ${shown(min)} to ${shown(max)}${unit && ` ${unit}`} is accepted`;
+      const told = (each) => Number((each * factor).toPrecision(4));
+      return `${label}: from ${told(min)} to ${told(max)}${unit && ` ${unit}`} is accepted`;
     }
     const before = set_to[number];
     set_to[number] = value;
@@ -237,12 +237,9 @@ function makeSolver(data) {
     return found;
   }
 
-  function only_shown(found) {
-    const names = new Set(["time", ...data.quantities.filter((each) => each.shown).map((each) => each.name)]);
-    return Object.fromEntries(Object.entries(found).filter(([name]) => names.has(name)));
-  }
-
-  const measured = (taken) => only_shown(evaluated(taken));
+  const shown = new Set(["time", ...data.quantities.filter((each) => each.shown).map((each) => each.name)]);
+  const onlyShown = (found) => Object.fromEntries(Object.entries(found).filter(([name]) => shown.has(name)));
+  const measured = (taken) => onlyShown(evaluated(taken));
 
   function run(length, { samples = 0, tangent = false, budget_ms = Infinity } = {}) {
     const found = { events: [], section: [], doubts: 0 };
@@ -268,7 +265,7 @@ function makeSolver(data) {
     const exponent = { sum: y.logs[y.logs.length - 1], turns }; // -Infinity where sticking took the direction away
     const taken = x.samples.slice(0, x.count[SAMPLES]);
     last = evaluated(taken);
-    return { status: status.word, meaning: status.meaning, turns_done: done, ...only_shown(last), ...found, exponent };
+    return { status: status.word, meaning: status.meaning, turns_done: done, ...onlyShown(last), ...found, exponent };
   }
 
   const state = () => x.s.slice(1, 1 + x.absolute.length);
