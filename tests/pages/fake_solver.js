@@ -26,6 +26,7 @@ function makeSolver(data) {
       values[key] = value;
       return "";
     },
+    along: (link, at) => at,
     reset() { [time, s, sum, lost] = [0, data.start, 0, false]; },
     period: () => data.period,
     time: () => time,

@@ -53,8 +53,8 @@ if (jointplay.data.cells) {
     jointplay.say(at.join(", "));
   }
 
-  function span(values) {
-    const there = values.filter(Number.isFinite);
+  function span(series) {
+    const there = series.filter(Number.isFinite);
     const [low, high] = there.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
     const room = 0.06 * (high - low) || 0.02 * Math.abs(high) || 1;
     return there.length ? { start: low - room, end: high + room } : { start: 0, end: 1 };

@@ -12,7 +12,7 @@ from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 from jointplay.figures.states.attractors import band
 
-NAMES = {"impulse": "Impulse on", "shift": "Shift of journal", "state": "Change of"}
+NAMES = {"impulse": "Moment on", "blow": "Impulse at", "shift": "Shift of journal", "state": "Change of"}
 DASHES = ("-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1)))
 WIDE = 0.8  # of the place of a kind of knock, that its bars take
 
