@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import Akima1DInterpolator
 
 from jointplay import figures
-from jointplay.figures.drawing.smooth import smooth
+from jointplay.figures.drawing.smooth import BETWEEN, akima, smooth
 from tests.figures.support.synthetic import response, section
+
+SHARES = np.arange(1, BETWEEN) / BETWEEN
 
 
 def circle(samples: int):
@@ -18,6 +21,20 @@ def test_ten_samples_a_vibration_miss_its_circle_by_a_hundredth():
     radius = np.hypot(x, y)[16:-16]  # splines know less at the ends
     assert np.abs(radius - 1).max() < 0.01  # straight lines: 0.05
     assert len(x) == 8 * 40 + 1
+
+
+def test_slopes_are_those_of_modified_akima_splines():
+    numbers = np.random.default_rng(5)
+    times = np.cumsum(numbers.uniform(0.1, 2.0, 40))
+    points = np.stack([numbers.standard_normal(40), np.r_[np.zeros(12), numbers.standard_normal(28)]], -1)
+    known = Akima1DInterpolator(times, points, method="makima")
+    np.testing.assert_allclose(akima(times, points), known(times, 1), rtol=0, atol=1e-12)
+    x, y, _ = smooth(times, *points.T, np.zeros(40, dtype=bool))
+    drawn = np.stack([x, y], -1)
+    dense = known(np.concatenate([times, (times[:-1, None] + np.diff(times)[:, None] * SHARES).ravel()]))
+    missed = np.min(np.abs(drawn[:, None] - dense[None]).max(axis=-1), axis=1)
+    assert len(drawn) > 200
+    assert missed.max() < 1e-12
 
 
 def test_samples_stay_where_they_are_and_straight_paths_as_they_are():

@@ -19,10 +19,18 @@ def through(points: np.ndarray, tangents: np.ndarray, straight: np.ndarray | boo
     steps = np.sum(chords * means, axis=1, keepdims=True) / np.where(size > 0, size, np.inf)
     steps = np.where(np.reshape(straight, (-1, 1)), np.nan, steps)
     begin, end = (_forward(steps * each, chords) for each in (tangents[:-1], tangents[1:]))
-    t = (np.arange(BETWEEN) / BETWEEN)[None, :, None]
-    path = points[:-1, None] + t * chords[:, None]
+    path = cubic(points[:-1], chords, begin, end, np.arange(BETWEEN) / BETWEEN)
+    return np.concatenate([path, points[-1:]])
+
+
+def cubic(
+    points: np.ndarray, chords: np.ndarray, begin: np.ndarray, end: np.ndarray, shares: np.ndarray
+) -> np.ndarray:
+    """Return points at shares of intervals, given where each begins, its chord and its tangents by share."""
+    t = shares[None, :, None]
+    path = points[:, None] + t * chords[:, None]
     path = path + t * (1 - t) * ((1 - t) * (begin - chords)[:, None] + t * (chords - end)[:, None])
-    return np.concatenate([path.reshape(-1, 2), points[-1:]])
+    return path.reshape(-1, 2)
 
 
 def _forward(tangents: np.ndarray, chords: np.ndarray) -> np.ndarray:

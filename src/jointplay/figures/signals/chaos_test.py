@@ -12,6 +12,7 @@ from jointplay.figures.registry import picture
 NEEDED = ("chaos_indicator", "chaos_indicator_quartile", "walk_x", "walk_y", "square_displacement")
 REGULAR = "Regular: all are one point"
 MARGIN = 0.12  # of K, beyond 0 and 1
+NARROW = 20  # characters of a line of a label
 
 
 @picture()
@@ -41,7 +42,7 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
     ax.axhline(median, color=style.BLUE, linewidth=0.8)
     lowest = np.nanmin(dataset["chaos_indicator"].values, initial=0.0)
     ax.set(ylim=(min(lowest, 0.0) - MARGIN, 1 + MARGIN))
-    ax.set(xlabel="Frequency c (rad a sample)", ylabel="K")
+    ax.set(xlabel="Frequency c (rad per sample)", ylabel="K")
     verdict = select.flags(dataset["verdict"]).get(int(dataset["verdict"]), "undecided")
     told = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
     artists.heading(ax, "(a)", told.replace("-", "\N{MINUS SIGN}"))
@@ -69,7 +70,7 @@ def displacement_panel(ax: Axes, dataset: Dataset) -> None:
     _, unit = artists.displayed(dataset["walk_x"])
     symbol = unit.symbol if unit.symbol in PLAIN.values() else f"{unit.symbol}²"
     ax.plot(dataset["lag"], dataset["square_displacement"] * unit.factor**2, color=style.BLACK)
-    label = artists.with_unit("Mean square displacement", symbol)
+    label = artists.broken(artists.with_unit("Mean square displacement", symbol), NARROW)
     ax.set(xlim=(0, None), ylim=(0, None), xlabel="Samples n", ylabel=label)
     artists.heading(ax, "(c)", f"c = {float(dataset['walk_frequency']):.3f}")
 
