@@ -263,9 +263,9 @@ def _at_the_start(system: System) -> Iterator[Problem]:
 
 
 def _singular(system: System, here: _Here) -> Iterator[Problem]:
-    given = system.structure()
-    if not given.mass:
+    if not system.mass:
         return
+    given = system.structure()
     matrix = np.zeros((len(given.speeds),) * 2)
     for i, j, text in given.mass:
         matrix[i, j] = matrix[j, i] = here(text)
