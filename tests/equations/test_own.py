@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -170,6 +171,9 @@ def test_a_switch_with_two_thresholds_is_watched_by_its_mode():
         point = Point(f, [], (2.0,), (mode,))
         assert point.rate()[0, 0] == (1 if mode == "free" else -1)
         assert point.watched()[0, 0] == value
+    lone = replace(given, switches=(Switch("heater", "1 - x"),))
+    systems = [own.system(each) for each in (given, lone)]
+    assert [each.contacts[0].latches for each in systems] == [True, False]
 
 
 def test_a_lone_contact_is_open_while_a_body_rests_on_a_wall():

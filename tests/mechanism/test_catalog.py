@@ -221,3 +221,8 @@ def test_presets_name_the_link_whose_number_is_wrong():
     wrong = {"mass": {"slider": -1.0}, "inertia_centre": {"crank": 0.0}, "centre": {"rod": "2 kg"}}
     found = problems_of(catalog.slider_crank, **wrong)
     assert set(found) == {"mass.slider", "inertia_centre.crank", "centre.rod"}
+
+
+def test_the_slider_crank_lies_flat_unless_gravity_is_asked_for():
+    assert catalog.slider_crank().gravity == 0.0
+    assert catalog.slider_crank(gravity=9.8).gravity == 9.8

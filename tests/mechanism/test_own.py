@@ -14,6 +14,7 @@ from sympy import cos, symbols
 
 import jointplay as jp
 from jointplay.analysis.vary import axes, units_of
+from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import System
 from jointplay.study.mechanism_table import build_mechanism
 from tests.mechanism.wrong import only, problems_of
@@ -31,6 +32,7 @@ FORCED = {
     "rates": {"y": "v", "v": "cos(omega*t) - y"},
     "forcing": "2*pi/omega",
 }
+STOP = {"name": "stop", "depth": "x - 1", "force": "100*depth"}
 
 
 def test_order_start_and_period():
@@ -143,6 +145,7 @@ def changed(**tables):
         ),
         ({"jumps": [{"name": "j", "guard": "p", "jump": {}}]}, "jumps[0].jump", "at least one state"),
         ({"mass": {"v": {"v": 1, "p": 1}}}, "mass", "positive definite"),
+        ({"parameters": {"depth": 1.0}, "contacts": [STOP]}, "parameters.depth", "a contact's already"),
         ({"mass": {"x": {"x": 1}}}, "mass.x", "no such state"),
         ({"mass": {"v": {"p": 0.1}, "p": {"v": 0.1, "p": 1}}}, "mass.p.v", "one is accepted"),
     ],
@@ -152,6 +155,28 @@ def test_badly_posed(tables, key, said):
     places = {place.removeprefix("system."): problem for place, problem in found.items()}
     assert key in places, places
     assert said in str(places[key].expected)
+
+
+def test_numbers_are_looked_at_also_where_the_equations_are_known():
+    valve = System(**VALVE)
+    found = problems_of(valve.replace, restitution=1.5)
+    assert "a restitution of 0 to 1" in str(only(found, "system.impacts[0].restitution").expected)
+    found = problems_of(System(**FORCED).replace, omega=1e-320)
+    assert "finite" in str(only(found, "system.forcing").expected)
+
+
+def test_a_contact_pulls_unless_it_is_told_not_to():
+    plain, pulling = (System(**changed(contacts=[STOP | more])) for more in ({}, {"tension": True}))
+    assert plain.structure() == pulling.structure()
+    assert plain.structure() != System(**changed(contacts=[STOP | {"tension": False}])).structure()
+
+
+def test_the_phase_runs_with_the_forcing():
+    """A step spans 0.7 rad of it at most."""
+    model = assemble(System(**FORCED))
+    assert (model.crank_speed, model.forward) == (2.0, 1)
+    assert model.h_max == pytest.approx(0.35)
+    assert assemble(System(**FORCED | {"forcing": "-2*pi/omega"})).forward == -1
 
 
 def test_everything_at_once():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,19 +20,36 @@ IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}
 NAMED = "a name of letters a to z, digits and _ is accepted, a letter first"
 EVEN = 1e-9  # relative difference of rates a period apart, beyond which they do not repeat
 NUDGE = 1e-6
+MOST = 1000  # systems whose equations are remembered to be right
+_right: set[str] = set()
 
 
 def problems(system: System) -> list[Problem]:
     """Everything that is wrong with a system whose tables have the right form."""
+    others = {"name", "parameters", "states", "system"}
+    told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
+    equations = repr(told)
+    if equations not in _right:  # else it differs by numbers alone, as the cells of a sweep do
+        if found := _of_the_equations(system):
+            return found
+        if len(_right) == MOST:
+            _right.clear()
+        _right.add(equations)
+    return [*_values(system)] or [*_at_the_start(system)]
+
+
+def _of_the_equations(system: System) -> list[Problem]:
+    """What is wrong whatever numbers the parameters have."""
     found = [*_names(system), *_missing(system)]
     texts = [] if found else [*_texts(system)]
     for key, text, known in texts:
         found += _wrong_text(key, text, known)
-    if not found:
-        found = [*_forced(system, texts), *_parts(system)]
-    if not found:
-        found = [*_values(system)]
-    return found or [*_at_the_start(system)]
+    return found or [*_forced(system, texts), *_parts(system)]
+
+
+@lru_cache(maxsize=MOST)
+def _names_in(text: str) -> frozenset[str]:
+    return frozenset(parse(text).names)
 
 
 def _names(system: System) -> Iterator[Problem]:
@@ -107,7 +125,7 @@ def _texts(system: System) -> Iterator[tuple[str, str, Collection[str]]]:
 
 def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem]:
     try:
-        names = parse(text).names
+        names = _names_in(text)
     except InputError as error:
         yield from error.under(key).problems
         return
@@ -117,7 +135,7 @@ def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem
 
 def _forced(system: System, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
     """Whether what varies with time has a period, and the other way round."""
-    timed = [(key, text) for key, text, _ in texts if "t" in parse(text).names]
+    timed = [(key, text) for key, text, _ in texts if "t" in _names_in(text)]
     if timed and system.forcing is None:
         key, text = timed[0]
         yield Problem("forcing", NOTHING, f"the period is needed, since {key} depends on t ({text})")
@@ -140,7 +158,7 @@ def _parts(system: System) -> Iterator[Problem]:
     for i, each in enumerate(system.impacts):
         place = f"impacts[{i}]"
         yield from _fixed(f"{place}.gap", each.gap, positions, _of(positions))
-        if wrong := parse(each.gap).names & {*speeds}:
+        if wrong := _names_in(each.gap) & {*speeds}:
             accepted = f"a gap of positions alone is accepted ({', '.join(positions) or 'there is none'})"
             yield Problem(f"{place}.gap", each.gap, f"{accepted}, not of {', '.join(sorted(wrong))}")
         if (each.restitution is None) == (not each.jump):
@@ -171,7 +189,7 @@ def _of(positions: Collection[str]) -> str:
 
 
 def _fixed(key: str, text: str, moving: Collection[str], what: str) -> Iterator[Problem]:
-    if not parse(text).names & {*moving}:
+    if not _names_in(text) & {*moving}:
         yield Problem(key, text, f"an expression that depends on {what} is accepted: this one never changes")
 
 
@@ -245,9 +263,9 @@ def _at_the_start(system: System) -> Iterator[Problem]:
 
 
 def _singular(system: System, here: _Here) -> Iterator[Problem]:
-    given = system.structure()
-    if not given.mass:
+    if not system.mass:
         return
+    given = system.structure()
     matrix = np.zeros((len(given.speeds),) * 2)
     for i, j, text in given.mass:
         matrix[i, j] = matrix[j, i] = here(text)
@@ -267,7 +285,7 @@ def _restitution(key: str, text: str | None, here: _Here) -> Iterator[Problem]:
 
 def _comes_back(place: str, each: Any, here: _Here) -> Iterator[Problem]:
     """Problem of a jump that ends on its guard or beyond, from where the guard is zero near the start."""
-    states = [name for group in here.system.order for name in group if name in parse(each.guard).names]
+    states = [name for group in here.system.order for name in group if name in _names_in(each.guard)]
     at = {name: here.names[name] for name in states}
     for _ in range(50):  # Newton's method, down the guard's slope
         value = here(each.guard, **at)
