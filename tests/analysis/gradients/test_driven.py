@@ -13,7 +13,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.gradients.gradient import VERDICTS, _verdict
+from jointplay.analysis.gradients.gradient_dataset import VERDICTS, verdict
 from jointplay.mechanism.assemble import assemble
 from tests.support import driven, driven_grid
 
@@ -64,10 +64,10 @@ def test_closed_forms(interpreted, name):
 @pytest.mark.parametrize("name", driven.ASKED)
 def test_what_gradient_gives(interpreted, name):
     """Largest values within a piece and on either side of an impact, ends, and times."""
-    error, verdict, told = interpreted[name]
+    error, code, told = interpreted[name]
     assert error < 1e-8
     assert told < 1e-8
-    assert VERDICTS[verdict] == "yes"
+    assert VERDICTS[code] == "yes"
 
 
 def test_a_motion_that_nearly_touches_says_so(interpreted):
@@ -86,7 +86,7 @@ def test_a_motion_that_nearly_touches_says_so(interpreted):
     ],
 )
 def test_verdicts(near, rests, word):
-    assert VERDICTS[_verdict(near, rests)] == word
+    assert VERDICTS[verdict(near, rests)] == word
 
 
 @pytest.mark.parametrize(

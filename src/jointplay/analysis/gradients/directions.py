@@ -102,7 +102,7 @@ def along(
         return np.concatenate([model.numbers, model.state, [begin(model) if begin else 0.0, model.period]])
 
     here, step = listed(value), STEP * abs(value) or AT_ZERO
-    found, finer = (_slope(listed, value, h) for h in (step, step / 2))
+    found, finer = (slope(listed, value, h) for h in (step, step / 2))
     size = np.maximum(np.abs(finer), NOISE * np.abs(here) / step)
     changes = np.abs(finer) * step > NOISE * np.abs(here)
     error = np.max(np.where(changes, np.abs(found - finer) / np.where(size > 0, size, 1.0), 0.0))
@@ -121,6 +121,7 @@ def of_start(model: Model, state: str) -> Directions:
     return Directions(((),), np.zeros(0), unit[None, :], none, none, np.ones(1), none)
 
 
-def _slope(function: Callable[[float], np.ndarray], value: float, step: float) -> np.ndarray:
+def slope(function: Callable[[float], np.ndarray], value: float, step: float) -> np.ndarray:
+    """Central difference quotient of sixth order."""
     values = [function(value + place * step) for place in PLACES]
     return sum(weight * each for weight, each in zip(WEIGHTS, values, strict=True)) / step

@@ -83,7 +83,8 @@ class Run:
         self._advance(bundle, self.end)
         found |= self._at_end(bundle, begin, [each for each in wanted if each not in found])
         both = [found[each] for each in wanted]
-        return np.array([v for v, _ in both]), np.array([d for _, d in both]), bundle.grazing
+        slopes = np.array([d for _, d in both]).reshape(len(wanted), len(self.directions))
+        return np.array([v for v, _ in both]), slopes, bundle.grazing
 
     def _bundle(self) -> Bundle:
         none = np.zeros((0, len(self.model.state)))

@@ -23,7 +23,8 @@ from pydantic import Field
 
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.gradients import wanted
-from jointplay.analysis.gradients.gradient import TRANSIENT, VERDICTS
+from jointplay.analysis.gradients.gradient import TRANSIENT
+from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.keywords import Moving, Progress, Quantity, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import coded, number, outcome
 from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits

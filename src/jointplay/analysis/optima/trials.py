@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.gradients.gradient import VERDICTS, gradient
+from jointplay.analysis.gradients.gradient import gradient
+from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.looks import look
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.vary import changed
