@@ -96,7 +96,9 @@ def test_a_limit_cycle_on_a_plane():
 
 def test_returns_from_a_start_beside_the_plane():
     """The third passage of y = 0: r by Bernoulli's equation, the angle by its integral."""
-    found = jp.gradient(jp.System(**LIMIT_CYCLE), of=["time", "end:state:x"], turns=3, section=PLANE, rtol=1e-12)
+    found = jp.gradient(
+        jp.System(**LIMIT_CYCLE), of=["time", "end:state:x"], turns=3, section=PLANE, rtol=1e-12
+    )
 
     def closed(mu, w, b):
         start, angle = 0.5, cmath.atan(-0.1 / 0.7)  # of r^2, which is 1 / (1/mu + c exp(-2 mu t))

@@ -26,9 +26,10 @@ from jointplay.analysis.orbits.orbit_events import BEGINS, KIND, PLACE, approach
 from jointplay.analysis.quantities import WORK
 from jointplay.analysis.tangents import TIGHT, Bundle
 from jointplay.analysis.trajectory import Request, follow
+from jointplay.codegen import cache
 from jointplay.equations.structure import powers
 from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Event
+from jointplay.numerics.codes import Event, Mode
 
 ENERGIES = ("kinetic_energy", "potential_energy")
 LOOSER = 1e-2  # tolerance of the tangents' iteration, in those of a step
@@ -164,14 +165,16 @@ def nearness(run: Run) -> tuple[float, float, float, int]:
     """Slowest beginning of a contact, time between events of two contacts, gap left in flight; rests.
 
     The smallest over the fastest, the period, and the clearance (of a test system 1); infinite where there
-    are none. Rests are how often a body came to rest on a rigid wall.
+    are none. Rests are how often a body came to rest on a rigid wall. Events that can change places without
+    a difference do not count.
     """
     model = run.model
     request = Request(run.end, run.rtol, events=True, misses=True, log_from=0.0, max_steps=run.limit)
     records = follow(model, request)
     events, misses = records.events, records.misses
     order = events[np.argsort(events[:, 2], kind="stable")]
-    apart = np.diff(order[:, 2])[np.diff(order[:, 0]) != 0]
+    free = _exchangeable(model, order)
+    apart = np.diff(order[:, 2])[(np.diff(order[:, 0]) != 0) & ~(free[1:] & free[:-1])]
     units = np.array(model.clearances or np.ones(len(model.joints) + len(model.resets)))
     soft = len(model.structure.soft_joints if model.links else model.joints)
     centred = np.isfinite(clearances_squared(model, soft))
@@ -181,3 +184,20 @@ def nearness(run: Run) -> tuple[float, float, float, int]:
     slowest = float(np.min(speeds / np.max(speeds, initial=0.0), initial=np.inf))
     nearest, closest = (float(np.min(each, initial=np.inf)) for each in (apart / model.period, shares))
     return slowest, nearest, closest, int(np.sum(events[:, KIND] == Event.REST))
+
+
+def _exchangeable(model: Model, events: np.ndarray) -> np.ndarray:
+    """Whether each event is that of a gap alone, at which a force begins or ends that adds to the others.
+
+    Two of these have one saltation matrix in either order: that of both is I plus both jumps of the rate, as
+    a gap does not depend on speeds, and no force on what another contact does unless something sticks.
+    """
+    from jointplay.numerics.modes import PULLS
+
+    if not model.links:
+        return np.zeros(len(events), dtype=bool)
+    flags = np.array([*cache.structure_module(model.structure).CONTACTS.values()], dtype=int)
+    pulls = np.append(flags & PULLS > 0, np.zeros(len(model.walls), dtype=bool))[events[:, 0].astype(int)]
+    modes = events[:, 3 + len(model.state) :][:, : len(flags)]
+    gap = np.isin(events[:, KIND], (Event.CONTACT, Event.SEPARATION))
+    return pulls & gap & ~np.any(modes == Mode.STICK, axis=1)

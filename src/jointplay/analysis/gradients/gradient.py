@@ -23,7 +23,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.gradients import gradient_dataset, multipliers, wanted
 from jointplay.analysis.gradients.directions import Directions, along, of_start, stacked
 from jointplay.analysis.gradients.evaluated import Run, nearness
-from jointplay.analysis.gradients.gradient_dataset import VERDICTS
+from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.gradients.wanted import value_of
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, outcome
@@ -39,6 +39,7 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
+from jointplay.numerics.codes import Status
 
 TRANSIENT = 100
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error
@@ -128,7 +129,7 @@ def gradient(
     powers = any(each.how == "work" for each in quantities)
     limit, shape = rules.steps(max_steps), (len(quantities), len(keys))
     values, slopes, error = np.full(shape[0], np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    status, near, rests, equal = 0, (np.nan, np.nan, np.nan), 0, False
+    status, near, rests, equal, run = 0, (np.nan, np.nan, np.nan), 0, False, None
     try:
         start = _start(mechanism, initial)
         cut = start_section(mechanism, start, turns, rtol, limit, section)
@@ -148,8 +149,10 @@ def gradient(
     except ArithmeticError as stop:
         status = int(stop.args[0])
     verdict = gradient_dataset.verdict(near, rests, equal)
+    if run is not None and status == Status.CHATTER:  # the motion goes through, its derivatives do not
+        status, verdict = 0, VERDICTS.index("simultaneous_events")
     if verdict and not status:
-        warn(f"there is hardly a derivative here: {VERDICTS[verdict].replace('_', ' ')} in this motion")
+        warn(f"there is hardly a derivative here: {WHY[VERDICTS[verdict]]}")
     present = np.array([_present(mechanism, key, initial) for key in keys])
     table = gradient_dataset.variables(values, slopes, error, present)
     table |= {"differentiable": coded((), verdict, "whether there is a derivative", VERDICTS)}

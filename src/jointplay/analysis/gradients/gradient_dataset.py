@@ -10,8 +10,16 @@ from jointplay.analysis.gradients import wanted
 from jointplay.analysis.labels import labelled, number
 from jointplay.mechanism.records import Mechanism, TestSystem
 
-VERDICTS = ("yes", "grazing", "simultaneous_events", "nearly_touching", "rests_on_a_wall")
-VERDICTS += ("equal_multipliers", "no_motion")
+WHY = {  # there is no derivative, or hardly one
+    "yes": "",
+    "grazing": "a contact begins, or a guard is met, with next to no speed",
+    "simultaneous_events": "two contacts change at one instant, in an order that neighbours exchange",
+    "nearly_touching": "a gap is all but closed in flight, and neighbouring motions touch there",
+    "rests_on_a_wall": "a body comes to rest on a rigid wall: on average over its rebounds alone",
+    "equal_multipliers": "a multiplier is equal to another one, and both part as a root",
+    "no_motion": "the motion did not get to its end",
+}
+VERDICTS = tuple(WHY)
 GRAZING, TOGETHER, TOUCHING = 1e-6, 1e-9, 1e-6  # up to which there is hardly a derivative
 
 
