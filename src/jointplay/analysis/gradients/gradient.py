@@ -114,7 +114,8 @@ def gradient(
     xarray.Dataset
         Over ``quantity``: ``value``; over ``quantity`` and ``parameter``: ``derivative``, its ``error``, and
         ``relative_sensitivity``, (p/q) dq/dp; ``differentiable``, and how near the motion is to grazing and
-        to simultaneous events; ``status``.
+        to simultaneous events; of an orbit ``orbit_state``, where it starts, and ``orbit_state_derivative``;
+        ``status``.
 
     Raises
     ------
@@ -159,6 +160,9 @@ def gradient(
     table |= gradient_dataset.nearness(near)
     attributes = {"Conventions": "CF-1.11", "kind": "gradient"}
     labels = gradient_dataset.labels(quantities, keys, mechanism)
+    if orbit and run is not None:
+        table |= gradient_dataset.of_orbit(run.model.state, run.directions.starts)
+        labels["state"] = "state", np.array(state_names(run.model)), {"long_name": "state"}
     return xr.Dataset(table | outcome(status, began), labels, attributes)
 
 

@@ -59,6 +59,17 @@ def nearness(near: tuple[float, float, float]) -> dict[str, Any]:
     return labelled({name: (v, "1", text) for (name, text), v in zip(words.items(), near, strict=True)})
 
 
+def of_orbit(state: np.ndarray, moves: np.ndarray) -> dict[str, Any]:
+    """Where an orbit starts, and how that moves with each parameter (a row each)."""
+    units = "in rad, m and their rates, or a system's own units"
+    return {
+        "orbit_state": number("state", state, "1", f"state where the orbit starts, {units}"),
+        "orbit_state_derivative": number(
+            ("state", "parameter"), moves.T, "1", f"derivative of that state, {units}, over parameter_units"
+        ),
+    }
+
+
 def labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestSystem) -> dict[str, Any]:
     """Names and units of quantities and parameters."""
 
