@@ -128,7 +128,7 @@ def test_equal_multipliers_have_no_derivative():
         rates={"x": "v", "v": "cos(t) - k*x - c*v"},
         forcing="2*pi",
     )
-    with pytest.warns(jp.ModelWarning, match="equal multipliers"):
+    with pytest.warns(jp.ModelWarning, match="equal to another one"):
         found = jp.gradient(critical, of=["multiplier:1"], orbit=True)
     assert VERDICTS[int(found["differentiable"])] == "equal_multipliers"
 
