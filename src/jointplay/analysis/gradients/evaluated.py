@@ -33,7 +33,7 @@ from jointplay.numerics.codes import Event, Mode
 
 ENERGIES = ("kinetic_energy", "potential_energy")
 LOOSER = 1e-2  # tolerance of the tangents' iteration, in those of a step
-BESIDE = 8e-15  # of the time (or the period): so near to an event a run stops before and after it
+ASIDE, ROOM = 1e-9, 10.0  # of the period, and tolerances: so far from an event a run stops on both sides
 
 
 @dataclass(frozen=True)
@@ -103,25 +103,34 @@ class Run:
 
     def _at(self, bundle: Bundle, at: Peak, key: str, events: dict) -> tuple[float, np.ndarray]:
         """Value and derivatives of a quantity at an extreme value; `events` keeps both sides of those met."""
-        still = np.zeros(len(self.directions))
         if at.where in ("within", "start"):
             self._advance(bundle, at.time)
-            return self._here(bundle.recorded, key, bundle.vectors, still)
+            return at.value, self._here(bundle.recorded, key, bundle.vectors, np.zeros(len(self.directions)))[
+                1
+            ]
         if at.time not in events:
             events[at.time] = self._sides(bundle, at.time)
         y, row, rate, times = events[at.time][at.where]
-        return self._here(row, key, y + np.outer(times, rate), times)
+        return at.value, self._here(row, key, y + np.outer(times, rate), times)[1]
 
     def _sides(self, bundle: Bundle, time: float) -> dict[str, tuple]:
-        """Tangents, row and rate of the state on both sides of an event, and derivatives of its time."""
-        beside = BESIDE * max(time, self.model.period)
-        self._advance(bundle, time - beside)
-        before = y, _, rate = bundle.vectors, bundle.recorded, bundle.rate()
-        self._advance(bundle, time + beside)
+        """Tangents, row and rate of the state on both sides of an event, and derivatives of its time.
+
+        The run with tangents meets it at the same time to within the tolerance: each side is continued to
+        there from two places, by a line.
+        """
+        aside, sides = max(ASIDE, ROOM * self.rtol) * self.model.period, {}
+        for side, places in (("before", (-2, -1)), ("after", (2, 1))):
+            looked = {}
+            for place in sorted(places):
+                self._advance(bundle, min(max(time + place * aside, bundle.time), self.end))
+                looked[place] = bundle.vectors, bundle.recorded, bundle.rate()
+            far, near = (looked[place] for place in places)
+            sides[side] = tuple(2 * b - a for a, b in zip(far, near, strict=True))
+        y, _, rate = sides["before"]
         n_x, h = len(rate), bundle.y.gradient
         times = -(y @ h[1 : 1 + n_x] + h[1 + n_x :]) / (h[0] + h[1 : 1 + n_x] @ bundle.y.before)
-        after = bundle.vectors, bundle.recorded, bundle.rate()
-        return {"before": (*before, times), "after": (*after, times)}
+        return {side: (*found, times) for side, found in sides.items()}
 
     def _here(self, row: np.ndarray, key: str, dx: np.ndarray, dt: np.ndarray) -> tuple[float, np.ndarray]:
         value = float(values(self.model, row[None, :], key)[0])

@@ -35,6 +35,7 @@ WORDS = {  # of a multiplier, by its number: units
 }
 LONGEST, SHORTER, STEPS = 2e-2, 1 / 3, 7  # first step, of the parameter; the next in each; how many
 SHARPER, FINEST = 1e-2, 1e-13  # tolerance of the runs in that of the orbit's; the least
+GROWN = 10.0  # errors, in the least of longer steps, at which no shorter one is tried
 EQUAL = 1e-7  # cosine between both eigenvectors up to which a multiplier is no simple one
 
 
@@ -93,12 +94,19 @@ def change(orbit: Orbit, maps: Callable[[float], SectionMap], value: float, key:
 
 
 def _differentiated(listed: Callable[[float], np.ndarray], value: float) -> tuple[np.ndarray, np.ndarray]:
-    """Quotient with the best of several steps, and its error."""
+    """Quotient with the best of several steps, and its error; none is tried beyond where errors grow."""
     step = LONGEST * abs(value) or AT_ZERO
-    quotients = [slope(listed, value, step * SHORTER**i) for i in range(STEPS)]
-    errors = np.nan_to_num(np.abs(np.diff(quotients, axis=0)), nan=np.inf)
-    best = int(np.argmin(errors[:, :-1].max(axis=1)))
-    return quotients[best + 1], errors[best]
+    before, best, least = slope(listed, value, step), (), np.inf
+    for i in range(1, STEPS):
+        now = slope(listed, value, step * SHORTER**i)
+        error = np.nan_to_num(np.abs(now - before), nan=np.inf)
+        size = float(error[:-1].max())
+        if not best or size < least:
+            best, least = (now, error), size
+        elif size > GROWN * least:
+            break
+        before = now
+    return best
 
 
 def derivatives(
@@ -133,7 +141,7 @@ def derivatives(
         parts = {
             "multiplier": (mu.real, slopes.real, errors),
             "multiplier_imaginary": (mu.imag, slopes.imag, errors),
-            "multiplier_modulus": (size, np.where(size > 0, turned.real, np.nan), errors),
+            "multiplier_modulus": (size, np.where(size > 0, turned.real, np.abs(slopes)), errors),
             "exponent": (
                 rate,
                 turned.real / size / T - rate * times[:, :1] / T,
