@@ -9,7 +9,8 @@ dDP/dp has second derivatives of the flow in it. It is the central difference of
 (directions.slope) of DP, which is exact, along the tangent to the orbits, (x + h dx/dp, p + h); so is T'. Of
 several steps h, each a third of the one before, that is taken whose quotient differs least from the one
 before: by the error that is told. Validity: simple multipliers. Equal ones, as where a pair meets the real
-axis, have no derivative, nor has |mu| at 0. Reference: Magnus, Econometric Theory 1 (1985) 179-191.
+axis, have no derivative; that of |mu| at 0 is one-sided. Reference: Magnus, Econometric Theory 1 (1985)
+179-191.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ DEGREE, SHARPER, LEAST = 6, 1e-2, 1e-13  # of the polynomial; tolerance of its r
 
 
 class Peak(NamedTuple):
-    """Time, place (``within`` a piece, ``before`` or ``after`` an event, an end) and size of an extreme value."""
+    """Time of an extreme value, its place (``within`` a piece, ``before`` an event, …), and its size."""
 
     time: float
     where: str
@@ -66,7 +66,7 @@ def _followed(model: Model, end: float, rtol: float, times: np.ndarray, limit: i
 
 
 def _top(times: np.ndarray, found: np.ndarray, guess: float) -> tuple[float, float]:
-    """Time and size of the largest value of the polynomial through the samples; the guess's if none is inside."""
+    """Time and size of the largest value of the polynomial through the samples; the guess's if outside."""
     middle, half = (times[0] + times[-1]) / 2, (times[-1] - times[0]) / 2
     fit = np.polynomial.Polynomial.fit(times, found, DEGREE)
     roots = fit.deriv().roots()
