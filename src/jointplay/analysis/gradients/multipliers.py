@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eig
 
-from jointplay.analysis.gradients.directions import AT_ZERO, slope
+from jointplay.analysis.gradients.directions import AT_ZERO, SIDES, slope
 from jointplay.analysis.orbits.floquet import descending, exponents
 from jointplay.analysis.orbits.map_derivative import map_derivative
 from jointplay.analysis.orbits.section_map import SectionMap
@@ -97,9 +97,10 @@ def change(orbit: Orbit, maps: Callable[[float], SectionMap], value: float, key:
 def _differentiated(listed: Callable[[float], np.ndarray], value: float) -> tuple[np.ndarray, np.ndarray]:
     """Quotient with the best of several steps, and its error; none is tried beyond where errors grow."""
     step = LONGEST * abs(value) or AT_ZERO
-    before, best, least = slope(listed, value, step), (), np.inf
+    about = listed(value), SIDES[:1]
+    before, best, least = slope(listed, value, step, *about), (), np.inf
     for i in range(1, STEPS):
-        now = slope(listed, value, step * SHORTER**i)
+        now = slope(listed, value, step * SHORTER**i, *about)
         error = np.nan_to_num(np.abs(now - before), nan=np.inf)
         size = float(error[:-1].max())
         if not best or size < least:

@@ -52,5 +52,5 @@ def _way(ax: Axes, dataset: Dataset) -> None:
         ax.plot(steps, share[:, i], "o-", markersize=2, linewidth=0.8, label=str(name))
     for place, label in zip(opened + 1.5, ["more play from here"] + [None] * len(opened), strict=False):
         ax.axvline(place, color=style.GREY, linestyle="--", linewidth=0.8, label=label)
-    ax.set(xlabel="Design tried", ylabel="Place between the bounds (\N{EN DASH})", ylim=(-0.05, 1.05))
+    ax.set(xlabel="Design tried", ylabel="Place between the bounds", ylim=(-0.05, 1.05))
     ax.legend(loc="best", fontsize=6)
