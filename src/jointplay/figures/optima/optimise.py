@@ -50,7 +50,7 @@ def _way(ax: Axes, dataset: Dataset) -> None:
     opened = np.flatnonzero(np.diff(dataset["tried_share"].values))
     for i, name in enumerate(dataset["parameter"].values):
         ax.plot(steps, share[:, i], "o-", markersize=2, linewidth=0.8, label=str(name))
-    for place, label in zip(opened + 1.5, ["more play from here"] + [None] * len(opened), strict=False):
+    for place, label in zip(opened + 1.5, ["play changes here"] + [None] * len(opened), strict=False):
         ax.axvline(place, color=style.GREY, linestyle="--", linewidth=0.8, label=label)
     ax.set(xlabel="Design tried", ylabel="Place between the bounds", ylim=(-0.05, 1.05))
     ax.legend(loc="best", fontsize=6)
