@@ -73,7 +73,7 @@ def improved() -> xr.Dataset:
     time = {"units": "s", "long_name": "time"}
     data = {
         "tried_value": (("iteration", "parameter"), np.array([[0.2, 3.0], [0.15, 3.5], [0.1, 4.0]])),
-        "tried_stage": ("iteration", np.array([0, 1, 1], dtype=np.int8)),
+        "tried_share": ("iteration", [0.0, 1.0, 1.0]),
         "status": ((), np.int8(0), flag_words(("ok",), "outcome")),
     }
     rows = {"low": [0.1, 2.0], "high": [0.3, 4.0], "optimum": [0.1, 4.0]}

@@ -66,7 +66,7 @@ from .memory import (
 from .modes import FREE, REMEMBERS, REST, SEPARATION, follow, mask, start, variant_of
 from .polynomial import interpolate
 from .record import closest_approaches, gains, note, sample
-from .saltation import before_event, jump, project_at_rest
+from .saltation import before_event, begin_tangents, jump
 from .sections import count_event, sections
 from .step import attempt, keep
 from .tangent import NEUTRAL, ROWS, log_block, propagate, renew
@@ -231,7 +231,7 @@ def run(f, k, x, o, g, y):
     if not count[STARTED]:
         _start(f, k, x, o)
         if y is not None:
-            project_at_rest(f, g, x, o, y)
+            begin_tangents(f, g, x, o, y)
             if y.count[NEUTRAL]:
                 renew(f, variant_of(x.modes), x, o, y, 0.0)
     while True:

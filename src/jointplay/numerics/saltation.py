@@ -10,11 +10,12 @@ Along a direction in which numbers change (numerics.tangent), dh/dp adds to grad
 A work, whose rate is a power, jumps as a state does that is continuous itself.
 
 Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so do
-the beginning and the end of a contact that a law remembers: what it remembered before is of no account.
-Coming to rest on a rigid wall loses two, those of the gap and of its rate: both are projected away along the
-wall's impulse. The time at which that happens is of no account: on average over the rebounds before it, the
-wall pushes as it does afterwards. References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv
-2306.06862.
+the beginning and the end of a contact that a law remembers: what it remembered before is of no account. A
+start that sticks is an onset too: neighbours that slide come to stick at once, by the same projection from
+either side. Coming to rest on a rigid wall loses two, those of the gap and of its rate: both are projected
+away along the wall's impulse. The time at which that happens is of no account: on average over the rebounds
+before it, the wall pushes as it does afterwards. References: Leine and Nijmeijer (2004), chapter 7; Kong et
+al., arXiv 2306.06862.
 """
 
 from math import log
@@ -23,7 +24,7 @@ import numpy as np
 
 from .frame import determinant, orthonormalise
 from .interface import inner
-from .modes import FREE, REMEMBERS, RESTING, STICK, variant_of
+from .modes import FREE, REMEMBERS, RESTING, SLIDE, SLIP_POSITIVE, STICK, variant_of
 from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
 from .walls import walls_of
 
@@ -67,7 +68,7 @@ def jump(f, g, x, o, y, guard):
         g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
     reset = turned == 1 or turned == ENTERS or leaves
     if reset and wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
-        project_at_rest(f, g, x, o, y)
+        project_at_rest(f, g, x, o, y, False)
         return
     rates(f, variant_of(x.modes), x, o, y, y.after)
     _powers(x, o, y, 1.0)
@@ -95,9 +96,43 @@ def jump(f, g, x, o, y, guard):
 
 
 @inner
-def project_at_rest(f, g, x, o, y):
-    """Take from the tangents what lies across the walls on which a body rests."""
-    width, walls, held = 1 + o.n_q + o.n, len(x.modes) - len(x.flags), False
+def begin_tangents(f, g, x, o, y):
+    """Take from the tangents what neighbours of a start that sticks, or rests on a wall, lose at once."""
+    held = False
+    for j in range(len(x.flags)):
+        if x.modes[j] == STICK:
+            held = True
+            _project_at_stick(f, g, x, o, y, j)
+    project_at_rest(f, g, x, o, y, held)
+
+
+@inner
+def _project_at_stick(f, g, x, o, y, j):
+    """What the onset of sticking of contact j makes of the tangents, from whichever side it comes."""
+    n_x, x.modes[j] = o.n_q + o.n, SLIP_POSITIVE
+    width, slope = 1 + n_x, 0.0
+    rates(f, variant_of(x.modes), x, o, y, y.before)
+    _powers(x, o, y, 0.0)
+    g.gradient(4 * j + SLIDE, x.s, x.p, x.m, y.gradient)
+    for r in range(n_x):
+        slope += y.gradient[1 + r] * y.before[r]
+    slope += y.gradient[0]
+    x.modes[j] = STICK
+    rates(f, variant_of(x.modes), x, o, y, y.after)
+    _powers(x, o, y, 1.0)
+    for i in range(len(y.alive)):
+        if y.alive[i]:
+            d = y.d[i * width : (i + 1) * width]
+            _add_works(y, i, _through(y, d, o.n_q, n_x, slope, False, y.count[SALTATION]))
+
+
+@inner
+def project_at_rest(f, g, x, o, y, held):
+    """Take from the tangents what lies across the walls on which a body rests.
+
+    `held`: something has been taken already.
+    """
+    width, walls = 1 + o.n_q + o.n, len(x.modes) - len(x.flags)
     for j in range(walls):
         if x.modes[len(x.flags) + j] == RESTING:
             held = True

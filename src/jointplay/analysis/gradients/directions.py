@@ -114,8 +114,8 @@ def along(
 
     here, step = listed(value), STEP * abs(value) or AT_ZERO
     sides = SIDES[:1] if precise else SIDES
-    finer = _slope(listed, value, step / 2, here, sides)
-    found = _slope(listed, value, step, here, sides) if precise else finer
+    finer = slope(listed, value, step / 2, here, sides)
+    found = slope(listed, value, step, here, sides) if precise else finer
     size = np.maximum(np.abs(finer), NOISE * np.abs(here) / step)
     changes = np.abs(finer) * step > NOISE * np.abs(here)
     error = np.max(np.where(changes, np.abs(found - finer) / np.where(size > 0, size, 1.0), 0.0))
@@ -134,7 +134,7 @@ def of_start(model: Model, state: str) -> Directions:
     return Directions(((),), np.zeros(0), unit[None, :], none, none, np.ones(1), none)
 
 
-def _slope(
+def slope(
     function: Callable[[float], np.ndarray], value: float, step: float, here: np.ndarray, sides: Sequence
 ) -> np.ndarray:
     """Derivative of a function that is `here` at a value, from those places beside it at which it exists."""

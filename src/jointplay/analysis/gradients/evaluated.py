@@ -26,13 +26,14 @@ from jointplay.analysis.orbits.orbit_events import BEGINS, KIND, PLACE, approach
 from jointplay.analysis.quantities import WORK
 from jointplay.analysis.tangents import TIGHT, Bundle
 from jointplay.analysis.trajectory import Request, follow
+from jointplay.codegen import cache
 from jointplay.equations.structure import powers
 from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Event
+from jointplay.numerics.codes import Event, Mode
 
 ENERGIES = ("kinetic_energy", "potential_energy")
 LOOSER = 1e-2  # tolerance of the tangents' iteration, in those of a step
-BESIDE = 8e-15  # of the time (or the period): so near to an event a run stops before and after it
+ASIDE, ROOM = 1e-9, 10.0  # of the period, and tolerances: so far from an event a run stops on both sides
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,8 @@ class Run:
         self._advance(bundle, self.end)
         found |= self._at_end(bundle, begin, [each for each in wanted if each not in found])
         both = [found[each] for each in wanted]
-        return np.array([v for v, _ in both]), np.array([d for _, d in both]), bundle.grazing
+        slopes = np.array([d for _, d in both]).reshape(len(wanted), len(self.directions))
+        return np.array([v for v, _ in both]), slopes, bundle.grazing
 
     def _bundle(self) -> Bundle:
         none = np.zeros((0, len(self.model.state)))
@@ -101,25 +103,34 @@ class Run:
 
     def _at(self, bundle: Bundle, at: Peak, key: str, events: dict) -> tuple[float, np.ndarray]:
         """Value and derivatives of a quantity at an extreme value; `events` keeps both sides of those met."""
-        still = np.zeros(len(self.directions))
         if at.where in ("within", "start"):
             self._advance(bundle, at.time)
-            return self._here(bundle.recorded, key, bundle.vectors, still)
+            return at.value, self._here(bundle.recorded, key, bundle.vectors, np.zeros(len(self.directions)))[
+                1
+            ]
         if at.time not in events:
             events[at.time] = self._sides(bundle, at.time)
         y, row, rate, times = events[at.time][at.where]
-        return self._here(row, key, y + np.outer(times, rate), times)
+        return at.value, self._here(row, key, y + np.outer(times, rate), times)[1]
 
     def _sides(self, bundle: Bundle, time: float) -> dict[str, tuple]:
-        """Tangents, row and rate of the state on both sides of an event, and derivatives of its time."""
-        beside = BESIDE * max(time, self.model.period)
-        self._advance(bundle, time - beside)
-        before = y, _, rate = bundle.vectors, bundle.recorded, bundle.rate()
-        self._advance(bundle, time + beside)
+        """Tangents, row and rate of the state on both sides of an event, and derivatives of its time.
+
+        The run with tangents meets it at the same time to within the tolerance: each side is continued to
+        there from two places, by a line.
+        """
+        aside, sides = max(ASIDE, ROOM * self.rtol) * self.model.period, {}
+        for side, places in (("before", (-2, -1)), ("after", (2, 1))):
+            looked = {}
+            for place in sorted(places):
+                self._advance(bundle, min(max(time + place * aside, bundle.time), self.end))
+                looked[place] = bundle.vectors, bundle.recorded, bundle.rate()
+            far, near = (looked[place] for place in places)
+            sides[side] = tuple(2 * b - a for a, b in zip(far, near, strict=True))
+        y, _, rate = sides["before"]
         n_x, h = len(rate), bundle.y.gradient
         times = -(y @ h[1 : 1 + n_x] + h[1 + n_x :]) / (h[0] + h[1 : 1 + n_x] @ bundle.y.before)
-        after = bundle.vectors, bundle.recorded, bundle.rate()
-        return {"before": (*before, times), "after": (*after, times)}
+        return {side: (*found, times) for side, found in sides.items()}
 
     def _here(self, row: np.ndarray, key: str, dx: np.ndarray, dt: np.ndarray) -> tuple[float, np.ndarray]:
         value = float(values(self.model, row[None, :], key)[0])
@@ -163,14 +174,16 @@ def nearness(run: Run) -> tuple[float, float, float, int]:
     """Slowest beginning of a contact, time between events of two contacts, gap left in flight; rests.
 
     The smallest over the fastest, the period, and the clearance (of a test system 1); infinite where there
-    are none. Rests are how often a body came to rest on a rigid wall.
+    are none. Rests are how often a body came to rest on a rigid wall. Events that can change places without
+    a difference do not count.
     """
     model = run.model
     request = Request(run.end, run.rtol, events=True, misses=True, log_from=0.0, max_steps=run.limit)
     records = follow(model, request)
     events, misses = records.events, records.misses
     order = events[np.argsort(events[:, 2], kind="stable")]
-    apart = np.diff(order[:, 2])[np.diff(order[:, 0]) != 0]
+    free = _exchangeable(model, order)
+    apart = np.diff(order[:, 2])[(np.diff(order[:, 0]) != 0) & ~(free[1:] & free[:-1])]
     units = np.array(model.clearances or np.ones(len(model.joints) + len(model.resets)))
     soft = len(model.structure.soft_joints if model.links else model.joints)
     centred = np.isfinite(clearances_squared(model, soft))
@@ -180,3 +193,20 @@ def nearness(run: Run) -> tuple[float, float, float, int]:
     slowest = float(np.min(speeds / np.max(speeds, initial=0.0), initial=np.inf))
     nearest, closest = (float(np.min(each, initial=np.inf)) for each in (apart / model.period, shares))
     return slowest, nearest, closest, int(np.sum(events[:, KIND] == Event.REST))
+
+
+def _exchangeable(model: Model, events: np.ndarray) -> np.ndarray:
+    """Whether each event is that of a gap alone, at which a force begins or ends that adds to the others.
+
+    Two of these have one saltation matrix in either order: that of both is I plus both jumps of the rate, as
+    a gap does not depend on speeds, and no force on what another contact does unless something sticks.
+    """
+    from jointplay.numerics.modes import PULLS
+
+    if not model.links:
+        return np.zeros(len(events), dtype=bool)
+    flags = np.array([*cache.structure_module(model.structure).CONTACTS.values()], dtype=int)
+    pulls = np.append(flags & PULLS > 0, np.zeros(len(model.walls), dtype=bool))[events[:, 0].astype(int)]
+    modes = events[:, 3 + len(model.state) :][:, : len(flags)]
+    gap = np.isin(events[:, KIND], (Event.CONTACT, Event.SEPARATION))
+    return pulls & gap & ~np.any(modes == Mode.STICK, axis=1)

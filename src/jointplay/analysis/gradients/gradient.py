@@ -5,7 +5,8 @@ with them forces, works and states: their derivatives are carried along with the
 events (numerics.tangent, numerics.saltation). Nothing is a difference of two motions. Reference: Hiskens and
 Pai, IEEE Trans. Circuits Syst. I 47 (2000) 204-220. Validity: of one motion from its start, or of a periodic
 orbit; in chaos derivatives grow without bound, as neighbours part. There is none where the motion grazes a
-guard, nor where events of two contacts come at one instant: `differentiable` says so.
+guard, nor where events of two contacts come at one instant: `differentiable` says so. Of an orbit's
+multipliers: gradients.multipliers.
 """
 
 from __future__ import annotations
@@ -19,27 +20,29 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rules
-from jointplay.analysis.gradients import wanted
+from jointplay.analysis.gradients import gradient_dataset, multipliers, wanted
 from jointplay.analysis.gradients.directions import Directions, along, of_start, stacked
 from jointplay.analysis.gradients.evaluated import Run, nearness
+from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
+from jointplay.analysis.gradients.wanted import value_of
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
-from jointplay.analysis.labels import coded, labelled, number, outcome
+from jointplay.analysis.labels import coded, outcome
 from jointplay.analysis.looks import part
-from jointplay.analysis.orbits.orbit_request import start_fits
+from jointplay.analysis.orbits.orbit_request import section_fits, start_fits
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
+from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.starts import moved, placed, state_names
 from jointplay.analysis.vary import changed
-from jointplay.errors import InputError, Problem, refuse, warn
+from jointplay.errors import NOTHING, InputError, Problem, refuse, warn
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural
 from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
+from jointplay.numerics.codes import Status
 
 TRANSIENT = 100
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error
-VERDICTS = ("yes", "grazing", "simultaneous_events", "nearly_touching", "rests_on_a_wall", "no_motion")
-GRAZING, TOGETHER, TOUCHING = 1e-6, 1e-9, 1e-6  # up to which there is hardly a derivative
 
 
 def _by_fits(mechanism: Mechanism | TestSystem, by: tuple[str, ...] | None, orbit: bool) -> Iterator[Problem]:
@@ -51,11 +54,14 @@ def _by_fits(mechanism: Mechanism | TestSystem, by: tuple[str, ...] | None, orbi
         yield from wanted.parameters_fit(mechanism, by, states)
 
 
-def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool) -> Iterator[Problem]:
-    if orbit and isinstance(mechanism, TestSystem) and mechanism.period is None:
-        yield Problem("orbit", orbit, "false is accepted for a system that nothing forces")
+def _orbit_fits(mechanism: Mechanism | TestSystem, orbit: bool, section: Plane | None) -> Iterator[Problem]:
+    if orbit and section is None and isinstance(mechanism, TestSystem) and mechanism.period is None:
+        expected = "a plane of a state is needed for the orbit of a system that nothing forces"
+        yield Problem("section", NOTHING, expected)
     elif orbit:
         yield from rules.turns_alike(mechanism)
+    if section is not None:
+        yield from section_fits(mechanism, section)
 
 
 @analysis(wanted.quantities_fit, _by_fits, _orbit_fits, start_fits)
@@ -66,6 +72,7 @@ def gradient(
     by: Names | None = None,
     turns: Natural = 1,
     orbit: Flag = False,
+    section: Plane | None = None,
     transient: Count = TRANSIENT,
     rtol: Rtol = 1e-10,
     initial: Start | None = None,
@@ -81,17 +88,22 @@ def gradient(
     of : sequence of str, optional
         What is differentiated: ``end:angle:rocker`` (any recorded quantity where the turns end; of a test
         system ``end:state:y``), ``largest:normal_force:B`` and ``smallest:…`` over the turns,
-        ``work:drive``, ``work:joints`` (impacts among it), …, ``time`` of the turns.
+        ``work:drive``, ``work:joints`` (impacts among it), …, ``time`` of the turns. Of an orbit
+        ``multiplier:1`` (the largest; its real part), ``multiplier_imaginary:1``, ``multiplier_modulus:1``,
+        ``exponent:1``.
         Left out: largest contact forces, work of the drive, time; of a test system the states at the end.
     by : sequence of str, optional
         In which parameters: names and key paths as in `[vary]`, ``initial.STATE`` of a state at the start,
         and several that change alike, as ``links.coupler.length + joints.B.journal.at``. Left out:
         clearances, contacts, friction, masses and the drive; of a test system all parameters.
     turns : int
-        Whole turns of the crank from the start, periods of the forcing, or units of time.
+        Whole turns of the crank from the start, periods of the forcing, passages of the `section`, or units
+        of time.
     orbit : bool
         True: of the periodic orbit over so many turns that the motion settles to, which moves with the
         parameters, instead of the motion from the start.
+    section : Plane, optional
+        Of a system that nothing forces: a plane of a state, at whose last passage the turns end.
     transient : int
         Turns followed before the orbit is sought.
     rtol, initial, max_steps, progress
@@ -102,7 +114,8 @@ def gradient(
     xarray.Dataset
         Over ``quantity``: ``value``; over ``quantity`` and ``parameter``: ``derivative``, its ``error``, and
         ``relative_sensitivity``, (p/q) dq/dp; ``differentiable``, and how near the motion is to grazing and
-        to simultaneous events; ``status``.
+        to simultaneous events; of an orbit ``orbit_state``, where it starts, and ``orbit_state_derivative``;
+        ``status``.
 
     Raises
     ------
@@ -112,28 +125,44 @@ def gradient(
     began = time.perf_counter()
     quantities = [wanted.quantity(name) for name in of or wanted.usual_quantities(mechanism)]
     keys = by or wanted.usual_parameters(mechanism)
+    orbits = np.array([each.how in multipliers.WORDS for each in quantities])
+    inside = [each for each, of_orbit in zip(quantities, orbits, strict=True) if not of_orbit]
     powers = any(each.how == "work" for each in quantities)
     limit, shape = rules.steps(max_steps), (len(quantities), len(keys))
     values, slopes, error = np.full(shape[0], np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    status, near, rests = 0, (np.nan, np.nan, np.nan), 0
+    status, near, rests, equal, run = 0, (np.nan, np.nan, np.nan), 0, False, None
     try:
-        run = _run(mechanism, initial, keys, turns, orbit, transient, powers, rtol, limit, progress)
-        values, slopes, grazing = run.quantities(quantities)
-        looser = replace(run, rtol=min(LOOSER * rtol, 1e-4)).quantities(quantities)[1]
-        error, (slowest, *others, rests) = np.abs(slopes - looser), nearness(run)
+        start = _start(mechanism, initial)
+        cut = start_section(mechanism, start, turns, rtol, limit, section)
+        found = _orbit(cut, transient, progress) if orbit else None
+        start = None if orbit and isinstance(mechanism, TestSystem) else start  # an orbit has none
+        run = _run(mechanism, start, keys, cut, found, powers)
+        values[~orbits], slopes[~orbits], grazing = run.quantities(inside)
+        looser = replace(run, rtol=min(LOOSER * rtol, 1e-4)).quantities(inside)[1]
+        error[~orbits], (slowest, *others, rests) = np.abs(slopes[~orbits] - looser), nearness(run)
         near = (min(grazing, slowest), *others)
+        if orbits.any():
+            asked = [(each.how, int(each.key)) for each in quantities if each.how in multipliers.WORDS]
+            maps = _maps(mechanism, start, (turns, rtol, limit, section))
+            changes = [multipliers.change(found, maps(key), value_of(mechanism, key), key) for key in keys]
+            changed_orbit = multipliers.derivatives(found, changes, asked)
+            values[orbits], slopes[orbits], error[orbits], equal = changed_orbit
     except ArithmeticError as stop:
         status = int(stop.args[0])
-    verdict = _verdict(near, rests)
+    verdict = gradient_dataset.verdict(near, rests, equal)
+    if run is not None and status == Status.CHATTER:  # the motion goes through, its derivatives do not
+        status, verdict = 0, VERDICTS.index("simultaneous_events")
     if verdict and not status:
-        warn(f"there is hardly a derivative here: {VERDICTS[verdict].replace('_', ' ')} in this motion")
+        warn(f"there is hardly a derivative here: {WHY[VERDICTS[verdict]]}")
     present = np.array([_present(mechanism, key, initial) for key in keys])
-    table = _variables(values, slopes, error, present)
-    table |= {"differentiable": coded((), verdict, "whether there is a derivative", VERDICTS)} | _nearness(
-        near
-    )
+    table = gradient_dataset.variables(values, slopes, error, present)
+    table |= {"differentiable": coded((), verdict, "whether there is a derivative", VERDICTS)}
+    table |= gradient_dataset.nearness(near)
     attributes = {"Conventions": "CF-1.11", "kind": "gradient"}
-    labels = _labels(quantities, keys, mechanism)
+    labels = gradient_dataset.labels(quantities, keys, mechanism)
+    if orbit and run is not None:
+        table |= gradient_dataset.of_orbit(run.model.state, run.directions.starts)
+        labels["state"] = "state", np.array(state_names(run.model)), {"long_name": "state"}
     return xr.Dataset(table | outcome(status, began), labels, attributes)
 
 
@@ -160,51 +189,65 @@ def _changed(mechanism: Mechanism | TestSystem, key: str, value: float) -> Mecha
 
 
 def start_section(
-    mechanism: Mechanism | TestSystem, start: Any, turns: int, rtol: float, limit: int | None
+    mechanism: Mechanism | TestSystem,
+    start: Any,
+    turns: int,
+    rtol: float,
+    limit: int | None,
+    section: Plane | None = None,
 ) -> SectionMap:
-    """The map over so many turns of the section on which a motion starts."""
-    section = CrankAngle() if isinstance(mechanism, Mechanism) or mechanism.period else None
-    model = placed(mechanism, start, section)
-    if section is None:
+    """The map over so many turns of the section on which a motion starts, or of a plane."""
+    once = CrankAngle() if isinstance(mechanism, Mechanism) or mechanism.period else None
+    model = placed(mechanism, start, section or once)
+    if section:
+        return section_map(model, section, turns, rtol, limit)
+    if once is None:
         return SectionMap(model, turns, model.crank_angle, None, rtol=rtol, max_steps=limit)
-    return replace(section_map(model, section, turns, rtol, limit), phase=model.crank_angle)
+    return replace(section_map(model, once, turns, rtol, limit), phase=model.crank_angle)
+
+
+def _maps(mechanism: Mechanism | TestSystem, start: Any, settings: tuple) -> Any:
+    """Maps of a section over a parameter; `settings` as `start_section` takes them."""
+    return lambda key: lambda value: start_section(_changed(mechanism, key, value), start, *settings)
 
 
 def _run(
     mechanism: Mechanism | TestSystem,
-    initial: Any,
+    start: Any,
     keys: tuple[str, ...],
-    turns: int,
-    orbit: bool,
-    transient: int,
+    cut: SectionMap,
+    orbit: Orbit | None,
     powers: bool,
-    rtol: float,
-    limit: int,
-    progress: Any,
 ) -> Run:
     """The motion that is differentiated; ArithmeticError with a status if there is none."""
-    start = _start(mechanism, initial)
 
     def models(key: str) -> Any:
         return lambda value: placed(_changed(mechanism, key, value), start)
 
-    cut = start_section(mechanism, start, turns, rtol, limit)
-    model = cut.model
+    model, turns = cut.model, cut.turns
     parts = [
         of_start(model, key.removeprefix(wanted.INITIAL))
         if key.startswith(wanted.INITIAL)
-        else _direction(models(key), wanted.value_of(mechanism, key), key)
+        else _direction(models(key), value_of(mechanism, key), key)
         for key in keys
     ]
     directions = stacked(parts)
     if orbit:
-        cut, model, directions = _settled(cut, directions, transient, progress)
+        model, directions = _moving(orbit, cut, directions)
     image = cut.image(model.state, False)
     if image.status:
         raise ArithmeticError(image.status)
     whole = not (start is None or isinstance(start, dict))  # a state, and no table
     plain = assemble(mechanism, None if whole else start, powers=True) if powers else placed(mechanism, start)
-    return Run(moved(plain, model.state), directions, image.time, turns, cut.place, rtol, limit)
+    return Run(
+        moved(plain, model.state),
+        directions,
+        image.time,
+        turns,
+        cut.place,
+        cut.rtol,
+        rules.steps(cut.max_steps),
+    )
 
 
 def _direction(models: Any, value: float, key: str) -> Directions:
@@ -215,72 +258,29 @@ def _direction(models: Any, value: float, key: str) -> Directions:
         raise refuse(key, f"a parameter that can change to both sides is accepted: {told}", "by") from None
 
 
-def _settled(
-    cut: SectionMap, directions: Directions, transient: int, progress: Any
-) -> tuple[SectionMap, Model, Directions]:
-    """The periodic orbit, and how its state on the section moves: dx = (I - DP)^-1 dP/dp."""
+def _orbit(cut: SectionMap, transient: int, progress: Any) -> Orbit:
+    """The periodic orbit that the motion settles to."""
     found = search(cut, Search(transient), part(progress, 0.0, 0.5))
     if found.status:
         raise ArithmeticError(found.status)
-    state, _ = at_phase(found, cut.phase)
-    section = replace(found.map, phase=cut.phase)
+    return found
+
+
+def _moving(orbit: Orbit, cut: SectionMap, directions: Directions) -> tuple[Model, Directions]:
+    """The orbit's model at its start, and how its state there moves: dx = (I - DP)^-1 dP/dp."""
+    state, _ = at_phase(orbit, cut.phase)
+    section = replace(orbit.map, phase=cut.phase)
     image = section.image(state, directions=directions)
     if image.status:
         raise ArithmeticError(image.status)
     moves = np.linalg.solve(np.eye(len(section.free)) - image.derivative, image.along)
     starts = np.zeros_like(directions.starts)
     starts[:, section.free] = moves.T * section.scale[section.free]
-    return section, moved(section.model, state), replace(directions, starts=starts)
+    return moved(section.model, state), replace(directions, starts=starts)
 
 
 def _present(mechanism: Mechanism | TestSystem, key: str, initial: Any) -> float:
     if not key.startswith(wanted.INITIAL):
-        return wanted.value_of(mechanism, key)
+        return value_of(mechanism, key)
     model = placed(mechanism, _start(mechanism, initial))
     return float(model.state[state_names(model).index(key.removeprefix(wanted.INITIAL))])
-
-
-def _verdict(near: tuple[float, float, float], rests: int) -> int:
-    """Code of whether there is a derivative."""
-    if np.isnan(near[0]):
-        return len(VERDICTS) - 1
-    limits = (GRAZING, TOGETHER, TOUCHING)
-    close = (i for i, (v, limit) in enumerate(zip(near, limits, strict=True), 1) if v < limit)
-    return next(close, VERDICTS.index("rests_on_a_wall") if rests else 0)
-
-
-def _variables(
-    values: np.ndarray, slopes: np.ndarray, error: np.ndarray, present: np.ndarray
-) -> dict[str, Any]:
-    both, units = ("quantity", "parameter"), "in the units of quantity_units"
-    with np.errstate(invalid="ignore", divide="ignore"):
-        relative = slopes * present / values[:, None]
-    return {
-        "value": number("quantity", values, "1", f"value, {units}"),
-        "derivative": number(both, slopes, "1", f"derivative, {units} over parameter_units"),
-        "error": number(both, error, "1", f"error of the derivative, {units} over parameter_units"),
-        "relative_sensitivity": number(both, relative, "1", "relative change over that of the parameter"),
-        "parameter_value": number("parameter", present, "1", "value, in the units of parameter_units"),
-    }
-
-
-def _nearness(near: tuple[float, float, float]) -> dict[str, Any]:
-    words = {
-        "grazing": "slowest event: of a guard relative to its terms, of a gap to the fastest",
-        "nearest_events": "shortest time between events of two contacts, over the period",
-        "closest_approach": "smallest gap left in flight, over the clearance",
-    }
-    return labelled({name: (v, "1", text) for (name, text), v in zip(words.items(), near, strict=True)})
-
-
-def _labels(quantities: list, keys: tuple[str, ...], mechanism: Mechanism | TestSystem) -> dict[str, Any]:
-    def named(dim: str, texts: list[str], text: str) -> tuple:
-        return dim, np.array(texts), {"long_name": text}
-
-    units = ["1" if key.startswith(wanted.INITIAL) else wanted.units(mechanism, key) for key in keys]
-    return {
-        "quantity": named("quantity", [each.name for each in quantities], "quantity"),
-        "quantity_units": named("quantity", [each.units for each in quantities], "units of the quantity"),
-        "parameter": named("parameter", list(keys), "parameter"),
-        "parameter_units": named("parameter", units, "units of the parameter"),
-    }

@@ -20,10 +20,11 @@ DEGREE, SHARPER, LEAST = 6, 1e-2, 1e-13  # of the polynomial; tolerance of its r
 
 
 class Peak(NamedTuple):
-    """Time of an extreme value, and where: ``within`` a piece, ``before`` or ``after`` an event, an end."""
+    """Time of an extreme value, its place (``within`` a piece, ``before`` an event, …), and its size."""
 
     time: float
     where: str
+    value: float
 
 
 def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: float, limit: int) -> Peak:
@@ -48,11 +49,12 @@ def peak(model: Model, key: str, sign: float, end: float, turns: float, rtol: fl
     if np.any(records.events[:, 2] == at):
         sides = sign * values(model, records.steps[records.steps[:, 2] == at, 2:], key)
         first, last = np.abs(sides[[0, -1]] - found[top])
-        return Peak(at, "before" if first <= last else "after")
+        return Peak(at, "before" if first <= last else "after", sign * float(found[top]))
     if at in (0.0, end):
-        return Peak(at, "start" if at == 0.0 else "end")
+        return Peak(at, "start" if at == 0.0 else "end", sign * float(found[top]))
     samples = _followed(model, end, max(SHARPER * rtol, LEAST), times, limit).samples
-    return Peak(_top(samples[:, 0], sign * values(model, samples, key), at), "within")
+    place, most = _top(samples[:, 0], sign * values(model, samples, key), at)
+    return Peak(place, "within", sign * most)
 
 
 def _followed(model: Model, end: float, rtol: float, times: np.ndarray, limit: int) -> Records:
@@ -63,10 +65,11 @@ def _followed(model: Model, end: float, rtol: float, times: np.ndarray, limit: i
     return records
 
 
-def _top(times: np.ndarray, found: np.ndarray, guess: float) -> float:
-    """Time of the largest value of the polynomial through the samples; the guess where it has none inside."""
+def _top(times: np.ndarray, found: np.ndarray, guess: float) -> tuple[float, float]:
+    """Time and size of the largest value of the polynomial through the samples; the guess's if outside."""
     middle, half = (times[0] + times[-1]) / 2, (times[-1] - times[0]) / 2
     fit = np.polynomial.Polynomial.fit(times, found, DEGREE)
     roots = fit.deriv().roots()
     inside = np.real(roots[(abs(roots.imag) < 1e-6 * half) & (abs(roots.real - middle) <= half)])
-    return float(max(inside, key=fit, default=guess))
+    place = float(max(inside, key=fit, default=guess))
+    return place, float(fit(place))

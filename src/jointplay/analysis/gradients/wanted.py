@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from jointplay.analysis.gradients.multipliers import WORDS as MULTIPLIERS
 from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
 from jointplay.analysis.vary import NUMBERS, axes, units_of
@@ -42,19 +43,24 @@ class Quantity:
 def quantity(name: str) -> Quantity:
     """The quantity of this name, which is a right one."""
     how, _, key = name.partition(":")
-    units = {"time": "s", "work": "J"}
+    units = {"time": "s", "work": "J"} | MULTIPLIERS
     word = WORDS.get(key.partition(":")[0])
     return Quantity(name, how, key, units.get(how) or (word.units if word else "1"))
 
 
-def known_quantities(mechanism: Mechanism | TestSystem) -> list[str]:
-    """Names of all quantities of a mechanism."""
-    if isinstance(mechanism, TestSystem):
-        from jointplay.analysis.starts import state_names
-        from jointplay.mechanism.assemble import assemble
+def known_quantities(mechanism: Mechanism | TestSystem, orbit: bool = False) -> list[str]:
+    """Names of all quantities of a mechanism, of a periodic orbit those of its multipliers too."""
+    from jointplay.analysis.starts import crank_place, state_names
+    from jointplay.mechanism.assemble import assemble
 
-        keys = [f"state:{name}" for name in state_names(assemble(mechanism))]
-        return [f"{how}:{key}" for how in POINTS for key in keys] + ["time"]
+    model = assemble(mechanism)
+    states = state_names(model)
+    fixed = (isinstance(mechanism, TestSystem) and mechanism.period is None) or crank_place(model) is not None
+    numbers = range(1, 1 + len(states) - fixed) if orbit else ()
+    of_orbit = [f"{word}:{number}" for word in MULTIPLIERS for number in numbers]
+    if isinstance(mechanism, TestSystem):
+        keys = [f"state:{name}" for name in states]
+        return [f"{how}:{key}" for how in POINTS for key in keys] + ["time", *of_orbit]
     links = [link.name for link in mechanism.links]
     labels = {
         None: ("",),
@@ -71,6 +77,7 @@ def known_quantities(mechanism: Mechanism | TestSystem) -> list[str]:
     return [f"{how}:{key}" for how in POINTS for key in keys] + [
         "time",
         *(f"work:{word}" for word in works),
+        *of_orbit,
     ]
 
 
@@ -126,9 +133,11 @@ def units(mechanism: Mechanism | TestSystem, key: str) -> str:
     return cf_units(units_of(mechanism, key.split(TOGETHER)[0].strip()) or "1")
 
 
-def quantities_fit(mechanism: Mechanism | TestSystem, of: tuple[str, ...] | None) -> Iterator[Problem]:
+def quantities_fit(
+    mechanism: Mechanism | TestSystem, of: tuple[str, ...] | None, orbit: bool
+) -> Iterator[Problem]:
     """Yield the problems of quantities that the mechanism has not."""
-    known = known_quantities(mechanism) if of else ()
+    known = known_quantities(mechanism, orbit) if of else ()
     for i, name in enumerate(of or ()):
         if name not in known:
             yield unknown(f"of[{i}]", name, name, known, "quantity")

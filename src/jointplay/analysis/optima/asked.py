@@ -52,6 +52,7 @@ def aim_fits(
     keep: str | None,
     margin: float,
     subject: Any,
+    orbit: bool,
 ) -> Iterator[Problem]:
     """Yield the problems of what is made least and of constraints."""
     if least and most:
@@ -63,7 +64,7 @@ def aim_fits(
     named = tuple(name for name in (least, most, *(subject or ())) if name)
     yield from (
         replace(each, key="subject" if each.given in (subject or ()) else "least" if least else "most")
-        for each in wanted.quantities_fit(mechanism, named)
+        for each in wanted.quantities_fit(mechanism, named, orbit)
     )
     for name, (low, high) in (subject or {}).items():
         if not low < high:

@@ -3,8 +3,8 @@
     least f(p)  with  low <= q(p) <= high  and  l <= p <= u,
 
 f and q quantities of `gradient` on a motion or on the periodic orbit that it settles to. Chaos has no useful
-derivative: `ideal` begins with the mechanism whose joints have no play, whose motion is periodic, and goes on
-with play from the design found there. What is found is a local optimum, held against the motion followed
+derivative: `ideal` begins with the mechanism whose joints have no play, whose motion is periodic, and opens
+the play by and by (optima.opening). What is found is a local optimum, held against the motion followed
 from the usual start at rtol 1e-10, which need not settle to the orbit that was optimised, and against the
 designs beside it. Validity: as of `gradient`; where two places share a largest value, f has a kink, at which
 the descent may stay: the designs beside say by how much.
@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -23,20 +22,20 @@ from pydantic import Field
 
 from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.gradients import wanted
-from jointplay.analysis.gradients.gradient import TRANSIENT, VERDICTS
+from jointplay.analysis.gradients.gradient import TRANSIENT
+from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.keywords import Moving, Progress, Quantity, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import coded, number, outcome
-from jointplay.analysis.optima.asked import FORCE, aim_fits, bounds_fit, contacts, ideal_fits
+from jointplay.analysis.optima.asked import aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.confirmed import beside, followed
 from jointplay.analysis.optima.descent import descended
+from jointplay.analysis.optima.opening import opened
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
-from jointplay.analysis.vary import changed
 from jointplay.mechanism.base import Count, Flag, Natural, Number
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 ENDS = ("converged", "no_descent", "infeasible", "iterations", "no_motion")
-IDEAL = "reaction:"
 INFINITE = (-math.inf, math.inf)
 
 
@@ -80,7 +79,7 @@ def optimise(
     subject : dict of str to (float, float), optional
         Lowest and highest value of other quantities.
     ideal : bool
-        True: first without play, with the forces of the ideal joints, then with play from there.
+        True: first without play, with the forces of the ideal joints, then with ever more of it.
     turns, orbit, transient
         As in `gradient`.
     tolerance : float
@@ -113,7 +112,7 @@ def optimise(
     settings = {"turns": turns, "orbit": orbit, "transient": transient, "rtol": rtol}
     settings |= {"initial": initial, "max_steps": max_steps}
     made: list[Trial] = []
-    trials = Trials(mechanism, names, by, settings, 1, made)
+    trials = Trials(mechanism, names, by, settings, 1.0, made)
     first = np.array([wanted.value_of(mechanism, key) for key in by])
     x = (first - trials.low) / trials.width
     sign = -1.0 if most else 1.0
@@ -121,13 +120,11 @@ def optimise(
         0 if least or most else None, sign, np.array([limits.get(n, INFINITE) for n in names]), x, np.ones(0)
     )
     if ideal:
-        kept = settings | {
-            "initial": initial if isinstance(initial, dict) else None
-        }  # a state is one of the mechanism with play
-        ideals = Trials(_ideal(mechanism), _of_ideal(names), by, kept, 0, made)
-        x = descended(ideals, _sized(aim, ideals.at(x)), x, tolerance, max_iterations)[1].x
-    aim = _sized(aim, trials.at(x))
-    end, found = descended(trials, aim, x, tolerance, max_iterations)
+        end, found, kept = opened(trials, aim, x, tolerance, max_iterations)
+    else:
+        end, found = descended(trials, aim.sized(trials.at(x)), x, tolerance, max_iterations)
+        kept = 1.0
+    aim = aim.sized(found)
     table = _way(trials, aim) | _optimum(trials, found, first)
     table |= beside(trials, aim, found, neighbourhood, tolerance)
     runs = [followed(design, names, by, settings) for design in (mechanism, trials.design(found.x))]
@@ -136,32 +133,21 @@ def optimise(
     table["missed"] = number(
         (), aim.missed(found), "1", "by how much the worst constraint is not kept, relative"
     )
+    told = "share of the clearance up to which designs that keep the constraints were found"
+    table["play_kept"] = number((), kept, "1", told)
+    for name, word, limit in zip(("low", "high"), ("lowest", "highest"), aim.limits.T, strict=True):
+        told = f"{word} accepted value, in the units of quantity_units"
+        table[f"limit_{name}"] = number("quantity", limit, "1", told)
     labels = _labels(mechanism, names, by)
     attributes = {"Conventions": "CF-1.11", "kind": "optimise", "aim": _told(least, most)}
     attributes |= {"tolerance": tolerance, "neighbourhood": neighbourhood}
     return xr.Dataset(table | outcome(found.status, began), labels, attributes)
 
 
-def _ideal(mechanism: Mechanism) -> Mechanism:
-    return changed(mechanism, {f"joints.{joint.name}.clearance": 0.0 for joint in mechanism.clearance_joints})
-
-
-def _of_ideal(names: tuple[str, ...]) -> tuple[str, ...]:
-    """What they are called without play."""
-    return tuple(name.replace(f":{FORCE}", f":{IDEAL}") for name in names)
-
-
-def _sized(aim: Aim, trial: Trial) -> Aim:
-    """The aim with units by which its quantities count: their size at a design, and that of their limits."""
-    ends = np.where(np.isfinite(aim.limits), np.abs(aim.limits), 0.0).max(axis=1)
-    size = np.maximum(np.nan_to_num(np.abs(trial.values)), ends)
-    return replace(aim, units=np.where(size > 0, size, 1.0))
-
-
 def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
     """The designs tried, in order."""
     made = trials.made
-    with_play = [each.stage == 1 and not each.status for each in made]
+    with_play = [each.share == 1 and not each.status for each in made]
     objective = [aim.shown(each) if there else np.nan for each, there in zip(made, with_play, strict=True)]
     each_missed = [aim.missed(each) if there else np.nan for each, there in zip(made, with_play, strict=True)]
     variables = [trials.low + trials.width * each.x for each in made]
@@ -178,8 +164,8 @@ def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
         "tried_missed": number(
             steps, each_missed, "1", "by how much the worst constraint is not kept, relative"
         ),
-        "tried_stage": coded(
-            steps, [each.stage for each in made], "joints in this trial", ("ideal", "with_play")
+        "tried_share": number(
+            steps, [each.share for each in made], "1", "share of the clearance in this trial"
         ),
         "tried_status": coded(steps, [each.status for each in made], "how the trial ended"),
         "tried_differentiable": coded(

@@ -1,19 +1,22 @@
 """Trials of an optimisation: quantities and exact derivatives at a design, in scaled variables.
 
 With the bounds l, u of the variables p, the scaled ones are x = (p - l) / (u - l), 0…1. Each design is tried
-once; what was found is kept, in order, and is what the dataset shows as iterations.
+once; what was found is kept, in order, and is what the dataset shows as iterations. Where a periodic orbit
+was found at one design, it is sought at the next ones from where its derivative leads: no transient is
+followed, and the orbit is the same one, stable or not.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.gradients.gradient import VERDICTS, gradient
+from jointplay.analysis.gradients.gradient import gradient
+from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.looks import look
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.vary import changed
@@ -27,8 +30,9 @@ INVALID = STATUS.index("not_converged")
 class Trial:
     """What was found at a design: its quantities and their derivatives in the scaled variables.
 
-    `stage`: 0 with ideal joints, 1 as it is. `status`: index into `STATUS`; all but 0: no motion to
-    differentiate. `verdict`: index into `VERDICTS`.
+    `share` of the clearance, 0 with ideal joints. `status`: index into `STATUS`; all but 0: no motion to
+    differentiate. `verdict`: index into `VERDICTS`. `orbit`, `moves`: where the periodic orbit starts, and
+    the derivatives of that in the scaled variables.
     """
 
     x: np.ndarray
@@ -36,7 +40,9 @@ class Trial:
     slopes: np.ndarray
     status: int
     verdict: int
-    stage: int
+    share: float
+    orbit: np.ndarray | None = None
+    moves: np.ndarray | None = None
 
 
 class NoMotion(ArithmeticError):
@@ -57,19 +63,20 @@ class Trials:
         Bounds of each variable.
     settings : mapping of str to object
         Keywords of `gradient`.
-    stage : int
-        Of these trials.
+    share : float
+        Of the clearance in these trials.
     made : list of Trial
-        All so far, those of earlier stages too.
+        All so far, those with other clearance too.
     """
 
     mechanism: Mechanism | TestSystem
     quantities: tuple[str, ...]
     by: Mapping[str, tuple[float, float]]
     settings: Mapping[str, Any]
-    stage: int
+    share: float
     made: list[Trial]
     known: dict[bytes, Trial] = field(default_factory=dict)
+    near: Trial | None = None
 
     @property
     def low(self) -> np.ndarray:
@@ -100,17 +107,27 @@ class Trials:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore", ModelWarning)  # the verdict is kept with the trial
-                found = gradient(
-                    self.design(x), of=self.quantities, by=tuple(self.by), progress=None, **self.settings
-                )
+                given = {"of": self.quantities, "by": tuple(self.by), "progress": None}
+                found = gradient(self.design(x), **given, **self.settings | self._start(x))
         except InputError:  # numbers that make no mechanism together, as links that do not reach
             nothing = np.full(n, np.nan), np.full((n, m), np.nan)
-            return Trial(x, *nothing, INVALID, len(VERDICTS) - 1, self.stage)
+            return Trial(x, *nothing, INVALID, len(VERDICTS) - 1, self.share)
         slopes = found["derivative"].values * self.width
         status = int(found["status"])
         if not status and not (np.isfinite(slopes).all() and np.isfinite(found["value"].values).all()):
             status = INVALID
-        return Trial(x, found["value"].values, slopes, status, int(found["differentiable"]), self.stage)
+        trial = Trial(x, found["value"].values, slopes, status, int(found["differentiable"]), self.share)
+        if not status and "orbit_state" in found:
+            moves = found["orbit_state_derivative"].values * self.width
+            self.near = trial = replace(trial, orbit=found["orbit_state"].values, moves=moves)
+        return trial
+
+    def _start(self, x: np.ndarray) -> dict[str, Any]:
+        """Keywords by which the orbit at a design is sought beside the one found last."""
+        if self.near is None:
+            return {}
+        state = self.near.orbit + self.near.moves @ (x - self.near.x)
+        return {"initial": state.tolist(), "transient": 0}
 
 
 @dataclass(frozen=True)
@@ -136,6 +153,12 @@ class Aim:
     limits: np.ndarray
     first: np.ndarray
     units: np.ndarray
+
+    def sized(self, trial: Trial) -> Aim:
+        """The aim with its quantities' size at a design, and that of their limits, as their units."""
+        ends = np.where(np.isfinite(self.limits), np.abs(self.limits), 0.0).max(axis=1)
+        size = np.maximum(np.nan_to_num(np.abs(trial.values)), ends)
+        return replace(self, units=np.where(size > 0, size, 1.0))
 
     def value(self, trial: Trial) -> float:
         """The objective, in units of its quantity."""

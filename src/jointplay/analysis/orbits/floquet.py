@@ -20,7 +20,12 @@ import numpy as np
 def multipliers(derivative: np.ndarray) -> np.ndarray:
     """Eigenvalues of a section map's derivative, the largest first, of a pair the upper one."""
     values = np.linalg.eigvals(derivative).astype(complex)
-    return values[np.lexsort((-values.imag, -np.round(np.abs(values), 12)))]
+    return values[descending(values)]
+
+
+def descending(values: np.ndarray) -> np.ndarray:
+    """Order of multipliers: the largest first, of a pair the upper one."""
+    return np.lexsort((-values.imag, -np.round(np.abs(values), 12)))
 
 
 def exponents(multipliers: np.ndarray, period: float) -> np.ndarray:

@@ -15,6 +15,7 @@ from jointplay.analysis.vary import axes
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Number, accepts, is_number, unit
+from jointplay.mechanism.paths import found, is_path
 from jointplay.mechanism.records import MAIN_JOINT, CrankAngle, Mechanism, Plane, TestSystem
 
 Tolerance = Annotated[Small, unit("tolerance of the residual", "1")]
@@ -78,12 +79,8 @@ def present(mechanism: Mechanism | TestSystem, key: str) -> float | None:
     """Value of a parameter (analysis.vary) in a mechanism; None where it has none."""
     if isinstance(mechanism, TestSystem):
         return mechanism.parameters.get(key)
-    if "." in key:
-        record: Any = mechanism
-        for name in key.split("."):
-            named = {part.name: part for part in record} if isinstance(record, tuple) else {}
-            record = named[name] if named else getattr(record, name)
-        return record
+    if is_path(key):
+        return found(mechanism, key, key)[0]
     main = next((joint for joint in mechanism.joints if joint.name == MAIN_JOINT), mechanism.joints[0])
     bending = next((link.beam for link in mechanism.links if link.elastic), None)
     return {

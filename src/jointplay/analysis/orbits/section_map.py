@@ -94,7 +94,7 @@ class SectionMap:
     def begin(self) -> float:
         """Time at which a run on the section begins, s: of a forcing, that of the phase."""
         model = self.model
-        if self.place is not None:
+        if self.place is not None or not model.crank_speed:  # nothing tells the time
             return 0.0
         return ((self.phase - model.crank_angle) / model.crank_speed) % model.period
 

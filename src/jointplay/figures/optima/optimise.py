@@ -47,12 +47,10 @@ def _way(ax: Axes, dataset: Dataset) -> None:
     low, width = dataset["low"].values, (dataset["high"] - dataset["low"]).values
     share = (dataset["tried_value"].values - low) / width
     steps = np.arange(1, len(share) + 1)
-    ideal = np.flatnonzero(dataset["tried_stage"].values == 0)
+    opened = np.flatnonzero(np.diff(dataset["tried_share"].values))
     for i, name in enumerate(dataset["parameter"].values):
         ax.plot(steps, share[:, i], "o-", markersize=2, linewidth=0.8, label=str(name))
-    if len(ideal):
-        ax.axvline(
-            ideal[-1] + 1.5, color=style.GREY, linestyle="--", linewidth=0.8, label="with play from here"
-        )
+    for place, label in zip(opened + 1.5, ["play changes here"] + [None] * len(opened), strict=False):
+        ax.axvline(place, color=style.GREY, linestyle="--", linewidth=0.8, label=label)
     ax.set(xlabel="Design tried", ylabel="Place between the bounds", ylim=(-0.05, 1.05))
     ax.legend(loc="best", fontsize=6)

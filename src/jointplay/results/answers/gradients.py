@@ -3,6 +3,7 @@
 import numpy as np
 from xarray import Dataset
 
+from jointplay.analysis.gradients.gradient_dataset import WHY
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 
@@ -11,12 +12,12 @@ LISTED = 3  # quantities, and parameters of each, named in a line
 
 def gradient(dataset: Dataset) -> str:
     """Return what each quantity depends on most, relatively, and whether there is a derivative."""
-    if not np.isfinite(dataset["derivative"].values).any():
-        return "no derivative: the motion did not get to its end"
-    lines = [_quantity(dataset.isel(quantity=i)) for i in range(min(LISTED, dataset.sizes["quantity"]))]
     verdict = str(codes.words(dataset["differentiable"]).item())
+    if not np.isfinite(dataset["derivative"].values).any():
+        return f"no derivative: {WHY.get(verdict, verdict)}"
+    lines = [_quantity(dataset.isel(quantity=i)) for i in range(min(LISTED, dataset.sizes["quantity"]))]
     if verdict != "yes":
-        lines.append(f"hardly a derivative here: {verdict.replace('_', ' ')} in this motion")
+        lines.append(f"hardly a derivative here: {WHY.get(verdict, verdict)}")
     return "\n".join(lines)
 
 

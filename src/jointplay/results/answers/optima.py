@@ -20,6 +20,8 @@ AGREED = 1e-4  # relative difference up to which two motions have the same value
 def optimise(dataset: Dataset) -> str:
     """Return the best design, its values before and after, and what speaks against it."""
     end = str(codes.words(dataset["end"]).item())
+    if end == "infeasible":
+        return "\n".join([ENDS[end] + _play(dataset), *_missed(dataset)])
     if int(dataset["status"]):
         return f"no optimum: {ENDS[end] or 'no motion'}"
     lines = [f"{dataset.attrs['aim']}: {_changes(dataset)}", *_values(dataset)[:1]]
@@ -55,3 +57,25 @@ def _values(dataset: Dataset) -> list[str]:
         after = plain(float(one["value"]), 6) + (f" {unit}" if unit != "1" else "")
         told.append(f"{one['quantity'].item()} {before} before, {after} after")
     return ["; ".join(told)]
+
+
+def _play(dataset: Dataset) -> str:
+    """Up to which share of the clearance there are designs, where it is not all of it."""
+    share = float(dataset["play_kept"])
+    return "" if share == 1 else f"; with {plain(100 * share, 3)} % of the clearance there are some"
+
+
+def _missed(dataset: Dataset) -> list[str]:
+    """What is not kept at the best design, and the bounds at which that stands."""
+    told = []
+    for one in (dataset.isel(quantity=i) for i in range(dataset.sizes["quantity"])):
+        value, low, high = (float(one[name]) for name in ("value", "limit_low", "limit_high"))
+        limit = f"at least {plain(low, 4)}" if not value >= low else f"at most {plain(high, 4)}"
+        if not low <= value <= high:
+            now = plain(value, 4) if np.isfinite(value) else "unknown"
+            told.append(f"{one['quantity'].item()} is {now}, {limit} is asked for")
+    low, high, at = (dataset[name].values for name in ("low", "high", "optimum"))
+    ends = ((at - low <= 1e-6 * (high - low), "lowest"), (high - at <= 1e-6 * (high - low), "highest"))
+    names = dataset["parameter"].values
+    bound = [f"{names[i]} at its {word} value" for there, word in ends for i in np.flatnonzero(there)]
+    return ["; ".join(told), ", ".join(bound)][: 1 + bool(bound)]

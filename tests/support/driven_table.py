@@ -1,0 +1,134 @@
+"""Errors of derivatives in all parameters of a scene (tests.support.driven_scenes), by differences.
+
+All parameters change at once, each by as much as moves the end of the motion as far as the others do, with a
+sign of its own: an error in any of them is seen in the sum, whose fourth-order difference takes four runs.
+As a program: `python -m tests.support.driven_table NAME …` prints them.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import jointplay as jp
+from jointplay.analysis.gradients.directions import along, stacked
+from jointplay.analysis.gradients.wanted import value_of
+from jointplay.analysis.tangents import Bundle, scales
+from jointplay.analysis.trajectory import Request
+from jointplay.analysis.vary import changed
+from jointplay.errors import InputError
+from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.paths import WITH_PARTS, below
+from jointplay.numerics.codes import Event
+from tests.support.driven import distance, end, quotient
+from tests.support.driven_scenes import LINKAGES, SYSTEMS
+
+SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-7, 1e-8)
+ENOUGH = 3e-8
+HARDLY = 1e-6  # a share of the largest influence, below which a parameter has none
+
+
+class Found(NamedTuple):
+    """What a scene showed: its error, parameters that moved it, all of them, and its events."""
+
+    error: float
+    moving: int
+    parameters: int
+    events: list[str]
+
+
+def keys(system: Any) -> list[str]:
+    """All parameters of a system: numbers of its equations, or key paths of a linkage."""
+    if isinstance(system, jp.System):
+        return list(system.numbers)
+    parts = ("gravity", "gravity_direction", *_paths(system))
+    return [key for key in parts if isinstance(value_of(system, key), float)]
+
+
+def _paths(mechanism: jp.Mechanism) -> Iterator[str]:
+    def under(record, path):
+        for name, part in below(record).items():
+            numbered = name.startswith("[") and any(getattr(each, "name", None) for each in record)
+            at = path + name if name.startswith("[") else f"{path}.{name}"
+            if isinstance(part, float):
+                yield at
+            elif not numbered and not isinstance(part, str | int | None):
+                yield from under(part, at)
+
+    for name in WITH_PARTS:
+        yield from under(getattr(mechanism, name), name)
+
+
+def directions(system: Any, start: Any) -> tuple[list[str], Any]:
+    """Parameters that can change to both sides, and the directions of those."""
+    found = {}
+    for key in keys(system):
+        try:
+            found[key] = along(
+                lambda v, key=key: assemble(changed(system, {key: v}), start, powers=True),
+                *(value_of(system, key), key),
+            )
+        except InputError:
+            continue
+    return list(found), stacked(list(found.values()))
+
+
+def error(system: Any, start: Any, duration: float, seed: int = 1) -> Found:
+    """Error of the derivative along all parameters, of the best of several differences; NaN: none was fit."""
+    model = assemble(system, start, powers=True)
+    names, along_all = directions(system, start)
+    request = Request(duration, 1e-12)
+    bundle = Bundle(model, request, np.zeros((0, len(model.state))), directions=along_all)
+    assert bundle.advance() == 0
+    found = np.hstack([bundle.vectors, bundle.works])
+    n_x = len(model.state)
+    largest = np.abs(found[:, n_x:] * along_all.units[:, None]).max(initial=1e-300)
+    unit = np.append(scales(model), np.full(found.shape[1] - n_x, largest))
+    values = np.array([value_of(system, key) for key in names])
+    moves = np.linalg.norm(found / unit, axis=1) * along_all.units
+    moving = moves > HARDLY * moves.max()
+    sizes = np.minimum(np.quantile(moves[moving], 0.25) / np.where(moving, moves, np.inf), 1.0)
+    signs = np.where(np.random.default_rng(seed).uniform(size=len(names)) < 0.5, -1.0, 1.0)
+    weights, errors, events = sizes * along_all.units * signs, [], []
+
+    def state(at):
+        changes = {
+            key: float(v) for key, v, w in zip(names, values + at * weights, weights, strict=True) if w
+        }
+        reached, happened = end(assemble(changed(system, changes), start, powers=True), duration)
+        events.append(happened)
+        return reached
+
+    for share in SHARES:
+        events.clear()
+        estimate = quotient(state, 0.0, share)
+        if all(sorted(each) == sorted(events[0]) for each in events):
+            errors.append(distance(weights @ found, estimate, model))
+        if min(errors, default=np.inf) < ENOUGH:
+            break
+    words = [Event(int(kind)).name.lower() for _, kind in events[0]]
+    return Found(min(errors, default=np.nan), int(moving.sum()), len(names), words)
+
+
+def scene(name: str) -> Found:
+    """What a scene of the table shows."""
+    if name in SYSTEMS:
+        return error(*SYSTEMS[name])
+    make, start, turns = LINKAGES[name]
+    system = make()
+    return error(system, start, turns * assemble(system, start).period)
+
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or (*SYSTEMS, *LINKAGES):
+        began = time.process_time()
+        try:
+            *numbers, words = scene(name)
+            kinds = {word: words.count(word) for word in dict.fromkeys(words)}
+            print(name, *numbers, kinds, f"{time.process_time() - began:.1f} s", flush=True)
+        except Exception as problem:
+            print(name, "FAILED", repr(problem)[:300], flush=True)
