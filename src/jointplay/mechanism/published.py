@@ -67,8 +67,8 @@ def siconos_four_bar(clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3}, **chan
 
     Links of 1, 4 and 2.5 m, 3 m between the pivots, 1 kg each, uniform; journals of radius 0.055 m. Published
     with rigid plastic impacts (restitution 0), friction 0.1, and a controller that leads the crank. Left
-    open by what could be read of it: the clearances, about 5 mm by its stored trajectory. Not those of the
-    publication, since impacts here know no friction: a stiff contact that does not pull, and no drive.
+    open by what could be read of it: the clearances, about 5 mm by its stored trajectory. Not those of
+    the publication either: a stiff contact that does not pull, and no drive.
 
     Parameters
     ----------

@@ -42,6 +42,15 @@ def loses(k):
 
 
 @inner
+def plastic(k, wall):
+    """Whether the impact leaves a body that meets this wall on it at once."""
+    q, found = k.impact, False
+    for i in range(int(q[MEMBERS])):
+        found = found or (q[WALL + i] == wall and q[TARGET + i] == 0.0)
+    return found
+
+
+@inner
 def _column(y, c, n_q, n):
     """Place in y.D of a column's first speed, and the way from one speed to the next."""
     width = 1 + n_q + n
@@ -55,6 +64,9 @@ def impact_map(f, g, k, x, o, y):
     width, columns, members = 1 + n_q + n, len(y.gradient), int(k.impact[MEMBERS])
     after, right = y.room[len(y.D) :], y.room[len(y.D) + len(x.s) :]
     ways = right[SIZE * columns :]
+    guard = ways[SIZE * n :]
+    for c in range(columns):
+        guard[c] = y.gradient[c]
     for r in range(len(x.s)):
         after[r], x.s[r] = x.s[r], q[STATE + r]
     for i in range(SIZE * columns):
@@ -78,6 +90,7 @@ def impact_map(f, g, k, x, o, y):
                 right[a * columns + c] -= total
     for c in range(columns):
         _implicit(q, y, c, right, ways, columns, members, n_q, n)
+        y.gradient[c] = guard[c]
 
 
 @inner

@@ -10,8 +10,8 @@ Walls separate, stick, or slip one way or the other; smooth ones separate or pus
 sum of p_i (v+_i + v-_i)/2 + q_i (t+_i + t-_i)/2. With r = 0 it falls: it is the sum of p_i v+_i + q_i t+_i,
 of which no term is positive, less the kinetic energy of the jump. Newton's r > 0 can make energy where
 friction turns a body, or a wall opens (Kane and Levinson 1985): then all r are lowered by one share, until
-none is made. References: Moreau (1988); Glocker, Set-Valued Force Laws (2001); Leine and Nijmeijer (2004); Flores,
-Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165-190. Assumptions: rigid bodies, no tangential
+none is made. References: Moreau (1988); Glocker, Set-Valued Force Laws (2001); Leine and Nijmeijer (2004);
+Flores, Leine and Glocker, Multibody Syst. Dyn. 23 (2010) 165-190. Assumptions: rigid bodies, no tangential
 restitution, one instant for normal and tangential impulses.
 """
 

@@ -22,7 +22,7 @@ from math import log
 import numpy as np
 
 from .frame import determinant, orthonormalise
-from .impact_map import impact_map, loses
+from .impact_map import impact_map, loses, plastic
 from .impulses import MEMBERS
 from .interface import inner
 from .modes import FREE, RELEASED, REMEMBERS, STICK, variant_of
@@ -75,13 +75,13 @@ def jump(f, g, k, x, o, y, guard):
     if turned == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
         g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
     reset = turned == 1 or turned == ENTERS or leaves
-    if reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED:
+    rests = reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED
+    if rests and not plastic(k, wall):
         project_at_rest(f, g, x, o, y)
         return
     several = reset and wall >= 0 and k.impact[MEMBERS] > 0.0
     if several:
         impact_map(f, g, k, x, o, y)
-        g.gradient(guard, x.s, x.p, x.m, y.gradient)
     rates(f, variant_of(x.modes), x, o, y, y.after)
     _powers(x, o, y, 1.0)
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
@@ -106,6 +106,8 @@ def jump(f, g, k, x, o, y, guard):
         along(y, n_x)
     if y.count[HELD] == 0:
         orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, lossy)
+    if rests:
+        project_at_rest(f, g, x, o, y)
 
 
 @inner

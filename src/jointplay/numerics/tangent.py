@@ -104,7 +104,7 @@ def tangents(
         gradient=np.zeros(1 + n_x + n_p),
         D=np.zeros(n * (1 + n_x) + n_p * n_x),
         S=np.zeros(n_x * n_x + n_x),
-        room=np.zeros(n_s + SIZE * (1 + n_x + n_p + n) + n * (1 + n_x) + n_p * n_x),
+        room=np.zeros(n_s + (1 + SIZE) * (1 + n_x + n_p + n) + n * (1 + n_x) + n_p * n_x),
         unit=np.zeros(1 + n_x),
         count=np.zeros(8, dtype=np.int64),
         real=np.zeros(12),
