@@ -49,7 +49,7 @@ def estimates(bundle: Bundle, rows: np.ndarray, turn: float) -> dict[str, tuple[
     `turn` is the length of a turn in s.
     """
     found, model = batch_means.estimates(rows, bundle.carried, turn), bundle.model
-    if not bundle.neutral and timeless(model):
+    if bundle.rested:
         none = np.full(min(len(bundle.y.alive), len(model.state) - model.memories - 1), np.nan)
         found = {name: (none, *rest) for name, (_, *rest) in found.items()}
     return {new: (found[old][0], found[old][1], text) for new, (old, text) in NAMES.items()}

@@ -64,8 +64,10 @@ def grown(
 
     Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
     """
-    for neutral in (True, False) if section_exponents.timeless(model) else (False,):
+    timeless = section_exponents.timeless(model)
+    for neutral in (True, False) if timeless else (False,):
         bundle = framed(model, request, count, saltation, neutral)
+        bundle.rested = timeless and not neutral
         bundle.advance(0.0)
         start = float(bundle.y.logs[0])
         rows, ended = follow(bundle, begin, error, progress)
