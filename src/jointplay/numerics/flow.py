@@ -14,6 +14,7 @@ from .control import (
     CHATTER_COUNT,
     FULL,
     IDLE_COUNT,
+    NO_DERIVATIVE,
     NOT_CONVERGED,
     OK,
     ORDER,
@@ -273,7 +274,9 @@ def run(f, k, x, o, g, y):
             _take(f, variant, k, x, o, g, y, h, error)
             if count[IDLE] >= IDLE_COUNT or count[JAMMED] > 0:
                 return NOT_CONVERGED
-            if count[CLOSE] >= CHATTER_COUNT or (y is not None and count[TOGETHER] > 0):
+            if y is not None and count[TOGETHER] > 0:
+                return NO_DERIVATIVE
+            if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER
         if not real[H] > instant(x.s[0], o.near):
             return failure(x.s, o.n_q + o.n)

@@ -12,7 +12,7 @@ section IV.8.
 
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import EIGEN, GAMMA, MONOMIAL, NODES, STAGES, TO_EIGEN, TO_STAGE
-from .control import judge, settle
+from .control import Turning, free, judge, settle
 from .text import at, function, lanes, slope, stage, total
 
 HEADER = '''"""Generated: the method for eight trajectories at once; do not edit."""
@@ -28,11 +28,11 @@ from jointplay.numerics.interface import entry
 S = range(STAGES)
 
 
-def text(turning: tuple[bool, ...], contacts: int) -> str:
-    """Source of the module, for positions that turn or do not, and so many contacts."""
+def text(turning: Turning, contacts: int, jumps: int = 0) -> str:
+    """Source of the module, for positions that turn or do not, so many contacts, and jumps of the state."""
     N = range(len(turning))
-    parts = {"predict": _predict(N), "factor": _factor(N), "solve": _solve(N)}
-    parts |= {"judge": judge(turning, contacts), "settle": settle(turning, contacts)}
+    parts = {"predict": _predict(N), "factor": _factor(N), "solve": _solve(N, free(turning))}
+    parts |= {"judge": judge(turning, contacts, jumps), "settle": settle(turning, contacts, jumps)}
     return HEADER + "\n\n" + "\n\n\n".join(function(*part) for part in parts.items()) + "\n"
 
 
@@ -191,7 +191,7 @@ def _complex_elimination(N: range) -> tuple[dict[tuple[int, int], tuple[str, str
     return {place: (f"{name}r", f"{name}i") for place, name in names.items()}, lines
 
 
-def _solve(N: range) -> list[str]:
+def _solve(N: range, count: int) -> list[str]:
     """Residuals in the eigenbasis (in the place of F), the three systems, the update and its size."""
     out = [line for k in N for line in lanes(*_residual(k))]
     real = [f"r{k} = {stage(rows.F, 0, k)}" for k in N]
@@ -200,7 +200,7 @@ def _solve(N: range) -> list[str]:
         real.append(f"{stage(rows.F, 0, k)} = {row}")
     out += lanes(*real, *_pair(N, 0)) + lanes(*_pair(N, 1))
     out += [line for k in N for line in lanes(*_updated(k))]
-    return out + lanes(*_size(N))
+    return out + lanes(*_size(N, count))
 
 
 def _residual(k: int) -> list[str]:
@@ -237,12 +237,12 @@ def _updated(k: int) -> list[str]:
     return [*lines, *(f"{stage(rows.F, j, k)} = u{j}" for j in S)]
 
 
-def _size(N: range) -> list[str]:
-    """Size of the update in units of the tolerated error."""
+def _size(N: range, count: int) -> list[str]:
+    """Size of the update in units of the tolerated error, of which so many are free."""
     lines = []
     for k in N:
         squares = " + ".join(f"{stage(rows.F, j, k)} * {stage(rows.F, j, k)}" for j in S)
         lines.append(f"e = {at(rows.FLOOR, k)} + {at(rows.TOLERANCE)} * abs({at(rows.SPEED, k)})")
         lines.append(f"n{k} = ({squares}) / (e * e)")
-    mean = f"({' + '.join(f'n{k}' for k in N)}) * {1 / (len(N) * STAGES)!r}"
+    mean = f"({' + '.join(f'n{k}' for k in N)}) * {1 / (count * STAGES)!r}"
     return [*lines, f"{at(rows.SIZE_BEFORE)} = {at(rows.SIZE)}", f"{at(rows.SIZE)} = sqrt({mean})"]
