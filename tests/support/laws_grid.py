@@ -33,13 +33,11 @@ PAIRS = [
     *[("johnson", "brown_mcphee"), ("dubowsky_freudenstein", "andersson"), ("liu", "lugre")],
     *[("flores", "ramp"), ("hu_guo", "ambrosio"), ("gonthier", "threlfall")],
     *[(law, "none") for law in FACTORS if law not in ("flores", "hu_guo", "gonthier")],
-    ("restitution", "coulomb"),
 ]
 BEAM = jp.Beam(shapes="sine", modes=1, damping_ratio=0.01)
 SCENES = {  # the elastic link, and the mechanism
     "four_bar": ("coupler", lambda: catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)),
     "slider_crank": ("rod", lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81)),
-    "guide": ("rod", lambda: catalog.slider_crank(clearance={"G": 1e-4}, gravity=9.81)),
 }
 
 
