@@ -9,7 +9,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis import trajectory
-from jointplay.analysis.quantities import EVENTS
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.equations.structure import CORNERS
 from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
@@ -187,7 +187,8 @@ def jumps(found, word):
 
 def test_flores_slider_meets_the_upper_face_with_both_corners():
     """The first impact's time and both rates after it; then rebounds, rest, release, for five turns."""
-    found = jp.simulate(jp.catalog.flores2010(), rtol=1e-11, record=CLOSED, **NEWTON)
+    record = [*CLOSED, "tangential_force", "tangential_velocity"]
+    found = jp.simulate(jp.catalog.flores2010(), rtol=1e-11, record=record, **NEWTON)
     assert found.status == 0
     assert found.event_time.values[:2] == pytest.approx([FIRST, FIRST], rel=1e-11)
     assert sorted(found.event_joint.values[:2]) == [0, 1]
@@ -195,20 +196,24 @@ def test_flores_slider_meets_the_upper_face_with_both_corners():
     assert before[0] == pytest.approx([0.841612322032869] * 2 + [-0.841612322032869] * 2, rel=1e-9)
     assert after[0] == pytest.approx(-0.4 * before[0], rel=1e-9)
     kinds = [EVENTS[kind] for kind in found.event_kind.values]
-    assert {"impact", "rest", "separation"} == {*kinds}
+    assert {"impact", "rest", "separation"} <= {*kinds}
     assert found.penetration.max() < 1e-12
-    held = found.normal_force.values[found["mode"].values == 6]
-    assert len(held) > 100
-    assert held.min() > -1e-6
+    modes, load, friction = (found[word].values for word in ("mode", "normal_force", "tangential_force"))
+    slips = (modes == 2) | (modes == 3)
+    assert slips.sum() > 100
+    assert load[slips].min() > -1e-6
+    sense = np.sign(found.tangential_velocity.values)
+    assert friction[slips] == pytest.approx((0.01 * load * sense)[slips], abs=1e-9)
+    assert not friction[modes == 0].any()
 
 
 @pytest.mark.parametrize("restitution", [0.0, 0.4, 0.8, 1.0])
-@pytest.mark.parametrize("tilt", [0.0, 1e-6, 0.005])
-def test_impacts_of_corners_create_no_energy(restitution, tilt):
+@pytest.mark.parametrize(("tilt", "friction"), [(0.0, 0.0), (1e-6, 0.3), (0.005, 0.0), (0.005, 0.3)])
+def test_impacts_of_corners_create_no_energy(restitution, tilt, friction):
     """Started in line or tilted: corners one by one, handing the impulse to each other, or at once."""
     start = {"angle": {"crank": 0.0, "rod": 0.0, "slider": tilt}}
     start["angular_velocity"] = {"crank": 150.0, "rod": -75.0, "slider": 0.0}
-    mechanism = jp.catalog.flores2010(restitution=restitution)
+    mechanism = jp.catalog.flores2010(restitution=restitution, friction=friction)
     found = jp.simulate(mechanism, rtol=1e-11, record=CLOSED, **NEWTON | {"initial": start})
     assert found.status == 0
     assert found.sizes["event"] > 20
@@ -218,7 +223,7 @@ def test_impacts_of_corners_create_no_energy(restitution, tilt):
     energy = found.energy.values
     assert np.abs(found.energy_residual).max() < 1e-7 * energy[0]
     assert energy.max() < energy[0] * (1 + 1e-8)
-    assert restitution == 1.0 or energy[0] - energy[-1] > 0.01
+    assert (restitution == 1.0 and not friction) or energy[0] - energy[-1] > 0.01
 
 
 def test_ideal_rebounds_of_corners_keep_the_energy():
@@ -226,7 +231,8 @@ def test_ideal_rebounds_of_corners_keep_the_energy():
     start = {"angle": {"crank": 0.0, "rod": 0.0, "slider": 0.003}}
     start["angular_velocity"] = {"crank": 150.0, "rod": -75.0, "slider": 1.0}
     run = NEWTON | {"initial": start}
-    found = jp.simulate(jp.catalog.flores2010(restitution=1.0), rtol=1e-11, record=CLOSED, **run)
+    smooth = jp.catalog.flores2010(restitution=1.0, friction=0.0)
+    found = jp.simulate(smooth, rtol=1e-11, record=CLOSED, **run)
     assert found.status == 0
     assert found.sizes["event"] > 300
     assert found.energy.values == pytest.approx(float(found.energy[0]), rel=1e-9)
@@ -234,4 +240,4 @@ def test_ideal_rebounds_of_corners_keep_the_energy():
 
 def test_tangents_end_where_two_corners_hit_at_once():
     found = jp.lyapunov(jp.catalog.flores2010(drive=jp.ConstantSpeed(link="crank", speed=150.0)), turns=5)
-    assert int(found.status) == 3
+    assert STATUS[int(found.status)] == "no_derivative"

@@ -16,15 +16,17 @@ from tests.numerics.test_tangent import differences, distance, scaled
 from tests.support.multibody_records import from_mechanism
 
 E = 2.9e-4
+SLIDE = "tangential_velocity"
 BALANCE = ["energy", "energy_residual", "joint_work", "drive_work"]
 TOUCH = ["penetration", "normal_velocity", "normal_force", "tangential_force", "mode"]
 
 
-def rigid(restitution, clearance=E, **changes):
+def rigid(restitution, clearance=E, friction=0.0, **changes):
     """The paper's mechanism with rigid bearings."""
     plain = jp.catalog.chunmei2002(clearance=clearance, gear_ratio=3.0).replace(**changes)
     law = jp.Contact(law="restitution", parameters={"restitution": restitution})
-    joints = tuple(joint.model_copy(update={"contact": law, "friction": None}) for joint in plain.joints)
+    given = {"contact": law, "friction": jp.Friction(coefficient=friction) if friction else None}
+    joints = tuple(joint.model_copy(update=given) for joint in plain.joints)
     return jp.Mechanism(**dict(plain) | {"joints": joints})
 
 
@@ -47,6 +49,25 @@ def test_energy_is_lost_by_impacts_alone(restitution):
     assert held.max() > 50
     assert not np.any(found.normal_force.values[found["mode"].values == 0])
     assert not np.any(found.tangential_force)
+
+
+@pytest.mark.long
+def test_a_rough_bearing_slips_and_sticks_by_coulombs_law():
+    """Friction in lasting contact, in impacts, and in the balance of energy."""
+    found = jp.simulate(rigid(0.3, friction=0.3), turns=3, rtol=1e-9, record=[*BALANCE, *TOUCH, SLIDE])
+    assert found.status == 0
+    assert {"impact", "rest"} <= {*kinds(found)}
+    assert {"stick_onset", "slip_onset", "slip_reversal"} & {*kinds(found)}
+    assert np.abs(found.energy_residual).max() < 1e-7 * float(found.joint_work[-1])
+    assert found.penetration.max() < 1e-11
+    modes, load, friction = (found[word].values for word in ("mode", "normal_force", "tangential_force"))
+    slips = (modes == 2) | (modes == 3)
+    assert slips.sum() > 100
+    assert load[slips].min() >= -1e-9
+    sense = np.where(modes == 2, 1.0, -1.0)
+    assert friction[slips] == pytest.approx((0.3 * load * sense)[slips], rel=1e-7)  # the gap's tolerance
+    assert (found[SLIDE].values * sense)[slips].min() > -1e-6
+    assert (np.abs(friction) - 0.3 * load)[modes == 4].max(initial=-1.0) < 1e-6
 
 
 def test_an_impact_is_that_of_rigid_bodies():
@@ -89,15 +110,16 @@ def _full(mechanism, angles, speeds):
     return np.array(place + moving)
 
 
-def test_restitution_is_asked_for_within_its_bounds_and_without_friction():
+def test_restitution_is_asked_for_within_its_bounds_and_with_coulomb_friction():
     with pytest.raises(InputError, match="from 0 to 1"):
         jp.Contact(law="restitution", parameters={"restitution": 1.2})
     with pytest.raises(InputError, match="law restitution has no stiffness"):
         jp.Contact(law="restitution", stiffness=1.0, parameters={"restitution": 0.5})
-    rubbing = jp.Friction(coefficient=0.1)
+    rubbing = jp.Friction(law="tanh", coefficient=0.1, velocity=0.1, viscous=1.0)
     joints = tuple(joint.model_copy(update={"friction": rubbing}) for joint in rigid(0.5).joints)
-    with pytest.raises(InputError, match=r"joints\[2\].friction: .*whose impacts are without friction"):
+    with pytest.raises(InputError, match=r"joints\[2\].friction.law: .*'tanh'.*Coulomb's") as raised:
         jp.Mechanism(**dict(rigid(0.5)) | {"joints": joints})
+    assert "friction.viscous: got 1" in str(raised.value)
 
 
 def test_a_section_at_contact_is_one_at_impacts():
@@ -136,9 +158,10 @@ def test_ideal_rebounds_keep_the_energy(joints):
 
 
 @pytest.mark.long
-def test_tangents_through_impacts():
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+def test_tangents_through_impacts(friction):
     """Flights and impacts, against central differences of the motion itself."""
-    mechanism, compared = rigid(0.95), 0
+    mechanism, compared = rigid(0.95, friction=friction), 0
     model = assemble(mechanism)
     at = np.linspace(0.05, 0.6, 12) * model.period
     rows = trajectory.follow(model, trajectory.Request(at[-1] * 1.001, 1e-10, at=at)).samples

@@ -17,6 +17,7 @@ ROUNDINGS = 64  # nor than so many roundings of the links' speeds, of which they
 APPROACH = 0.1  # of these: normal speeds, of which the rounding of the normal's direction makes sliding ones
 FLAT = 1e-11  # rebounds are known no better than this tolerance has them
 FLIGHT = 1000  # roundings of a gap in a flight that can be told from rest
+HELD = 1e-12  # share of a held force within which it is known
 ROUNDED_GAP = 16  # roundings of the mechanism's reach within which a gap is zero
 
 
@@ -87,20 +88,34 @@ def _turning(law: Law, given: np.ndarray, model: Model) -> float:
 
 
 def cones(model: Model) -> np.ndarray:
-    """Error of (f_s F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N."""
-    errors, play, speed = np.zeros(len(model.joints)), rounded_gap(model), _rounding(model)
+    """Error of (f_s F_n)^2 - F_t^2 near zero by the rounding of the normal force F_n, over F_n, N.
+
+    Of a rough wall, whose push is solved for and is known to HELD of itself, over its square.
+    """
+    errors, play, speed = np.zeros(len(model.touching)), rounded_gap(model), _rounding(model)
+    for j, f in enumerate(_rough(model), start=len(model.touching) - len(model.walls)):
+        errors[j] = 2 * f * (1 + f) * HELD
     for j, (law, places, friction) in enumerate(_laws(model.structure)):
         (K, C), f = law.slopes(model.clearances[j], *model.numbers[places]), model.numbers[friction]
         errors[j] = 2 * f * (1 + f) * (K * play + C * speed)
     return errors
 
 
-def guards(model: Model, still: float, n_contacts: int, n_resets: int) -> np.ndarray:
-    """Tolerance of each contact's guards: gap, force, sliding speed; 0 for all other guards."""
+def _rough(model: Model) -> list[float]:
+    """Friction coefficient of each rigid wall; 0 of a smooth one."""
+    if not model.links:
+        return [0.0] * len(model.resets)
+    numbers = dict(zip(parameter_names(model.structure), model.numbers, strict=True))
+    rough = [(joint, FRICTIONS.get(joint.friction)) for joint in model.structure.rigid_joints]
+    return [numbers[f"{law.limit_letter}_{joint.owner}"] if law else 0.0 for joint, law in rough]
+
+
+def guards(model: Model, still: float, n_contacts: int, n_resets: int, n_rubs: int = 0) -> np.ndarray:
+    """Tolerance of each contact's guards: gap, force, sliding speed; of walls' sliding speeds; else 0."""
     tolerances = np.zeros((n_contacts, 4))
     tolerances[:, 2], play = still, rounded_gap(model)
     for j, (law, places, _) in enumerate(_laws(model.structure)):
         given = model.numbers[places]
         force = law.slopes(play, *given)[0] * play if law.push is None else _turning(law, given, model)
         tolerances[j, :2] = (2 * model.clearances[j] if _centred(model)[j] else 1.0) * play, force
-    return np.concatenate([tolerances.ravel(), np.zeros(n_resets)])
+    return np.concatenate([tolerances.ravel(), np.zeros(n_resets), np.full(n_rubs, still)])

@@ -90,7 +90,7 @@ class Bundle:
             frame = np.vstack([frame, self.directions.starts])
         given = frame, scales(self.model), self.o.n, rows, self.rows
         units = self.directions.units if self.directions else ()
-        self.y = tangent.tangents(*given, driven, units, len(self.x.work))
+        self.y = tangent.tangents(*given, driven, units, len(self.x.work), len(self.x.s))
         held = self.held or self.directions is not None
         count = {tangent.SALTATION: self.saltation, tangent.HELD: held, tangent.NEUTRAL: self.neutral}
         for place, value in count.items():

@@ -173,14 +173,15 @@ def memory(model: Model, request: Request):
     sizes = module.SIZES
     n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
     state, rest = np.concatenate([[0.0], model.state]), guard_tolerances.rest(model, request.rtol)
-    x = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, sizes["resets"])
+    resets = sizes["resets"], sizes["rubs"]
+    x = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, *resets)
     n_touch = n_contacts + sizes["resets"]
     width = 1 + n_q + n + n_touch + sizes["powers"]
     x = x._replace(
         absolute=request.rtol * model.absolute,
         relative=request.rtol * model.relative,
         turning=model.turning.copy(),
-        margin=guard_tolerances.guards(model, rest, n_contacts, sizes["resets"]),
+        margin=guard_tolerances.guards(model, rest, n_contacts, *resets),
         clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
         group=_groups(model, sizes["resets"]),
         cone=guard_tolerances.cones(model),
@@ -218,7 +219,8 @@ def memory(model: Model, request: Request):
         skip=request.skip,
         stop_after=request.stop_after,
     )
-    k = work(len(x.s), n_q, n, n_touch, sizes["powers"], sizes["rows"], sizes["jacobian"])
+    looked = n_touch + sizes["rubs"]
+    k = work(len(x.s), n_q, n, looked, sizes["powers"], sizes["rows"], sizes["jacobian"])
     return k, x, options
 
 

@@ -18,6 +18,9 @@ Two corners i, j of a slider in line with its guide have one and the same row T:
 their forces alone. Where both stick, v_t,i' = EASE S_ii c_i (c_i F_t,i - c_j F_t,j) takes the place of 0 in
 their rows, (c_i, c_j) along (F_n,j, -F_n,i): so they share the force as they share the load, and v_t,i' is 0
 to rounding. Tilted by more than sqrt(EASE) or so, they stick each for itself.
+
+A rough wall on which a body slips has the unknown force along N - sigma f T instead of N: S is T M^-1 T'^T
+then, with T' the directions of the forces, T the rows of what they hold.
 """
 
 from collections.abc import Iterator
@@ -25,9 +28,10 @@ from functools import cached_property
 
 from sympy import Expr, Float, Integer, Symbol
 
-from ..equations.system import TIME, System, accelerations, traction
+from ..equations.system import TIME, Contact, Reset, System, accelerations, rubbing, traction
+from . import variants
+from .inverse_mass import InverseMass, dot, eliminate
 from .tape import Tape
-from .variants import holding, masks
 
 EASE, TINY = Float(1e-9), Float(1e-100)  # TINY, N^2: its square is a number still
 
@@ -37,11 +41,15 @@ class Dynamics:
 
     def __init__(self, system: System, variant: str):
         self.system, self.tape = system, Tape(system)
-        self.masks = masks(system, variant)
+        self.masks = variants.masks(system, variant)
         self.held = [j for j, mask in enumerate(self.masks) if mask.stick != 0]
         self.inverse_mass = InverseMass(self.tape, system)
-        walls = [holding(self.tape, reset, system.positions, system.speeds) for reset in system.resets]
-        self.contacts = [*system.contacts, *walls]
+        walls = [
+            variants.holding(self.tape, reset, system.positions, system.speeds) for reset in system.resets
+        ]
+        self.variant, self.guides = variant, variants.guides(system)
+        rubs = [variants.rubbing(guide, variant) for guide in self.guides]
+        self.contacts = [*system.contacts, *walls, *rubs]
         names = [traction(contact) for contact in self.contacts]
         self.F_n = [
             self.tape.define(name, mask.touch * contact.F_n)
@@ -54,6 +62,20 @@ class Dynamics:
         self.F_t = [self.tape.define(name, forces[j]) for j, (_, name) in enumerate(names)]
         symbols = accelerations(len(system.speeds))
         self.a = [self.tape.define(symbol, value) for symbol, value in zip(symbols, a, strict=True)]
+        for wall in (wall for guide in self.guides for wall in guide):
+            self.tape.define(rubbing(wall), self.friction(wall))
+
+    def rub(self, wall: Reset) -> int:
+        """Place among the contacts of the friction of a rough wall's guide."""
+        (place,) = (g for g, guide in enumerate(self.guides) if wall in guide)
+        return len(self.system.contacts) + len(self.system.resets) + place
+
+    def friction(self, wall: Reset) -> Expr:
+        """Friction of a rough wall: what holds, or sigma f times the push."""
+        rub, push = self.rub(wall), -self.F_t[len(self.system.contacts) + self.system.resets.index(wall)]
+        guide = self.guides[rub - len(self.system.contacts) - len(self.system.resets)]
+        share = variants.shares(guide, self.variant)[guide.index(wall)]
+        return share * self.F_t[rub] + variants.slipping(wall, self.variant) * wall.coulomb * push
 
     def _friction(self, j: int) -> Expr:
         """F_t while contact j slips: kappa (sigma f F_n + drag)."""
@@ -68,7 +90,10 @@ class Dynamics:
 
     def _bias(self, j: int) -> Expr:
         """T_j'.w: the part of v_t' that needs no unknown acceleration."""
-        v_t, drift = self.contacts[j].v_t, self.contacts[j].drift
+        return self._drifting(self.contacts[j])
+
+    def _drifting(self, contact: Contact | Reset) -> Expr:
+        v_t, drift = contact.v_t, contact.drift
         pairs = zip(self.system.positions, self.system.speeds, strict=False)
         moved = sum((self.tape.derivative(v_t, q) * w for q, w in pairs), Integer(0))
         return moved + self.tape.derivative(v_t, TIME) + drift
@@ -93,7 +118,7 @@ class Dynamics:
             self.tape.let(f"{name}_h{j}", self.masks[j].stick * dot(self._row(j), a) + value)
             for j, value in zip(self.held, hold, strict=True)
         ]
-        forces = _eliminate(self.tape, self._complement, right, f"{name}_F")
+        forces = eliminate(self.tape, self._complement, right, f"{name}_F")
         for y, F in zip(self._columns, forces, strict=True):
             a = [value - entry * F for value, entry in zip(a, y, strict=True)]
         a = [self.tape.let(f"{name}_a{k}", value) for k, value in enumerate(a)]
@@ -102,10 +127,26 @@ class Dynamics:
     def _row(self, j: int) -> tuple[Expr, ...]:
         return self.contacts[j].tangential
 
+    def _direction(self, j: int) -> tuple[Expr, ...]:
+        """Direction of the force of a held contact: its row, with friction where it is a rough wall's."""
+        wall = dict(enumerate(self.system.resets, start=len(self.system.contacts))).get(j)
+        if wall is None or not wall.rough:
+            return self._row(j)
+        drawn = variants.slipping(wall, self.variant) * wall.coulomb
+        pairs = zip(self._row(j), wall.tangential, strict=True)
+        return tuple(self.tape.let(f"dir{j}_{i}", n - drawn * t) for i, (n, t) in enumerate(pairs))
+
     @cached_property
     def _columns(self) -> list[list[Expr]]:
+        """M^-1 T'_j of the held contacts."""
+        return [self.inverse_mass(list(self._direction(j)), f"col{j}") for j in self.held]
+
+    @cached_property
+    def _ways(self) -> list[list[Expr]]:
         """M^-1 T_j of the held contacts."""
-        return [self.inverse_mass(list(self._row(j)), f"col{j}") for j in self.held]
+        if not self.guides:
+            return self._columns
+        return [self.inverse_mass(list(self._row(j)), f"row{j}") for j in self.held]
 
     @cached_property
     def _complement(self) -> list[list[Expr]]:
@@ -124,8 +165,11 @@ class Dynamics:
 
     def creep(self, j: int) -> Expr:
         """v_t' of contact j in this variant."""
-        contact = self.contacts[j]
-        return dot(contact.tangential, self.a) + self._bias(j) - self._eased(j, self.F_t)
+        return self.slide(self.contacts[j]) - self._eased(j, self.F_t)
+
+    def slide(self, contact: Contact | Reset) -> Expr:
+        """The same by what moves, and of a rough wall."""
+        return dot(contact.tangential, self.a) + self._drifting(contact)
 
     def _ease(self, i: int) -> dict[int, Expr]:
         """What contact i and the other on its face have in v_t,i' while that one sticks, by their F_t."""
@@ -200,16 +244,16 @@ class Dynamics:
         if not any(value != 0 for value in push + hold):
             return push
         for j, F in zip(self.held, self._holding(push, hold, name), strict=True):
-            push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
+            push = [value - entry * F for value, entry in zip(push, self._direction(j), strict=True)]
         return push
 
     def _holding(self, push: list[Expr], hold: list[Expr], name: str) -> list[Expr]:
         """Held forces for right-hand sides of the two rows, without the accelerations."""
         right = [
             self.masks[j].stick * dot(y, push) + value
-            for j, y, value in zip(self.held, map(tuple, self._columns), hold, strict=True)
+            for j, y, value in zip(self.held, map(tuple, self._ways), hold, strict=True)
         ]
-        return _eliminate(self.tape, self._complement, right, f"{name}_F")
+        return eliminate(self.tape, self._complement, right, f"{name}_F")
 
     def _residual(self, a: list[Symbol], grip: dict[int, Symbol]) -> tuple[list[Expr], list[Expr]]:
         """Both rows as functions of the state, at given accelerations and held forces."""
@@ -219,64 +263,10 @@ class Dynamics:
             if i != j:
                 push[j] -= entry * a[i]
         for j, F in grip.items():
-            push = [value - entry * F for value, entry in zip(push, self._row(j), strict=True)]
+            push = [value - entry * F for value, entry in zip(push, self._direction(j), strict=True)]
         hold = [
             self.masks[j].stick * (dot(self._row(j), a) + self._bias(j) - self._eased(j, grip))
             + self._released(j, self.slipping[j])
             for j in self.held
         ]
         return push, hold
-
-
-class InverseMass:
-    """M = L D L^T written out, zeros skipped; calling it substitutes. The identity without a mass."""
-
-    def __init__(self, tape: Tape, system: System):
-        self.tape, self.n = tape, len(system.speeds)
-        self.entries = {
-            place: tape.let("M_{}_{}".format(*place), m) for place, m in (system.mass or {}).items()
-        }
-        self.L: dict[tuple[int, int], Expr] = {}
-        self.pivot: list[Expr] = [Integer(1)] * self.n
-        rest = dict(self.entries)
-        for j in range(self.n if rest else 0):
-            self.pivot[j] = tape.let(f"iD_{j}", 1 / rest[j, j])
-            below = [i for i in range(j + 1, self.n) if (i, j) in rest]
-            for i in below:
-                self.L[i, j] = tape.let(f"L_{i}_{j}", rest[i, j] * self.pivot[j])
-            for i, k in ((i, k) for i in below for k in below if k <= i):
-                rest[i, k] = tape.let(
-                    f"M_{i}_{k}_{j}", rest.get((i, k), Integer(0)) - self.L[i, j] * rest[k, j]
-                )
-        if not rest and system.mass is None:
-            self.entries = {(k, k): Integer(1) for k in range(self.n)}
-
-    def __call__(self, b: list[Expr], name: str) -> list[Expr]:
-        x: list[Expr] = []
-        for i, value in enumerate(b):
-            below = sum((factor * x[c] for (r, c), factor in self.L.items() if r == i), Integer(0))
-            x.append(self.tape.let(f"{name}_f{i}", value - below))
-        x = [value * pivot for value, pivot in zip(x, self.pivot, strict=True)]
-        for i in reversed(range(self.n)):
-            above = sum((factor * x[r] for (r, c), factor in self.L.items() if c == i), Integer(0))
-            x[i] = self.tape.let(f"{name}_{i}", x[i] - above)
-        return x
-
-
-def dot(row: tuple[Expr, ...], x: list[Expr]) -> Expr:
-    """Sum of products."""
-    return sum((entry * value for entry, value in zip(row, x, strict=True)), Integer(0))
-
-
-def _eliminate(tape: Tape, matrix: list[list[Expr]], right: list[Expr], name: str) -> list[Expr]:
-    """Solve a small system by elimination without pivoting (positive definite, or unit rows)."""
-    A, b = [list(row) for row in matrix], list(right)
-    n = len(b)
-    for j in range(n):
-        for i in range(j + 1, n):
-            factor = tape.let(f"{name}_m{i}{j}", A[i][j] / A[j][j])
-            A[i] = [tape.let(f"{name}_A{i}{k}{j}", A[i][k] - factor * A[j][k]) for k in range(n)]
-            b[i] = tape.let(f"{name}_b{i}{j}", b[i] - factor * b[j])
-    for i in reversed(range(n)):
-        b[i] = tape.let(f"{name}{i}", (b[i] - sum(A[i][k] * b[k] for k in range(i + 1, n))) / A[i][i])
-    return b

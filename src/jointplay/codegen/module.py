@@ -6,20 +6,21 @@ jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's; or what has its sign),
                                   F_t, v_t'; then of each reset: gap, inverse of the mass that an impact
                                   meets (0: of no account), the gap's rate, 0, F_t, the rate's own rate
-                                  (codegen.variants)
+                                  (codegen.variants); then, where walls are rough, of each reset: friction
+                                  coefficient, restitution, v_t, 0, friction, v_t'
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls;
                                   beyond these, contacts that a law remembers: beginnings, then ends; last,
-                                  unit impulses on walls that share a guide
+                                  unit impulses along N, then along T, on walls that `resets.pushes` names
 CONTACTS, RESETS                  their names; of a contact with its flags (numerics.modes)
 OUTPUTS, PROGRAM                  recorded quantities (codegen.outputs)
 """
 
 import re
 
-from sympy import Expr, Integer, Symbol
+from sympy import Expr, Integer
 
-from ..equations.system import System
+from ..equations.system import Reset, System
 from ..numerics.modes import (
     CONE,
     FORCE,
@@ -33,11 +34,10 @@ from ..numerics.modes import (
     SLIPPING,
     STICKS,
 )
-from . import elimination, outputs
+from . import elimination, outputs, resets
 from .dynamics import Dynamics
-from .source import Layout, Program, dispatch, entry, importing, lanes, point, statements, used
-from .tape import Tape
-from .variants import variants
+from .source import Layout, entry, importing, lanes, point, statements, used
+from .variants import sticking, variants
 
 HEADER = '''"""Generated from the equations; do not edit."""
 from math import cos, sin, sqrt, tanh
@@ -62,7 +62,11 @@ def text(system: System) -> str:
         entries = dict(enumerate(plans[v].values)) if large else _dense(layout, dynamics)
         jacobians.append(_jacobian(layout, dynamics, variant, entries))
     parts += [_choice("rate", "w, s, p, m", rates), _choice("jacobian", "s, p, m, J", jacobians)]
-    parts += [_choice("contacts", "s, p, m, out", contacts, first=SLIPPING), _trig(layout), _reset(layout)]
+    parts += [
+        _choice("contacts", "s, p, m, out", contacts, first=SLIPPING),
+        _trig(layout),
+        resets.text(layout),
+    ]
     if large:
         parts.append(elimination.text(plans, len(system.positions), layout.rows["time"]))
     parts.append(outputs.text(system))
@@ -77,6 +81,7 @@ def _sizes(layout: Layout, plans: list[elimination.Plan]) -> dict[str, int]:
         "angles": len(system.angles),
         "contacts": len(system.contacts),
         "resets": len(system.resets),
+        "rubs": system.rubs,
         "sections": int(system.section is not None),
         "powers": len(system.powers),
         "first": layout.rows["time"],
@@ -114,6 +119,8 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
             store(f"out_guard_{j}_{place}", value, rows["guard"] + 4 * j + place)
     for k in range(len(system.resets)):
         store(f"out_reset_{k}", watched(dynamics, k), rows["reset"] + k)
+    for k in range(system.rubs):
+        store(f"out_rub_{k}", rubbed(dynamics, k), rows["rub"] + k)
     if system.section is not None:
         store("out_section", system.section, rows["section"])
     for k, power in enumerate(system.powers.values()):
@@ -141,6 +148,24 @@ def watched(dynamics: Dynamics, k: int) -> Expr:
     return (1 - held) * gap - held * dynamics.F_t[j]
 
 
+def rubbed(dynamics: Dynamics, k: int) -> Expr:
+    """Guard of the k-th reset's friction: v_t, or the cone (f push)^2 - friction^2 while a body sticks."""
+    wall = dynamics.system.resets[k]
+    if not wall.rough or dynamics.variant == "free":
+        return Integer(1)
+    if dynamics.variant == "slip":
+        return wall.v_t
+    push, held = pressed(dynamics, wall), dynamics.F_t[dynamics.rub(wall)]
+    return sticking(wall) * ((wall.coulomb * push) ** 2 - held**2) + (1 - sticking(wall)) * wall.v_t
+
+
+def pressed(dynamics: Dynamics, wall: Reset) -> Expr:
+    """Push on all walls of a guide to which a body sticks, as the rough wall is one of them."""
+    resets, first = dynamics.system.resets, len(dynamics.system.contacts)
+    guide = dynamics.guides[dynamics.rub(wall) - first - len(resets)]
+    return sum((-sticking(each) * dynamics.F_t[first + resets.index(each)] for each in guide), Integer(0))
+
+
 def _dense(layout: Layout, dynamics: Dynamics) -> dict[int, Expr]:
     """Every entry of d rate / d state, by place."""
     width, entries = len(layout.state), dynamics.jacobian()
@@ -156,7 +181,13 @@ def _jacobian(layout: Layout, dynamics: Dynamics, variant: str, entries: dict[in
 
 def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     results, stores, last = {}, {}, len(layout.system.contacts)
-    for j, contact in enumerate(dynamics.contacts):
+    for k, wall in ((k, wall) for k, wall in enumerate(layout.system.resets) if wall.rough):
+        creep = dynamics.slide(wall)
+        values = (wall.coulomb, wall.restitution, wall.v_t, Integer(0), dynamics.friction(wall), creep)
+        at = 6 * (last + len(layout.system.resets) + k)
+        results |= {f"out_rub_{k}_{place}": value for place, value in enumerate(values)}
+        stores |= {f"out_rub_{k}_{place}": at + place for place in range(6)}
+    for j, contact in enumerate(dynamics.contacts[: last + len(layout.system.resets)]):
         v_t, creep = (contact.v_t, dynamics.creep(j)) if contact.v_t is not None else (Integer(0), Integer(0))
         normal = (contact.u, contact.v_n) if j < last else _met(dynamics, j - last)
         for place, value in enumerate((*normal, v_t, contact.pressed, dynamics.F_t[j], creep)):
@@ -168,7 +199,7 @@ def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 def _met(dynamics: Dynamics, k: int) -> tuple[Expr, Expr]:
     """Gap of the k-th reset, and the inverse N.M^-1 N of the mass that an impact meets."""
     reset = dynamics.system.resets[k]
-    return reset.guard, Integer(0) if reset.restitution is None else _impulse(dynamics, k)[1]
+    return reset.guard, Integer(0) if reset.restitution is None else resets.impulse(dynamics, k)[1]
 
 
 def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLIGHT) -> str:
@@ -199,85 +230,3 @@ def _trig(layout: Layout) -> str:
             f"    s[{layout.base[angle.sin]}] = sin({angle.sin})",
         ]
     return "\n".join(lines if layout.system.angles else [*lines, "    pass"]) + "\n\n"
-
-
-def _reset(layout: Layout) -> str:
-    parts, resets = [], layout.system.resets
-    programs = [_jumping(layout.system, k) for k in range(len(resets))]
-    programs = dict(enumerate(programs + [_settling(layout.system, k) for k in range(len(resets))]))
-    programs |= {k: _remembering(layout.system, jump) for k, jump in remembered(layout.system).items()}
-    first = 2 * len(resets) + 2 * len(layout.system.contacts)
-    programs |= {first + k: _pushing(layout.system, k) for k, reset in enumerate(resets) if reset.shared}
-    for k, program in programs.items():
-        stores = {f"new_{z}": place for z, place in layout.base.items()}
-        own = {str(symbol): stores[str(symbol)] for symbol, _ in program if str(symbol) in stores}
-        parts.append("@compiled\n" + point(f"reset_{k}", layout, program, own, "s, p", "s") + "\n")
-    return "\n".join([*parts, dispatch("reset", "k, s, p", {k: f"reset_{k}" for k in programs})])
-
-
-def _jumping(system: System, k: int) -> Program:
-    """Speeds after the k-th reset."""
-    if system.resets[k].restitution is None:
-        return [(Symbol(f"new_{z}"), value) for z, value in system.resets[k].speeds.items()]
-    dynamics = Dynamics(system, "free")
-    return dynamics.tape.program({f"new_{z}": value for z, value in jumped(dynamics, k).items()})
-
-
-def _pushing(system: System, k: int) -> Program:
-    """Speeds after an impulse on the k-th wall that changes the rate of its gap by 1."""
-    dynamics = Dynamics(system, "free")
-    column, weight, _ = _impulse(dynamics, k)
-    jump = _pushed(system.speeds, Integer(-1), column, weight, Integer(1))
-    return dynamics.tape.program({f"new_{z}": value for z, value in jump.items()})
-
-
-def _settling(system: System, k: int) -> Program:
-    """Positions and speeds at rest on the k-th wall."""
-    dynamics = Dynamics(system, "free")
-    return dynamics.tape.program({f"new_{x}": value for x, value in settled(dynamics, k).items()})
-
-
-def jumped(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
-    """New speeds of the k-th reset."""
-    reset = dynamics.system.resets[k]
-    if reset.restitution is None:
-        return reset.speeds
-    return _pushed(dynamics.system.speeds, 1 + reset.restitution, *_impulse(dynamics, k))
-
-
-def _remembering(system: System, jump: dict[Symbol, Expr]) -> Program:
-    """What a law remembers from here on."""
-    return Tape(system).program({f"new_{z}": value for z, value in jump.items()})
-
-
-def remembered(system: System) -> dict[int, dict[Symbol, Expr]]:
-    """Jumps where contacts begin, then where they end, that a law remembers, by their number."""
-    contacts, first = system.contacts, 2 * len(system.resets)
-    jumps = [contact.entry for contact in contacts] + [contact.exit for contact in contacts]
-    return {first + j: jump for j, jump in enumerate(jumps) if jump}
-
-
-def settled(dynamics: Dynamics, k: int) -> dict[Symbol, Expr]:
-    """New positions and speeds of a body that comes to rest on the k-th wall: gap and rate are taken away."""
-    system = dynamics.system
-    if system.resets[k].moves:
-        return {}
-    column, weight, rate = _impulse(dynamics, k)
-    moved = _pushed(system.positions, Integer(1), column, weight, system.resets[k].guard)
-    return moved | _pushed(system.speeds, Integer(1), column, weight, rate)
-
-
-def _impulse(dynamics: Dynamics, k: int) -> tuple[list[Expr], Expr, Expr]:
-    """Column M^-1 N of an impulse of the k-th wall, the weight N.M^-1 N, the rate of the gap."""
-    wall = dynamics.contacts[len(dynamics.system.contacts) + k]
-    column = dynamics.inverse_mass(list(wall.tangential), f"way{k}")
-    weight = sum((a * b for a, b in zip(wall.tangential, column, strict=True)), Integer(0))
-    return column, dynamics.tape.let(f"weight{k}", weight), wall.v_t
-
-
-def _pushed(
-    symbols: tuple[Symbol, ...], share: Expr, column: list[Expr], weight: Expr, amount: Expr
-) -> dict[Symbol, Expr]:
-    """Positions or speeds after a push along the column that takes that share of `amount` away."""
-    pairs = zip(symbols, column, strict=False)
-    return {x: x - share * y * amount / weight for x, y in pairs if y != 0}

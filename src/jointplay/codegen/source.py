@@ -105,6 +105,7 @@ class Layout:
             "rate": n,
             "guard": 4 * len(system.contacts),
             "reset": len(system.resets),
+            "rub": system.rubs,
             "section": int(system.section is not None),
             "power": len(system.powers),
         }

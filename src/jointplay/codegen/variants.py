@@ -2,7 +2,8 @@
 
 A mask says by numbers what a contact does. A wall on which a body rests is a contact that sticks in the
 gap's rate: N.z + d gap/dt = 0 with N = d gap/d q, whose force F_t along N is an unknown (codegen.dynamics).
-The wall pushes where F_t < 0.
+The wall pushes where F_t < 0. Where it is rough, a second such contact holds the sliding speed of a body that
+sticks to it; of one that slips, the force along N brings friction with it.
 """
 
 from dataclasses import dataclass
@@ -29,11 +30,14 @@ def variants(system: System) -> tuple[str, ...]:
     """The variants that a system can be in."""
     if not system.contacts and not system.resets:
         return VARIANTS[:1]
-    return VARIANTS if any(contact.sticks for contact in system.contacts) else VARIANTS[:2]
+    return VARIANTS if any(contact.sticks for contact in system.contacts) or system.rubs else VARIANTS[:2]
 
 
 def masks(system: System, variant: str) -> list[Mask]:
-    """Masks of every contact; a lone one needs only slip. `any` keeps all, `touch` all but stick."""
+    """Masks of every contact and wall, then of the friction of each guide's rough walls (`rubbing`).
+
+    A lone contact needs only slip. `any` keeps all, `touch` all but stick.
+    """
     held = [*system.contacts, *(reset for reset in system.resets if not reset.moves)]
     alone = len(held) == 1 and variant not in ("any", "touch") and not any(c.latches for c in system.contacts)
     result = []
@@ -48,7 +52,36 @@ def masks(system: System, variant: str) -> list[Mask]:
         elif alone:
             touch, stick = Integer(1), Integer(1)
         result.append(Mask(touch, slip, stick))
-    return result + [_resting(each.name, "free" if each.moves else variant) for each in system.resets]
+    result += [_resting(each.name, "free" if each.moves else variant) for each in system.resets]
+    held = (sum(shares(walls, variant), Integer(0)) for walls in guides(system))
+    return result + [Mask(Integer(0), Integer(0), stick) for stick in held]
+
+
+def guides(system: System) -> list[list[Reset]]:
+    """Rough walls, those of one guide together."""
+    found: dict[str, list[Reset]] = {}
+    for wall in (reset for reset in system.resets if reset.rough):
+        found.setdefault(wall.guide or f"{wall.name} alone", []).append(wall)
+    return [*found.values()]
+
+
+def sticking(wall: Reset) -> Symbol:
+    """Whether a body sticks to a rough wall, as a number."""
+    return Symbol(f"stick_{wall.name}", real=True)
+
+
+def shares(walls: list[Reset], variant: str) -> list[Expr]:
+    """Of a guide's rough walls, 1 of the first to which a body sticks: it holds for all; 0 of the others."""
+    found, free = [], Integer(int(variant in ("stick", "any")))
+    for wall in walls:
+        found.append(free * sticking(wall))
+        free *= 1 - sticking(wall)
+    return found
+
+
+def slipping(wall: Reset, variant: str) -> Expr:
+    """Sense in which a body slips on a rough wall, as a number; 0: it does not."""
+    return Integer(0) if variant == "free" else Symbol(f"slip_{wall.name}", real=True)
 
 
 def _resting(wall: str, variant: str) -> Mask:
@@ -72,3 +105,16 @@ def holding(tape: Tape, reset: Reset, positions: tuple[Symbol, ...], speeds: tup
     rate = tape.let(f"rate_{reset.name}", moved + tape.derivative(reset.guard, TIME))
     row = (*normal, *[Integer(0)] * (len(speeds) - len(normal)))
     return Contact(reset.name, u, v_n, Integer(0), (), v_t=rate, tangential=row)
+
+
+def rubbing(walls: list[Reset], variant: str) -> Contact:
+    """The friction of a guide's rough walls as a contact without a law: it holds v_t where a body sticks."""
+    name, sticks = f"rub_{walls[0].name}", shares(walls, variant)
+    u, v_n = (Symbol(f"{word}_{name}", real=True) for word in ("u", "v"))
+    v_t, drift = (
+        sum((stick * value for stick, value in zip(sticks, each, strict=True)), Integer(0))
+        for each in ([wall.v_t for wall in walls], [wall.drift for wall in walls])
+    )
+    columns = zip(*(wall.tangential for wall in walls), strict=True)
+    row = tuple(sum((s * t for s, t in zip(sticks, each, strict=True)), Integer(0)) for each in columns)
+    return Contact(name, u, v_n, Integer(0), (), v_t=v_t, tangential=row, drift=drift)

@@ -4,9 +4,11 @@ variation(variant, w, s, p, m)    d rate / d state of eight increments, into row
 vary(w, d)                        rates of a tangent: those derivatives times (d + its increments)
 divergence(w)                     trace of d rate / d speeds, into the last row of w
 gradient(guard, s, p, m, out)     d guard / d (time, state) at the base point; guards as in the lane rows,
-                                  those of resets last
+                                  those of resets last; then, of walls that `resets.pushes` names, by fours:
+                                  the gap's rate, that times r, v_t, the friction coefficient
 turned(k, s, p, out)              d (new speeds) / d (time, state) of the k-th reset, row by row; beyond the
-                                  last, of coming to rest on the walls; then of contacts that a law remembers
+                                  last, of coming to rest on the walls; then of contacts that a law remembers,
+                                  and of unit impulses
 ROWS                              rows of w: the structure's own, then those of its derivatives
 
 Only models that ask for tangents have it written and compiled. Of few unknowns the rows hold d rate / d state
@@ -28,9 +30,10 @@ from sympy import Expr, Integer, Symbol
 
 from ..equations.system import TIME, System, directed
 from .dynamics import Dynamics
-from .module import HEADER, jumped, remembered, settled
+from .module import HEADER, pressed
+from .resets import jumped, pushed, pushes, remembered, settled
 from .source import LANES, Layout, dispatch, entry, importing, lanes, point
-from .variants import variants
+from .variants import sticking, variants
 
 Entries = dict[tuple[int, int], Expr]
 
@@ -55,7 +58,10 @@ def text(system: System, method: int, planned: bool, directions: tuple[tuple[str
     gradients = dict(_gradients(layout))
     parts += gradients.values()
     parts.append(dispatch("gradient", "guard, s, p, m, out", {g: f"gradient_{g}" for g in gradients}))
-    jumps = [*range(2 * len(system.resets)), *remembered(system)]
+    jumps = [
+        k for k in range(2 * len(system.resets)) if k >= len(system.resets) or not system.resets[k].rough
+    ]
+    jumps += [*remembered(system), *pushes(system)]
     parts += [_turned(layout, k) for k in jumps]
     parts.append(dispatch("turned", "k, s, p, out", {k: f"turned_{k}" for k in jumps}))
     return importing("\n".join(parts))
@@ -190,6 +196,23 @@ def _gradients(layout: Layout) -> Iterator[tuple[int, str]]:
             yield 4 * j + 3, _cone(layout, j)
     for k in range(len(system.resets)):
         yield 4 * len(system.contacts) + k, _wall(layout, k)
+    first = 4 * len(system.contacts) + len(system.resets)
+    for k in range(system.rubs):
+        if system.resets[k].rough:
+            yield first + k, _rub(layout, first + k, k)
+    for k in dict.fromkeys(k for k, _ in pushes(system).values()):
+        for place in range(4 if system.resets[k].rough else 2):
+            g = first + system.rubs + 4 * k + place
+            yield g, _met(layout, g, k, place)
+
+
+def _met(layout: Layout, g: int, k: int, place: int) -> str:
+    """One of what impulses on the k-th wall depend on."""
+    dynamics, wall = Dynamics(layout.system, "free"), layout.system.resets[k]
+    rate = dynamics.contacts[len(layout.system.contacts) + k].v_t
+    value = (rate, wall.restitution * rate, wall.v_t, wall.coulomb)[place]
+    slopes = _slopes(layout, dynamics.tape, value)
+    return _at_point(layout, f"gradient_{g}", "s, p, m, out", "out", dynamics.tape, slopes)
 
 
 def _variables(layout: Layout) -> tuple[Symbol, ...]:
@@ -231,10 +254,30 @@ def _wall(layout: Layout, k: int) -> str:
     return _at_point(layout, f"gradient_{g}", "s, p, m, out", "out", dynamics.tape, slopes)
 
 
+def _rub(layout: Layout, g: int, k: int) -> str:
+    """v_t at the k-th reset, a rough wall; while a body sticks to it, the cone of its guide."""
+    dynamics, first = Dynamics(layout.system, "stick"), len(layout.system.contacts)
+    tape, resets, wall = dynamics.tape, layout.system.resets, layout.system.resets[k]
+    slip, limits = (_slopes(layout, tape, value) for value in (wall.v_t, wall.coulomb))
+    rub, push = dynamics.rub(wall), pressed(dynamics, wall)
+    forces, stick, f = dynamics.held_slopes(_variables(layout)), sticking(wall), wall.coulomb
+    walls = [
+        (first + resets.index(each), sticking(each)) for each in dynamics.guides[rub - first - len(resets)]
+    ]
+    slopes = []
+    for i, (slide, limit) in enumerate(zip(slip, limits, strict=True)):
+        more = sum((-share * forces.get((j, i), Integer(0)) for j, share in walls), Integer(0))
+        edge = 2 * f * push * (f * more + limit * push) - 2 * dynamics.F_t[rub] * forces.get((rub, i), 0)
+        slopes.append(stick * edge + (1 - stick) * slide)
+    return _at_point(layout, f"gradient_{g}", "s, p, m, out", "out", tape, slopes)
+
+
 def _turned(layout: Layout, k: int) -> str:
     dynamics, resets = Dynamics(layout.system, "free"), layout.system.resets
     tape = dynamics.tape
-    if k >= 2 * len(resets):
+    if k in pushes(layout.system):
+        jump = pushed(dynamics, *pushes(layout.system)[k])
+    elif k >= 2 * len(resets):
         jump = remembered(layout.system)[k]
     else:
         jump = jumped(dynamics, k) if k < len(resets) else settled(dynamics, k - len(resets))

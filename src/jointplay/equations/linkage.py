@@ -53,7 +53,9 @@ class Parts:
             force=tuple(force),
             angles=(*(angle for angle in c.angle.values() if isinstance(angle, Angle)), *self._phases()),
             contacts=self.contacts,
-            resets=tuple(play.wall(joint, self.joints[joint.name]) for joint in structure.rigid_joints),
+            resets=tuple(
+                play.wall(joint, self.joints[joint.name], self.c) for joint in structure.rigid_joints
+            ),
             powers=self._powers(outputs) if structure.powers else {},
             outputs=outputs,
             section=outputs[structure.section] if structure.section else None,
@@ -156,10 +158,8 @@ class Parts:
     def _tractions(self) -> dict[str, Vector]:
         """Normal and tangential force of the joints with play; of a rigid one what holds the journal."""
         found = {contact.name: traction(contact) for contact in self.contacts}
-        for joint in self.structure.rigid_joints:
-            _, held = traction(joint)
-            found[joint.name] = -held * self.joints[joint.name].steep, Integer(0)
-        return found
+        rigid = self.structure.rigid_joints
+        return found | {joint.name: play.held(joint, self.joints[joint.name], rigid) for joint in rigid}
 
     @cached_property
     def _cut_joints(self) -> list[tuple[Clearance | Closure, Vector]]:

@@ -1,16 +1,17 @@
 """A joint with play in the equations: laws of contact and friction, or impacts, and what is recorded."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from sympy import Expr, Integer, Max, Symbol, sympify
 
 from . import functions
-from .contact import Geometry
+from .contact import TINY, Geometry
 from .coordinates import Coordinates, approach, bristle
 from .friction import FRICTIONS
 from .laws import LAWS
 from .structure import Clearance
-from .system import Contact, Reset, number
+from .system import Contact, Reset, number, rubbing, traction
 
 
 def definitions(joints: Iterable[Geometry]) -> tuple[tuple[Symbol, Expr], ...]:
@@ -27,7 +28,6 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     F_n, stored = law.force(functions, g.u, g.v_n, *numbers, *remembered)
     push = None if law.push is None else sympify(law.push(g.v_n, *numbers, *remembered))
     drag = number(f"Ct_{own}") * g.v_t if joint.viscous else Integer(0)
-    drift = sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
     friction, slip, limit = FRICTIONS.get(joint.friction), None, None
     z = [bristle(joint.name)] * joint.bends
     if friction:
@@ -50,19 +50,42 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
         drag,
         stored,
         g.gap,
-        drift,
+        _drift(g, c),
         limit,
         push,
         {v_0: Max(g.v_n, floor) for v_0 in remembered} | dict.fromkeys(z, Integer(0)),
         dict.fromkeys(remembered, floor) | dict.fromkeys(z, Integer(0)),
         {each: friction.bristles(*given) for each in z},
-        f"{own} {joint.corner[1]}" if joint.corner else "",
+        joint.face,
     )
 
 
-def wall(joint: Clearance, g: Geometry) -> Reset:
-    """A rigid bearing."""
-    return Reset(joint.name, g.wall, restitution=number(f"r_{joint.owner}"), shared=joint.corner is not None)
+def wall(joint: Clearance, g: Geometry, c: Coordinates) -> Reset:
+    """A rigid bearing, or face of a guide."""
+    own = joint.owner
+    plain = Reset(joint.name, g.wall, restitution=number(f"r_{own}"), shared=joint.corner is not None)
+    if joint.friction not in FRICTIONS:
+        return plain
+    f = number(f"{FRICTIONS[joint.friction].limit_letter}_{own}")
+    rubs = {"v_t": g.v_t, "tangential": g.tangential, "drift": _drift(g, c)}
+    return replace(plain, coulomb=f, guide=joint.joint, **rubs)
+
+
+def _drift(g: Geometry, c: Coordinates) -> Expr:
+    """The part of dv_t/dt that prescribed accelerations make."""
+    return sum((entry * c.drift[freedom] for freedom, entry in g.spun.items()), Integer(0))
+
+
+def held(joint: Clearance, g: Geometry, walls: Iterable[Clearance]) -> tuple[Expr, Expr]:
+    """Push and friction of a rigid joint: of what the corners of one face rub, its share of their load."""
+    push = -traction(joint)[1] * g.steep
+    if joint.friction not in FRICTIONS:
+        return push, Integer(0)
+    if not joint.face:
+        return push, rubbing(joint)
+    face = [other for other in walls if other.face == joint.face]
+    total, load = (sum(parts) for parts in zip(*((rubbing(o), traction(o)[1]) for o in face), strict=True))
+    return push, total * traction(joint)[1] / (load - TINY)
 
 
 def outputs(

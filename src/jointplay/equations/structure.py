@@ -43,6 +43,11 @@ class Clearance:
         return self.joint or self.name
 
     @property
+    def face(self) -> str:
+        """What the corners on one face of a guide have in common; nothing of a bearing."""
+        return f"{self.owner} {self.corner[1]}" if self.corner else ""
+
+    @property
     def sizes(self) -> tuple[str, ...]:
         """Letters of its sizes: clearance; journal's radius, or directions and half sizes of a slider."""
         return ("e", "dc", "ds", "jc", "js", "ha", "hb") if self.corner else ("e", "R")

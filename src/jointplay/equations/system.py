@@ -90,7 +90,8 @@ class Reset:
     With a `restitution` r the jump is that of an impulse along the gap's gradient N instead, after which the
     gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N). `shared`
     says that others may be met with it. One that `moves` the state is no wall: nothing rests on it, and any
-    speed may stand in its guard.
+    speed may stand in its guard. A wall with a friction coefficient `coulomb` has the sliding speed v_t, its
+    row `tangential` and `drift` as a contact has them; corners of a slider have a `guide` in common.
     """
 
     name: str
@@ -99,6 +100,16 @@ class Reset:
     restitution: Expr | None = None
     shared: bool = False
     moves: bool = False
+    coulomb: Expr | None = None
+    v_t: Symbol | None = None
+    tangential: tuple[Expr, ...] = ()
+    drift: Expr = Integer(0)
+    guide: str = ""
+
+    @property
+    def rough(self) -> bool:
+        """Whether it is a wall with friction."""
+        return self.coulomb is not None
 
 
 @dataclass(frozen=True)
@@ -122,6 +133,11 @@ class System:
     section: Expr | None = None
     directions: dict[Symbol, dict[Symbol, Expr]] = field(default_factory=dict)
 
+    @property
+    def rubs(self) -> int:
+        """Number of resets that are watched for slip and sticking: all where one is rough, else none."""
+        return len(self.resets) if any(reset.rough for reset in self.resets) else 0
+
 
 def number(name: str) -> Symbol:
     """The symbol of a parameter (a real number of the mechanism)."""
@@ -141,6 +157,11 @@ def directed(system: System, directions: tuple[tuple[str, ...], ...]) -> System:
 def accelerations(n: int) -> tuple[Symbol, ...]:
     """Symbols that stand for the n solved accelerations in outputs and powers."""
     return symbols(f"a_:{n}", real=True)
+
+
+def rubbing(wall) -> Symbol:
+    """Symbol that stands for the solved friction of a rough wall."""
+    return Symbol(f"Fr_{wall.name}", real=True)
 
 
 def traction(contact) -> tuple[Symbol, Symbol]:

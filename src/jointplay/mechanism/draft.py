@@ -193,12 +193,14 @@ _KINDS = {
 
 
 def _rubbed(joints: Sequence[Joint]) -> Iterator[Problem]:
-    """Friction where the law is one of impacts."""
+    """Friction other than Coulomb's where the law is one of impacts, in which only that has a meaning."""
     for i, joint in enumerate(joints):
-        friction = joint.friction.coefficient or joint.friction.viscous if joint.friction else 0.0
-        if not joint.ideal and LAWS[joint.contact.law].rigid and friction:
-            text = f"none is accepted with the law {joint.contact.law}, whose impacts are without friction"
-            yield Problem(f"joints[{i}].friction", friction, text)
+        friction, rigid = joint.friction, not joint.ideal and LAWS[joint.contact.law].rigid
+        wrong = {"law": friction.law, "viscous": friction.viscous} if rigid and friction else {}
+        for key, value in wrong.items():
+            if value not in ("coulomb", 0.0):
+                text = f"Coulomb's law without a viscous part is accepted with the law {joint.contact.law}"
+                yield Problem(f"joints[{i}].friction.{key}", value, text)
 
 
 def _parts(given: Any, *kinds: type[Record]) -> list[tuple[Any, Any]]:

@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from jointplay.mechanism.base import NonNegative, unit
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.drive import ConstantSpeed
+from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.joints import Contact, Joint
 from jointplay.mechanism.preset_parts import Gravity, Play, fixed, joined, on
 from jointplay.mechanism.records import Mechanism
@@ -14,6 +15,7 @@ from jointplay.mechanism.signature import checked
 
 _SLIDER = 0.02  # m: a size that nothing depends on
 _Restitution = Annotated[NonNegative, unit("restitution", "1")]
+_Coefficient = Annotated[NonNegative, unit("friction coefficient", "1")]
 
 
 @checked()
@@ -65,8 +67,8 @@ def siconos_four_bar(clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3}, **chan
 
     Links of 1, 4 and 2.5 m, 3 m between the pivots, 1 kg each, uniform; journals of radius 0.055 m. Published
     with rigid plastic impacts (restitution 0), friction 0.1, and a controller that leads the crank. Left
-    open by what could be read of it: the clearances, about 5 mm by its stored trajectory. Not those of the
-    publication, since impacts here know no friction: a stiff contact that does not pull, and no drive.
+    open by what could be read of it: the clearances, about 5 mm by its stored trajectory. Not those of
+    the publication either: a stiff contact that does not pull, and no drive.
 
     Parameters
     ----------
@@ -96,6 +98,7 @@ def siconos_four_bar(clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3}, **chan
 def flores2010(
     clearance: Play = {"G": 1e-3},  # noqa: B006  read only
     restitution: _Restitution = 0.4,
+    friction: _Coefficient = 0.01,
     gravity: Gravity = 9.81,
     **changes: Any,
 ) -> Mechanism:
@@ -104,9 +107,9 @@ def flores2010(
     Crank O–A, rod A–B, slider at B; nobody drives. Theirs starts at crank angle 0 with 150 rad/s:
     ``initial={"crank_speed": 150.0}``, at which the rod turns with −75 rad/s and the slider not at all.
 
-    Corners of the slider meet rigid faces with Newton's restitution, two at one instant by Newton's law for
-    both at once: so the first impact, of both upper corners, at 0.00269250275202121 s. Compliant laws part
-    from it there, however stiff. Friction, 0.01 in the source, is left out: rigid impacts have none here.
+    Corners of the slider meet rigid faces with Newton's restitution and Coulomb's friction, two at one
+    instant by these laws for both at once: so the first impact, of both upper corners, at 0.00269250275202121
+    s. Compliant laws part from it there, however stiff.
 
     Parameters
     ----------
@@ -114,6 +117,8 @@ def flores2010(
         Of G on either side, m; 0 or unnamed: ideal.
     restitution : float
         Of the corners, 0 to 1.
+    friction : float
+        Coulomb's coefficient at the corners.
     gravity : float
         Along −y, m/s².
     **changes
@@ -127,6 +132,7 @@ def flores2010(
     links = tuple(Link(name=k, length=l, mass=m, centre=s, inertia_centre=I) for k, l, m, s, I in rows)
     law = Contact(law="restitution", parameters={"restitution": restitution})
     block = {"kind": "prismatic", "half_length": 0.05, "half_height": 0.025, "contact": law}
+    block["friction"] = Friction(coefficient=friction)
     joints = (
         Joint(name="O", journal=on("crank"), bearing=fixed(0.0, 0.0)),
         Joint(name="A", journal=on("crank", 0.153), bearing=on("rod")),

@@ -122,3 +122,8 @@ class Status(Code):
     )
     NOT_RUN = 7, "nothing was computed", "run the study"
     INTERRUPTED = 8, "it was stopped before its end", "run it again; this is what was computed up to there"
+    NO_DERIVATIVE = (
+        9,
+        "no derivative: corners met rigid faces at once, as neighbours do not, or restitutions were lowered",
+        "start the slider tilted a little, give the faces a law with stiffness, or ask for the motion alone",
+    )

@@ -25,6 +25,7 @@ ORDER = 8  # of the error estimate in h
 SAFETY = 0.82  # lengths aim at a fifth of the tolerated error, which goes up and down with a vibration
 TURN = 0.75  # largest increment of an angle in a step: where the structure's polynomials hold
 OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = Status.numbers()[:5]  # the others are of runs never begun
+NO_DERIVATIVE = int(Status.NO_DERIVATIVE)
 FULL = -1  # the log is full: empty it and call again
 CHATTER_COUNT = 12  # events that follow each other closely
 IDLE_COUNT = 1000  # steps in a row that move nothing

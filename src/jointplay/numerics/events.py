@@ -10,7 +10,7 @@ import numpy as np
 from .control import instant
 from .interface import compiled, inlined, inner
 from .memory import EVALUATIONS
-from .modes import CONE, FORCE, PULLS, RELEASED, STICK, STICKING, inside
+from .modes import CONE, FORCE, PULLS, RELEASED, SLIP_NEGATIVE, SLIP_POSITIVE, STICK, STICKING, inside
 from .polynomial import basis, bernstein, first_root, interpolate, value
 from .step import converge, keep
 
@@ -48,13 +48,23 @@ def set_cone_margins(w, row, lane, x):
     for j in range(len(x.flags)):
         if x.modes[j] == STICK:
             x.margin[4 * j + CONE] = x.cone[j] * abs(w[8 * (row + 4 * j + FORCE) + int(lane)])
+    for j in range(len(x.flags), len(x.modes)):
+        if x.modes[j] == STICK:
+            push = w[8 * (row + 3 * len(x.flags) + j) + int(lane)]
+            x.margin[2 * len(x.flags) + len(x.modes) + j] = x.cone[j] * push * push
 
 
 @compiled
 def side_of(g, modes, flags):
     """The side (+1, -1) on which guard g stays; 0 if it is not watched."""
-    j = g // 4
-    return inside(modes[j], g % 4, flags[j] & PULLS) if j < len(flags) else 1
+    j, walls = g // 4, len(modes) - len(flags)
+    if j < len(flags):
+        return inside(modes[j], g % 4, flags[j] & PULLS)
+    rub = g - 4 * len(flags) - walls
+    if rub < 0:
+        return 1
+    mode = modes[len(flags) + rub]
+    return -1 if mode == SLIP_NEGATIVE else (1 if mode in (SLIP_POSITIVE, STICK) else 0)
 
 
 @inlined

@@ -14,6 +14,7 @@ from .control import (
     CHATTER_COUNT,
     FULL,
     IDLE_COUNT,
+    NO_DERIVATIVE,
     NOT_CONVERGED,
     OK,
     ORDER,
@@ -47,6 +48,7 @@ from .memory import (
     H_START,
     H_VARIANT,
     IDLE,
+    JAMMED,
     LOGGED,
     REJECTED,
     SAMPLES,
@@ -68,9 +70,10 @@ from .polynomial import interpolate
 from .record import closest_approaches, gains, note, sample
 from .saltation import before_event, begin_tangents, jump
 from .sections import count_event, sections
+from .sliding import rub, walls_of
 from .step import attempt, keep
 from .tangent import NEUTRAL, ROWS, log_block, propagate, renew
-from .walls import begin, hold, stay, strike, walls_of
+from .walls import begin, hold, stay, strike
 
 WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
 TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
@@ -123,13 +126,17 @@ def _event(f, k, x, o, guard):
             f.reset(2 * walls_of(x) + len(x.flags) + j, x.s, x.p)
     else:
         j = guard - 4 * len(x.flags)
-        kind, lasting = strike(f, j, k, x, o)
+        if j < walls_of(x):
+            kind, lasting = strike(f, j, k, x, o)
+        else:
+            j -= walls_of(x)
+            kind = rub(f, j, k, x, o)
         j += len(x.flags)
     if logged:
         x.log[at, 1], x.log[at, 2] = j, kind
     count_event(k, x, o, j, kind, time)
     if lasting >= 0.0:
-        hold(f, j - len(x.flags), k, x)
+        hold(f, j - len(x.flags), k, x, o)
         count[EVENTS] += 1
         if logged:
             note(k, x, o, EVENT_ROW, float(j), float(REST), time + lasting, 0.0)
@@ -215,7 +222,7 @@ def _take(f, variant, k, x, o, g, y, h, error):
             before_event(f, g, variant, x, o, y, guard)
         _event(f, k, x, o, guard)
         if y is not None:
-            jump(f, g, x, o, y, guard)
+            jump(f, g, k, x, o, y, guard)
     if y is not None:
         log_block(x, y)
     count[FRESH] = 0
@@ -265,9 +272,11 @@ def run(f, k, x, o, g, y):
                 real[H_START + variant] = learnt(kept, real[H_REJECTED] > 0.0, h, error)
             count[IDLE] = idle_steps(count[IDLE], h, o.near, k.w, 8 * (o.first + 1), k.weight)
             _take(f, variant, k, x, o, g, y, h, error)
-            if count[IDLE] >= IDLE_COUNT:
+            if count[IDLE] >= IDLE_COUNT or count[JAMMED] > 0:
                 return NOT_CONVERGED
-            if count[CLOSE] >= CHATTER_COUNT or (y is not None and count[TOGETHER] > 0):
+            if y is not None and count[TOGETHER] > 0:
+                return NO_DERIVATIVE
+            if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER
         if not real[H] > instant(x.s[0], o.near):
             return failure(x.s, o.n_q + o.n)

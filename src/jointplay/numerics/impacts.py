@@ -1,61 +1,69 @@
-"""Impacts on several walls of one rigid guide at one instant: Newton's law for all of them at once.
+"""Impacts on several walls of one rigid guide at one instant, and impacts with friction.
 
-Two corners of a slider meet a face together, or one meets it while another rests there. With v_i the rate of
-gap i, A_ik what an impulse on wall k that changes v_k by 1 adds to it, and r the restitutions,
-
-    v+ = v- + A L,    L_i >= 0,    v+_i + r_i v-_i >= 0,    L_i (v+_i + r_i v-_i) = 0
-
-over every wall of the group that rests, or is that near: within what it moves in the time in which events
-crowd. A wall that opens, or at which a body rests, counts with r = 0. The impulses are found by projected
-Gauss-Seidel sweeps, which converge: A is the inverse mass matrix that the walls feel, scaled by columns. The
-energy changes by the sum of P_i (v+_i + v-_i)/2, P_i >= 0 the impulse; where all close or rest it falls, as
-v+_i = -r_i v-_i or P_i = 0. Should it grow where one opens, all count with r = 0, and what is left is a
-projection, with which it falls. Single impacts in a row would not do: two corners of a light slider hand the
-impulse to each other almost without end, ever faster. A neighbouring motion meets the walls one after the
-other: it does not stay near, and tangents end here. References: Glocker, Set-Valued Force Laws (2001); Leine
-and Nijmeijer (2004).
+Two corners of a slider meet a face together, or one meets it while another rests there. Newton's and
+Coulomb's laws (numerics.impulses) hold for all walls of the group at once that rest, or are that near: within
+what they move in the time in which events crowd. A wall that opens, or at which a body rests, counts with
+r = 0. Single impacts in a row would not do: two corners of a light slider hand the impulse to each other
+almost without end, ever faster.
 """
 
+from .impulses import (
+    BEFORE,
+    FRICTION,
+    MATRIX,
+    MEMBERS,
+    MOST,
+    PUSH,
+    ROUNDING,
+    SHARE,
+    SIZE,
+    STATE,
+    TARGET,
+    WALL,
+    gain,
+    lower,
+    size,
+    solve,
+)
 from .interface import inner
 from .memory import EVENT_ROW, EVENTS, JOINTS, TOGETHER
-from .modes import FREE, IMPACT, RESTING, look
+from .modes import FREE, IMPACT, RELEASED, look
 from .record import note
 from .sections import count_event
 
-SWEEPS = 20000
-EXACT = 1e-15  # of the fastest rate
-# Rows of scratch after the matrix A: whether a wall takes part, its rate before and after, that at which it
-# has to leave, and the impulse, by what it adds to the wall's own rate.
-PART, BEFORE, AFTER, TARGET, PUSH, ROWS = range(6)
+
+@inner
+def rough(x, j):
+    """Whether wall j has friction."""
+    return len(x.fired) > 3 * len(x.flags) + len(x.modes) and x.cone[len(x.flags) + j] > 0.0
 
 
 @inner
 def together(f, j, k, x, o):
-    """Impact on wall j, and on others at the same instant; whether there were any, else nothing is done."""
-    first, walls, w, several = len(x.flags), len(x.modes) - len(x.flags), k.w, False
-    if walls < 2 or walls * (walls + ROWS) > 8 * o.first:
-        return False
+    """Impact on wall j, and on others at the same instant; False, and nothing done, if alone and smooth.
+
+    The impulses and what each wall does are left in `Work.impact`.
+    """
+    walls, q, members = len(x.modes) - len(x.flags), k.impact, 0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    at = walls * walls
     for i in range(walls):
-        met = _met(k, x, o, i, j)
-        several = several or (met and i != j)
-        w[at + PART * walls + i] = 1.0 if met else 0.0
-        w[at + BEFORE * walls + i] = k.contact[6 * (first + i) + 2]
-    if not several:
+        if i == j or (members < MOST and _met(k, x, o, i, j)):
+            q[WALL + members] = i
+            members += 1
+    if members == 1 and not rough(x, j):
         return False
+    q[MEMBERS], q[SHARE] = members, 1.0
     for r in range(len(x.s)):
-        k.ahead[r] = x.s[r]
-    for i in range(walls):
-        if w[at + PART * walls + i] > 0.0:
-            _aim(f, i, k, x, walls)
-    _sweep(w, walls)
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    if _gain(k, x, walls) > 0.0:
-        for i in range(walls):
-            w[at + TARGET * walls + i] = 0.0
-        _sweep(w, walls)
-    _apply(f, j, k, x, o, walls)
+        q[STATE + r] = x.s[r]
+    for a in range(2 * members):
+        wall = int(q[WALL + a // 2])
+        q[BEFORE + a] = _rate(k, x, a) if a % 2 == 0 or rough(x, wall) else 0.0
+    for i in range(members):
+        _aim(f, i, k, x)
+    solve(q, members, 1.0)
+    if gain(q, members) > ROUNDING * size(q, members):
+        lower(q, members)
+    _apply(f, j, k, x, o, members)
     return True
 
 
@@ -64,84 +72,80 @@ def _met(k, x, o, i, j):
     """Whether wall i takes part in an impact on wall j."""
     at = len(x.flags) + i
     near = k.contact[6 * at] <= abs(k.contact[6 * at + 2]) * o.near
-    return i == j or (x.group[i] == x.group[j] and (x.modes[at] == RESTING or near))
+    return x.group[i] == x.group[j] and (x.modes[at] > RELEASED or near)
 
 
 @inner
-def _aim(f, i, k, x, walls):
-    """Column i of A, and the rate that wall i is to have: what an impact on it alone would give it."""
-    first, w, at = len(x.flags), k.w, walls * walls
-    f.reset(2 * walls + 2 * first + i, x.s, x.p)
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    for c in range(walls):
-        w[c * walls + i] = k.contact[6 * (first + c) + 2] - w[at + BEFORE * walls + c]
-    _back(k, x)
-    f.reset(i, x.s, x.p)
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    closing = w[at + BEFORE * walls + i] < 0.0 and x.modes[first + i] == FREE
-    w[at + TARGET * walls + i] = k.contact[6 * (first + i) + 2] if closing else 0.0
-    _back(k, x)
+def push(f, k, x, a):
+    """A unit impulse of unknown a, on the state in x.s."""
+    walls, wall = len(x.modes) - len(x.flags), int(k.impact[WALL + a // 2])
+    f.reset(2 * len(x.modes) + wall + (a % 2) * walls, x.s, x.p)
+
+
+@inner
+def _rate(k, x, a):
+    """Rate of the gap, or sliding speed, of unknown a, as it was last looked at."""
+    walls = len(x.modes) - len(x.flags)
+    at = len(x.flags) + int(k.impact[WALL + a // 2]) + (a % 2) * walls
+    return k.contact[6 * at + 2]
+
+
+@inner
+def _aim(f, i, k, x):
+    """What impulses on the i-th wall add to the rates, its friction, and the rate that it is to have."""
+    q, first = k.impact, len(x.flags)
+    wall, walls = int(q[WALL + i]), len(x.modes) - len(x.flags)
+    members, has = int(q[MEMBERS]), rough(x, wall)
+    at = 6 * (first + walls + wall)
+    q[FRICTION + i], r = (k.contact[at], k.contact[at + 1]) if has else (0.0, 0.0)
+    closing = q[BEFORE + 2 * i] < 0.0 and x.modes[first + wall] == FREE
+    if closing and not has:
+        f.reset(wall, x.s, x.p)
+        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+        r = -_rate(k, x, 2 * i) / q[BEFORE + 2 * i]
+        _back(k, x)
+    q[TARGET + i] = -r * q[BEFORE + 2 * i] if closing else 0.0
+    for a in range(2 * i, 2 * i + 2):
+        if a == 2 * i or has:
+            push(f, k, x, a)
+            look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+        for b in range(2 * members):
+            turned = (a == 2 * i or has) and (b % 2 == 0 or rough(x, int(q[WALL + b // 2])))
+            q[MATRIX + SIZE * b + a] = _rate(k, x, b) - q[BEFORE + b] if turned else 0.0
+        _back(k, x)
 
 
 @inner
 def _back(k, x):
     for r in range(len(x.s)):
-        x.s[r] = k.ahead[r]
+        x.s[r] = k.impact[STATE + r]
 
 
 @inner
-def _sweep(w, walls):
-    """Impulses of all walls, and the rates after them: projected Gauss-Seidel."""
-    at, fastest = walls * walls, 0.0
-    for i in range(walls):
-        w[at + PUSH * walls + i] = 0.0
-        w[at + AFTER * walls + i] = w[at + BEFORE * walls + i]
-        fastest = max(fastest, abs(w[at + BEFORE * walls + i]))
-    for _ in range(SWEEPS):
-        change = 0.0
-        for i in range(walls):
-            if w[at + PART * walls + i] > 0.0:
-                push = w[at + PUSH * walls + i]
-                more = max(w[at + TARGET * walls + i] - w[at + AFTER * walls + i], -push)
-                w[at + PUSH * walls + i] = push + more
-                for c in range(walls):
-                    w[at + AFTER * walls + c] += w[c * walls + i] * more
-                change = max(change, abs(more))
-        if change <= EXACT * fastest:
-            return
+def _apply(f, j, k, x, o, members):
+    """Note the impacts beside that on wall j; let the impulses act, whose loss is the joints' work.
 
-
-@inner
-def _gain(k, x, walls):
-    """Kinetic energy that the impulses would add."""
-    w, at, total = k.w, walls * walls, 0.0
-    for i in range(walls):
-        inverse = k.contact[6 * (len(x.flags) + i) + 1]
-        both = w[at + BEFORE * walls + i] + w[at + AFTER * walls + i]
-        total += 0.5 * w[at + PUSH * walls + i] * both / inverse if inverse > 0.0 else 0.0
-    return total
-
-
-@inner
-def _apply(f, j, k, x, o, walls):
-    """Note the impacts beside that on wall j, and let the impulses act; what is lost is the joints' work."""
-    first, w, time, at = len(x.flags), k.w, x.s[0], walls * walls
-    x.count[TOGETHER] += 1
+    Where neighbours meet walls one after the other, or restitutions were lowered, there are no tangents.
+    """
+    first, q, time = len(x.flags), k.impact, x.s[0]
+    x.count[TOGETHER] += q[SHARE] < 1.0
     if len(x.work) > JOINTS:
-        x.work[JOINTS] -= _gain(k, x, walls)
-    for i in range(walls):
-        if i != j and w[at + PUSH * walls + i] > 0.0 and x.modes[first + i] == FREE:
+        x.work[JOINTS] -= gain(q, members)
+    for i in range(members):
+        wall = int(q[WALL + i])
+        if wall != j and q[PUSH + 2 * i] > 0.0 and x.modes[first + wall] == FREE:
+            x.count[TOGETHER] += 1
             x.count[EVENTS] += 1
             if o.log_events and time >= o.log_from:
-                note(k, x, o, EVENT_ROW, float(first + i), float(IMPACT), time, 0.0)
-    for i in range(walls):
-        push = w[at + PUSH * walls + i]
-        if push > 0.0:
+                note(k, x, o, EVENT_ROW, float(first + wall), float(IMPACT), time, 0.0)
+    for a in range(2 * members):
+        if q[PUSH + a] != 0.0:
             for r in range(len(x.s)):
                 k.ahead[r] = x.s[r]
-            f.reset(2 * walls + 2 * first + i, x.s, x.p)
+            push(f, k, x, a)
             for r in range(len(x.s)):
-                x.s[r] = k.ahead[r] + push * (x.s[r] - k.ahead[r])
-    for i in range(walls):
-        if i != j and w[at + PUSH * walls + i] > 0.0 and x.modes[first + i] == FREE:
-            count_event(k, x, o, first + i, IMPACT, time)
+                x.s[r] = k.ahead[r] + q[PUSH + a] * (x.s[r] - k.ahead[r])
+    for i in range(members):
+        wall = int(q[WALL + i])
+        if wall != j and q[PUSH + 2 * i] > 0.0 and x.modes[first + wall] == FREE:
+            count_event(k, x, o, first + wall, IMPACT, time)

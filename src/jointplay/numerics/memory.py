@@ -16,7 +16,8 @@ base point x.s. Rows follow each other as
 
     0          the method's own, or those of a structure's plan (codegen.elimination)
     o.first    the increment of time from x.s on; then of each position and speed; then the rate of each speed
-    o.guards   four guards of each contact (gap, force, sliding speed, cone); then of each rigid wall,
+    o.guards   four guards of each contact (gap, force, sliding speed, cone); then of each rigid wall; of
+               each one's friction, where walls are rough (sliding speed, or cone while a body sticks);
                the section quantity if there is one, and the power of each integral
 
 as codegen.source.Layout counts them. An argument `at` is a place in such a buffer (8 r), `row` the number r.
@@ -31,7 +32,7 @@ from .polynomial import STACK
 
 # Places in Trajectory.count
 STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
-CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, IDLE, COUNTERS = range(8, 17)
+CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, IDLE, JAMMED, COUNTERS = range(8, 18)
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
 # of each variant: last length, length of the step after an event
@@ -40,6 +41,7 @@ H_VARIANT, H_START, DOUBTED, NUMBERS = 10, 13, 16, 17
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
 JOINTS = 1  # place of the joints' work among the integrals of a linkage
 COLUMNS = 3
+IMPACT = 210  # numbers of an impact on up to four walls (impacts), before the state that they meet
 
 
 class Work(NamedTuple):
@@ -55,7 +57,8 @@ class Work(NamedTuple):
     error: np.ndarray  # estimated error of each state
     b: np.ndarray  # eight Bernstein coefficients, then a Lagrange basis
     stack: np.ndarray  # intervals of the root isolation
-    contact: np.ndarray  # six numbers a contact, then a rigid wall
+    contact: np.ndarray  # six numbers a contact, then a rigid wall, then a wall's friction
+    impact: np.ndarray  # of impacts on several walls, or with friction (impacts)
 
 
 class Trajectory(NamedTuple):
@@ -74,7 +77,7 @@ class Trajectory(NamedTuple):
     margin: np.ndarray  # of each guard: values up to it are within the tolerance of zero; 0: none
     clearance_squared: np.ndarray  # square of each contact's clearance; inf: it has no centre
     group: np.ndarray  # of each rigid wall: walls of one number are met together, if at one instant
-    cone: np.ndarray  # margin of each contact's cone over its normal force
+    cone: np.ndarray  # margin of each contact's cone over its normal force; of a wall's, over its square
     count: np.ndarray
     real: np.ndarray
     at: np.ndarray  # sample times, ascending
@@ -126,7 +129,7 @@ def method_rows(n: int) -> int:
 def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n_jacobian: int) -> Work:
     """Allocate the scratch of a structure: `n_s` numbers in s, `n_rows` lane rows, `n_jacobian` in J.
 
-    `n_touch`: contacts and rigid walls.
+    `n_touch`: contacts, rigid walls, and these again where they are rough.
     """
     return Work(
         w=lane_rows(n_rows),
@@ -140,14 +143,24 @@ def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n
         b=lane_rows(2),
         stack=np.zeros(STACK),
         contact=np.zeros(max(6 * n_touch, 1)),
+        impact=np.zeros(IMPACT + n_s),
     )
 
 
 def trajectory(
-    state: np.ndarray, numbers: np.ndarray, n_q: int, n_angles: int, n_contacts: int, n_resets: int
+    state: np.ndarray,
+    numbers: np.ndarray,
+    n_q: int,
+    n_angles: int,
+    n_contacts: int,
+    n_resets: int,
+    n_rubs: int = 0,
 ) -> Trajectory:
-    """Allocate a run that starts at `state` (time, positions, speeds) with the structure's numbers."""
-    n_x = len(state) - 1
+    """Allocate a run that starts at `state` (time, positions, speeds) with the structure's numbers.
+
+    `n_rubs`: resets that are watched for slip and sticking.
+    """
+    n_x, n_guards = len(state) - 1, 4 * n_contacts + n_resets + n_rubs
     return Trajectory(
         s=np.concatenate([state, np.zeros(2 * n_angles)]),
         p=np.array(numbers, dtype=float),
@@ -158,11 +171,11 @@ def trajectory(
         work=np.zeros(0),
         modes=np.zeros(n_contacts + n_resets, dtype=np.int64),
         flags=np.zeros(n_contacts, dtype=np.int64),
-        fired=np.zeros(4 * n_contacts + n_resets, dtype=np.int64),
-        margin=np.zeros(4 * n_contacts + n_resets),
+        fired=np.zeros(n_guards, dtype=np.int64),
+        margin=np.zeros(n_guards),
         clearance_squared=np.full(n_contacts, np.inf),
         group=np.arange(n_resets),
-        cone=np.zeros(n_contacts),
+        cone=np.zeros(n_contacts + n_resets),
         count=np.zeros(COUNTERS, dtype=np.int64),
         real=np.zeros(NUMBERS),
         at=np.zeros(0),

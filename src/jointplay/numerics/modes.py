@@ -1,7 +1,8 @@
 """Contact modes: what each watches, what follows when a guard fires, and what sticks.
 
 Per contact: free; released (gap still closed, force gone: laws that do not pull); slipping + or -;
-sticking; or just in contact (no Coulomb friction). Per rigid wall: free; or resting (numerics.walls). At
+sticking; or just in contact (no Coulomb friction). Per rigid wall: free; or resting, where it is rough
+slipping + or - or sticking (numerics.walls). At
 v_t = 0 the two one-sided accelerations of v_t decide (Filippov): with a_+ that of slipping + and a_- that of
 slipping -, both pushing towards v_t = 0 (a_+ < 0 < a_-) means sticking. Where the force pulls (F_n < 0)
 friction drives, the sector repels, and the motion keeps its direction.
@@ -74,15 +75,19 @@ def _settle(contacts, j, modes, m, s, p, out):
     plus = out[6 * j + 5]
     modes[j] = SLIP_NEGATIVE
     look(contacts, modes, m, s, p, out)
-    minus = out[6 * j + 5]
+    modes[j] = balance(plus, out[6 * j + 5], before)
+
+
+@inner
+def balance(plus, minus, before):
+    """Mode at v_t = 0, by the accelerations of slipping + and -, and the mode before."""
     if plus < 0.0 < minus:
-        modes[j] = STICK
-    elif plus > 0.0 and (minus >= 0.0 or before == SLIP_POSITIVE):
-        modes[j] = SLIP_POSITIVE
-    elif minus < 0.0 and (plus <= 0.0 or before == SLIP_NEGATIVE):
-        modes[j] = SLIP_NEGATIVE
-    else:
-        modes[j] = SLIP_POSITIVE if plus > 0.0 else SLIP_NEGATIVE
+        return STICK
+    if plus > 0.0 and (minus >= 0.0 or before == SLIP_POSITIVE):
+        return SLIP_POSITIVE
+    if minus < 0.0 and (plus <= 0.0 or before == SLIP_NEGATIVE):
+        return SLIP_NEGATIVE
+    return SLIP_POSITIVE if plus > 0.0 else SLIP_NEGATIVE
 
 
 @inner

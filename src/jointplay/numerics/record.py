@@ -60,7 +60,7 @@ def closest_approaches(k, x, o, h, end):
         j, row = g // 4, 8 * (o.guards + g)
         wall = g - 4 * len(x.flags)
         if wall >= 0:
-            if x.modes[len(x.flags) + wall] == FREE:
+            if wall < len(x.modes) - len(x.flags) and x.modes[len(x.flags) + wall] == FREE:
                 _of_gap(k, x, o, h, end, row, -1.0, len(x.flags) + wall)
         elif x.modes[j] == FREE and g % 4 == GAP:
             _of_gap(k, x, o, h, end, row, 1.0, j)

@@ -23,10 +23,12 @@ from math import log
 import numpy as np
 
 from .frame import determinant, orthonormalise
+from .impact_map import impact_map, loses, plastic
+from .impulses import MEMBERS
 from .interface import inner
-from .modes import FREE, REMEMBERS, RESTING, SLIDE, SLIP_POSITIVE, STICK, variant_of
+from .modes import FREE, RELEASED, REMEMBERS, SLIDE, SLIP_POSITIVE, STICK, variant_of
+from .sliding import walls_of
 from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
-from .walls import walls_of
 
 # What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
 ENTERS, MAY_LEAVE = 2, 3
@@ -41,6 +43,13 @@ def _stuck(modes):
 
 
 @inner
+def _wall_of(x, guard):
+    """The rigid wall whose gap or push a guard is; -1 if it is none's."""
+    wall = guard - 4 * len(x.flags)
+    return wall if wall < walls_of(x) else -1
+
+
+@inner
 def before_event(f, g, variant, x, o, y, guard):
     """Note what the jump at an event needs of the side before it."""
     f.trig(x.s, x.p)
@@ -48,28 +57,32 @@ def before_event(f, g, variant, x, o, y, guard):
     rates(f, variant, x, o, y, y.before)
     _powers(x, o, y, 0.0)
     g.gradient(guard, x.s, x.p, x.m, y.gradient)
-    wall, y.real[ONSET], y.count[TURNED] = guard - 4 * len(x.flags), _stuck(x.modes), 0
-    if wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
+    wall, y.real[ONSET], y.count[TURNED] = _wall_of(x, guard), _stuck(x.modes), 0
+    if wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED:
         y.real[ONSET] = np.inf  # it lets go: nothing jumps, nothing is lost
     elif wall >= 0:
         g.turned(wall, x.s, x.p, y.D)
         y.count[TURNED] = 1
-    elif x.flags[guard // 4] & REMEMBERS:
+    elif guard < 4 * len(x.flags) and x.flags[guard // 4] & REMEMBERS:
         y.count[TURNED] = ENTERS if x.modes[guard // 4] == FREE else MAY_LEAVE
 
 
 @inner
-def jump(f, g, x, o, y, guard):
+def jump(f, g, k, x, o, y, guard):
     """Take the tangents through an event that has just been handled."""
-    n_x, wall, real = o.n_q + o.n, guard - 4 * len(x.flags), y.real
+    n_x, wall, real = o.n_q + o.n, _wall_of(x, guard), y.real
     width, turned = 1 + n_x, y.count[TURNED]
     leaves = turned == MAY_LEAVE and x.modes[guard // 4] == FREE
     if turned == ENTERS or leaves:  # of what else the state holds, that is no function of what jumps
         g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
     reset = turned == 1 or turned == ENTERS or leaves
-    if reset and wall >= 0 and x.modes[len(x.flags) + wall] == RESTING:
+    rests = reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED
+    if rests and not plastic(k, wall):
         project_at_rest(f, g, x, o, y, False)
         return
+    several = reset and wall >= 0 and k.impact[MEMBERS] > 0.0
+    if several:
+        impact_map(f, g, k, x, o, y)
     rates(f, variant_of(x.modes), x, o, y, y.after)
     _powers(x, o, y, 1.0)
     slope, size, later = y.gradient[0], abs(y.gradient[0]), y.gradient[0]
@@ -82,6 +95,7 @@ def jump(f, g, x, o, y, guard):
     if slope == 0.0:
         return
     lossy = _stuck(x.modes) > real[ONSET] or (reset and wall < 0)  # what was remembered before is lost
+    lossy = lossy or (several and loses(k))
     y.count[JUMPS] += 1
     real[VOLUME] += _volume(y, o.n_q, n_x, slope, later, reset, lossy)
     for i in range(len(y.alive)):
@@ -93,6 +107,8 @@ def jump(f, g, x, o, y, guard):
         along(y, n_x)
     if y.count[HELD] == 0:
         orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, lossy)
+    if rests:
+        project_at_rest(f, g, x, o, y, False)
 
 
 @inner
@@ -134,7 +150,7 @@ def project_at_rest(f, g, x, o, y, held):
     """
     width, walls = 1 + o.n_q + o.n, len(x.modes) - len(x.flags)
     for j in range(walls):
-        if x.modes[len(x.flags) + j] == RESTING:
+        if x.modes[len(x.flags) + j] > RELEASED:
             held = True
             g.turned(walls + j, x.s, x.p, y.D)
             for i in range(len(y.alive)):

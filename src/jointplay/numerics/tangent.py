@@ -21,14 +21,14 @@ import numpy as np
 
 from .driven import add_works, integral, size_of
 from .frame import orthonormalise
+from .impulses import SIZE
 from .interface import inlined, inner
 from .memory import lane_rows
 from .modes import mask
 from .polynomial import basis, interpolate
 from .step import keep
 
-ITERATIONS = 40
-ROUNDING = 3e-16
+ITERATIONS, ROUNDING = 40, 3e-16
 SMALL = 1e-6  # of a parameter's own size: smaller changes of the state than such a change makes are nothing
 TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
@@ -56,6 +56,7 @@ class Tangents(NamedTuple):
     gradient: np.ndarray  # of the guard: time, state, directions
     D: np.ndarray  # of the reset: rows of new speeds, by time and state; then columns of directions
     S: np.ndarray  # a saltation matrix, and room for a vector
+    room: np.ndarray  # of the derivative of several impulses (impact_map)
     unit: np.ndarray
     count: np.ndarray
     real: np.ndarray
@@ -75,8 +76,9 @@ def tangents(
     driven=(),
     units=(),
     n_powers: int = 0,
+    n_s: int = 0,
 ) -> Tangents:
-    """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows in all.
+    """Allocate for the rows of `frame` (tangents, state); n speeds, `n_rows` lane rows, `n_s` numbers in s.
 
     `driven`: each tangent's direction, 0 of none; where there are any, `units` are sizes of the parameters,
     and `n_powers` works go with them.
@@ -102,6 +104,7 @@ def tangents(
         gradient=np.zeros(1 + n_x + n_p),
         D=np.zeros(n * (1 + n_x) + n_p * n_x),
         S=np.zeros(n_x * n_x + n_x),
+        room=np.zeros(n_s + (1 + SIZE) * (1 + n_x + n_p + n) + n * (1 + n_x) + n_p * n_x),
         unit=np.zeros(1 + n_x),
         count=np.zeros(8, dtype=np.int64),
         real=np.zeros(12),
@@ -161,9 +164,8 @@ def propagate(f, g, variant, k, x, o, y, h, root):
             y.works[i] = y.works[works + i]
         y.count[FOLLOWS] = 0
         return worst
-    y.count[FOLLOWS], y.real[SPAN] = 1, h
+    y.count[FOLLOWS], y.real[SPAN], y.real[PIECE] = 1, h, trace
     y.real[TRACE] += trace
-    y.real[PIECE] = trace
     return worst
 
 

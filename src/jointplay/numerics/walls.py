@@ -12,9 +12,10 @@ until it need no longer push: there a = 0, and the gap opens as the cube of time
 Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dynamics 58 (2009) 85-106.
 """
 
-from .impacts import together
+from .impacts import rough, together
+from .impulses import MEMBERS
 from .interface import inner
-from .memory import EVALUATIONS, JOINTS, H
+from .memory import EVALUATIONS, JAMMED, JOINTS, H
 from .modes import (
     FREE,
     IMPACT,
@@ -29,18 +30,13 @@ from .modes import (
     touch,
     variant_of,
 )
+from .sliding import grip, sliding, walls_of
 
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 STEADY = 0.1  # share of a by which it may change until the last impact
 LEAP = 1e4  # of events that crowd: length of a step in which an opening gap exceeds rounding
 SWEEPS = 64  # of putting a body back on several walls
 ROOM = 4.0  # heights of a rebound that another wall must be away
-
-
-@inner
-def walls_of(x):
-    """Number of rigid walls; their modes follow those of the contacts."""
-    return len(x.modes) - len(x.flags)
 
 
 @inner
@@ -67,7 +63,7 @@ def _ahead(f, j, k, x, o, later):
     f.trig(s, x.p)
     for i in range(8 * o.first, rates):
         k.w[i] = 0.0
-    x.modes[at] = RESTING
+    x.modes[at] = sliding(k, x, o, j)
     mask(x.modes, x.m)
     f.rate(variant_of(x.modes), k.w, s, x.p, x.m)
     x.count[EVALUATIONS] += 1
@@ -140,13 +136,15 @@ def strike(f, j, k, x, o):
     `fired` takes the multiplicity with which the gap starts at zero.
     """
     at, guard = len(x.flags) + j, 4 * len(x.flags) + j
-    if x.modes[at] == RESTING:
+    k.impact[MEMBERS] = 0.0
+    if x.modes[at] > RELEASED:
         settle(f, j, x)
         x.modes[at], x.fired[guard], x.margin[guard] = FREE, 3, o.play
         return SEPARATION, -1.0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     if k.contact[6 * at + 3] > 0.0:
         move(f, j, k, x, o)
+        _slide_on(f, k, x, o)
         return IMPACT, -1.0
     before = -k.contact[6 * at + 2]
     several = before > 0.0 and together(f, j, k, x, o)
@@ -157,6 +155,7 @@ def strike(f, j, k, x, o):
     if not several:
         _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
     throw_off(k, x, o)
+    _slide_on(f, k, x, o)
     return IMPACT, _lasting(f, j, k, x, o, before)
 
 
@@ -184,13 +183,21 @@ def throw_off(k, x, o):
         if x.flags[i] & STICKS and x.modes[i] > RELEASED and abs(v_t) > o.rest:
             x.modes[i] = SLIP_POSITIVE if v_t > 0.0 else SLIP_NEGATIVE
     for i in range(len(x.flags), len(x.modes)):
-        if x.modes[i] == RESTING and abs(k.contact[6 * i + 2]) > o.rest:
+        if x.modes[i] > RELEASED and abs(k.contact[6 * i + 2]) > o.rest:
             guard = 3 * len(x.flags) + i
             x.modes[i], x.fired[guard], x.margin[guard] = FREE, 1, o.play
 
 
 @inner
-def hold(f, j, k, x):
+def _slide_on(f, k, x, o):
+    """After a jump of speeds, decide how bodies slide that rest on rough walls."""
+    for j in range(walls_of(x)):
+        if x.modes[len(x.flags) + j] > RELEASED and rough(x, j):
+            grip(f, j, k, x, o)
+
+
+@inner
+def hold(f, j, k, x, o):
     """The body rests on wall j from here on."""
     at = len(x.flags) + j
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
@@ -200,9 +207,13 @@ def hold(f, j, k, x):
     guard = 4 * len(x.flags) + j  # from here on the push, which has no margin
     x.fired[guard] = 1 if k.contact[6 * at + 5] >= 0.0 else 0  # it begins to be pressed there
     x.margin[guard] = 0.0
+    pressed = k.contact[6 * at + 5] < 0.0
     x.modes[at] = RESTING
     if _resting(x) > 1:
         stay(f, x)
+    if rough(x, j):
+        grip(f, j, k, x, o)
+        x.count[JAMMED] += pressed and not k.contact[6 * at + 4] < 0.0
 
 
 @inner
@@ -213,7 +224,7 @@ def stay(f, x):
     """
     for _ in range(1 if _resting(x) < 2 else SWEEPS):
         for j in range(walls_of(x)):
-            if x.modes[len(x.flags) + j] == RESTING:
+            if x.modes[len(x.flags) + j] > RELEASED:
                 f.trig(x.s, x.p)
                 settle(f, j, x)
 
@@ -223,7 +234,7 @@ def _resting(x):
     """Number of walls on which a body rests."""
     held = 0
     for j in range(len(x.flags), len(x.modes)):
-        held += x.modes[j] == RESTING
+        held += x.modes[j] > RELEASED
     return held
 
 
@@ -245,4 +256,4 @@ def begin(f, k, x, o):
             x.fired[4 * len(x.flags) + j] = _opening(f, j, k, x, o)
             x.real[H] = max(x.real[H], LEAP * o.near)
             if _lasting(f, j, k, x, o, 0.0) >= 0.0:
-                hold(f, j, k, x)
+                hold(f, j, k, x, o)

@@ -66,11 +66,15 @@ class Guards:
 
     def owner(self, guard: int) -> int:
         """Number of the contact, or wall, of a guard, as in rows of events."""
-        return guard // PLACES if guard < PLACES * self.contacts else guard - (PLACES - 1) * self.contacts
+        if guard < PLACES * self.contacts:
+            return guard // PLACES
+        walls = len(self._x.modes) - self.contacts
+        return self.contacts + (guard - PLACES * self.contacts) % walls
 
     def kinds(self, guard: int) -> tuple[int, ...]:
         """Kinds of the events that a guard makes."""
-        sliding = guard < PLACES * self.contacts and guard % PLACES >= SLIDE
+        gaps = (PLACES - 1) * self.contacts + len(self._x.modes)  # and after them the friction of walls
+        sliding = guard % PLACES >= SLIDE if guard < PLACES * self.contacts else guard >= gaps
         return OF_SLIDING if sliding else OF_GAPS
 
     def count(self, guard: int, events: np.ndarray) -> int:

@@ -34,6 +34,7 @@ EXPLAINED = {
     "crashed": "the computation crashed",
     "not_run": "it has not been run",
     "interrupted": "it was stopped before its end",
+    "no_derivative": "the motion has no derivative",
 }
 
 

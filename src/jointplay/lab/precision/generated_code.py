@@ -9,6 +9,7 @@ import numpy as np
 from jointplay.analysis.trajectory import Request, functions, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
+from jointplay.errors import refuse
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 AWAY = 1e-7  # of a state's unit: difference over which a Jacobian that is not written out is taken
@@ -64,6 +65,9 @@ class Equations:
 
     def __init__(self, model: Model, rtol: float):
         self.model, self.module = model, cache.structure_module(model.structure)
+        if self.module.SIZES["rubs"]:
+            text = "a mechanism without it is accepted: other solvers know no such impacts here"
+            raise refuse("friction at rigid impacts", text, "mechanism")
         k, x, o = memory(model, Request(0.0, rtol))
         self.modes, self.flags, self.fired = x.modes, x.flags, x.fired
         self.rest, self._out = o.rest, k.contact

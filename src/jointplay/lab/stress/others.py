@@ -39,7 +39,8 @@ def _power_law(random: Random, joint: Joint, law: str) -> dict[str, Any]:
 
 def _impacts(random: Random, joint: Joint, law: str) -> dict[str, Any]:
     r = ranges.even(random, RESTITUTION)
-    return {"contact": Contact(law=law, parameters={"restitution": r}), "friction": None}
+    rubs = Friction(coefficient=joint.friction.coefficient) if joint.friction else None
+    return {"contact": Contact(law=law, parameters={"restitution": r}), "friction": rubs}
 
 
 LAWS: dict[str, Callable[[Random, Joint, str], dict[str, Any]]] = {

@@ -1,0 +1,189 @@
+"""Friction at rigid faces: impacts, slip, sticking of a block in a guide; closed forms, a second method."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis import trajectory
+from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.quantities import EVENTS
+from jointplay.codegen import cache
+from jointplay.mechanism.assemble import assemble
+from tests.analysis.test_flat_landing import MASS, PLAY, STILL, block
+from tests.numerics.test_tangent import differences, scaled
+
+F, R, G = 0.3, 0.5, 9.81
+A, B, INERTIA = 0.02, 0.01, 2e-4  # half sizes, and inertia about the mass centre
+WORDS = ["normal_force", "tangential_force", "tangential_velocity", "mode", "penetration", "energy_residual"]
+SLIPS, STICKS = (2, 3), 4
+
+
+def rough(slope=0.0, friction=F, restitution=R):
+    """The block of `block`, its faces rigid and rough."""
+    plain = block(slope)
+    law = jp.Contact(law="restitution", parameters={"restitution": restitution})
+    given = {"contact": law, "friction": jp.Friction(coefficient=friction)}
+    joints = [joint.model_copy(update=given) for joint in plain.joints]
+    return jp.Mechanism(**dict(plain) | {"joints": joints})
+
+
+def placed(mechanism, **state):
+    """The model, started at these positions and speeds."""
+    model = assemble(mechanism, STILL, powers=True)
+    names = cache.structure_module(model.structure).STATE[1:]
+    return replace(model, state=np.array([state.get(name, 0.0) for name in names]))
+
+
+def run(model, duration, count=11):
+    """States at even times, events as (kind, corner, time), quantities."""
+    at = np.linspace(0.0, duration, count)
+    request = trajectory.Request(duration, 1e-10, events=True, log_from=0.0, at=at)
+    found = trajectory.follow(model, request)
+    assert found.status == 0
+    words = Quantities(model, found.samples, found.start).variables(WORDS, "time")
+    events = [(EVENTS[int(kind)], int(corner), time) for corner, kind, time in found.events[:, :3]]
+    return found.samples[:, 1:7], events, {name: each[1] for name, each in words.items()}
+
+
+@pytest.mark.parametrize(("slope", "sense"), [(0.1, 1), (-0.1, 1), (-0.1, -1)])
+def test_a_block_slides_to_rest(slope, sense):
+    """When it stops, where, and what it is held with; loads and friction add up at once."""
+    stop = 0.01 / (G * (F * math.cos(slope) - sense * math.sin(slope)))
+    states, events, found = run(placed(rough(slope), y_0=-PLAY, vx_0=0.01 * sense), 2 * stop)
+    onset = [time for kind, _, time in events if kind == "stick_onset"]
+    assert onset == pytest.approx([stop], rel=1e-5)
+    assert states[-1, 1] == pytest.approx(sense * 0.005 * stop, rel=1e-5)
+    assert np.abs(states[-1, 3:]).max() < 1e-12
+    load, friction = found["normal_force"].sum(1), found["tangential_force"].sum(1)
+    assert load[1:] == pytest.approx(MASS * G * math.cos(slope), rel=1e-12)
+    assert friction[1:5] == pytest.approx(sense * F * load[1:5], rel=1e-12)
+    assert friction[6:] == pytest.approx(MASS * G * math.sin(slope), rel=1e-9)
+    shares = found["tangential_force"][1:, 2:] / found["normal_force"][1:, 2:]
+    assert shares[:, 0] == pytest.approx(shares[:, 1], rel=1e-12)
+    assert set(found["mode"][1:5, 2:].ravel()) == {SLIPS[sense < 0]}
+    assert set(found["mode"][6:, 2:].ravel()) == {STICKS}
+    assert np.abs(found["energy_residual"]).max() < 1e-12
+
+
+def test_a_steep_block_does_not_stop():
+    states, events, found = run(placed(rough(0.5), y_0=-PLAY), 0.01)
+    pull = G * (math.sin(0.5) - F * math.cos(0.5))
+    assert states[-1, 4] == pytest.approx(0.01 * pull, rel=1e-5)
+    assert set(found["mode"][1:, 2:].ravel()) == {SLIPS[0]}
+    assert "stick_onset" not in {kind for kind, _, _ in events}
+
+
+@pytest.mark.parametrize("speed", [0.2, -0.2, 0.1, -0.1])
+def test_a_block_lands_flat_and_obliquely(speed):
+    """Two corners at once: f (1 + r) |v_n|, some 0.15 m/s, is the most that friction takes of its slide."""
+    states, events, _ = run(placed(rough(), vx_0=speed, vy_0=-1 / 3), 0.0012)
+    assert [(kind, which) for kind, which, _ in events] == [("impact", 2), ("impact", 3)]
+    time = events[0][2]
+    v_n = 1 / 3 + G * time
+    wanted = math.copysign(max(abs(speed) - F * (1 + R) * v_n, 0.0), speed)
+    assert states[-1, 4] == pytest.approx(wanted, abs=1e-12)
+    assert states[-1, 5] == pytest.approx(R * v_n - G * (0.0012 - time), rel=1e-9)
+    assert abs(states[-1, 3]) < 1e-9
+
+
+def shape(theta, front, side):
+    """A corner from the mass centre, and its rows of gap rate and sliding speed over (w, vx, vy)."""
+    x = front * A * math.cos(theta) - side * B * math.sin(theta)
+    y = front * A * math.sin(theta) + side * B * math.cos(theta)
+    return y, np.array([[-side * x, 0.0, -side], [-y, 1.0, 0.0]])
+
+
+INVERSE = np.diag([1 / INERTIA, 1 / MASS, 1 / MASS])
+
+
+@pytest.mark.parametrize(("slide", "mode"), [(0.5, 1), (-0.5, -1), (0.05, 0)])
+def test_one_corner_hits(slide, mode):
+    """Its impulses from two equations by hand: slip one way or the other, or no sliding after."""
+    start = {"theta_block": 0.002, "y_0": -3e-5, "vx_0": slide, "vy_0": -0.3}
+    states, events, _ = run(placed(rough(), **start), 0.00013)
+    assert [(kind, which) for kind, which, _ in events] == [("impact", 3)]
+    time = events[0][2]
+    before = np.array([0.0, slide, -0.3 - G * time])
+    (n, t), push = shape(0.002, -1, -1)[1], INVERSE
+    along = (n - mode * F * t) if mode else None
+    if mode:
+        change = push @ along * (-(1 + R) * (n @ before) / (n @ push @ along))
+    else:
+        rows = np.array([n, t])
+        wanted = np.array([-(1 + R) * (n @ before), -(t @ before)])
+        change = push @ rows.T @ np.linalg.solve(rows @ push @ rows.T, wanted)
+    after = before + change - np.array([0.0, 0.0, G * (0.00013 - time)])
+    assert states[-1, 3:] == pytest.approx(after, abs=1e-10)
+
+
+def stepped(state, duration, h, friction, restitution):
+    """Moreau's time stepping of the block: midpoint gaps, impulses by projection, no event."""
+    theta, x, y, *v = state
+    v, corners = np.array(v), [(front, side) for side in (1, -1) for front in (1, -1)]
+    for _ in range(round(duration / h)):
+        theta, x, y = np.array([theta, x, y]) + 0.5 * h * v
+        free, rows = v + h * np.array([0.0, 0.0, -G]), []
+        for front, side in corners:
+            height, row = shape(theta, front, side)
+            if B + PLAY - side * (y + height) <= 0.0:
+                rows.append(row)
+        if rows:
+            W = np.concatenate(rows)
+            matrix, after, p = W @ INVERSE @ W.T, W @ free, np.zeros(len(W))
+            before = W @ v
+            for _ in range(200):
+                for i in range(0, len(W), 2):
+                    rate = after[i] + matrix[i] @ p + restitution * min(before[i], 0.0)
+                    p[i] = max(p[i] - rate / matrix[i, i], 0.0)
+                    slide = after[i + 1] + matrix[i + 1] @ p
+                    most = friction * p[i]
+                    p[i + 1] = np.clip(p[i + 1] - slide / matrix[i + 1, i + 1], -most, most)
+            free = free + INVERSE @ W.T @ p
+        v = free
+        theta, x, y = np.array([theta, x, y]) + 0.5 * h * v
+    return np.array([theta, x, y, *v])
+
+
+FALLING = {"theta_block": 0.002, "y_0": -3e-5, "w_block": 0.1, "vx_0": 0.08, "vy_0": -0.1}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("restitution", "duration"), [(0.0, 0.02), (0.5, 0.006)])
+def test_time_stepping_moves_alike(restitution, duration):
+    """Impacts, slip, sticking, landing: Moreau's scheme comes nearer as its step shrinks."""
+    model = placed(rough(restitution=restitution), **FALLING)
+    states, events, _ = run(model, duration)
+    kinds = {kind for kind, _, _ in events}
+    assert kinds >= ({"impact", "rest", "stick_onset"} if not restitution else {"impact"})
+    scale, errors = np.array([1e-3, 1e-3, 1e-4, 1.0, 0.2, 0.1]), []
+    for h in (1e-6, 2.5e-7):
+        twin = stepped(model.state, duration, h, F, restitution)
+        errors.append(float(np.abs((twin - states[-1]) / scale).max()))
+    assert errors[1] < 2e-3
+    assert errors[1] < 0.6 * errors[0] or errors[1] < 1e-4
+
+
+@pytest.mark.parametrize(
+    ("start", "restitution", "duration", "kinds"),
+    [
+        (FALLING | {"vx_0": 0.5}, 0.5, 0.002, {"impact"}),  # slips
+        (FALLING | {"vx_0": 0.02}, 0.5, 0.002, {"impact"}),  # is stopped
+        (FALLING, 0.0, 0.003, {"impact", "rest"}),  # stays, and slides on one corner
+        (FALLING, 0.0, 0.009, {"impact", "rest"}),  # then lands on the other, and slides on two
+        (FALLING, 0.0, 0.018, {"impact", "rest", "stick_onset"}),
+    ],
+)
+def test_tangents_are_those_of_neighbours(start, restitution, duration, kinds):
+    model = placed(rough(restitution=restitution), **start)
+    exact, apart = scaled(model, duration), []
+    for size in (1e-9, 1e-8, 1e-7, 1e-6)[: 4 if restitution else 2]:
+        found, events, same = differences(model, duration, size, exact)
+        if same:
+            assert {EVENTS[kind] for _, kind in events} == kinds
+            apart.append(np.abs(found - exact).max() / np.abs(exact).max())
+    assert min(apart) < 1e-6
