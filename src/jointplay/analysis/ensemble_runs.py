@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -74,7 +75,7 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
         groups.setdefault(pair[0].structure if suits(*pair) else None, []).append(n)
     records = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
     for group in groups.values():
-        records |= zip(group, _in_lanes([pairs[n] for n in group]), strict=True)
+        records |= zip(group, _in_lanes([pairs[n] for n in group])[0], strict=True)
     return [records[n] for n in range(len(pairs))]
 
 
@@ -94,48 +95,106 @@ def suits(model: Model, request: Request) -> bool:
     return bool(np.all(model.relative[:n] == 0.0) and np.all(model.relative[n:] == 1.0))
 
 
-def _in_lanes(pairs: list[tuple[Model, Request]]) -> list[Records]:
-    """Motions of one structure, in lanes."""
+@dataclass(frozen=True)
+class Tangent:
+    """A tangent to be carried along: its start, the scales of the states, and what is tolerated of it.
+
+    Rows are recorded from `begin` s on, a `block` s apart (numerics.tangent).
+    """
+
+    start: np.ndarray
+    scale: np.ndarray
+    begin: float
+    block: float
+    tolerance: float
+    limit: float
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A motion with its tangent: records, rows of growth, the closest grazing; whether all can be trusted."""
+
+    records: Records
+    rows: np.ndarray
+    grazing: float
+    trusted: bool
+
+
+def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequence[Tangent]) -> list[Carried]:
+    """Follow motions of one structure, each of which suits, with a tangent beside each."""
+    return _in_lanes(list(zip(models, requests, strict=True)), tangents)[1]
+
+
+def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
+    """Motions of one structure in lanes, and their tangents."""
     from jointplay.numerics.ensemble.layout import LOGGED, PASSED_BY, PAUSE
     from jointplay.numerics.interface import direct
 
     began, models = time.perf_counter(), [model for model, _ in pairs]
-    flow, f, g, rows, flags = _kernels(models[0])
+    name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
+    flow, f, g, rows, flags = _kernels(models[0], name)
     real = np.array([_real(*pair) for pair in pairs])
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = (np.array([getattr(model, name) for model in models]) for name in ("state", "numbers"))
     jobs = flow.jobs(states, numbers, real, whole, len(flags), LOG_ROWS)
     lanes = flow.lanes(rows, numbers.shape[1], models[0].turning.copy(), models[0].memories, flags)
-    parts, run, place = [], direct(flow.flow), jobs.place
+    v, y = _with(tangents, models[0], flow) if tangents else (None, None)
+    parts, grown, run, place = [], [], direct(flow.flow), jobs.place
 
     def call(pause: int) -> int:
         place[PAUSE] = pause
-        return run(f, g, lanes, jobs)
+        return run(f, g, lanes, jobs, v, y)
 
     def take() -> None:
         parts.append(jobs.log[: place[LOGGED]].copy())
         place[LOGGED] = 0
+        if y is not None:
+            grown.append(y.rows[: y.count[0]].copy())
+            y.count[0] = 0
 
-    own = pace(models[0].structure, "ensemble")
+    own = pace(models[0].structure, name, len(tangents) and 1)
     in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
-    each, log = (time.perf_counter() - began) / len(models), np.concatenate(parts)
-    log = log[np.argsort(log[:, 0], kind="stable")]
-    cuts = np.searchsorted(log[:, 0], np.arange(len(models) + 1))
-    return [_records(jobs, n, log[cuts[n] : cuts[n + 1], 1:], each) for n in range(len(models))]
+    each, logs = (time.perf_counter() - began) / len(models), _by_motion(parts, len(models))
+    records = [_records(jobs, n, log, each) for n, log in enumerate(logs)]
+    if y is None:
+        return records, []
+    found = zip(records, _by_motion(grown, len(models)), y.grazing.tolist(), y.trusted > 0.0, strict=True)
+    return records, [Carried(*one) for one in found]
 
 
-def _kernels(model: Model) -> tuple:
+def _by_motion(parts: list[np.ndarray], count: int) -> list[np.ndarray]:
+    """Rows of each motion, whose number is in the first column, without that."""
+    rows = np.concatenate(parts)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    cuts = np.searchsorted(rows[:, 0], np.arange(count + 1))
+    return [rows[cuts[n] : cuts[n + 1], 1:] for n in range(count)]
+
+
+def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
+    """Functions that carry tangents, and these."""
+    from jointplay.numerics.ensemble.layout import SIGNATURES, Variations
+    from jointplay.numerics.interface import pointers
+
+    size, own = cache.ensemble_tangents(model.structure, len(model.turning))
+    gradients = cache.variation_module(model.structure)
+    v = pointers(gradients, size, own, kind=Variations, signatures=SIGNATURES)
+    starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
+    real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
+    return v, flow.tangents(starts, scales, real, LOG_ROWS)
+
+
+def _kernels(model: Model, loop: str) -> tuple:
     """The loop; functions of a structure at a point, and in lanes; rows of these; flags of its contacts."""
     from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
     from jointplay.numerics.interface import pointers
 
-    cache.prepare("ensemble.flow")
+    cache.prepare(loop)
     structure, turning = model.structure, tuple(bool(turns) for turns in model.turning)
     module, f = cache.ensemble_module(structure), functions(structure)
     flags = np.array([*cache.structure_module(structure).CONTACTS.values()], dtype=np.int64)
     algebra = cache.ensemble_algebra(turning, len(flags))
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
-    return cache.method("ensemble.flow"), f, g, module.ROWS, flags
+    return cache.method(loop), f, g, module.ROWS, flags
 
 
 def _real(model: Model, request: Request) -> list[float]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from types import SimpleNamespace
 from typing import Annotated, Any
 
 import numpy as np
@@ -20,10 +19,9 @@ from pydantic import BeforeValidator
 from jointplay.analysis import rules
 from jointplay.analysis.evaluate import dataset, described, scalars, status_code
 from jointplay.analysis.exponents import batch_means, second_estimate, section_exponents
-from jointplay.analysis.exponents.stretching import USABLE, grown, of_the_flow, turn_period
+from jointplay.analysis.exponents.stretching import USABLE, Stretch, Stretched, grown, of_the_flow
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.looks import part
-from jointplay.analysis.tangents import Bundle
 from jointplay.analysis.trajectory import INTERRUPTED, Request
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
@@ -154,9 +152,9 @@ def lyapunov(
     span = duration if turns is None else turns * model.period
     request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))
     share = 0.5 if twin_turns else 1.0
-    bundle, rows, ended = grown(model, request, count, begin, error, saltation, part(progress, 0.0, share))
-    variables = _variables(model, bundle, rows, count, ended)
-    if twin_turns and ended["status"] != INTERRUPTED:
+    run = grown(model, Stretch(request, count, begin), error, saltation, part(progress, 0.0, share))
+    variables = _variables(run, count)
+    if twin_turns and run.status != INTERRUPTED:
         cut = rules.model_for(mechanism, initial, CrankAngle())
         rest = part(progress, share, 1.0)
         growth = second_estimate.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
@@ -171,22 +169,20 @@ def lyapunov(
     return _dataset(model, variables)
 
 
-def _variables(
-    model: Model, bundle: Bundle, rows: np.ndarray, count: int, ended: dict[str, Any]
-) -> dict[str, Any]:
-    turn = turn_period(model, rows)
-    variables = batch_means.variables(*of_the_flow(bundle, rows, count), turn, len(model.state))
-    section = section_exponents.estimates(bundle, rows, turn)
+def _variables(run: Stretched, count: int) -> dict[str, Any]:
+    turn, model = run.turn_period, run.model
+    variables = batch_means.variables(*of_the_flow(run, count), turn, len(model.state))
+    section = section_exponents.estimates(run, turn)
     variables |= described({key: ("multiplier", *each) for key, each in section.items()})
-    if ended["status"] not in USABLE:
+    if run.status not in USABLE:
         variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}
     variables |= described(
         {
             "turn_period": ((), turn, "s", "mean period of a turn"),
-            "grazing": ((), bundle.grazing, "1", "smallest relative approach to a guard"),
+            "grazing": ((), run.grazing, "1", "smallest relative approach to a guard"),
         }
     )
-    return variables | scalars(model, SimpleNamespace(**ended))
+    return variables | scalars(model, run)
 
 
 def _missing(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:

@@ -19,7 +19,7 @@ from jointplay.analysis import contacts, rates, rules
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.exponents.stretching import leading
+from jointplay.analysis.exponents.stretching import Stretch, Stretched, grown, grown_together
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
@@ -34,7 +34,8 @@ RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fi
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
-Settling = Generator[tuple[Model, Request], Records, dict[str, Any]]  # asks for runs, gives back the answer
+Run = Records | Stretched
+Settling = Generator[tuple[Model, Request | Stretch], Run, dict[str, Any]]  # asks for runs, gives the answer
 OF_FLOW = (
     *("lyapunov_exponent", "lyapunov_standard_error"),
     *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
@@ -92,7 +93,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     settling, records = _settling(mechanism, start, plan), None
     while True:
         try:
-            records = follow(*settling.send(records))
+            records = _alone(*settling.send(records))
         except StopIteration as end:
             return end.value
 
@@ -104,7 +105,7 @@ def settle_together(points: Sequence[tuple[Mechanism | TestSystem, Any]], plan: 
     """
     results: dict[int, dict[str, Any]] = {}
     settling = [_settling(mechanism, start, plan) for mechanism, start in points]
-    records: dict[int, Records | None] = dict.fromkeys(range(len(points)))
+    records: dict[int, Run | None] = dict.fromkeys(range(len(points)))
     while records:
         runs = {}
         for n, each in records.items():
@@ -113,12 +114,26 @@ def settle_together(points: Sequence[tuple[Mechanism | TestSystem, Any]], plan: 
                 runs[n] = answer["run"]
             else:
                 results[n] = answer
-        followed = follow_ensemble(*zip(*runs.values(), strict=True)) if runs else []
-        records = dict(zip(runs, followed, strict=True))
+        records = _together(runs)
     return [results[n] for n in range(len(points))]
 
 
-def _next(settling: Settling, records: Records | None) -> dict[str, Any]:
+def _alone(model: Model, asked: Request | Stretch) -> Run:
+    """Follow a motion by itself, with tangents if exponents are asked for."""
+    return grown(model, asked) if isinstance(asked, Stretch) else follow(model, asked)
+
+
+def _together(runs: Mapping[int, tuple[Model, Request | Stretch]]) -> dict[int, Run]:
+    """Follow motions, by their numbers, as an ensemble; those with tangents by themselves."""
+    found: dict[int, Run] = {}
+    for kind, way in ((Request, follow_ensemble), (Stretch, grown_together)):
+        some = {n: run for n, run in runs.items() if isinstance(run[1], kind)}
+        if some:
+            found |= zip(some, way(*zip(*some.values(), strict=True)), strict=True)
+    return found
+
+
+def _next(settling: Settling, records: Run | None) -> dict[str, Any]:
     """The next run, or the result."""
     try:
         return {"run": settling.send(records)}
@@ -141,7 +156,7 @@ def _settling(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> Sett
         return _failed(records, f"in the {plan.turns} turns looked at", steps)
     result = _described(model, plan, records)
     result["n_steps"] += steps
-    return result | _exponents(mechanism, result, plan) if plan.exponents else result
+    return result | (yield from _exponents(mechanism, result, plan)) if plan.exponents else result
 
 
 def _failed(records: Records, where: str, steps: int) -> dict[str, Any]:
@@ -255,21 +270,20 @@ def _period(model: Model, records: Records, tolerance: float) -> int:
     return period(states if crank is None else np.delete(states, crank, axis=1), tolerance)
 
 
-def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
+def _exponents(
+    mechanism: Mechanism | TestSystem, result: Mapping[str, Any], plan: Plan
+) -> Generator[tuple[Model, Stretch], Stretched, dict[str, Any]]:
     """Leading Lyapunov exponents from the end of a motion on, or how their run failed."""
-    model = placed(mechanism, result["end"])
-    measured = leading(
-        model,
-        exponents=min(plan.exponents, len(model.state)),
-        begin=ALIGN * model.period,
-        span=plan.lyapunov_turns * model.period,
-        rtol=plan.rtol,
-        max_steps=rules.steps(plan.max_steps),
-    )
-    done = {"n_steps": result["n_steps"] + measured["counts"]["n_steps"]}
-    status = measured["status"]
-    if status:
-        return done | {"status": status, "trouble": f"{STATUS[status]} while exponents were measured"}
+    section = plan.section if plan.ensemble else None  # lanes have compiled that structure already
+    model = placed(mechanism, result["end"], section)
+    begin, count = ALIGN * model.period, min(plan.exponents, len(model.state))
+    limits = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
+    run = yield model, Stretch(Request(begin + plan.lyapunov_turns * model.period, **limits), count, begin)
+    done = {"n_steps": result["n_steps"] + run.counts["n_steps"]}
+    if run.status:
+        return done | {"status": run.status, "trouble": f"{STATUS[run.status]} while exponents were measured"}
+    measured = run.leading(count)
     exponents = {name: (("exponent",), measured[name]) for name in OF_FLOW}
     exponents |= {name: (("multiplier",), measured[name]) for name in OF_SECTION}
+    exponents["exponents_followed"] = ((), np.int8(run.way))
     return done | {"values": result["values"] | exponents}

@@ -10,6 +10,7 @@ from . import layout as rows
 from .attempts import DONE, STEPPING, begin
 from .radau import STAGES
 from .record import note, record
+from .tangent import before_event
 
 
 @inner
@@ -118,7 +119,7 @@ def _start(f, k, i, rest):
 
 
 @inner
-def event(f, k, j, i):
+def event(f, k, j, i, v, y):
     """Change the mode of a lane at its base point; count events that crowd."""
     w, job, t = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.T + i]
     real, later = j.real[job], t - k.real[8 * rows.T_EVENT + i]
@@ -132,6 +133,8 @@ def event(f, k, j, i):
     _gather(k, i)
     for g in range(4 * k.contacts):
         k.fired[g] = int(w[8 * (rows.FIRED + g) + i])
+    if y is not None:
+        before_event(v, k, y, i)
     c, guard = k.whole[8 * rows.AT + i] // 4, k.whole[8 * rows.AT + i] % 4
     before = k.modes[c]
     if before == FREE and k.flags[c] & REMEMBERS:
