@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.ensemble_runs import Carried, Tangent, carry, suits
+from jointplay.analysis import company
+from jointplay.analysis.ensemble_runs import Carried, Tangent, carry, follow_ensemble, suits
 from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales, tolerated
-from jointplay.analysis.trajectory import INTERRUPTED, Request, counts
+from jointplay.analysis.trajectory import INTERRUPTED, Records, Request, counts
 from jointplay.mechanism.model import Model
 
 LOOKS = 10  # how often a target error is looked at
@@ -102,6 +103,8 @@ def grown(
 
     Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
     """
+    if error is None and saltation and (run := company.asked(model, asked)) is not None:
+        return run
     for neutral in (True, False) if section_exponents.timeless(model) else (False,):
         bundle = framed(model, asked.request, asked.count, saltation, neutral)
         bundle.advance(0.0)
@@ -129,6 +132,16 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
             carried = carry(some, [one.request for one in own], list(map(_tangent, some, own)))
             found |= zip(group, map(_stretched, some, carried), strict=True)
     return [found.get(n) or grown(*pair) for n, pair in enumerate(zip(models, asked, strict=True))]
+
+
+def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
+    """Follow motions side by side, those with tangents in lanes of their own (see analysis.company)."""
+    found: dict[int, Records | Stretched] = {}
+    for kind, way in ((Request, follow_ensemble), (Stretch, grown_together)):
+        some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]
+        if some:
+            found |= zip(some, way(*zip(*(asked[n] for n in some), strict=True)), strict=True)
+    return [found[n] for n in range(len(asked))]
 
 
 def _tangent(model: Model, asked: Stretch) -> Tangent:
