@@ -18,7 +18,7 @@ import numpy as np
 from jointplay.analysis import guard_tolerances
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
-from jointplay.analysis.trajectory import Records, Request, follow, functions
+from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.codegen import cache
 from jointplay.codegen.ensemble import known
 from jointplay.errors import InputError, Problem
@@ -112,12 +112,11 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Carried:
-    """A motion with its tangent: records, rows of growth, the closest grazing; whether all can be trusted."""
+    """A motion with its tangent: records, rows of growth, the closest grazing."""
 
     records: Records
     rows: np.ndarray
     grazing: float
-    trusted: bool
 
 
 def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequence[Tangent]) -> list[Carried]:
@@ -158,7 +157,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     records = [_records(jobs, n, log, each) for n, log in enumerate(logs)]
     if y is None:
         return records, []
-    found = zip(records, _by_motion(grown, len(models)), y.grazing.tolist(), y.trusted > 0.0, strict=True)
+    found = zip(records, _by_motion(grown, len(models)), y.grazing.tolist(), strict=True)
     return records, [Carried(*one) for one in found]
 
 
@@ -185,13 +184,14 @@ def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
 
 def _kernels(model: Model, loop: str) -> tuple:
     """The loop; functions of a structure at a point, and in lanes; rows of these; flags of its contacts."""
-    from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
+    from jointplay.numerics.ensemble.layout import SIGNATURES, AtPoint, Functions
     from jointplay.numerics.interface import pointers
 
     cache.prepare(loop)
     structure, turning = model.structure, tuple(bool(turns) for turns in model.turning)
-    module, f = cache.ensemble_module(structure), functions(structure)
-    flags = np.array([*cache.structure_module(structure).CONTACTS.values()], dtype=np.int64)
+    module, own = cache.ensemble_module(structure), cache.structure_module(structure)
+    flags = np.array([*own.CONTACTS.values()], dtype=np.int64)
+    f = pointers(own, kind=AtPoint, signatures=SIGNATURES)
     algebra = cache.ensemble_algebra(turning, len(flags))
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
     return cache.method(loop), f, g, module.ROWS, flags

@@ -51,7 +51,8 @@ def test_tangents_are_those_of_one_motion(friction, gear, turns):
         lost = np.isneginf([ours[VOLUME], true[VOLUME]])
         assert lost[0] == lost[1], "both stick, or neither"
         if not lost[0]:
-            assert ours[VOLUME] == pytest.approx(true[VOLUME], abs=1e-3)
+            doubt = 1e-3 + 3e-7 / truth.grazing  # the jump at a graze is the less certain, the closer that is
+            assert ours[VOLUME] == pytest.approx(true[VOLUME], abs=doubt)
     assert np.median(errors) < max(1e-4, 5 * np.median(apart))
     assert max(errors) < max(2e-2, 10 * max(apart))
 

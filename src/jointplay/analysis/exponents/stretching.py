@@ -156,7 +156,7 @@ def _stretched(model: Model, run: Carried) -> Stretched | None:
     """A motion in lanes as one of `grown`; None where it has to be followed by itself."""
     rows, records = run.rows, run.records
     logs = slice(batch_means.SUMS.stop, rows.shape[1] - len(model.state))
-    if not run.trusted or not len(rows) or not section_exponents.moves(*rows[[0, -1], logs.start]):
+    if not len(rows) or np.isnan(rows).any() or not section_exponents.moves(*rows[[0, -1], logs.start]):
         return None
     ended = {name: getattr(records, name) for name in ("status", "wall_time", "counts", "way")}
     return Stretched(model, rows, logs, True, run.grazing, **ended)

@@ -28,7 +28,7 @@ from jointplay.numerics.interface import entry
 '''
 S = range(STAGES)
 BASE, END = 0, STAGES  # blocks of slopes; that of stage j is 1 + j
-ROUNDING = 3e-16
+NOTHING = 1e-3  # of the tolerance: an update of this size ends the iteration whatever came before
 HOPELESS = 1e100
 REPEAT = 30.0  # error of an iteration that does not converge: half the length is tried
 ALONG = 0.999  # share of a tangent's square along the motion's own rate, from which on it is taken away
@@ -133,7 +133,7 @@ def _improve(N: range) -> list[str]:
         f"length, tolerance = {at(rows.D_LENGTH)}, {at(rows.D_TOLERANCE)}",
         "left = slowest * size / (1.0 - slowest) if slowest < 1.0 else 1e300",
         "left = left if slowest > 0.0 else 1e300",
-        f"left = left if size > {ROUNDING!r} * length else 0.0",
+        f"left = left if size > {NOTHING!r} * tolerance * length else 0.0",
         "go = 0.0 if left <= tolerance * length else 1.0",
         f"go = go if size < {HOPELESS!r} else 0.0",
         "fine = 1.0 if left <= tolerance * length else 0.0",
@@ -202,7 +202,7 @@ def _settle(N: range) -> list[str]:
 
 
 def _due(N: range) -> list[str]:
-    """Whether a row is due, or the tangent has grown far, or lies along the rate."""
+    """1 where a row is due; 2 where the tangent has grown far, or lies along the rate."""
     both = [f"p{k} * {at(rows.WEIGHT_POSITION, k)} * y{k} * {at(rows.WEIGHT_POSITION, k)}" for k in N]
     both += [f"r{k} * {at(rows.WEIGHT, k)} * b{k} * {at(rows.WEIGHT, k)}" for k in N]
     return [
@@ -211,5 +211,5 @@ def _due(N: range) -> list[str]:
         f"late = 1.0 if {at(rows.T)} + ({at(rows.H)} + later) >= {at(rows.NEXT_ROW)} else 0.0",
         "far = 1.0 if max(size, 1.0 / (size + 1e-300)) > 1e6 else 0.0",
         f"along = 1.0 if both * both > {ALONG!r} * size * rate else 0.0",
-        f"{at(rows.DUE)} = max(late, max(far, along)) if taken > 0.0 else 0.0",
+        f"{at(rows.DUE)} = max(late, 2.0 * max(far, along)) if taken > 0.0 else 0.0",
     ]

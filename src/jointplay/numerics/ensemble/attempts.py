@@ -149,7 +149,9 @@ def _located(k, j, i):
     coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, k.b)
     later = correction(k.b, STAGES + 0 * g, least)
     there = abs(least - k.b[STAGES]) < ROUNDING * margin(w, i, g)
-    if abs(later) < NEAR_ROOT or there:
+    if w[8 * rows.STRAINED + i] > 0.0:  # the tangent's iteration does not converge
+        k.whole[8 * rows.TRIES + i] = REFINEMENTS
+    elif abs(later) < NEAR_ROOT or there:
         exact = later if abs(later) < NEAR_ROOT else 0.0
         earlier = 2.0
         if w[8 * rows.LOW + i] < 0.0:

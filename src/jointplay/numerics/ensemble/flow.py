@@ -8,7 +8,7 @@ import numpy as np
 from numba import int64, typeof, types
 
 from ..control import FULL, OK
-from ..interface import FUNCTIONS, entry, inlined
+from ..interface import entry, inlined
 from ..memory import lane_rows
 from ..polynomial import STACK
 from . import CONTACTS, tangent
@@ -160,4 +160,4 @@ def _renew(k, y):
 _NONE = np.zeros(1, dtype=np.int64)
 JOBS = typeof(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
 LANES = typeof(lanes(1, 1, np.zeros(1), 0, _NONE))
-flow = entry(int64(FUNCTIONS, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)
+flow = entry(int64(rows.AT_POINT, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)

@@ -30,7 +30,6 @@ class Tangents(NamedTuple):
     weight: np.ndarray  # 1 / scale of each state
     real: np.ndarray
     grazing: np.ndarray  # of each trajectory, as Tangents of numerics.tangent has it
-    trusted: np.ndarray  # 0: an iteration did not converge, or the tangent is lost otherwise
     rows: np.ndarray  # trajectory, time, trace, volume, 0; logarithms of |F| and of the growth; state
     count: np.ndarray  # rows
     logs: np.ndarray  # of each lane: logarithm of the growth
@@ -38,6 +37,7 @@ class Tangents(NamedTuple):
     last: np.ndarray  # time of its last row
     stuck: np.ndarray  # contacts that stuck before an event
     gradient: np.ndarray  # of its guard: time, state
+    across: np.ndarray  # a tangent without what lies along the rate
 
 
 def tangents(frame: np.ndarray, scale: np.ndarray, real: np.ndarray, n_rows: int) -> Tangents:
@@ -48,7 +48,6 @@ def tangents(frame: np.ndarray, scale: np.ndarray, real: np.ndarray, n_rows: int
         weight=1.0 / np.ascontiguousarray(scale),
         real=real,
         grazing=np.full(n, np.inf),
-        trusted=np.ones(n),
         rows=np.zeros((n_rows + ROOM, 7 + n_x)),
         count=np.zeros(1, dtype=np.int64),
         logs=np.zeros(8),
@@ -56,6 +55,7 @@ def tangents(frame: np.ndarray, scale: np.ndarray, real: np.ndarray, n_rows: int
         last=np.zeros(8),
         stuck=np.zeros(8),
         gradient=np.zeros((8, 1 + n_x)),
+        across=np.zeros(n_x),
     )
 
 
@@ -72,7 +72,7 @@ def take_up(k, j, y, i):
         w[8 * (rows.WEIGHT + r) + i] = y.weight[job, k.n + r]
     w[8 * rows.D_TOLERANCE + i], w[8 * rows.D_LIMIT + i] = y.real[job, Y_TOLERANCE], y.real[job, Y_LIMIT]
     w[8 * rows.NEXT_ROW + i] = y.real[job, Y_BEGIN]
-    w[8 * rows.DUE + i] = w[8 * rows.NEW_SLOPES + i] = 1.0
+    w[8 * rows.DUE + i], w[8 * rows.NEW_SLOPES + i] = 2.0, 1.0
     y.logs[i] = y.volume[i] = 0.0
     y.last[i] = -1.0
 
@@ -127,8 +127,6 @@ def before_event(v, k, y, i):
     v.gradient(guard, k.s, k.p, k.m, y.gradient[i])
     y.stuck[i] = _stuck(k.modes)
     w[8 * rows.NEW_SLOPES + i] = 1.0
-    if w[8 * rows.STRAINED + i] * w[8 * rows.TAKEN + i] > 0.0:
-        y.trusted[k.whole[8 * rows.JOB + i]] = 0.0
 
 
 @inner
@@ -158,85 +156,81 @@ def jump(k, y, i):
         return
     lossy = held > y.stuck[i]
     y.volume[i] += -np.inf if lossy or later == 0.0 else log(abs(later / slope))
-    whole, left = _length(k, i), 0.0
+    whole = _length(k, i, rows.D_POSITION, rows.D_SPEED)
     for r in range(n):
         gained = w[8 * (rows.ACCELERATION + r) + i] - w[8 * (rows.RATE_BEFORE + r) + i]
         w[8 * (rows.D_SPEED + r) + i] += gained * (delay / slope)
-    if lossy:
-        left = _across(k, i)
-        if not left > LOST * whole:
-            y.logs[i] = -np.inf
-            _scale(k, i, 0.0)
+    if lossy and not _across(k, y, i) > LOST * whole:
+        y.logs[i] = -np.inf
+        _replace(k, y, i, 0.0)
 
 
 @inner
-def _length(k, i):
-    """Length of the tangent."""
+def _length(k, i, position, speed):
+    """Length of the tangent, or of the rate, in these rows."""
     w, total = k.w, 0.0
     for r in range(k.n):
-        p = w[8 * (rows.WEIGHT_POSITION + r) + i] * w[8 * (rows.D_POSITION + r) + i]
-        q = w[8 * (rows.WEIGHT + r) + i] * w[8 * (rows.D_SPEED + r) + i]
+        p = w[8 * (rows.WEIGHT_POSITION + r) + i] * w[8 * (position + r) + i]
+        q = w[8 * (rows.WEIGHT + r) + i] * w[8 * (speed + r) + i]
         total += p * p + q * q
     return sqrt(total)
 
 
 @inner
-def _rate(k, i):
-    """Length of the motion's own rate."""
-    w, total = k.w, 0.0
-    for r in range(k.n):
-        p = w[8 * (rows.WEIGHT_POSITION + r) + i] * w[8 * (rows.SPEED + r) + i]
-        q = w[8 * (rows.WEIGHT + r) + i] * w[8 * (rows.ACCELERATION + r) + i]
-        total += p * p + q * q
-    return sqrt(total)
-
-
-@inner
-def _scale(k, i, factor):
-    for r in range(k.n):
-        k.w[8 * (rows.D_POSITION + r) + i] *= factor
-        k.w[8 * (rows.D_SPEED + r) + i] *= factor
-
-
-@inner
-def _across(k, i):
-    """Take away what of the tangent lies along the rate, twice for rounding's sake; the length left."""
-    w, rate = k.w, _rate(k, i)
+def _across(k, y, i):
+    """What of the tangent does not lie along the rate, into `y.across`; its length. Twice, for rounding."""
+    w, n, left = k.w, k.n, 0.0
+    rate = _length(k, i, rows.SPEED, rows.ACCELERATION)
+    for r in range(n):
+        y.across[r], y.across[n + r] = w[8 * (rows.D_POSITION + r) + i], w[8 * (rows.D_SPEED + r) + i]
     for _ in range(2 if rate > 0.0 else 0):
         along = 0.0
-        for r in range(k.n):
+        for r in range(n):
             p, q = w[8 * (rows.WEIGHT_POSITION + r) + i], w[8 * (rows.WEIGHT + r) + i]
-            along += p * w[8 * (rows.D_POSITION + r) + i] * p * w[8 * (rows.SPEED + r) + i]
-            along += q * w[8 * (rows.D_SPEED + r) + i] * q * w[8 * (rows.ACCELERATION + r) + i]
+            along += p * y.across[r] * p * w[8 * (rows.SPEED + r) + i]
+            along += q * y.across[n + r] * q * w[8 * (rows.ACCELERATION + r) + i]
         along /= rate * rate
-        for r in range(k.n):
-            w[8 * (rows.D_POSITION + r) + i] -= along * w[8 * (rows.SPEED + r) + i]
-            w[8 * (rows.D_SPEED + r) + i] -= along * w[8 * (rows.ACCELERATION + r) + i]
-    return _length(k, i)
+        for r in range(n):
+            y.across[r] -= along * w[8 * (rows.SPEED + r) + i]
+            y.across[n + r] -= along * w[8 * (rows.ACCELERATION + r) + i]
+    for r in range(n):
+        p = w[8 * (rows.WEIGHT_POSITION + r) + i] * y.across[r]
+        q = w[8 * (rows.WEIGHT + r) + i] * y.across[n + r]
+        left += p * p + q * q
+    return sqrt(left)
+
+
+@inner
+def _replace(k, y, i, factor):
+    """The tangent is `y.across` times a factor from here on."""
+    for r in range(k.n):
+        k.w[8 * (rows.D_POSITION + r) + i] = factor * y.across[r]
+        k.w[8 * (rows.D_SPEED + r) + i] = factor * y.across[k.n + r]
+    k.w[8 * rows.FOLLOWS + i] = 0.0
 
 
 @inner
 def renew(k, y, i):
-    """Take the motion's own direction from the tangent, make its length 1; record a row if one is due."""
-    w, job = k.w, k.whole[8 * rows.JOB + i]
-    left = _across(k, i)
-    y.logs[i] += log(left) if left > 0.0 else -np.inf
-    if left > 0.0:
-        _scale(k, i, 1.0 / left)
-    w[8 * rows.DUE + i] = w[8 * rows.FOLLOWS + i] = 0.0
+    """Record a row if one is due; where it hides the rest, take away what lies along the rate."""
+    w, left = k.w, _across(k, y, i)
+    length = log(left) if left > 0.0 else -np.inf
     if w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
-        _note(k, y, i)
+        _note(k, y, i, y.logs[i] + length)
         while w[8 * rows.T + i] >= w[8 * rows.NEXT_ROW + i]:
-            w[8 * rows.NEXT_ROW + i] += y.real[job, Y_BLOCK]
+            w[8 * rows.NEXT_ROW + i] += y.real[k.whole[8 * rows.JOB + i], Y_BLOCK]
+    if w[8 * rows.DUE + i] > 1.0 and left > 0.0:
+        y.logs[i] += length
+        _replace(k, y, i, 1.0 / left)
+    w[8 * rows.DUE + i] = 0.0
 
 
 @inner
-def _note(k, y, i):
+def _note(k, y, i, grown):
     """A row as those of numerics.tangent, after the trajectory's number."""
     w, row = k.w, y.rows[y.count[0]]
-    rate = _rate(k, i)
+    rate = _length(k, i, rows.SPEED, rows.ACCELERATION)
     row[0], row[1], row[2] = k.whole[8 * rows.JOB + i], w[8 * rows.T + i], w[8 * rows.TRACE + i]
-    row[3], row[4], row[5], row[6] = y.volume[i], 0.0, log(rate) if rate > 0.0 else -np.inf, y.logs[i]
+    row[3], row[4], row[5], row[6] = y.volume[i], 0.0, log(rate) if rate > 0.0 else -np.inf, grown
     for r in range(k.n):
         row[7 + r], row[7 + k.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
     y.last[i] = w[8 * rows.T + i]
@@ -247,5 +241,5 @@ def _note(k, y, i):
 def lay_down(k, y, i):
     """Record where a trajectory has ended."""
     if k.w[8 * rows.T + i] > y.last[i] >= 0.0:
-        y.logs[i] += log(max(_across(k, i), 1e-300))
-        _note(k, y, i)
+        left = _across(k, y, i)
+        _note(k, y, i, y.logs[i] + (log(left) if left > 0.0 else -np.inf))
