@@ -62,6 +62,23 @@ def test_a_slow_drift_is_no_period():
     assert period(np.linspace(0, 1, 401), 0.01) == 0
 
 
+@pytest.mark.parametrize("factor", [-0.98, -0.995, -0.998, -1.01])
+def test_an_alternation_that_fades_or_grows_is_no_period_of_two(factor):
+    """Within the tolerance the even points agree, and the odd ones: about a place that is neared or left."""
+    points = 0.01 * (factor if factor < -1 else 1.0) ** -40.0 * factor ** np.arange(41)
+    spread = max(np.ptp(points[rest::2]) for rest in (0, 1))
+    assert period(points, 1.01 * spread) == 0
+    assert period(points, 2.1 * np.abs(points).max()) == 1
+
+
+@pytest.mark.parametrize("p", [2, 4, 6])
+def test_places_that_are_still_neared_are_apart(p):
+    """A motion that settles on p places has that period as soon as it is within the tolerance."""
+    places = 1e-3 * np.cos(np.arange(p) * 2.4)
+    points = np.tile(places, 20) + 2e-4 * 0.97 ** np.arange(20 * p) * np.tile((-1.0) ** np.arange(p), 20)
+    assert period(points, 2.1e-4) == p
+
+
 def test_a_quasiperiodic_motion_has_none():
     angle = np.arange(400) * math.tau * (math.sqrt(5) - 1) / 2
     assert period(np.stack([np.cos(angle), np.sin(angle)], axis=1), 0.01) == 0

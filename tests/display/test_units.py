@@ -1,8 +1,11 @@
 """Display units: the table, and the choice by magnitude."""
 
+import math
+
 import numpy as np
 import pytest
 
+from jointplay.display.number_text import plain
 from jointplay.display.units import TABLE, shown
 from jointplay.figures.drawing.ticks import Degrees
 from jointplay.figures.drawing.timebase import stretch
@@ -47,3 +50,11 @@ def test_degree_ticks_are_parts_of_a_turn():
 def test_stretch_goes_on_beyond_the_knots():
     knots, values = np.array([0.0, 1.0, 2.0]), np.array([0.0, 3.0, 4.0])
     np.testing.assert_allclose(stretch([-1.0, 0.5, 3.0], knots, values), [-2.0, 1.5, 6.0])
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [(1234567.0, "1.23457 × 10⁶"), (0.1 + 0.2, "0.3"), (-2e-7, "−2 × 10⁻⁷"), (math.nan, "–")],
+)
+def test_a_number_has_six_digits_unless_others_are_asked_for(value, expected):
+    assert plain(value) == expected

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from jointplay.analysis.sweeps import gather
+from jointplay.errors import InputError
 from jointplay.jobs import values
 from jointplay.jobs.columns import packed, thawed, unpacked
 from jointplay.study.execute import journal_of
@@ -158,3 +159,9 @@ def test_columns_that_are_not_a_layouts_values_are_refused():
         with pytest.raises(ValueError, match=r"no values of|zip"):
             unpacked(rest, [(places, layout, bad)])
     assert unpacked(rest, [(places, layout, columns)])
+
+
+def test_a_cell_that_is_named_by_a_text_cannot_be_taken_by_a_number():
+    swept = xr.Dataset({"status": ("law", [0, 0])}, {"law": ["hertz", "johnson"]}, {"swept": "law"})
+    with pytest.raises(InputError, match="a number for each of law, of those in the result, is accepted"):
+        gather.cell(swept, law=1.0)

@@ -54,3 +54,9 @@ def test_a_name_that_no_symbol_can_have_is_refused(name):
     with pytest.raises(jp.InputError, match=r"link\.name: got .*letters, digits and _"):
         jp.Link(**link)
     assert jp.Link(**link | {"name": "Kurbel_ä1"}).name == "Kurbel_ä1"
+
+
+@pytest.mark.parametrize(("kind", "shown"), [(3, "3"), (None, "None"), ("moter", "'moter'")])
+def test_a_kind_is_told_as_it_was_given(kind, shown):
+    with pytest.raises(jp.InputError, match=rf"drive\.kind: got {shown}; no such kind"):
+        jp.catalog.chunmei2002().replace(drive={"kind": kind, "link": "crank"})

@@ -203,11 +203,14 @@ def scalars(model: Model, records) -> dict[str, Any]:
     return {"status": status_code(records.status)} | described(table)
 
 
-def dataset(model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str) -> xr.Dataset:
+def dataset(
+    model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str, **attrs: Any
+) -> xr.Dataset:
     """Dataset of a run, with the label coordinates that its variables use."""
     used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
     labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
-    return on_joints(xr.Dataset(variables, coords | labels, {"Conventions": "CF-1.11", "kind": kind}))
+    attrs = {"Conventions": "CF-1.11", "kind": kind} | attrs
+    return on_joints(xr.Dataset(variables, coords | labels, attrs))
 
 
 def on_joints(dataset: xr.Dataset) -> xr.Dataset:

@@ -94,4 +94,4 @@ def poincare(
     kinds = {"long_name": "kind of event"} | flags(EVENTS)
     variables["section_event"] = ("turn", rows[:, 1].astype(np.int8), kinds)
     coords = described({"turn": ("turn", np.arange(len(rows)), "1", "section point")})
-    return dataset(model, variables, coords, "section").assign_attrs(beyond_the_model(points))
+    return dataset(model, variables, coords, "section", **beyond_the_model(points))

@@ -60,15 +60,15 @@ def resolved(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) ->
 
 def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Rows at the times of `rows`, each from the beginning of the doubt at its place; 0 where none came."""
-    from jointplay.numerics.interface import address
+    from jointplay.numerics.interface import address, direct
 
     method, closer = cache.method("flow"), max(CLOSER, min(LEAST / rtol, 1.0))
     k, x, o = memory(model, Request(np.inf, rtol, rows[:, 0], max_steps=ATTEMPTS))
     x = x._replace(absolute=closer * x.absolute, relative=closer * x.relative)
     used, first = np.unique(places, return_index=True)
-    flow, f = address(method.flow, method.PLAIN), functions(model.structure)
+    flow, f, again = address(method.flow, method.PLAIN), functions(model.structure), direct(method.anew)
     for i in range(0, len(used), TOGETHER):
-        method.anew(flow, f, k, x, o, doubts[used[i : i + TOGETHER]], first[i : i + TOGETHER])
+        again(flow, f, k, x, o, doubts[used[i : i + TOGETHER]], first[i : i + TOGETHER])
     return x.samples
 
 

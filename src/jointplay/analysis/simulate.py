@@ -198,7 +198,7 @@ def _dataset(
         variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
         variables |= cut.variables(names, "turn", prefix="section_")
     coords = described({"time": ("time", history.time, "s", "time")})
-    return dataset(model, variables, coords, "response").assign_attrs(beyond_the_model(history))
+    return dataset(model, variables, coords, "response", **beyond_the_model(history))
 
 
 def _events(model: Model, records: Records) -> dict[str, Any]:

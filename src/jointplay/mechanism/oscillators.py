@@ -16,7 +16,6 @@ from jointplay.mechanism.own import System
 
 PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
 TURN = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
-_BEYOND = "a state with the guard of {} above 0", "a position on the inner side of the {} wall"
 ROUNDS = 8  # of putting a body back on a wall whose gap bends
 
 

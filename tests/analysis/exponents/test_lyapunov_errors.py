@@ -113,6 +113,12 @@ def test_records_too_short(count):
         assert (name == "growth" and count == 2) or np.all(np.isnan(found))
 
 
+@pytest.mark.parametrize("blocks", [2, 3])
+def test_the_blocks_of_the_shortest_records_count_as_independent(blocks):
+    found = batch_means.effective_number(record(0.0)[: blocks + 1], LOGS)
+    assert found == pytest.approx([blocks, blocks])
+
+
 def test_a_cell_is_what_the_function_gives():
     system = catalog.duffing()
     model = assemble(system)

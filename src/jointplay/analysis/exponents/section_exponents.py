@@ -53,7 +53,7 @@ def estimates(run: Stretched, turn: float) -> dict[str, tuple[np.ndarray, str, s
     `turn` is the length of a turn in s.
     """
     found, model = batch_means.estimates(run.rows, run.carried, turn), run.model
-    if not run.neutral and timeless(model):
+    if run.rested:
         vectors = run.logs.stop - run.logs.start
         none = np.full(min(vectors, len(model.state) - model.memories - 1), np.nan)
         found = {name: (none, *rest) for name, (_, *rest) in found.items()}

@@ -53,13 +53,15 @@ class Stretch:
 class Stretched:
     """Rows of growing tangents (`batch_means`), their logarithms' columns, and how the run ended.
 
-    `neutral`: the first tangent is the rate of the state itself. `way`: as of trajectory.Records.
+    `neutral`: the first tangent is the rate of the state itself; `rested`: it was, until the motion came to
+    rest. `way`: as of trajectory.Records.
     """
 
     model: Model
     rows: np.ndarray
     logs: slice
     neutral: bool
+    rested: bool
     grazing: float
     status: int
     wall_time: float
@@ -105,14 +107,16 @@ def grown(
     """
     if error is None and saltation and (run := company.asked(model, asked)) is not None:
         return run
-    for neutral in (True, False) if section_exponents.timeless(model) else (False,):
+    timeless = section_exponents.timeless(model)
+    for neutral in (True, False) if timeless else (False,):
         bundle = framed(model, asked.request, asked.count, saltation, neutral)
         bundle.advance(0.0)
         start = float(bundle.y.logs[0])
         rows, ended = follow(bundle, asked.begin, error, progress)
         if not neutral or section_exponents.moves(start, float(bundle.y.logs[0])):
             break
-    return Stretched(model, rows, bundle.logs, bundle.neutral, bundle.grazing, **ended)
+    kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
+    return Stretched(model, rows, bundle.logs, **kept, **ended)
 
 
 def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[Stretched]:
@@ -159,7 +163,7 @@ def _stretched(model: Model, run: Carried) -> Stretched | None:
     if not len(rows) or np.isnan(rows).any() or not section_exponents.moves(*rows[[0, -1], logs.start]):
         return None
     ended = {name: getattr(records, name) for name in ("status", "wall_time", "counts", "way")}
-    return Stretched(model, rows, logs, True, run.grazing, **ended)
+    return Stretched(model, rows, logs, True, False, run.grazing, **ended)
 
 
 def frame(count: int, scale: np.ndarray, last: int = 0) -> np.ndarray:
