@@ -13,6 +13,7 @@ from contextvars import ContextVar
 from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
+F = TypeVar("F", bound=Callable[..., Any])
 Question = tuple[Any, ...]
 
 
@@ -72,6 +73,24 @@ _seat: ContextVar[_Seat | None] = ContextVar("seat", default=None)
 def asked(*question: Any) -> Any:
     """The answer to a question that a call beside others asks; None where it is alone."""
     return None if (seat := _seat.get()) is None else seat.ask(question)
+
+
+def beside(**wanted: Any) -> Callable[[F], F]:
+    """Mark an analysis whose cells in a `[vary]` gain by company, where its keywords are those `wanted`."""
+
+    def marked(analysis: F) -> F:
+        analysis.beside = wanted  # type: ignore[attr-defined]
+        return analysis
+
+    return marked
+
+
+def in_company(
+    asked: bool | None, call: Callable[[], T], answers: Callable[[list[Question]], Sequence[Any]]
+) -> T:
+    """Call; where it is `asked` for, as if others were beside it."""
+    alone = not asked or _seat.get() is not None
+    return call() if alone else side_by_side([call], answers)[0]
 
 
 def side_by_side(

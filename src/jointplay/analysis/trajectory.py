@@ -21,6 +21,7 @@ from jointplay.numerics.codes import Row, Section, Status
 
 INTERRUPTED = int(Status.INTERRUPTED)
 WAYS = ("one_by_one", "in_lanes")  # of following a motion
+FOLLOWED = "how the motion was followed"
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
 SHARP = 1500.0  # tolerated errors of its speed in a turn: an acceleration in doubt; its error is below 1000
