@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis import guard_tolerances
+from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.closure import ideal_state
 from jointplay.mechanism.joints import Contact
 from jointplay.mechanism.records import Mechanism
@@ -94,3 +96,13 @@ def test_a_transient_is_dropped_and_nothing_else():
     assert late.angle.values == pytest.approx(whole.angle.values[80:], rel=1e-12)
     after = whole.event_time >= 2 * 0.075
     assert np.array_equal(late.event_time, whole.event_time[after])
+
+
+def test_a_linkage_near_rest_has_the_rounding_of_its_nominal_speed():
+    """It will soon be as fast as that."""
+    mechanism = jp.catalog.chunmei2002()
+    nominal = abs(mechanism.drive.nominal_speed)
+    slow, usual = (assemble(mechanism, {"crank_speed": speed}) for speed in (1e-3, nominal))
+    fastest = np.abs(usual.state[len(usual.turning) :][usual.turning > 0]).max()
+    ratio = guard_tolerances._rounding(slow) / guard_tolerances._rounding(usual)
+    assert ratio == pytest.approx(nominal / fastest)

@@ -39,6 +39,6 @@ def test_the_fastest_solver_at_each_error():
         {"cpu_time_at_error": times, "truth_confirmed": 1}, coords, {"truth_confirmed_by": "x"}
     )
     assert precision_answer(table).splitlines() == [
-        "at an error of 1 × 10⁻⁶: LSODA, 1 ms a turn",
+        "at an error of 1 × 10⁻⁶: LSODA, 1 ms per turn",
         "the truth is confirmed by x",
     ]

@@ -26,6 +26,7 @@ function makeSolver(data) {
       values[key] = value;
       return "";
     },
+    along: (link, at) => at,
     reset() { [time, s, sum, lost] = [0, data.start, 0, false]; },
     period: () => data.period,
     time: () => time,
@@ -33,10 +34,10 @@ function makeSolver(data) {
     state: () => Float64Array.of(s),
     setState([given]) { s = given; },
     run(turns, { samples }) {
-      const count = Math.round(turns * samples);
+      const count = samples || 0;
       lost = lost || values["damping.B"] > 500; // and stays so until it begins anew
       const found = { status: lost ? "not_converged" : "ok", turns_done: turns, section: [], events: [] };
-      found.time = Float64Array.from({ length: count }, (_, i) => time + (data.period * (i + 1)) / samples);
+      found.time = Float64Array.from({ length: count }, (_, i) => time + (turns * data.period * (i + 1)) / samples);
       const e = values["clearance.B"];
       const of = (f) => ({ B: found.time.map((t) => f((2 * Math.PI * t) / data.period)) });
       found.journal_x = of((theta) => e * s * Math.cos(theta));

@@ -10,7 +10,9 @@ FAKE = Path(__file__).with_name("fake_solver.js").read_text(encoding="utf-8")
 
 def parameter(key, label, unit, factor, value, least, most, scale="lin"):
     ends = {"value": value, "min": least, "max": most, "scale": scale}
-    return {"key": key, "label": label, "unit": unit, "factor": factor} | ends
+    path = {"clearance": "joints.B.clearance", "damping": "joints.B.contact.damping"}.get(key.split(".")[0])
+    named = {"key": key, "paths": [path or f"drive.{key}"], "label": label}
+    return named | {"unit": unit, "factor": factor} | ends
 
 
 def fake(mechanism, **_):
@@ -25,7 +27,7 @@ def fake(mechanism, **_):
     lengths = [0.05, 0.14, 0.12, 0.15]
     data = {
         "parameters": parameters,
-        "state": [],
+        "state": ["s"],
         "joints": ["B"],
         "period": 0.075,
         "start": 0.3,

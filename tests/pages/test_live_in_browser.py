@@ -5,7 +5,9 @@ import re
 import shlex
 from time import sleep
 
+import numpy as np
 import pytest
+import xarray as xr
 
 import jointplay as jp
 from jointplay.pages import live
@@ -15,6 +17,8 @@ from tests.pages.live_samples import fake, linkage
 from tests.pages.samples import diagram
 
 pytestmark = pytest.mark.timeout(240)
+SAID = "document.getElementById('point-said').textContent"
+MOTIONS = "return (jointplay.point.motions() || []).map((m) => [m.time, ...m.values].map((v) => [...v]))"
 SETTLED = "return document.getElementById('live-verdict').dataset.turns >= "
 
 
@@ -243,6 +247,42 @@ def test_a_click_in_a_stored_diagram_leads_the_sliders_there(chromium, with_fake
     ends = [chromium.find_element("id", f"scan-{end}").get_attribute("value") for end in ("from", "to")]
     assert ends == ["20", "200"]
     assert complaints(chromium) == []
+
+
+def test_a_clicked_point_shows_force_and_path_from_its_stored_state(chromium, with_fake, tmp_path):
+    stored = diagram()
+    last = np.linspace(0.2, 0.6, stored["period"].size).reshape(stored["period"].shape)
+    ended = xr.DataArray(last[..., None], dims=(*stored["period"].dims, "state"), coords={"state": ["s"]})
+    whole, _ = jp.report(stored.assign(end_state=ended), tmp_path / "whole.html", mechanism=linkage())
+    opened(chromium, whole, "#cell=3")
+    until(chromium, f"return {SAID}.includes('in which the stored motion ended')")
+    here = stored["clearance"].values[3]
+    for motion, s in zip(
+        chromium.execute_script(MOTIONS), ended.isel(clearance=3).values.ravel(), strict=True
+    ):
+        time, x, y, force = np.array(motion)
+        assert time[[0, -1]] == pytest.approx([4 / 2880, 4.0])
+        np.testing.assert_allclose(force, 100 * s * (1 + np.cos(2 * np.pi * time)), atol=1e-6)
+        np.testing.assert_allclose(np.hypot(x, y), s * here, rtol=1e-9)
+    seen = [canvas(chromium, name) for name in ("point-force0", "point-orbit0")]
+    chromium.switch_to.active_element.send_keys("\ue012")  # left
+    until(chromium, f"{MOTIONS}[0][3][0] < {200 * last[3, 0] - 1}")
+    assert [canvas(chromium, name) for name in ("point-force0", "point-orbit0")] != seen
+    bare, _ = jp.report(stored, tmp_path / "bare.html", mechanism=linkage())
+    opened(chromium, bare, "#cell=3")
+    until(chromium, f"return {SAID}.includes('after 100 turns')")
+    assert complaints(chromium) == []
+
+
+def test_a_point_beyond_the_sliders_is_said_not_to_be_computed(chromium, with_fake, tmp_path):
+    far = diagram().assign_coords(clearance=100 * diagram()["clearance"])
+    path, _ = jp.report(far, tmp_path / "far.html", mechanism=linkage())
+    opened(chromium, path, "#cell=3")
+    until(chromium, f"return {SAID}.startsWith('The motion is not computed here. a value from')")
+    other = diagram().rename(clearance="length")
+    path, _ = jp.report(other, tmp_path / "other.html", mechanism=linkage())
+    opened(chromium, path, "#cell=3")
+    until(chromium, f"return {SAID}.endsWith('there is no slider for length.')")
 
 
 @pytest.mark.long

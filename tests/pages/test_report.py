@@ -111,7 +111,7 @@ def test_without_room_points_are_thinned_to_the_last_ones_and_numbers_left_out()
     assert found["note"].startswith(
         "2 of 4 section points of each point of the sweep are drawn here; in the result"
     )
-    assert [row["label"] for row in found["rows"]] == ["Cell status", "Period", "Contacts begun a turn"]
+    assert [row["label"] for row in found["rows"]] == ["Cell status", "Period", "Contacts begun per turn"]
     assert found["note"].endswith("in the result only: Smallest gap, Exponent a turn, Standard error")
 
 

@@ -9,7 +9,7 @@ import pytest
 import jointplay as jp
 from jointplay.pages import live
 from tests.pages.browsing import complaints, opened, text, until
-from tests.pages.test_live_in_browser import SETTLED, exponent
+from tests.pages.test_live_in_browser import MOTIONS, SAID, SETTLED, exponent
 
 pytestmark = [pytest.mark.long, pytest.mark.timeout(600)]
 TURNS = 2
@@ -42,6 +42,25 @@ def test_two_turns_are_those_of_the_program(name, page, request):
     for ours, theirs in ((state[:3], angles), (state[3:], speeds)):
         np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * np.abs(theirs).max())
     np.testing.assert_allclose(times, native.event_time.values, rtol=0, atol=1e-9 * times[-1])
+
+
+def test_the_force_of_a_clicked_point_is_the_program_s(page, chromium, tmp_path):
+    over = {"clearance": [1e-4, 2.9e-4]}
+    sweep = jp.bifurcation(page.mechanism, over=over, direction="up", transient=20, turns=20, n_jobs=1)
+    path, _ = jp.report(sweep, tmp_path / "sweep.html", mechanism=page.mechanism)
+    opened(chromium, path, "#cell=1")
+    until(chromium, f"return {SAID}.includes('in which the stored motion ended')", 120)
+    time, _, _, force = np.array(chromium.execute_script(MOTIONS)[0])
+    state = sweep["end_state"].isel(clearance=1).values.ravel()
+    names = [link.name for link in page.mechanism.links]
+    start = {"angle": dict(zip(names, state[:3], strict=True))}
+    start["angular_velocity"] = dict(zip(names, state[3:], strict=True))
+    native = jp.simulate(page.mechanism, turns=4, initial=start, rtol=1e-9, samples_per_turn=720)
+    theirs = native.normal_force.values[1:, 0]
+    assert time[-1] == pytest.approx(4.0)
+    assert np.ptp(theirs[:720]) > 20
+    np.testing.assert_allclose(force[:720], theirs[:720], rtol=0, atol=1e-3 * theirs.max())
+    assert complaints(chromium) == []
 
 
 @pytest.mark.parametrize("name", ["chromium", "firefox"])

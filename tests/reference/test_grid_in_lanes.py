@@ -1,4 +1,4 @@
-"""Laws at bearings with play, one to three of them: motions in lanes against motions one by one."""
+"""Motions in lanes against motions one by one: laws at bearings with play, ideal loops, own equations."""
 
 from __future__ import annotations
 
@@ -9,14 +9,17 @@ from functools import partial
 import numpy as np
 import pytest
 
+import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.ensemble_runs import follow_ensemble, suits
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.codegen.ensemble import known
 from jointplay.mechanism.assemble import assemble
+from jointplay.numerics.codes import Event
 from tests.support.laws_grid import PAIRS, mechanism
 
 TORQUE = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 100.0}
+SLOW = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 50.0}
 HINGE = {"name": "h", "kind": "torsion", "from": "coupler", "to": "rocker", "stiffness": 0.4}
 PULL = {"name": "p", "kind": "force", "on": {"link": "rocker", "at": 0.1}, "constant": 5.0, "direction": 0.3}
 paper = partial(catalog.chunmei2002, gear_ratio=3.0)
@@ -27,6 +30,8 @@ SCENES = {
     "tilted": lambda: paper(clearance=4e-5, gravity_direction=0.3),
     "sprung": lambda: paper(clearance=4e-5, springs=[HINGE], loads=[PULL]),
     "slider": lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81).replace(drive=TORQUE),
+    "Watt": lambda: catalog.watt(clearance={"E": 1e-4}, drive=SLOW),
+    "Stephenson": lambda: catalog.stephenson(clearance={"B": 1e-4}, drive=SLOW),
 }
 STARTS, TURNS = 12, 2.0
 LANES = [pair for pair in PAIRS if pair not in (("restitution", "none"), ("liu", "lugre"))]
@@ -80,3 +85,95 @@ def test_several_joints_springs_and_loads_are_as_one_by_one(name):
 @pytest.mark.parametrize(("normal", "friction"), [("restitution", "none"), ("liu", "lugre")])
 def test_impacts_and_bristles_go_one_by_one(normal, friction):
     assert not known(assemble(mechanism("four_bar", normal, friction, False)).structure)
+
+
+TWO_PHASES = {
+    "states": {"x": 0.1, "v": 0.0, "w": 0.2},
+    "rates": {"x": "v", "v": "w - x*abs(x) - 0.3*v + cos(t) + 0.01*t", "w": "sin(2.5*t + 0.4) - w"},
+    "parameters": {},
+    "forcing": "2*pi",
+}
+JUMPING = {
+    "states": {"x": 0.5, "v": 0.0, "u": 0.0},
+    "rates": {"x": "v", "v": "-x - 0.1*v", "u": "1"},
+    "parameters": {},
+    "jumps": [{"name": "kick", "guard": "1.7 - u", "jump": {"u": "0", "v": "v + 0.4"}}],
+}
+SYSTEMS = {
+    "Duffing": catalog.duffing,
+    "impact pair": lambda: catalog.impact_pair(gap=0.4, restitution=0.8),
+    "soft pair": lambda: catalog.soft_impact_pair(gap=0.6, stiffness=100.0, damping=1.0),
+    "no tension": lambda: catalog.soft_impact_pair(gap=0.6, stiffness=100.0, damping=1.0, tension=False),
+    "gear": lambda: catalog.gear_backlash(0.1, 0.2, 1.6, 0.05),
+    "ball": lambda: catalog.bouncing_ball(1.3, 0.5),
+    "Lorenz": catalog.lorenz,
+    "jerk": catalog.jerk,
+    "two phases": lambda: jp.System(**TWO_PHASES),
+    "jumps": lambda: jp.System(**JUMPING),
+}
+OFTEN = ("Duffing", "impact pair")  # structures that other tests compile
+MANY, SAME = 1000, 1e-7
+
+
+def sorts(name):
+    """A system, many starts about its own, and two turns of each, cut once a turn."""
+    base = SYSTEMS[name]()
+    model, random = assemble(base, section="phase" if base.period else None), np.random.default_rng(7)
+    scenes = [
+        replace(model, state=model.state + random.uniform(-0.05, 0.05, len(model.state))) for _ in range(MANY)
+    ]
+    cut = {"at": model.period * np.arange(1, 3)}
+    if base.period:
+        cut = {"level": 1.0, "period": math.tau, "direction": 1}
+    request = Request(TURNS * model.period, 1e-8, events=True, misses=True, log_from=-1.0, **cut)
+    return scenes, request
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=[] if each in OFTEN else pytest.mark.long) for each in SYSTEMS]
+)
+def test_own_equations_are_as_one_by_one(name):
+    scenes, request = sorts(name)
+    assert all(suits(each, request) for each in scenes)
+    found, met, late = follow_ensemble(scenes, [request] * MANY), [], []
+    for each, records in zip(scenes, found, strict=True):
+        truth = follow(each, request)
+        assert (records.status, truth.status) == (0, 0)
+        same = records.events[:, :2].tolist() == truth.events[:, :2].tolist()
+        met.append(same and len(records.misses) == len(truth.misses))
+        if same:
+            assert records.samples.shape[0] == max(len(request.at), 1)
+            assert records.sections.shape == truth.sections.shape
+            pairs = [(records.sections, truth.sections), (records.events, truth.events)]
+            pairs += [(records.samples, truth.samples)] * bool(len(request.at))
+            late.append(max(np.abs(a - b).max(initial=0.0) for a, b in pairs))
+    assert np.mean(met) >= 0.999
+    assert np.mean([each.way for each in found]) >= 0.9
+    assert np.median(late) < SAME
+
+
+def test_own_equations_do_not_depend_on_company_or_order():
+    scenes, request = sorts("impact pair")
+    scenes = scenes[:40]
+    found = follow_ensemble(scenes, [request] * 40)
+    back = follow_ensemble(scenes[::-1], [request] * 40)[::-1]
+    alone = [follow_ensemble([each], [request])[0] for each in scenes[:3]]
+    for one, other in [*zip(found, back, strict=True), *zip(found[:3], alone, strict=True)]:
+        assert all(
+            getattr(one, name).tobytes() == getattr(other, name).tobytes()
+            for name in ("events", "sections", "samples", "misses")
+        )
+
+
+def test_what_comes_to_rest_on_a_wall_steps_aside():
+    model = assemble(catalog.impact_pair(gap=0.2, restitution=0.6), section="phase")
+    scenes = [replace(model, state=np.array([0.0, speed])) for speed in (-1.3, -0.2, 0.5, 1.3)]
+    request = Request(6 * model.period, 1e-8, events=True, log_from=-1.0)
+    rested = []
+    for each, records in zip(scenes, follow_ensemble(scenes, [request] * len(scenes)), strict=True):
+        truth = follow(each, request)
+        rested.append(Event.REST in truth.events[:, 1])
+        assert not (rested[-1] and records.way)
+        assert records.way or records.events.tobytes() == truth.events.tobytes()
+        assert records.events[:, :2].tolist() == truth.events[:, :2].tolist()
+    assert any(rested)

@@ -5,10 +5,12 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
+from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.positions import origins
 from jointplay.script import solver as solver_module
 from jointplay.script.expressions import UntranslatableError
-from jointplay.script.solver import solver
+from jointplay.script.sliders import WITHIN
+from jointplay.script.solver import solver, solver_text
 from tests.support.laws_grid import mechanism as grid
 
 from .in_node import needs_node, ran
@@ -90,25 +92,39 @@ def test_two_turns_are_the_compiled_ones(name, tmp_path):
 
 
 CHANGED = {"clearance.B": 1e-4, "gear_ratio": 5.0, "friction.B": 0.02, "stiffness.B": 2e7, "damping.B": 100.0}
+CHANGED |= {"length.crank": 0.028, "length.coupler": 0.19, "length.rocker": 0.13, "mass.coupler": 0.2}
+CHANGED |= {"inertia.rocker": 0.0015, "rated_torque": 20.0, "efficiency": 0.7, "gravity": 9.0}
 SET = """
 const solver = makeSolver(data.solver);
 solver.run(0.3);
 const said = Object.entries(data.values).map(([key, value]) => solver.set(key, value));
 solver.reset();
 const found = solver.run(1, { samples: 4 });
-const refused = [solver.set("gear_ratio", 1e9), solver.set("clearance.B", NaN), solver.set("mass", 1)];
-return { ...found, state: solver.state(), said, refused, period: solver.period() };
+return { ...found, state: solver.state(), said, period: solver.period() };
 """
 
 
-def test_numbers_follow_the_sliders_as_they_follow_a_study(tmp_path):
-    script = solver(SCENES["C"](), rtol=RTOL, section=jp.CrankAngle())
-    found = ran(script.text, {"solver": script.data, "values": CHANGED}, SET, tmp_path)
-    parts = {"clearance.B": "joints.B.clearance", "friction.B": "joints.B.friction.coefficient"}
-    parts |= {f"{word}.B": f"joints.B.contact.{word}" for word in ("stiffness", "damping")}
-    changed = SCENES["C"]().replace(**{parts.get(key, key): value for key, value in CHANGED.items()})
+SLID = {"clearance.B": 5e-5, "speed": 150.0, "length.crank": 0.04, "length.rod": 0.13, "mass.slider": 0.2}
+SLOPED = {"clearance.G": 5e-5, "length.crank": 0.06, "length.rod": 0.14, "mass.rod": 0.2, "mass.slider": 0.2}
+BENT = {"clearance.B": 1e-4, "length.crank": 0.028, "length.coupler": 0.19, "mass.coupler": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("C", CHANGED),
+        pytest.param("slider-crank", SLID, marks=pytest.mark.long),
+        pytest.param("guide", SLOPED, marks=pytest.mark.long),
+        pytest.param("elastic", BENT, marks=pytest.mark.long),
+    ],
+)
+def test_numbers_follow_the_sliders_as_they_follow_a_study(name, values, tmp_path):
+    script = solver(SCENES[name](), rtol=RTOL, section=jp.CrankAngle())
+    found = ran(script.text, {"solver": script.data, "values": values}, SET, tmp_path)
+    paths = {each["key"]: each["paths"] for each in script.data["parameters"]}
+    changed = SCENES[name]().replace(**{path: value for key, value in values.items() for path in paths[key]})
     motion = jp.simulate(changed, turns=1, rtol=RTOL, samples_per_turn=4, section=jp.CrankAngle())
-    assert found["said"] == [""] * len(CHANGED)
+    assert found["said"] == [""] * len(values)
     assert found["status"] == "ok"
     assert found["period"] == pytest.approx(float(motion.turn_period_nominal), rel=1e-14)
     times, kinds = events(motion)
@@ -116,11 +132,59 @@ def test_numbers_follow_the_sliders_as_they_follow_a_study(tmp_path):
     np.testing.assert_allclose([each["time"] for each in found["events"]], times, rtol=1e-9)
     for link, angles in found["angle"].items():
         np.testing.assert_allclose(angles, motion.angle.sel(link=link).values[1:], atol=1e-9)
+
+
+REFUSED = """
+const solver = makeSolver(data);
+solver.run(0.3);
+const refused = [solver.set("gear_ratio", 1e9), solver.set("clearance.B", NaN), solver.set("mass", 1)];
+const together = [solver.set("length.coupler", 0.12), solver.set("length.rocker", 0.06)];
+solver.set("length.coupler", 0.181);
+const after = solver.set("length.rocker", 0.06);
+return { refused, together, after, rocker: solver.along("rocker", 0.1175) };
+"""
+
+
+def test_what_is_refused_is_told_in_words(tmp_path):
+    script = solver(SCENES["C"](), rtol=RTOL, section=jp.CrankAngle())
+    found = ran(script.text, script.data, REFUSED, tmp_path)
     assert found["refused"] == [
         "gear ratio: from 0.6 to 9 is accepted",
         "radial clearance of joint B: from 29 to 2900 µm is accepted",
         "there is no slider mass",
     ]
+    closes = "with the other lengths as they are, the links do not close over the whole turn"
+    assert found["together"] == ["", f"length of link rocker: {closes}"]
+    assert found["after"] == ""  # the same length, where the coupler is long enough
+    assert found["rocker"] == 0.06
+
+
+def test_lengths_end_where_the_crank_can_no_longer_turn():
+    """Grashof: the crank is the shortest, and with the longest no longer than the other two together."""
+    given = {each["key"]: each for each in solver(SCENES["C"]()).data["parameters"]}
+    joints = {joint.name: joint for joint in SCENES["C"]().joints}
+    ground = float(np.hypot(*np.subtract(joints["O"].bearing.point, joints["C"].bearing.point)))
+    for name in ("crank", "coupler", "rocker"):
+        stored = given[f"length.{name}"]["value"]
+        for end in ("min", "max"):
+            share = given[f"length.{name}"][end] / stored
+            if share == pytest.approx(0.3) or share == pytest.approx(3.0):
+                continue  # what a slider is made for
+            last = stored + (given[f"length.{name}"][end] - stored) / WITHIN
+            crank, *others = (
+                last if k == name else given[f"length.{k}"]["value"] for k in ("crank", "coupler", "rocker")
+            )
+            sides = sorted([*others, ground])
+            assert crank + sides[2] == pytest.approx(sides[0] + sides[1], rel=2e-3), (name, end)
+
+
+def test_a_text_is_translated_once_for_a_structure(monkeypatch):
+    structure = assemble(SCENES["C"]()).structure
+    first = solver_text(structure, ("angle:crank",))
+    monkeypatch.setattr(solver_module, "_translated", lambda *_: pytest.fail("it is translated"))
+    assert solver_text(structure, ("angle:crank",)) == first
+    with pytest.raises(pytest.fail.Exception):
+        solver_text(structure, ("angle:rocker",))
 
 
 @pytest.mark.parametrize("name", ["C", pytest.param("slider-crank", marks=pytest.mark.long)])

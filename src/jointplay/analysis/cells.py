@@ -22,7 +22,7 @@ from jointplay.analysis.exponents.stretching import followed_together
 from jointplay.analysis.looks import from_progress, look, reported
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.errors import InputError
-from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes
+from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of
 from jointplay.jobs.worker import in_tasks
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Status
@@ -136,10 +136,17 @@ def handed_out(
     function: Callable[..., Entry],
     cells: Sequence[dict[str, Any]],
     progress: Callable[[float], None] | None = None,
+    lasting: str = "",
+    ready: Callable[[], None] = lambda: None,
+    before: int = 0,
+    possible: int = 0,
 ) -> Generator[Work, Read, list[Entry]]:
     """Hand out a call of a function for each cell, by the call's keywords.
 
     The function gives back a dict with the key ``status``; workers, which are processes, import it by name.
+    Cells are known by their numbers, after so many `before`; those that are to last when others are added, by
+    all that decides their answers, and `lasting` says what they are. `ready` compiles what they need. Where
+    answers decide which cells follow, so many are `possible`.
 
     Returns
     -------
@@ -147,9 +154,14 @@ def handed_out(
         In the order of the cells. A cell that raised has only a ``status`` (``bad_parameters`` where its
         input was refused, ``crashed`` else) and ``trouble``, the error's text.
     """
-    keys = [f"{i:0{DIGITS}x}{len(cells):0{DIGITS}x}" for i in range(len(cells))]
+    last = before + len(cells)
+    keys = [f"{i:0{DIGITS}x}{last:0{DIGITS}x}" for i in range(before, last)]
+    if lasting:
+        keys = [key_of(function.__name__, cell) for cell in cells]
     made = [Cell(function, each, key) for each, key in zip(cells, keys, strict=True)]
-    read = yield Work(made, {"inside one analysis": len(cells)}, progress, numbered=True)
+    shape = {lasting or "inside one analysis": len(cells)}
+    more = [f"{i:0{2 * DIGITS}x}" for i in range(possible)]
+    read = yield Work(made, shape, progress, ready, not lasting, more)
     answers = dict(read())
     return [answers[key] for key in keys]
 

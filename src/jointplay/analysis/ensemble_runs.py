@@ -3,7 +3,8 @@
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
 Differential Equations II, section IV.8. Validity: structures that codegen.ensemble knows (rigid links, one to
-three joints with clearance), rtol from 1e-8 up; whatever else is asked for is followed one by one.
+three joints with clearance; small systems of own equations), rtol from 1e-8 up. Whatever else is asked for is
+followed one by one, and so is a body that comes to rest on a wall.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.analysis import guard_tolerances
+from jointplay.analysis.lane_form import Form
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.trajectory import Records, Request, follow
@@ -26,20 +28,22 @@ from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.structure import linkage
 from jointplay.numerics.codes import Row
+from jointplay.numerics.ensemble import PHASE
 
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
 LOG_ROWS = 8192
+SAME = 1e-12  # of the last of several times: how far steps between them may differ that are even
 FEWEST = 16  # motions side by side that fill the lanes of two workers
 ACCEPTED = (
     "false is accepted, or true for a rigid linkage that a motor or a constant torque turns, with play in "
-    "one to three revolute joints, without ideal loops, impacts, bristles, or what varies with time, at an "
-    f"rtol of {RTOL:g} or more"
+    "one to three revolute joints, without impacts, bristles, or what varies with time, and for a small test "
+    f"system or system of own equations, at an rtol of {RTOL:g} or more"
 )
 
 
 def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
     """Rule: motions of the mechanism can be followed eight at once, where `ensemble` asks for it."""
-    fit = not ensemble or (rtol >= RTOL and isinstance(mechanism, Mechanism) and _fits(mechanism))
+    fit = not ensemble or (rtol >= RTOL and _fits(mechanism))
     return [] if fit else [Problem("ensemble", ensemble, ACCEPTED)]
 
 
@@ -50,10 +54,10 @@ def in_lanes(ensemble: bool | None, mechanism: Mechanism | TestSystem, rtol: flo
     return count >= FEWEST and not ensemble_fits(mechanism, True, rtol)
 
 
-def _fits(mechanism: Mechanism) -> bool:
+def _fits(mechanism: Mechanism | TestSystem) -> bool:
     """Whether the structure of its equations goes in lanes."""
     try:
-        return known(linkage(mechanism))
+        return known(linkage(mechanism) if isinstance(mechanism, Mechanism) else mechanism.structure())
     except InputError:
         return True  # a mechanism that cannot be assembled says so when it is
 
@@ -85,14 +89,26 @@ def suits(model: Model, request: Request) -> bool:
 
     if not known(model.structure):
         return False
-    asked = not (len(request.at) or request.steps or request.event >= 0 or request.rates)
+    longest = MAX_TURN if model.links else MAX_TURN / PHASE  # one section point in a step
+    asked = not (request.steps or request.event >= 0 or request.rates) and _even(model, request, longest)
     whole = request.log_from <= 0 or not (request.events or request.misses)
-    ahead = (request.level - model.state[0]) * request.direction > 0
-    section = request.direction == 0 or (ahead and request.period > MAX_TURN)  # one in a step
-    if not (asked and section and whole and request.rtol >= RTOL and model.h_max == np.inf):
+    ahead = (request.level - (model.state[0] if model.links else 0.0)) * request.direction > 0
+    section = request.direction == 0 or (ahead and request.period > longest)
+    if not (asked and section and whole and request.rtol >= RTOL):
         return False
     n = len(model.turning)
-    return bool(np.all(model.relative[:n] == 0.0) and np.all(model.relative[n:] == 1.0))
+    free = model.h_max == np.inf and not np.any(model.relative[:n]) if model.links else True
+    return bool(free and np.all(model.relative[n:] == 1.0))
+
+
+def _even(model: Model, request: Request, longest: float) -> bool:
+    """Whether samples are asked for at the end alone, or of a test system at even times as sections are."""
+    at = request.at
+    if len(at) < 2:
+        return not len(at) or at[0] == request.duration
+    far = np.diff(at, prepend=0.0) * math.tau / model.period > longest
+    even = far.all() and np.ptp(np.diff(at)) < SAME * at[-1]
+    return not model.links and request.direction == 0 and bool(even)
 
 
 @dataclass(frozen=True)
@@ -126,17 +142,20 @@ def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequen
 
 def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
     """Motions of one structure in lanes, and their tangents."""
-    from jointplay.numerics.ensemble.layout import LOGGED, PASSED_BY, PAUSE
+    from jointplay.numerics.ensemble.layout import ASIDE, C_STATUS, LOGGED, PASSED_BY, PAUSE
     from jointplay.numerics.interface import direct
 
-    began, models = time.perf_counter(), [model for model, _ in pairs]
+    began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
+    asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
     name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
-    flow, f, g, rows, flags = _kernels(models[0], name)
-    real = np.array([_real(*pair) for pair in pairs])
+    flow, f, g, rows = _kernels(models[0], form, name)
+    real = np.array([_real(*pair, form) for pair in pairs])
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
-    states, numbers = (np.array([getattr(model, name) for model in models]) for name in ("state", "numbers"))
-    jobs = flow.jobs(states, numbers, real, whole, len(flags), LOG_ROWS)
-    lanes = flow.lanes(rows, numbers.shape[1], models[0].turning.copy(), models[0].memories, flags)
+    states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
+    jobs = flow.jobs(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
+    lanes = flow.lanes(
+        rows, numbers.shape[1], np.array(form.turning), models[0].memories, form.flags, form.sizes
+    )
     v, y = _with(tangents, models[0], flow) if tangents else (None, None)
     parts, grown, run, place = [], [], direct(flow.flow), jobs.place
 
@@ -154,11 +173,16 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     own = pace(models[0].structure, name, len(tangents) and 1)
     in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
     each, logs = (time.perf_counter() - began) / len(models), _by_motion(parts, len(models))
-    records = [_records(jobs, n, log, each) for n, log in enumerate(logs)]
+    found = []
+    for n, (model, request) in enumerate(asked):
+        if jobs.count[n, C_STATUS] == ASIDE:
+            found.append(follow(model, request))
+        else:
+            found.append(_records(jobs, n, logs[n], each, form, len(request.at) > 1))
     if y is None:
-        return records, []
-    found = zip(records, _by_motion(grown, len(models)), y.grazing.tolist(), strict=True)
-    return records, [Carried(*one) for one in found]
+        return found, []
+    carried = zip(found, _by_motion(grown, len(models)), y.grazing.tolist(), strict=True)
+    return found, [Carried(*one) for one in carried]
 
 
 def _by_motion(parts: list[np.ndarray], count: int) -> list[np.ndarray]:
@@ -182,30 +206,30 @@ def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
     return v, flow.tangents(starts, scales, real, LOG_ROWS)
 
 
-def _kernels(model: Model, loop: str) -> tuple:
-    """The loop; functions of a structure at a point, and in lanes; rows of these; flags of its contacts."""
+def _kernels(model: Model, form: Form, loop: str) -> tuple:
+    """The loop; functions of a structure at a point, and in lanes; rows of these."""
     from jointplay.numerics.ensemble.layout import SIGNATURES, AtPoint, Functions
     from jointplay.numerics.interface import pointers
 
     cache.prepare(loop)
-    structure, turning = model.structure, tuple(bool(turns) for turns in model.turning)
-    module, own = cache.ensemble_module(structure), cache.structure_module(structure)
-    flags = np.array([*own.CONTACTS.values()], dtype=np.int64)
+    module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
+    algebra = cache.ensemble_algebra(form.turning, len(form.flags), form.jumps)
     f = pointers(own, kind=AtPoint, signatures=SIGNATURES)
-    algebra = cache.ensemble_algebra(turning, len(flags))
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
-    return cache.method(loop), f, g, module.ROWS, flags
+    return cache.method(loop), f, g, module.ROWS
 
 
-def _real(model: Model, request: Request) -> list[float]:
+def _real(model: Model, request: Request, form: Form) -> list[float]:
     """Numbers of a trajectory, in the order of numerics.ensemble.layout."""
-    rest, contacts = guard_tolerances.rest(model, request.rtol), len(model.joints)
+    rest, contacts = guard_tolerances.rest(model, request.rtol), len(form.flags)
+    play = guard_tolerances.rounded_gap(model)
     gap, force = guard_tolerances.guards(model, rest, contacts, 0).reshape(contacts, 4)[:, :2].T
     squares = guard_tolerances.clearances_squared(model, contacts)
-    times = [float(request.duration), request.rtol, rest, 1e-7 * model.period, 1e-5 * model.period]
-    floors = request.rtol * model.absolute[: 2 * len(model.turning)]
+    times = [float(request.duration), request.rtol, rest, 1e-7 * model.period]
+    times += [guard_tolerances.rebound(model, request.rtol), play, 1e-5 * model.period]
     own = np.column_stack([guard_tolerances.cones(model), gap, force, squares])
-    return [*times, request.level, request.period, *floors, *own.ravel()]
+    walls = np.tile([0.0, play, 0.0, np.inf], (form.jumps, 1))
+    return [*times, request.level, request.period, *form.floors(model, request), *own.ravel(), *walls.ravel()]
 
 
 def _whole(request: Request) -> list[int]:
@@ -214,10 +238,13 @@ def _whole(request: Request) -> list[int]:
     return [*cut, request.max_steps, int(request.events), int(request.misses)]
 
 
-def _records(jobs, n: int, log: np.ndarray, seconds: float) -> Records:
+def _records(jobs, n: int, log: np.ndarray, seconds: float, form: Form, sampled: bool) -> Records:
+    """Records of a trajectory; its section points are the samples where these were asked for."""
     from jointplay.numerics.ensemble.layout import C_STATUS
 
-    kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
+    kinds = {tag: log[log[:, 0] == tag, 1:][:, form.columns(2)] for tag in Row}
     counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
-    status = int(jobs.count[n, C_STATUS])
-    return Records(jobs.final[n : n + 1], *kinds, jobs.start[n], status, seconds, counts, 1)
+    status, samples = int(jobs.count[n, C_STATUS]), jobs.final[n : n + 1][:, form.columns(0)]
+    if sampled:
+        samples, kinds[Row.SECTION] = kinds[Row.SECTION][:, 2:], kinds[Row.SECTION][:0]
+    return Records(samples, *kinds.values(), jobs.start[n][form.columns(0)], status, seconds, counts, 1)

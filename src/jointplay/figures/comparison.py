@@ -48,7 +48,20 @@ def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:
             else:
                 once(panels)
         factors.settle(figure)
+        if not beside:
+            level(figure, panels)
     return figure
+
+
+def level(figure: Figure, rows: Sequence[Sequence[Axes]]) -> None:
+    """Give panels below each other frames of one size, so that they can be compared by eye."""
+    figure.set_layout_engine("none")
+    places = np.array([[ax.get_position().extents for ax in row] for row in rows])
+    left, right = places[..., 0].max(axis=0), places[..., 2].min(axis=0)
+    height = (places[..., 3] - places[..., 1]).min()
+    for row, bottoms in zip(rows, places[..., 1], strict=True):
+        for ax, x, width, y in zip(row, left, right - left, bottoms, strict=True):
+            ax.set_position((x, y, width, height))
 
 
 def title(place: SubFigure, dataset: Dataset, width: float) -> None:

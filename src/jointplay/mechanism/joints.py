@@ -68,6 +68,13 @@ class Pin(Record):
         return point
 
 
+def on_a_link(pin: Pin) -> Pin:
+    """Rule: what acts here acts on a moving link."""
+    if pin.link == GROUND:
+        raise refuse(GROUND, "a moving link is accepted", "link")
+    return pin
+
+
 class Joint(Record):
     """A joint between two links: revolute, a journal in a bearing, or prismatic, a slider on a guide.
 

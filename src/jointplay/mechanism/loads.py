@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, field_validator
+from pydantic import AfterValidator, Field
 
 from jointplay.equations import structure
-from jointplay.errors import refuse
-from jointplay.mechanism.base import GROUND, Angle, Name, PartName, Positive, measured, named
+from jointplay.mechanism.base import Angle, Name, PartName, Positive, measured, named
 from jointplay.mechanism.courses import Course
-from jointplay.mechanism.joints import Pin
+from jointplay.mechanism.joints import Pin, on_a_link
 
 
 class _Load(Course):
@@ -69,16 +68,9 @@ class Force(_Load):
     units: ClassVar[str] = "N"
     twists: ClassVar[bool] = False
     kind: Literal["force"] = "force"
-    on: Pin
+    on: Annotated[Pin, AfterValidator(on_a_link)]
     direction: Angle = measured("direction", "rad")
     fixed: Literal["ground", "link"] = "ground"
-
-    @field_validator("on")
-    @classmethod
-    def _on_a_link(cls, on: Pin) -> Pin:
-        if on.link == GROUND:
-            raise refuse(GROUND, "a moving link is accepted", "link")
-        return on
 
     @property
     def pins(self) -> dict[str, Pin]:

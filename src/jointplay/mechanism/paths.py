@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import Any, TypeVar, get_args
 
 from jointplay.errors import InputError, Problem, join, unknown
@@ -44,10 +45,15 @@ def found(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
 
 
 def with_parts(record: R, changes: Mapping[str, Any]) -> R:
-    """A validated copy in which other things stand at the ends of these paths, which lead somewhere."""
-    for path, value in changes.items():
+    """A validated copy in which other things stand at the ends of these paths, which lead somewhere.
+
+    All change at once: some fit only together, as a length and where the joint at its end sits.
+    """
+    with suppress(InputError):
+        return _with(record, {tuple(steps(path)): value for path, value in changes.items()})
+    for path, value in changes.items():  # to tell by its path what is wrong
         try:
-            record = _with_part(record, steps(path), value)
+            record = _with(record, {tuple(steps(path)): value})
         except InputError as error:
             raise InputError(Problem(path, value, each.expected) for each in error.problems) from None
     return record
@@ -80,21 +86,27 @@ def _ends(path: str, value: Any) -> Iterator[tuple[str, Any]]:
         yield from _ends(join(path, str(key)), each)
 
 
-def _with_part(record: Any, path: Sequence[str], value: Any) -> Any:
-    first, *rest = path
+def _with(record: Any, changes: Mapping[tuple[str, ...], Any]) -> Any:
+    """The same of a record, a tuple of records or a table, by the steps of each path."""
+    record, inner = changes.get((), record), {}
+    for path, value in changes.items():
+        if path:
+            inner.setdefault(path[0], {})[path[1:]] = value
+    if not inner:
+        return record
     if isinstance(record, tuple):
-        number = int(first[1:-1]) if first[0] == "[" else [part.name for part in record].index(first)
-        return tuple(_changed(part, rest, value) if i == number else part for i, part in enumerate(record))
-    if isinstance(record, dict):
-        return record | {first: value}
-    inner = (
-        _with_part(getattr(record, first), rest, value) if rest else as_counted(type(record), first, value)
-    )
-    return type(record)(**dict(record) | {first: inner})
+        return tuple(_with(part, _of_part(inner, i, part)) for i, part in enumerate(record))
+    parts = dict(record)
+    for name, below_it in inner.items():
+        changed = _with(parts.get(name), below_it)
+        counted = isinstance(record, Record) and () in below_it
+        parts[name] = as_counted(type(record), name, changed) if counted else changed
+    return parts if isinstance(record, dict) else type(record)(**parts)
 
 
-def _changed(part: Any, rest: Sequence[str], value: Any) -> Any:
-    return _with_part(part, rest, value) if rest else value
+def _of_part(inner: Mapping[str, dict], number: int, part: Any) -> dict[tuple[str, ...], Any]:
+    """Changes of one of a tuple's parts, by its name or its number."""
+    return inner.get(getattr(part, "name", ""), {}) | inner.get(f"[{number}]", {})
 
 
 def as_counted(record: Any, name: str, value: Any) -> Any:

@@ -83,6 +83,12 @@ def _ahead(f, j, k, x, o, later):
 
 
 @inner
+def low(v, a, o):
+    """Whether a rebound with the speed v, with v' = a, is within the tolerance of none."""
+    return v * v <= 2.0 * o.hop * abs(a) or 2.0 * v <= o.near * abs(a) or v <= o.rest
+
+
+@inner
 def _lasting(f, j, k, x, o, before):
     """Time until the rebounds from wall j have ended; -1 if they do not end, or the first is too high.
 
@@ -92,8 +98,7 @@ def _lasting(f, j, k, x, o, before):
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     v, a, lasts = k.contact[6 * at + 2], k.contact[6 * at + 5], 0.0
     ratio, now = v / before if before > 0.0 else 0.0, a
-    low = v * v <= 2.0 * o.hop * abs(a) or 2.0 * v <= o.near * abs(a) or v <= o.rest
-    if not (low and ratio < 1.0):
+    if not (low(v, a, o) and ratio < 1.0):
         return -1.0
     for _ in range(ROUNDS):
         now = _ahead(f, j, k, x, o, max(lasts / 3.0, o.near))
@@ -141,7 +146,7 @@ def strike(f, j, k, x, o):
         return SEPARATION, -1.0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     if k.contact[6 * at + 3] > 0.0:
-        _move(f, j, k, x, o)
+        move(f, j, k, x, o)
         return IMPACT, -1.0
     before = -k.contact[6 * at + 2]
     several = before > 0.0 and together(f, j, k, x, o)
@@ -151,12 +156,12 @@ def strike(f, j, k, x, o):
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     if not several:
         _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
-    _throw_off(k, x, o)
+    throw_off(k, x, o)
     return IMPACT, _lasting(f, j, k, x, o, before)
 
 
 @inner
-def _move(f, j, k, x, o):
+def move(f, j, k, x, o):
     """Jump of the state where there is no wall; contacts begin and end as they then are."""
     f.reset(j, x.s, x.p)
     x.fired[4 * len(x.flags) + j] = 0
@@ -168,11 +173,11 @@ def _move(f, j, k, x, o):
         elif x.modes[i] > FREE and u < 0.0:
             x.modes[i] = FREE
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    _throw_off(k, x, o)
+    throw_off(k, x, o)
 
 
 @inner
-def _throw_off(k, x, o):
+def throw_off(k, x, o):
     """After a jump of speeds: slip goes as they then are, and what leaves a wall rests no longer on it."""
     for i in range(len(x.flags)):
         v_t = k.contact[6 * i + 2]
@@ -223,14 +228,20 @@ def _resting(x):
 
 
 @inner
+def moves_with(k, at, o):
+    """Whether a body starts on a wall and moves with it."""
+    wall = k.contact[6 * at + 3] <= 0.0
+    return wall and abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest
+
+
+@inner
 def begin(f, k, x, o):
     """Set the initial modes of walls: a body on one that moves with it and is pressed to it rests there."""
     for j in range(walls_of(x)):
         at = len(x.flags) + j
         x.margin[4 * len(x.flags) + j] = o.play
         look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-        wall = k.contact[6 * at + 3] <= 0.0
-        if wall and abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest:
+        if moves_with(k, at, o):
             x.fired[4 * len(x.flags) + j] = _opening(f, j, k, x, o)
             x.real[H] = max(x.real[H], LEAP * o.near)
             if _lasting(f, j, k, x, o, 0.0) >= 0.0:

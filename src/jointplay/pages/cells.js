@@ -53,8 +53,8 @@ if (jointplay.data.cells) {
     jointplay.say(at.join(", "));
   }
 
-  function span(values) {
-    const there = values.filter(Number.isFinite);
+  function span(series) {
+    const there = series.filter(Number.isFinite);
     const [low, high] = there.reduce(([a, b], v) => [Math.min(a, v), Math.max(b, v)], [Infinity, -Infinity]);
     const room = 0.06 * (high - low) || 0.02 * Math.abs(high) || 1;
     return there.length ? { start: low - room, end: high + room } : { start: 0, end: 1 };
@@ -86,6 +86,11 @@ if (jointplay.data.cells) {
     });
   }
 
+  function showMotion() {
+    const values = Object.fromEntries(place.map((i, k) => [parameters[k].name, parameters[k].stored[i]]));
+    jointplay.point.show(values, ways.map((_, way) => flat(way)), ways.map((_, way) => colours[way % colours.length]));
+  }
+
   function showCommand() {
     const changes = place.map((i, k) => ` --set 'vary.${parameters[k].key}=[${parameters[k].stored[i]}]'`);
     element("cell-command").textContent = `jointplay run ${data.cells.file}${changes.join("")} --out one_cell`;
@@ -99,6 +104,7 @@ if (jointplay.data.cells) {
     showCurves();
     showMarks();
     if (element("cell-command")) showCommand();
+    if (jointplay.point) showMotion();
   }
 
   function choose(wanted) {

@@ -54,15 +54,27 @@ def cells(dataset: Dataset, study: dict[str, Any], room: int) -> dict[str, Any] 
     beside = [dim for dim in sweep_axes.BESIDE if dim in dataset["cell_status"].dims]
     ways = list(product(*(map(str, dataset[dim].values) for dim in beside)))
     charts, thinned = curves(dataset, [*names, *beside], room // 8)
-    numbers, left = rows(dataset, [*names, *beside], room - 4 * sum(map(values_of, charts)))
+    room -= 4 * sum(map(values_of, charts))
+    states = ends(dataset, [*names, *beside], room // 2)
+    numbers, left = rows(dataset, [*names, *beside], room - (packed.size(states) if states else 0))
     return {
         "parameters": [axis(dataset, name, list(study.get("vary") or {})) for name in names],
         "ways": [" ".join(f"start {w}" if w.isdigit() else w for w in way) for way in ways],
         "rows": numbers,
         "charts": charts,
+        "ends": states,
         "note": "; ".join(filter(None, (thinned, left))),
         "file": shlex.quote(texts.file_name({"study": study})),
     }
+
+
+def ends(dataset: Dataset, grid: list[str], room: int) -> dict[str, Any] | None:
+    """Return the state in which each cell's motion ended; None where there is none, or too little room."""
+    array = dataset.get("end_state")
+    if array is None or {*array.dims} != {*grid, "state"} or 8 * array.size > room:
+        return None
+    values = packed.array(array.transpose(*grid, "state").values, "<f8")
+    return values | {"names": dataset["state"].values.tolist()}
 
 
 def axis(dataset: Dataset, name: str, keys: list[str]) -> dict[str, Any]:

@@ -46,14 +46,14 @@ if (jointplay.data.live) {
 
   function write({ axes, count, transient }) {
     AXES.forEach((end, i) => {
-      const axis = axes[i];
-      const chosen = axis && known(axis.key);
-      field("key", end).value = axis ? axis.key : "";
+      const given = axes[i];
+      const chosen = given && known(given.key);
+      field("key", end).value = given ? given.key : "";
       ["from", "to"].forEach((name) => {
-        field(name, end).value = axis ? Number((axis[name] * chosen.factor).toPrecision(6)) : "";
-        field(name, end).disabled = !axis;
+        field(name, end).value = given ? Number((given[name] * chosen.factor).toPrecision(6)) : "";
+        field(name, end).disabled = !given;
       });
-      field("unit", end).textContent = axis ? chosen.unit : "";
+      field("unit", end).textContent = given ? chosen.unit : "";
     });
     field("count").value = count;
     field("transient").value = transient;

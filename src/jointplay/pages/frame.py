@@ -12,7 +12,8 @@ from typing import Any
 from jointplay.pages import packed
 
 SCRIPTS = ("page.js", "stage.js", "cells.js", "motion.js")
-LIVE = ("plots.js", "verdict.js", "sliders.js", "pictures.js", "live.js", "diagram.js")
+LIVE = ("plots.js", "verdict.js", "sliders.js", "pictures.js", "followed.js", "watched.js")
+LIVE += ("live.js", "diagram.js", "point.js")
 START = "<script>jointplay.start()</script>"
 
 

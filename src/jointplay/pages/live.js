@@ -6,42 +6,40 @@ if (jointplay.data.live) {
   const live = data.live;
   const SAMPLES = 720; // of the watched turn
   const BUDGET = 10; // ms of a frame, for the motion that runs ahead
-  const POINTS = 4096; // of the section: the last ones
-  const MOST = 4000; // turns after which the motion that runs ahead rests
 
   const nominal = {};
   const held = {}; // values as the solver has them
   const pending = {}; // values that it is to have
-  const section = { rows: new Array(POINTS), count: 0 };
-  const growth = new Float64Array(MOST);
+  const sent = {}; // values on the way
+  const good = {}; // values that were accepted, beside the nominal ones
   let parameters = [];
   let view = live.views[0];
-  let now = null; // the turn that is shown
-  let next = null;
-  let ideal = null;
-  let box = null;
-  let phase = 0; // of the shown turn
+  let next = null; // the turn after the one that is watched
   let playing = true;
   let last = 0; // time of the last frame
   let busy = true;
   let joined = true; // the watched motion is where the settled one is
   let stamp = 0;
-  let seen = fresh();
   let written = null; // timer of the address
+
+  const clearance = () => held[view.clearance] || view.circle;
+  const ahead = followed.made({ view: () => view, clearance, contacts: live.contacts || [] });
+  const turn = watched.made({ scene: live.scene, view: () => view, clearance });
 
   // ---- the worker
 
   const source = URL.createObjectURL(new Blob([live.text], { type: "text/javascript" }));
   const setup = { solver: live.solver, ideal: live.ideal, scene: live.scene, section: live.columns };
 
-  function solver(answered) {
-    const worker = new Worker(source);
-    worker.onmessage = (event) => answered(event.data);
-    worker.onerror = (event) => answered({ what: "trouble", words: event.message });
-    worker.postMessage({ what: "begin", data: setup });
-    return worker;
+  function solver(told) {
+    const made = new Worker(source);
+    made.onmessage = (event) => told(event.data);
+    made.onerror = (event) => told({ what: "trouble", words: event.message });
+    made.postMessage({ what: "begin", data: setup });
+    return made;
   }
 
+  jointplay.worker = solver; // for others that compute
   element("live").hidden = false; // without scripts it stays hidden
   const worker = solver(answered);
 
@@ -60,84 +58,26 @@ if (jointplay.data.live) {
 
   const ANSWERS = {
     turn(answer) {
-      seen.status = answer.status || seen.status;
-      tell();
+      ahead.ended(answer.status);
       if (answer.turn.time.length === 0) return;
-      if (now && now.stamp === stamp) next = { ...answer.turn, stamp };
-      else show({ ...answer.turn, stamp });
+      if (turn.holds(stamp)) next = { ...answer.turn, stamp };
+      else turn.show({ ...answer.turn, stamp });
     },
     without(answer) {
-      ideal = { ...answer, stamp, view };
-      draw();
+      turn.beside({ ...answer, stamp, view });
     },
     on(answer) {
-      answer.growth.forEach((each, i) => {
-        if (seen.turns === verdict.SETTLE) [section.count, joined] = [0, false];
-        answer.section[i].forEach((row) => { section.rows[section.count++ % POINTS] = row; });
-        seen.turns += 1;
-        if (seen.turns <= verdict.SETTLE) return;
-        growth[seen.counted++] = each;
-        answer.apart[i].forEach((joint) => { seen.separations[joint] = (seen.separations[joint] || 0) + 1; });
-      });
-      seen.status = answer.status || seen.status;
-      drawSection();
-      tell();
+      if (ahead.add(answer)) joined = false;
     },
     reset() {},
     scan() {},
   };
 
-  function fresh() {
-    const none = Object.fromEntries((live.contacts || []).map((name) => [name, 0]));
-    return { turns: 0, counted: 0, status: "", growth, separations: none, points: [], tolerance: 1, told: "" };
-  }
-
-  // Everything that was found belongs to other values now.
   function renew() {
     stamp += 1;
-    seen = fresh();
-    section.count = 0;
+    ahead.renew();
     next = null;
     joined = true;
-    tell();
-  }
-
-  // ---- the verdict
-
-  function lately() {
-    const count = Math.min(section.count, verdict.LOOKED_AT, POINTS);
-    return Array.from({ length: count }, (_, i) => place(section.rows[(section.count - count + i) % POINTS]));
-  }
-
-  function place(row) {
-    return view.section.columns.map((column, k) => row[column] * view.section.factors[k]);
-  }
-
-  function tell() {
-    seen.points = section.count ? lately() : [];
-    seen.tolerance = 1e-4 * extent();
-    const words = verdict.words(seen);
-    if (words === seen.told) return;
-    if (words.split(/[:;.]/)[0] !== seen.told.split(/[:;.]/)[0]) jointplay.say(words); // numbers alone are not read aloud
-    seen.told = words;
-    element("live-verdict").textContent = words;
-    element("live-verdict").dataset.turns = seen.turns;
-  }
-
-  // A size of the section by which points are told apart: of a bearing its clearance, else what they span.
-  function extent() {
-    if (view.circle) return clearance() * view.section.factors[0];
-    const ends = plots.span(seen.points.map((each) => each[0]));
-    return Math.max(ends[1] - ends[0], 1e-3);
-  }
-
-  // The same of points of a map, whose clearance may be another.
-  function tolerance({ value, across, section: rows }) {
-    const { axes } = jointplay.diagram.asked();
-    const own = [value, across][axes.findIndex(({ key }) => key === view.clearance)];
-    if (view.circle) return 1e-4 * view.section.factors[0] * (own || clearance());
-    const ends = plots.span(rows.map((row) => place(row)[0]));
-    return 1e-4 * Math.max(ends[1] - ends[0], 1e-3);
   }
 
   function say(words) {
@@ -156,7 +96,7 @@ if (jointplay.data.live) {
     parameters.forEach((each) => { nominal[each.key] = held[each.key] = each.value; });
     parameters.forEach((each) => sliders.show(each, held));
     read(jointplay.view);
-    if (jointplay.diagram) jointplay.diagram.begin(parameters, { solver, held, wish, place: (row) => place(row), tolerance, words: () => view.section.words });
+    if (jointplay.diagram) jointplay.diagram.begin(parameters, { solver, held, wish, place: ahead.place, tolerance: ahead.tolerance, words: () => view.section.words });
     element("live").dataset.ready = "yes";
     requestAnimationFrame(frame);
   }
@@ -176,9 +116,6 @@ if (jointplay.data.live) {
     renew();
     ask("set", { values: { ...sent } });
   }
-
-  const sent = {}; // values on the way
-  const good = {}; // values that were accepted, beside the nominal ones
 
   function refused(words) {
     Object.keys(sent).forEach((key) => {
@@ -219,57 +156,16 @@ if (jointplay.data.live) {
   }
 
   function command() {
-    const sets = changed().map((each) => `'${live.paths[each.key]}=${held[each.key]}'`);
+    const sets = changed().flatMap(({ key }) => live.paths[key].map((path) => `'${path}=${held[key]}'`));
     element("live-command").textContent = `jointplay run ${live.file}${sets.length ? " --set " + sets.join(" ") : ""}`;
   }
 
   function choose(wanted) {
     view = wanted;
-    ideal = now = next = null;
+    next = null;
+    turn.forget();
     if (element("live-view")) element("live-view").value = view.name;
-    drawSection();
-  }
-
-  // ---- pictures
-
-  function show(turn) {
-    now = turn;
-    if (live.scene) {
-      now.scene = { links: live.scene.links.map((link, k) => ({ ...link, frames: now.frames[k] })), pins: live.scene.pins };
-      box = stage.bounds(now.scene, box || undefined);
-    }
-    const [x, y, force] = now.values;
-    const size = view.circle ? clearance() : 1;
-    now.journal = new Float64Array(2 * x.length);
-    for (let i = 0; i < x.length; i += 1) now.journal.set([x[i] / size, y[i] / size], 2 * i);
-    now.reach = now.journal.reduce((most, each) => Math.max(most, Math.abs(each)), 0);
-    now.force = force;
-    now.strongest = force.reduce((most, each) => Math.max(most, Math.abs(each) || 0), 0);
-    draw();
-  }
-
-  function clearance() {
-    return held[view.clearance] || view.circle;
-  }
-
-  function sample() {
-    const index = Math.round(phase * (now.time.length - 1));
-    return Math.max(0, Math.min(now.time.length - 1, index));
-  }
-
-  function draw() {
-    if (!now) return;
-    const at = sample();
-    if (live.scene) stage.linkage(element("live-linkage"), now.scene, box, at);
-    if (view.circle) stage.bearing(element("live-orbit"), now, [0, now.time.length - 1], at, now.strongest);
-    else pictures.plane(now, view, at);
-    pictures.force(now, view, at, ideal);
-    element("live-phase").value = Math.round(1000 * phase);
-  }
-
-  function drawSection() {
-    pictures.section(section.rows.slice(0, Math.min(section.count, POINTS)).map(place), view, 0.01 * extent());
-    element("live-points").textContent = `${section.count} section points${section.count > POINTS ? `, the last ${POINTS} drawn` : ""}`;
+    ahead.draw();
   }
 
   // ---- frames
@@ -277,16 +173,7 @@ if (jointplay.data.live) {
   function frame(moment) {
     const passed = Math.min(0.1, (moment - last) / 1000);
     last = moment;
-    if (playing && now) {
-      phase = pictures.after(phase, passed, now.events, element("live-slow").checked);
-      if (phase >= 1 && next) {
-        phase -= 1;
-        show(next);
-        next = null;
-      }
-      phase = Math.min(phase, 1);
-      draw();
-    }
+    if (playing && turn.shows() && turn.passed(passed, next)) next = null;
     if (!busy) work();
     requestAnimationFrame(frame);
   }
@@ -295,12 +182,12 @@ if (jointplay.data.live) {
   function work() {
     const wanted = [...view.orbit, view.force];
     if (Object.keys(pending).length) send();
-    else if (seen.status) return;
-    else if (!now || now.stamp !== stamp || (!next && playing)) {
+    else if (ahead.status()) return;
+    else if (!turn.holds(stamp) || (!next && playing)) {
       ask("turn", { wanted, samples: SAMPLES, join: !joined });
       joined = true;
-    } else if (view.ideal && live.ideal && (!ideal || ideal.stamp !== stamp || ideal.view !== view)) ask("without", { wanted: [view.ideal], samples: SAMPLES });
-    else if (seen.turns < MOST) ask("on", { budget: BUDGET, most: MOST - seen.turns });
+    } else if (view.ideal && live.ideal && !turn.hasBeside(stamp)) ask("without", { wanted: [view.ideal], samples: SAMPLES });
+    else if (ahead.turns() < followed.MOST) ask("on", { budget: BUDGET, most: followed.MOST - ahead.turns() });
   }
 
   function play() {
@@ -317,8 +204,7 @@ if (jointplay.data.live) {
   element("live-reset").addEventListener("click", restart);
   element("live-phase").addEventListener("input", () => {
     if (playing) play();
-    phase = Number(element("live-phase").value) / 1000;
-    draw();
+    turn.seek(Number(element("live-phase").value) / 1000);
   });
   if (element("live-view")) {
     element("live-view").addEventListener("change", () => {
@@ -326,7 +212,7 @@ if (jointplay.data.live) {
       write();
     });
   }
-  addEventListener("resize", () => { draw(); drawSection(); });
+  addEventListener("resize", () => { turn.draw(); ahead.draw(); });
 
   jointplay.parts.push({
     tapped(panel, x, y) {
@@ -343,8 +229,8 @@ if (jointplay.data.live) {
     },
     show(address) {
       if (parameters.length) read(address);
-      draw();
-      drawSection();
+      turn.draw();
+      ahead.draw();
     },
   });
 }

@@ -19,36 +19,12 @@ from jointplay.results.store import write_figure
 from jointplay.script.solver import Solver, solver
 from jointplay.study import toml_text
 
-STUDIED = {  # keys of sliders, as paths of a study
-    "clearance": "joints.{}.clearance",
-    "friction": "joints.{}.friction.coefficient",
-    "stiffness": "joints.{}.contact.stiffness",
-    "damping": "joints.{}.contact.damping",
-    "restitution": "joints.{}.contact.restitution",
-    "gear_ratio": "drive.gear_ratio",
-    "speed": "drive.speed",
-}
-FIRST = (
-    "clearance",
-    "gear_ratio",
-    "speed",
-    "friction",
-    "stiffness",
-    "damping",
-)  # sliders that are seen at once
-MOST = 6
+FIRST = ("clearance", "gear_ratio", "speed", "friction", "length", "stiffness", "damping")  # seen at once
+MOST = 8
 TURNS = 50  # of the study that a page gives
 RTOL = 1e-6  # of the page's motions: as those of a coarse study
-RECORDED = (
-    "angle",
-    "angular_velocity",
-    "journal_x",
-    "journal_y",
-    "normal_force",
-    "reaction",
-    "slide_position",
-)
-RECORDED += ("state_value",)
+RECORDED = ("angle", "angular_velocity", "journal_x", "journal_y", "normal_force", "reaction")
+RECORDED += ("slide_position", "state_value")
 
 
 def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str, Any] | None, str]:
@@ -76,8 +52,13 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
         "columns": [column for view in seen for column in view["section"]["of"]],
         "contacts": made.data["joints"],
         "first": [key for word in FIRST for key in keys if key.split(".")[0] == word][:MOST] or keys[:MOST],
-        "paths": {key: f"mechanism.{path_of(mechanism, key)}" for key in keys},
-        "varied": {name: key for name in varied for key in keys[::-1] if name in key.split(".")},
+        "paths": (paths := paths_of(mechanism, made.data["parameters"])),
+        "varied": {
+            name: key
+            for name in varied
+            for key in keys[::-1]
+            if name in key.split(".") and len(paths[key]) == 1
+        },
         "file": shlex.quote(f"{file_stem(mechanism)}.toml"),
         "study": study(mechanism),
     }
@@ -141,12 +122,11 @@ def of_plane(mechanism: Mechanism | TestSystem, states: list[str]) -> dict[str, 
     return plane | {"words": [*names, names[0]], "section": section}
 
 
-def path_of(mechanism: Mechanism | TestSystem, key: str) -> str:
-    """Return the path of a slider's number below a study's mechanism."""
-    word, _, part = key.partition(".")
-    if isinstance(mechanism, TestSystem):
-        return key if named(mechanism) else f"parameters.{key}"
-    return STUDIED[word].format(part) if word in STUDIED else key
+def paths_of(mechanism: Mechanism | TestSystem, parameters: list[dict[str, Any]]) -> dict[str, list[str]]:
+    """Return the paths of each slider's numbers in a study."""
+    linkage = isinstance(mechanism, Mechanism) or named(mechanism)
+    root = "mechanism" if linkage else "mechanism.parameters"
+    return {each["key"]: [f"{root}.{path}" for path in each["paths"]] for each in parameters}
 
 
 def named(mechanism: Mechanism | TestSystem) -> bool:

@@ -11,7 +11,7 @@ from jointplay.equations.structure import CORNERS
 from jointplay.errors import InputError
 from jointplay.figures.drawing import select
 from jointplay.mechanism.base import GROUND
-from jointplay.mechanism.joints import Joint
+from jointplay.mechanism.joints import Joint, Pin
 from jointplay.mechanism.records import Mechanism
 from jointplay.pages import packed
 from jointplay.results.places import places
@@ -58,8 +58,12 @@ def moving(dataset: Dataset, mechanism: Mechanism | None) -> tuple[dict[str, Any
 def scene(mechanism: Mechanism) -> dict[str, Any]:
     """Return what stays: where on each link its ends and joints are, and the joints."""
     pins = [pin for joint in mechanism.joints for pin in (joint.journal, joint.bearing)]
+    sliding = {joint.journal.link for joint in mechanism.joints if joint.prismatic}  # drawn as blocks
     along = {
-        link.name: sorted({0.0, link.length, *(pin.at for pin in pins if pin.link == link.name)})
+        link.name: sorted(
+            {0.0, *(pin.at for pin in pins if pin.link == link.name)}
+            | ({link.length} if link.name not in sliding else set())
+        )
         for link in mechanism.links
     }
     links = [{"name": name, "along": places} for name, places in along.items()]
@@ -73,11 +77,18 @@ def frames_of(part: Dataset) -> dict[str, Any]:
 
 
 def pin_of(joint: Joint) -> dict[str, Any]:
-    """Return where a joint is drawn: at its bearing."""
-    pin = joint.bearing
-    on = {"point": list(pin.point)} if pin.link == GROUND else {"link": pin.link, "at": pin.at}
-    guide = {"direction": pin.direction} if joint.prismatic else {}
-    return {"name": joint.name, "clearance": joint.clearance} | on | guide
+    """Return where a joint is drawn: at its bearing; of a prismatic one the block and its half sizes too."""
+    drawn = {"name": joint.name, "clearance": joint.clearance} | on_link(joint.bearing)
+    if not joint.prismatic:
+        return drawn
+    sizes = None if joint.ideal else [joint.half_length, joint.half_height]
+    lines = {"direction": joint.bearing.direction, "sizes": sizes}
+    return drawn | lines | {"block": on_link(joint.journal) | {"direction": joint.journal.direction}}
+
+
+def on_link(pin: Pin) -> dict[str, Any]:
+    """Return where a pin is: a point of the ground, or a place along a link."""
+    return {"point": list(pin.point)} if pin.link == GROUND else {"link": pin.link, "at": pin.at}
 
 
 def bearing(part: Dataset, joint: Joint) -> dict[str, Any]:

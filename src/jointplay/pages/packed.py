@@ -11,7 +11,7 @@ import numpy as np
 INTEGERS = ("<i1", "<i2", "<i4")
 
 
-def array(values: Any) -> dict[str, Any]:
+def array(values: Any, real: str = "<f4") -> dict[str, Any]:
     """Return an array for a page: its shape, its type and its bytes in base64; texts as a list."""
     values = np.asarray(values)
     if values.dtype.kind not in "fiub":
@@ -21,7 +21,7 @@ def array(values: Any) -> dict[str, Any]:
     whole = [
         kind for kind in INTEGERS if values.dtype.kind != "f" and not any(ends != np.clip(ends, *reach(kind)))
     ]
-    kind = whole[0] if whole else "<f4"
+    kind = whole[0] if whole else real
     raw = np.ascontiguousarray(values, dtype=kind).tobytes()
     return {"type": kind, "shape": list(values.shape), "bytes": base64.b64encode(raw).decode()}
 

@@ -15,7 +15,7 @@ const jointplay = (() => {
 
   function numbers(packed) {
     const bytes = Uint8Array.from(atob(packed.bytes), (character) => character.charCodeAt(0));
-    const kinds = { "<f4": Float32Array, "<i4": Int32Array, "<i2": Int16Array, "<i1": Int8Array };
+    const kinds = { "<f8": Float64Array, "<f4": Float32Array, "<i4": Int32Array, "<i2": Int16Array, "<i1": Int8Array };
     return new kinds[packed.type](bytes.buffer);
   }
 
@@ -66,9 +66,9 @@ const jointplay = (() => {
 
   function flipped(colour) {
     // dark marks would not be seen on a dark page: what is nearly black there becomes nearly white
-    const parts = /^#(..)(..)(..)$/.exec(colour);
-    if (!parts) return colour;
-    const levels = parts.slice(1).map((each) => parseInt(each, 16));
+    const found = /^#(..)(..)(..)$/.exec(colour);
+    if (!found) return colour;
+    const levels = found.slice(1).map((each) => parseInt(each, 16));
     const [red, green, blue] = levels;
     if (0.3 * red + 0.59 * green + 0.11 * blue > 70) return colour;
     return "#" + levels.map((each) => (235 - Math.round(0.5 * each)).toString(16).padStart(2, "0")).join("");

@@ -123,7 +123,7 @@ def cell_section(content: Any, divs: tuple[str, ...]) -> str:
     if not content.cells:
         return ""
     runs = all(each["key"] for each in content.cells["parameters"])
-    words = "With the study below, this computes the point again"
+    motion, words = point_section(content.live), "With the study below, this computes the point again"
     if {"up", "down"} & {word for way in content.cells["ways"] for word in way.split()}:
         words += ", from the study's own start: upward and downward, each began where its neighbour ended"
     again = f"<p>{words}:</p>{texts.copied('cell-command', '')}"
@@ -138,7 +138,28 @@ def cell_section(content: Any, divs: tuple[str, ...]) -> str:
 <div class="controls">{sliders}</div>
 <section id="cell" hidden><h2 id="cell-title"></h2>
 <div class="wide"><table id="cell-numbers"></table></div><div class="charts">{boxes}</div>
-<p class="note">{escape(content.cells["note"])}</p>{again if runs else ""}</section>"""
+<p class="note">{escape(content.cells["note"])}</p>{motion}{again if runs else ""}</section>"""
+
+
+def point_section(live: dict[str, Any] | None) -> str:
+    """Return the place where the motion of a selected point is drawn, if the page computes."""
+    views = live["views"] if live else []
+    boxes = "".join(point_charts(number, view) for number, view in enumerate(views))
+    return f'<div class="plots">{boxes}</div><p class="note" id="point-said"></p>' if boxes else ""
+
+
+def point_charts(number: int, view: dict[str, Any]) -> str:
+    """Return the places of a bearing's force and path, or of two states."""
+    words = {"force": "Over four turns", "orbit": "Phase plane"}
+    if view["circle"]:
+        name = escape(view["name"])
+        words = {"force": f"Force at {name} over four turns"}
+        words["orbit"] = f"Path of the journal in {name}; the circle is the clearance"
+    return "".join(
+        f'<figure><canvas id="point-{key}{number}" role="img" aria-label="{text}"></canvas>'
+        f'<figcaption class="note">{text}</figcaption></figure>'
+        for key, text in words.items()
+    )
 
 
 def motion_section(content: Any) -> str:

@@ -88,6 +88,11 @@ const plots = (() => {
     return view;
   }
 
+  // The aspect at which a canvas gives both axes of a chart the same length.
+  function square(canvas) {
+    return 1 - (LEFT - BELOW) / canvas.clientWidth;
+  }
+
   function clipped({ pen, left, right, bottom, top }, draw) {
     pen.save();
     pen.beginPath();
@@ -121,5 +126,5 @@ const plots = (() => {
     pen.strokeRect(at, top, 0, bottom - top);
   }
 
-  return { chart, clipped, dots, line, span, text, upright };
+  return { chart, clipped, dots, line, span, square, text, upright };
 })();

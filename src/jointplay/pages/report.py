@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from matplotlib.collections import QuadMesh
 from xarray import Dataset
 
@@ -123,11 +124,27 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
     with suppress(InputError):  # another version's record: a page without motion, which it says
         mechanism = mechanism or build_mechanism(study.get("mechanism"))
     motion, note = moving.moving(dataset, mechanism if isinstance(mechanism, Mechanism) else None)
-    computing, why = live.live(mechanism, cells.parameters(dataset)) if mechanism else (None, "")
+    swept = amid(mechanism, dataset, list(study.get("vary") or {})) if mechanism else None
+    computing, why = live.live(swept, cells.parameters(dataset)) if swept else (None, "")
     drawn, trouble = pictures(dataset)
     found = cells.cells(dataset, study, thin.room(drawn.values()))
     notes = " ".join(filter(None, (note, trouble, why)))
     return Content(dataset, origin, drawn, found, motion, computing, notes)
+
+
+def amid(mechanism: Mechanism | TestSystem, dataset: Dataset, keys: list[str]) -> Mechanism | TestSystem:
+    """Return what moves in the middle of a sweep, from where sliders reach most of its points."""
+    middle = {}
+    for name in cells.parameters(dataset):
+        if dataset[name].dtype.kind not in "fiu":
+            continue
+        ends = dataset[name].values[[0, -1]]
+        mean = np.sqrt(ends.prod()) * np.sign(ends[0]) if ends.prod() > 0 else ends.mean()
+        middle |= {key: float(mean) for key in keys if key.rpartition(".")[2] == name}
+    try:
+        return mechanism.replace(**middle)
+    except InputError:  # a start or an order of them, which has no middle
+        return mechanism
 
 
 def pictures(dataset: Dataset) -> tuple[dict[str, Any], str]:

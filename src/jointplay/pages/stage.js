@@ -20,7 +20,7 @@ const stage = (() => {
   }
 
   function colour(name) {
-    return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+    return name.startsWith("--") ? getComputedStyle(document.documentElement).getPropertyValue(name).trim() : name;
   }
 
   function circle(pen, x, y, radius, fill) {
@@ -59,16 +59,8 @@ const stage = (() => {
     const scale = 0.86 * Math.min(width / (box[1] - box[0] || 1), height / (box[3] - box[2] || 1));
     const put = ([x, y]) => [width / 2 + scale * (x - (box[0] + box[1]) / 2), height / 2 - scale * (y - (box[2] + box[3]) / 2)];
     pen.lineCap = "round";
-    scene.pins.filter((pin) => pin.direction !== undefined && pin.point).forEach((pin) => {
-      const [x, y] = put(pin.point);
-      const [dx, dy] = [width * Math.cos(pin.direction), -width * Math.sin(pin.direction)];
-      pen.strokeStyle = colour("--line");
-      pen.lineWidth = 2;
-      pen.beginPath();
-      pen.moveTo(x - dx, y - dy);
-      pen.lineTo(x + dx, y + dy);
-      pen.stroke();
-    });
+    const sliding = scene.pins.filter((pin) => pin.block);
+    sliding.forEach((pin) => faces(pen, scene, pin, at, put, scale));
     scene.links.forEach((link) => {
       pen.strokeStyle = colour("--accent");
       pen.lineWidth = 6;
@@ -76,7 +68,8 @@ const stage = (() => {
       link.along.forEach((s, i) => pen[i ? "lineTo" : "moveTo"](...put(pointAt(link, s, at))));
       pen.stroke();
     });
-    scene.pins.forEach((pin) => {
+    sliding.forEach((pin) => block(pen, scene, pin, at, put, scale));
+    scene.pins.filter((pin) => !pin.block).forEach((pin) => {
       const [x, y] = put(pinAt(scene, pin, at));
       pen.strokeStyle = colour("--ink");
       pen.fillStyle = colour(pin.clearance > 0 ? "--warm" : "--paper");
@@ -86,6 +79,49 @@ const stage = (() => {
       pen.fillStyle = colour("--ink");
       pen.fillText(pin.name, x + 9, y - 9);
     });
+  }
+
+  // Direction of a guide, or of the line of its block.
+  function turned(scene, pin, at) {
+    const link = scene.links.find((each) => each.name === pin.link);
+    return pin.direction + (link ? link.frames[3 * at + 2] : 0);
+  }
+
+  // A guide's line, or with clearance its two faces to scale; on the ground as far as the picture goes.
+  function faces(pen, scene, pin, at, put, scale) {
+    const [x, y] = put(pinAt(scene, pin, at));
+    const angle = turned(scene, pin, at);
+    const far = pin.point ? 1e4 : Math.max(...scene.links.find((link) => link.name === pin.link).along.map((s) => scale * (s - pin.at)), 0);
+    const [dx, dy] = [Math.cos(angle), -Math.sin(angle)];
+    const away = pin.sizes ? scale * (pin.sizes[1] + pin.clearance) : 0;
+    pen.strokeStyle = colour(pin.sizes ? "--ink" : "--line");
+    pen.lineWidth = pin.sizes ? 1.5 : 2;
+    (away ? [away, -away] : [0]).forEach((off) => {
+      const [sx, sy] = [x + off * dy, y - off * dx];
+      pen.beginPath();
+      pen.moveTo(sx - (pin.point ? far : 0) * dx, sy - (pin.point ? far : 0) * dy);
+      pen.lineTo(sx + far * dx, sy + far * dy);
+      pen.stroke();
+    });
+  }
+
+  // The block of a slider: to scale where it has sizes.
+  function block(pen, scene, pin, at, put, scale) {
+    const [x, y] = put(pinAt(scene, pin.block, at));
+    const [long, high] = pin.sizes ? pin.sizes.map((each) => scale * each) : [14, 8];
+    pen.save();
+    pen.translate(x, y);
+    pen.rotate(-turned(scene, pin.block, at));
+    pen.strokeStyle = colour("--ink");
+    pen.fillStyle = colour(pin.clearance > 0 ? "--warm" : "--paper");
+    pen.globalAlpha = 0.85;
+    pen.lineWidth = 1.5;
+    pen.fillRect(-long, -high, 2 * long, 2 * high);
+    pen.globalAlpha = 1;
+    pen.strokeRect(-long, -high, 2 * long, 2 * high);
+    pen.restore();
+    pen.fillStyle = colour("--ink");
+    pen.fillText(pin.name, x + 9, y + high + 16); // below: a bearing's name is above
   }
 
   // A bearing has the `journal` in it (x, y of every sample, in clearances) and, where known, its `force` and `reach`;

@@ -7,6 +7,7 @@ const verdict = (() => {
   const REPEATS = 4; // a period is believed where they hold it this often
   const BATCHES = 40;
   const ERRORS = 3; // standard errors by which an exponent must differ from 0
+  const VANISHED = "largest exponent −∞: where the joint sticks, every small difference vanishes";
   const FOLLOWING = 2 / Math.sqrt(BATCHES); // correlation of batch means from which the error is too small
 
   // Smallest period of points, rows of coordinates, that all lie within `tolerance`; 0 if there is none.
@@ -27,6 +28,7 @@ const verdict = (() => {
       return sum / size;
     });
     const mean = means.reduce((a, b) => a + b) / BATCHES;
+    if (!Number.isFinite(mean)) return { mean: -Infinity, error: 0, follows: 0 }; // it vanished: what is left has no direction
     const off = means.map((each) => each - mean);
     const square = off.reduce((sum, each) => sum + each * each, 0);
     const follows = off.slice(1).reduce((sum, each, i) => sum + each * off[i], 0) / (square || 1);
@@ -46,7 +48,7 @@ const verdict = (() => {
   function kind(repeats, found) {
     if (repeats) return repeats === 1 ? "repeats every turn" : `repeats every ${repeats} turns`;
     if (found && found.mean > ERRORS * found.error && found.follows <= FOLLOWING) return "chaotic";
-    if (found && found.mean < -ERRORS * found.error) return "settles on";
+    if (found && found.mean < -ERRORS * found.error) return "still settling";
     return "undecided: follow more turns";
   }
 
@@ -62,7 +64,7 @@ const verdict = (() => {
     Object.entries(seen.separations).forEach(([joint, count]) => {
       said.push(`separations per turn${joint ? " at " + joint : ""}: ${number(count / seen.counted)}`);
     });
-    if (found) said.push(`largest exponent ${signed(found)} per turn`);
+    if (found) said.push(found.mean === -Infinity ? VANISHED : `largest exponent ${signed(found)} per turn`);
     said[0] = said[0][0].toUpperCase() + said[0].slice(1);
     return `${said.join("; ")}. ${seen.counted} turns, after ${SETTLE} dropped.`;
   }

@@ -22,13 +22,14 @@ function begin({ data }) {
 // Values that are refused are told; the others hold from now on, and the motion goes on from where it is.
 // After trouble, and in another period, whose phase is another, the motion begins at its start again.
 function set({ values }) {
-  const refused = {};
   const period = ahead.period();
-  Object.entries(values).forEach(([key, value]) => {
-    const why = shown.set(key, value) || ahead.set(key, value);
-    if (why) refused[key] = why;
-    else if (ideal && ideal.parameters.some((each) => each.key === key)) ideal.set(key, value);
+  const tried = (keys) => keys.filter((key) => {
+    refused[key] = shown.set(key, values[key]) || ahead.set(key, values[key]);
+    if (!refused[key] && ideal && ideal.parameters.some((each) => each.key === key)) ideal.set(key, values[key]);
+    return refused[key];
   });
+  const refused = {};
+  tried(tried(Object.keys(values))); // lengths may close together only: once more when the others hold
   if (lost || ahead.period() !== period) reset();
   turns = 0;
   return { refused };
@@ -68,11 +69,14 @@ function turn({ wanted, samples, join }) {
     const places = shown.places(at);
     given.scene.links.forEach((link, k) => frames[k].set(places[link.name], 3 * at));
   }
+  const along = frames.map((_, k) => given.scene.links[k].along.map((at) => shown.along(given.scene.links[k].name, at)));
+  const pins = (given.scene ? given.scene.pins : []).flatMap((pin) => [pin, pin.block || pin]);
+  const at = pins.map((pin) => shown.along(pin.link, pin.at));
   const events = out.events.map((each) => ({ ...each, turn: (each.time - begun) / shown.period() }));
   const time = Float64Array.from(out.time, (each) => (each - begun) / shown.period());
   const status = ended(out, 1);
   lost = lost || status !== "";
-  return { status, turn: { time, values: picked(out, wanted), frames, events } };
+  return { status, turn: { time, values: picked(out, wanted), frames, along, at, events } };
 }
 
 // The ideal mechanism's last of three turns: its start is not quite its steady motion.
@@ -126,7 +130,25 @@ function scan({ values, key, across, list, lines, transient, kept }) {
   return {};
 }
 
-const WHAT = { begin, set, reset, turn, without, on, scan };
+// Some turns of motions that begin in given states, or, where there is none, at the start and after a transient.
+function point({ values, states, transient, turns, samples, wanted }) {
+  reset();
+  const why = Object.values(set({ values }).refused).join("; ");
+  if (why) return { why };
+  const motions = states.map((state) => {
+    shown.reset();
+    if (state) shown.setState(state);
+    let status = "";
+    for (let done = 0; !state && !status && done < transient; done += 1) status = ended(shown.run(1, { budget_ms: BUDGET }), 1);
+    const begun = shown.time();
+    const out = shown.run(turns, { samples, budget_ms: BUDGET });
+    const time = Float64Array.from(out.time, (each) => (each - begun) / shown.period());
+    return { status: status || ended(out, turns), time, values: picked(out, wanted) };
+  });
+  return { motions };
+}
+
+const WHAT = { begin, set, reset, turn, without, on, scan, point };
 
 onmessage = ({ data }) => {
   try {

@@ -1,17 +1,11 @@
 """Numbers that follow a slider: how everything that a run begins with depends on each parameter.
 
 Assembling a mechanism is not written a second time in JavaScript. Instead each number that a parameter
-changes gets a form, found from samples over the parameter's range and verified on others:
-
-    power        v = v_0 (x / x_0)^n
-    polynomial   v = sum c_k z^k, z = x / x_0 - 1, of low degree
-
-and numbers that several parameters change are v_0 times, or plus, what each of them does to v_0, verified
-where all have other values at once. A parameter of which something has no such form gets no slider; nor does
-one whose forms do not go together with those before it, and no length has one: where a motion begins is a
-matter of all lengths together. Tolerances (`ROUGH`) follow within a factor of ten
-where they have no simple form, starts within a thousandth of their tolerated error. A range ends where the
-mechanism would be refused, or be another structure.
+changes gets a form (script.forms), found from samples over the parameter's range, and each number that
+several change a rule, verified where all have other values at once. A parameter of which something has no
+such form gets no slider, nor does one whose forms do not go together with those before it. Starts follow
+within a thousandth of their tolerated error. A range ends where the mechanism would be refused, be another
+structure, or not close over the turn (script.closing).
 """
 
 from __future__ import annotations
@@ -27,9 +21,9 @@ from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN, shown
 from jointplay.errors import InputError
 from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.script import forms
 
-EXACT, START = 3e-14, 1e-3  # what forms may leave: relative; of a start, in its tolerated errors
-ROUGHLY = 10.0  # factor by which a tolerance may be off
+START = 1e-3  # what forms may leave of a start, in its tolerated errors
 ROUGH = ("absolute", "weight", "margin", "cone", "rest", "hop", "play")
 RANGES = {  # of a slider over its stored value
     "clearance": (0.1, 10.0),
@@ -37,25 +31,32 @@ RANGES = {  # of a slider over its stored value
     "coefficient": (0.1, 30.0),
     "damping": (0.1, 10.0),
     "restitution": (0.1, 1.9),
+    "at": (0.3, 3.0),
     "": (0.2, 3.0),
 }
-TRIED, SAMPLES, JOINT = 12, 9, 6
-HIGHEST = 6  # degree of a polynomial
-Numbers = Callable[[Mechanism | TestSystem], dict[tuple[str, int], float] | None]
+TRIED, NEARER, SAMPLES, JOINT = 12, 6, 9, 24
+WITHIN = 0.98  # of the way to where a mechanism begins to be refused
+SIDES = ("journal", "bearing")
+Place = tuple[str, int]
+Found = dict[Place, float]
+Numbers = Callable[[Mechanism | TestSystem], Found | None]
 
 
-@dataclass
+@dataclass(eq=False)
 class Slider:
-    """A parameter, its range, and the form of each number that it changes, by that number's place."""
+    """A parameter, its range, and the form of each number that it changes, by that number's place.
+
+    `paths` lead to all numbers of the mechanism that it stands for.
+    """
 
     key: str
-    path: str
+    paths: tuple[str, ...]
     value: float
     low: float = 0.0
     high: float = 0.0
-    forms: dict[tuple[str, int], tuple[str, list[float]]] = field(default_factory=dict)
+    forms: dict[Place, tuple[str, list[float]]] = field(default_factory=dict)
 
-    def moved(self, place: tuple[str, int], first: float, x: float) -> float:
+    def moved(self, place: Place, first: float, x: float) -> float:
         """The number at a place where this parameter alone has the value x."""
         kind, numbers = self.forms.get(place, ("polynomial", [first]))
         if kind == "power":
@@ -63,7 +64,7 @@ class Slider:
         return float(np.polynomial.polynomial.polyval(x / self.value - 1, numbers))
 
 
-def followed(mechanism: Mechanism | TestSystem, numbers: Numbers) -> dict[str, Any]:
+def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool = False) -> dict[str, Any]:
     """Give the sliders of a mechanism, and the numbers that follow them, fit for JSON.
 
     Parameters
@@ -72,6 +73,8 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers) -> dict[str, A
         With the stored values.
     numbers : callable
         All numbers that a run of a mechanism begins with, by place; None where it has another structure.
+    closes : bool
+        Whether they are found where lengths change.
 
     Returns
     -------
@@ -79,21 +82,25 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers) -> dict[str, A
         ``parameters``, ``followed`` (numbers with their forms) and ``fixed`` (parameters without a slider,
         and why).
     """
-    first, kept, fixed, rules = numbers(mechanism) or {}, [], {}, {}
+    first, kept, fixed = numbers(mechanism) or {}, [], {}
 
-    def tried(changes: dict[str, float]) -> dict[tuple[str, int], float] | None:
+    def tried(values: dict[Slider, float]) -> Found | None:
         try:
+            changes = {path: x for slider, x in values.items() for path in slider.paths}
             return numbers(vary.changed(mechanism, changes))
         except InputError:
             return None
 
     for slider in candidates(mechanism):
-        why = _fitted(slider, tried, first)
-        found = None if why else _rules([*kept, slider], tried, first)
-        if found is None:
-            fixed[slider.key] = why or "it does not go together with the sliders before it"
+        if slider.key.startswith("length") and not closes:
+            fixed[slider.key] = "where the motion begins is not known at other lengths"
+        elif why := _fitted(slider, tried, first):
+            fixed[slider.key] = why
         else:
-            kept, rules = [*kept, slider], found
+            kept.append(slider)
+    while isinstance(rules := _rules(kept, tried, first), Slider):
+        fixed[rules.key] = "it does not go together with the sliders before it"
+        kept.remove(rules)
     return {
         "parameters": [_described(mechanism, slider) for slider in kept],
         "fixed": fixed,
@@ -115,26 +122,39 @@ def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
     if isinstance(mechanism, TestSystem):
         for name, value in mechanism.parameters.items():
             if value and not isinstance(value, bool):
-                yield Slider(name, name, value)
+                yield Slider(name, (name,), value)
         return
+    loose = {f"joints.{joint.name}": joint for joint in mechanism.clearance_joints}
+    found = [(f"clearance.{each.name}", f"{own}.clearance", each.clearance) for own, each in loose.items()]
     drive = mechanism.drive
-    for joint in mechanism.clearance_joints:
-        yield Slider(f"clearance.{joint.name}", f"joints.{joint.name}.clearance", joint.clearance)
-    for word, name in (("gear_ratio", "gear_ratio"), ("imposed_speed", "speed")):
-        if value := getattr(drive, word, None):
-            yield Slider(name, name, value)
-    for joint in mechanism.clearance_joints:
-        own = f"joints.{joint.name}"
-        if joint.friction and joint.friction.coefficient:
-            yield Slider(f"friction.{joint.name}", f"{own}.friction.coefficient", joint.friction.coefficient)
+    found += [(name, f"drive.{name}", getattr(drive, name, 0.0)) for name in ("gear_ratio", "speed")]
+    for own, joint in loose.items():
+        if joint.friction:
+            path = f"{own}.friction.coefficient"
+            found.append((f"friction.{joint.name}", path, joint.friction.coefficient))
         for word in ("stiffness", "damping", "restitution"):
-            if value := getattr(joint.contact, word, None):
-                yield Slider(f"{word}.{joint.name}", f"{own}.contact.{word}", value)
+            found.append((f"{word}.{joint.name}", f"{own}.contact.{word}", getattr(joint.contact, word, 0.0)))
+    for link in mechanism.links:  # a length, with all joints at the far end
+        ends = [
+            f"joints.{joint.name}.{side}.at"
+            for joint in mechanism.joints
+            for side in SIDES
+            if getattr(joint, side).link == link.name and getattr(joint, side).at == link.length
+        ]
+        if ends:
+            found.append((f"length.{link.name}", (f"links.{link.name}.length", *ends), link.length))
+    for link in mechanism.links:
+        for word in ("mass", "inertia", "inertia_centre"):
+            found.append((f"{word}.{link.name}", f"links.{link.name}.{word}", getattr(link, word)))
+    found += [(name, f"drive.{name}", getattr(drive, name, 0.0)) for name in ("rated_torque", "efficiency")]
+    for key, path, value in (*found, ("gravity", "gravity", mechanism.gravity)):
+        if value:
+            yield Slider(key, path if isinstance(path, tuple) else (path,), value)
 
 
-def _fitted(slider: Slider, tried: Callable, first: dict) -> str:
+def _fitted(slider: Slider, tried: Callable, first: Found) -> str:
     """Find the range and the forms; why there are none, or nothing."""
-    word = slider.path.rpartition(".")[2]
+    word = slider.paths[-1].rpartition(".")[2]
     share = RANGES.get(word, RANGES[""])
     ends = [_end(slider, slider.value * each, tried) for each in share]
     if None in ends:
@@ -143,98 +163,74 @@ def _fitted(slider: Slider, tried: Callable, first: dict) -> str:
     angles = np.cos(np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
     middle, half = (slider.high + slider.low) / 2, (slider.high - slider.low) / 2
     xs = [slider.low, slider.high, *(middle + half * angles)]
-    found = [tried({slider.path: x}) for x in xs]
+    found = [tried({slider: x}) for x in xs]
     if None in found:
         return "values between its ends give no mechanism of the same kind"
     for place, value in first.items():
         series = np.array([each[place] for each in found])
         if np.any(series != value):
-            form = _form(np.array(xs) / slider.value, series, value, _allowed(place, first))
+            form = forms.form(np.array(xs) / slider.value, series, value, _allowed(place, first))
             if form is None:
-                return f"{place[0]}[{place[1]}] follows it in no simple form"
+                what = "where the motion begins" if place[0] == "s" else "a number of the equations"
+                return f"{what} follows it in no simple form"
             slider.forms[place] = form
     return "" if slider.forms else "nothing depends on it"
 
 
 def _end(slider: Slider, x: float, tried: Callable) -> float | None:
-    """The end of a range that is x, or nearer to the stored value where x is refused."""
+    """The end of a range that is x, or next to where values towards x begin to be refused."""
+    if tried({slider: x}) is not None:
+        return x
+    good, refused = slider.value, x
     for _ in range(TRIED):
-        if tried({slider.path: x}) is not None:
-            return x
-        x = slider.value + (x - slider.value) / 2
-    return None
+        middle = (good + refused) / 2
+        good, refused = (good, middle) if tried({slider: middle}) is None else (middle, refused)
+    return None if good == slider.value else slider.value + WITHIN * (good - slider.value)
 
 
-def _allowed(place: tuple[str, int], first: dict) -> tuple[float, bool]:
+def _allowed(place: Place, first: Found) -> tuple[float, bool]:
     """Absolute difference that a form may leave, and whether a rough form will do."""
     array, at = place
-    return START * first["absolute", at - 1] if array == "s" and at else 0.0, array in ROUGH
+    return START * first.get(("absolute", at - 1), 0.0) if array == "s" else 0.0, array in ROUGH
 
 
-def _form(
-    ratio: np.ndarray, series: np.ndarray, value: float, allowed: tuple[float, bool]
-) -> tuple[str, list[float]] | None:
-    """Form of a number that is `series` where the parameter is `ratio` times its stored value."""
-    powers = bool(value) and bool(np.all(series / value > 0))
-    if powers:
-        n = round(2 * np.log(series[1] / value) / np.log(ratio[1])) / 2
-        if _close(value * ratio**n, series, allowed[0]):
-            return "power", [n]
-    z = ratio - 1
-    for degree in range(1, HIGHEST + 1):
-        basis = np.vander(z, degree + 1, increasing=True)[:, 1:]
-        c = np.linalg.lstsq(basis, series - value, rcond=None)[0]
-        if _close(value + basis @ c, series, allowed[0]):
-            return "polynomial", [value, *c.tolist()]
-    if powers and allowed[1]:
-        n = float(np.polyfit(np.log(ratio), np.log(series / value), 1)[0])
-        return ("power", [n]) if _near(value * ratio**n, series) else None
-    return None
-
-
-def _close(found: Any, wanted: np.ndarray, allowed: float) -> bool:
-    same = np.isinf(wanted) & (found == wanted)
-    allowed = max(allowed, EXACT * np.max(np.abs(wanted[~same]), initial=0.0))
-    return bool(np.all(same | (np.abs(found - wanted) <= allowed)))
-
-
-def _near(found: Any, wanted: np.ndarray) -> bool:
-    return bool(np.all(np.abs(np.log(found / wanted)) <= np.log(ROUGHLY)))
-
-
-def _rules(sliders: list[Slider], tried: Callable, first: dict) -> dict[tuple[str, int], str] | None:
-    """Whether changes of each number are multiplied or added, by its place; None where neither is right."""
+def _rules(sliders: list[Slider], tried: Callable, first: Found) -> dict[Place, Any] | Slider:
+    """The rule of each number by its place: `times`, or factors of products; else a slider to do without."""
     shares = np.random.default_rng(7).uniform(0.1, 0.9, (JOINT, len(sliders)))
-    points = [
-        {s.path: s.low * (s.high / s.low) ** u for s, u in zip(sliders, row, strict=True)} for row in shares
-    ]
-    pairs = [(point, found) for point in points if (found := tried(point)) is not None]
+    pairs = [pair for row in shares if (pair := _together(sliders, row, tried))]
+    if sliders and 2 * len(pairs) < JOINT:
+        return sliders[-1]
     rules = {}
     for place, value in first.items():
         series = np.array([found[place] for _, found in pairs])
-        if not any(place in slider.forms for slider in sliders):
-            if np.any(series != value):
-                return None
-            continue
-        alone = np.array([[s.moved(place, value, point[s.path]) for s in sliders] for point, _ in pairs])
-        plus, times = value + np.sum(alone - value, 1), value * np.prod(alone / value, 1) if value else None
-        allowed, rough = _allowed(place, first)
-        if value and _close(times, series, allowed):
-            rules[place] = "times"
-        elif _close(plus, series, allowed):
-            rules[place] = "plus"
-        elif rough and value and np.all(times / series > 0) and _near(times, series):
-            rules[place] = "times"
-        else:
-            return None
+        own = [i for i, slider in enumerate(sliders) if place in slider.forms]
+        moved = [[sliders[i].moved(place, value, at[sliders[i]]) for i in own] for at, _ in pairs]
+        added = np.array(moved).reshape(len(pairs), -1) - value
+        rule = forms.rule(added, series, value, _allowed(place, first))
+        if rule is None:
+            return sliders[own[-1] if own else -1]
+        rules[place] = rule if rule == "times" else [[k, *(own[i] for i in each)] for k, *each in rule]
     return rules
 
 
+def _together(
+    sliders: list[Slider], shares: np.ndarray, tried: Callable
+) -> tuple[dict[Slider, float], Found] | None:
+    """Other values of all sliders, nearer to those stored where they are refused, and the numbers there."""
+    ends = [s.low * (s.high / s.low) ** u for s, u in zip(sliders, shares, strict=True)]
+    for n in range(NEARER):
+        point = {s: s.value * (x / s.value) ** (0.5**n) for s, x in zip(sliders, ends, strict=True)}
+        if (found := tried(point)) is not None:
+            return point, found
+    return None
+
+
 def _described(mechanism: Mechanism | TestSystem, slider: Slider) -> dict[str, Any]:
-    (axis,) = vary.axes(mechanism, {slider.path: [slider.value]})
+    (axis,) = vary.axes(mechanism, {slider.paths[0]: [slider.value]})
     unit = shown(slider.value, axis.units)
     return {
         "key": slider.key,
+        "paths": slider.paths,
         "label": axis.long_name,
         "unit": "" if unit.symbol in PLAIN.values() else raised(unit.symbol),
         "factor": unit.factor,

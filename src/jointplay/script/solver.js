@@ -1,8 +1,9 @@
 // The driver: one run in arrays that are made once, gone on with piece by piece.
-// `functions`, `variations`, `quantities` and the kernels' names come from the translated text before.
+// `functions`, `variations`, `tangentRows`, `quantities`, `closing` and the kernels' names come from the translated text before.
 
 function makeSolver(data) {
   const FAR = 2; // clearances: further out, a motion begins at its start
+  const LANES = 8;
   const PIECE = 32; // attempts between two looks at the clock
   const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , FRESH, SMOOTH, , PASSED, STARTED] = data.places_of.count;
   const { H, LEVEL } = data.places_of.real;
@@ -18,19 +19,24 @@ function makeSolver(data) {
     const whole = new Float64Array(count * width);
     return Array.from({ length: count }, (_, i) => whole.subarray(i * width, (i + 1) * width));
   };
-  const numbers = (table) => Object.fromEntries(Object.entries(table).map(([name, value]) => [name, Number(value)]));
+  const asNumbers = (table) => Object.fromEntries(Object.entries(table).map(([name, value]) => [name, Number(value)]));
 
-  const o = numbers(data.options);
+  const o = asNumbers(data.options);
   const k = arrays(data.work);
   const start = arrays(data.trajectory);
   const x = arrays(data.trajectory);
-  const y = arrays(data.tangents);
+  const tangents = { ...data.tangents, w: LANES * tangentRows };
+  const y = arrays(tangents);
   const width = 1 + o.n_q + o.n + x.modes.length;
   x.samples = [];
   x.log = rows(data.log_rows, 3 + width);
   y.rows = [new Float64Array(y.logs.length + x.absolute.length + 4)];
-  const firstTangents = arrays(data.tangents);
+  const firstTangents = arrays(tangents);
   const values = new Float64Array(data.quantities.length);
+  const loops = {}; // of the ideal mechanism: its start, its numbers, and what follows from them
+  if (closing) {
+    Object.assign(loops, arrays({ ideal_s: data.closing.ideal_s, ideal_p: data.closing.ideal_p, found: data.closing.outputs }));
+  }
   let period = data.period;
   let turns = 0; // since the last change, from which the tangent's growth counts
 
@@ -38,7 +44,7 @@ function makeSolver(data) {
   const set_to = parameters.map((each) => each.value);
   let last = null; // all that the last run's samples give
 
-  // A number where parameter `number` alone has its present value; forms are those of script/sliders.py.
+  // A number where parameter `number` alone has its present value; forms are those of script/forms.py.
   function form(first, [number, kind, numbers]) {
     const ratio = set_to[number] / parameters[number].value;
     if (kind === "power") return first * ratio ** numbers[0];
@@ -48,18 +54,34 @@ function makeSolver(data) {
   function follow() {
     data.followed.forEach(({ array, at, value, rule, forms }) => {
       const first = Number(value);
-      const alone = forms.map((each) => form(first, each));
-      const times = () => first * alone.reduce((product, each) => product * (each / first), 1);
-      const now = rule === "times" ? times() : alone.reduce((total, each) => total + (each - first), first);
+      const added = parameters.map(() => 0);
+      forms.forEach((each) => { added[each[0]] = form(first, each) - first; });
+      const times = () => first * added.reduce((product, each) => product * (1 + each / first), 1);
+      const plus = () => rule.reduce((sum, [factor, ...of]) => sum + of.reduce((product, i) => product * added[i], factor), added.reduce((a, b) => a + b, first));
+      const now = rule === "times" ? times() : plus();
       if (array === "span") period = now;
       else if (array === "weight") y.weight[at] = firstTangents.weight[at] = now;
       else if (array in o) o[array] = now;
+      else if (array in loops) loops[array][at] = now;
       else {
         start[array][at] = now;
         if (array !== "s") x[array][at] = now;
       }
     });
     start.real[H] = data.first_step * period;
+    return !closing || closes();
+  }
+
+  // Where the motion begins, by the ideal mechanism's outputs; false where its loops do not close over the turn.
+  function closes() {
+    const { swept, step, turn } = data.closing;
+    const row = Float64Array.from(loops.ideal_s);
+    for (let i = 0; i < turn; i += 1, row[swept] += step) {
+      closing(row, loops.ideal_p, loops.found);
+      if (i === 0) data.closing.places.forEach(([at, whole], n) => { start.s[at] = loops.found[n] + whole; });
+      if (!loops.found.every(Number.isFinite)) return false;
+    }
+    return true;
   }
 
   // Empty, or why a value is refused. The motion goes on from where it is, if no journal is far out then.
@@ -71,11 +93,22 @@ function makeSolver(data) {
       const shown = (each) => Number((each * factor).toPrecision(4));
       return `${label}: from ${shown(min)} to ${shown(max)}${unit && ` ${unit}`} is accepted`;
     }
+    const before = set_to[number];
     set_to[number] = value;
-    follow();
+    if (!follow()) {
+      set_to[number] = before;
+      follow();
+      return `${label}: with the other lengths as they are, the links do not close over the whole turn`;
+    }
     if (outside()) reset();
     else restart();
     return "";
+  }
+
+  // A place along a link: where it was, unless it is the end of a link whose length has changed.
+  function along(link, at) {
+    const number = parameters.findIndex((each) => each.key === `length.${link}`);
+    return number >= 0 && at === parameters[number].value ? set_to[number] : at;
   }
 
   // Whether a journal is so far out that a force on it would be absurd.
@@ -112,18 +145,18 @@ function makeSolver(data) {
     const n = 2 * data.links.length;
     const [A, b] = [[], []];
     data.linkage.forEach((joint) => {
-      const rows = [new Float64Array(n), new Float64Array(n)];
+      const lines = [new Float64Array(n), new Float64Array(n)];
       const known = [0, 0];
       [[joint.journal, 1], [joint.bearing, -1]].forEach(([pin, sign]) => {
         const at = data.links.indexOf(pin.link);
-        known[0] += sign * (at < 0 ? pin.point[0] : pin.at * Math.cos(angle(pin)));
-        known[1] += sign * (at < 0 ? pin.point[1] : pin.at * Math.sin(angle(pin)));
-        if (at >= 0) [0, 1].forEach((axis) => { rows[axis][2 * at + axis] += sign; });
+        known[0] += sign * (at < 0 ? pin.point[0] : along(pin.link, pin.at) * Math.cos(angle(pin)));
+        known[1] += sign * (at < 0 ? pin.point[1] : along(pin.link, pin.at) * Math.sin(angle(pin)));
+        if (at >= 0) [0, 1].forEach((axis) => { lines[axis][2 * at + axis] += sign; });
       });
       const of = (name, label) => (last[name] && last[name][label] ? last[name][label][sample] : undefined);
       if (!joint.prismatic) {
         ["journal_x", "journal_y"].forEach((name, axis) => {
-          A.push(rows[axis]);
+          A.push(lines[axis]);
           b.push((of(name, joint.name) || 0) - known[axis]);
         });
         return;
@@ -132,7 +165,7 @@ function makeSolver(data) {
       const [c, s] = [Math.cos(turned), Math.sin(turned)];
       const slide = of("slide_position", joint.label) ?? of("slide_position", joint.name);
       const put = (a, d, wanted) => {
-        A.push(rows[0].map((each, j) => a * each + d * rows[1][j]));
+        A.push(lines[0].map((each, j) => a * each + d * lines[1][j]));
         b.push(wanted - a * known[0] - d * known[1]);
       };
       if (slide !== undefined) put(c, s, slide);
@@ -240,5 +273,5 @@ function makeSolver(data) {
 
   const state = () => x.s.slice(1, 1 + x.absolute.length);
   reset();
-  return { parameters, set, run, reset, state, setState, measured, places, time: () => x.s[0], period: () => period };
+  return { parameters, set, along, run, reset, state, setState, measured, places, time: () => x.s[0], period: () => period };
 }

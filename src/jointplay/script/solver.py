@@ -6,11 +6,11 @@ translated (script.translate) line by line; recorded quantities are those of the
 
 from __future__ import annotations
 
+import hashlib
 import math
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib.resources import files
 from inspect import getsource
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,10 +21,9 @@ from jointplay.analysis.exponents.stretching import SOLVED, frame
 from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.tangents import scales, tolerated
 from jointplay.analysis.trajectory import Request, memory
-from jointplay.codegen import algebra, cache, variation
+from jointplay.codegen import cache, place
 from jointplay.codegen.lambert import LAMBERT
 from jointplay.equations.structure import Linkage, Oscillator
-from jointplay.equations.write import system
 from jointplay.errors import refuse
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.model import Model
@@ -35,6 +34,7 @@ from jointplay.numerics.interface import Functions, Variations
 from jointplay.numerics.memory import COUNTERS, LEVEL, H
 from jointplay.numerics.modes import RELEASED, mask, variant_of
 from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
+from jointplay.script.closing import closing, ideal
 from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import followed
 from jointplay.script.translate import Script, Unit, generated, unit_of
@@ -102,11 +102,16 @@ def solver(
         sharp = rates.needed(name for name, _ in shown)
         return Request(math.inf, rtol, log_from=0.0, events=True, rates=sharp, **fields)
 
+    loops = closing(mechanism, initial, model)
+
     def numbers(changed: Mechanism | TestSystem) -> dict[tuple[str, int], float] | None:
         other = rules.model_for(changed, initial, section)
-        return _numbers(other, request(other)) if other.structure == model.structure else None
+        if other.structure != model.structure:
+            return None
+        found = _numbers(other, request(other))
+        return loops.followed(found, other, ideal(changed, initial)) if loops else found
 
-    data = _begun(model, request(model)) | followed(mechanism, numbers)
+    data = _begun(model, request(model)) | followed(mechanism, numbers, bool(loops))
     data |= {
         "quantities": [
             {"name": n, "label": k, "units": WORDS[n].units, "shown": n in names} for n, k in shown
@@ -117,9 +122,12 @@ def solver(
         "statuses": [{"word": each.word, "meaning": each.meaning} for each in Status],
         "state": named.module.STATE[1:],
         "linkage": [*map(_joint, mechanism.joints)] if isinstance(mechanism, Mechanism) else [],
+        "closing": loops.data if loops else None,
     }
+    start = (loops.ideal.structure, loops.outputs) if loops else None
     try:
-        return Solver(solver_text(model.structure, tuple(named.key(*each) for each in shown)), data)
+        text = solver_text(model.structure, tuple(named.key(*each) for each in shown), start)
+        return Solver(text, data)
     except UntranslatableError as error:
         expected = f"what can be written as JavaScript is accepted here; {error}"
         raise refuse(mechanism.name, expected, "mechanism") from None
@@ -139,41 +147,54 @@ def _numbers(model: Model, request: Request) -> dict[tuple[str, int], float]:
     return {(name, i): float(v) for name, array in arrays.items() for i, v in enumerate(array)}
 
 
-@lru_cache(maxsize=64)
-def solver_text(structure: Linkage | Oscillator, keys: tuple[str, ...]) -> str:
+def solver_text(structure: Linkage | Oscillator, keys: tuple[str, ...], start: Any = None) -> str:
     """Give the JavaScript of a structure's equations, of the method and of the driver; it defines makeSolver.
+
+    `keys` are outputs that it evaluates; `start` an ideal structure and those that its start follows from.
+    The text is kept beside the compiled kernels, under a name of all that decides it.
 
     Raises
     ------
     UntranslatableError
         If a kernel, or an equation, holds what has no translation.
     """
+    own = b"".join(each.read_bytes() for each in sorted(Path(__file__).parent.glob("*.[pj][ys]")))
+    name = f"{hashlib.sha256(own + repr((structure, keys, start)).encode()).hexdigest()[:16]}.js"
+    if (data := place.read(name)) is None:
+        place.compiling(name)
+        place.write(name, data := _translated(structure, keys, start).encode())
+        place.settle()
+    return data.decode()
+
+
+def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: Any) -> str:
+    from jointplay.codegen import algebra, variation  # SymPy takes a while to import
+    from jointplay.equations.write import system
+
     script = Script()
     script.function(unit_of("jointplay.numerics.flow"), "run")
     module = cache.structure_module(structure)
-    own = Unit("structure", getsource(module), vars(module))
-    parts = {"functions": [own], "variations": [_variation(structure)]}
-    if not module.SIZES["planned"]:
-        sizes = module.SIZES["positions"], module.SIZES["speeds"]
-        parts["functions"].append(generated("algebra", algebra.text(*sizes)))
+    sizes, own = module.SIZES, Unit("structure", getsource(module), vars(module))
+    derived = variation.text(system(structure), sizes["first"], bool(sizes["planned"]))
+    parts = {"functions": [own], "variations": [generated("variation", derived)]}
+    if not sizes["planned"]:
+        text = algebra.text(sizes["positions"], sizes["speeds"])
+        parts["functions"].append(generated("algebra", text))
     handed = []
     for name, fields in (("functions", Functions._fields), ("variations", Variations._fields)):
         known = {field: unit for unit in parts[name] for field in fields if field in unit.functions}
         pairs = (f"{field}: {script.function(unit, field)}" for field, unit in known.items())
         handed.append(f"const {name} = {{ {', '.join(pairs)} }};")
-    handed.append(f"const quantities = {script.function(_quantities(module, keys), 'quantities')};")
-    runtime, driver = ((files(__package__) / name).read_text() for name in ("runtime.js", "solver.js"))
+    handed.append(f"const tangentRows = {parts['variations'][0].scope['ROWS']};")
+    for name, wanted in (("quantities", (structure, keys)), ("closing", start)):
+        unit = wanted and _quantities(name, cache.structure_module(wanted[0]), wanted[1])
+        handed.append(f"const {name} = {script.function(unit, 'quantities') if unit else 'null'};")
+    runtime, driver = (Path(__file__).with_name(name).read_text() for name in ("runtime.js", "solver.js"))
     body = "\n".join([runtime, script.text, *handed, driver])
     return f"const makeSolver = (() => {{\n{body}\nreturn makeSolver;\n}})();\n"
 
 
-@lru_cache(maxsize=64)
-def _variation(structure: Linkage | Oscillator) -> Unit:
-    sizes = cache.structure_module(structure).SIZES
-    return generated("variation", variation.text(system(structure), sizes["first"], bool(sizes["planned"])))
-
-
-def _quantities(module: Any, keys: tuple[str, ...]) -> Unit:
+def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Unit:
     """The part of a structure's program that some quantities need, as a function of a record."""
     wanted, lines = {module.OUTPUTS[key] for key in keys}, []
     for symbol, source, reads in reversed(module.PROGRAM):
@@ -191,7 +212,7 @@ def _quantities(module: Any, keys: tuple[str, ...]) -> Unit:
     tail = [f"out[{i}] = {module.OUTPUTS[key]}" for i, key in enumerate(keys)]
     body = "\n".join(f"    {line}" for line in (*head, *lines, *tail))
     law = LAMBERT if "lambert(" in body else ""
-    return generated("outputs", f"{HEADER}{law}def quantities(row, p, out):\n{body or '    pass'}\n")
+    return generated(word, f"{HEADER}{law}def quantities(row, p, out):\n{body or '    pass'}\n")
 
 
 def _begun(model: Model, request: Request) -> dict[str, Any]:
@@ -218,11 +239,11 @@ def _tangents(model: Model, request: Request, x: Any, o: Any) -> dict[str, Any]:
     """One tangent, and the motion's own direction before it where nothing outside keeps the time."""
     neutral = _timeless(model, x, o)
     wanted = frame(1 + neutral, scales(model), model.memories)
-    y = tangents(wanted, scales(model), o.n, _variation(model.structure).scope["ROWS"], 1)
+    y = tangents(wanted, scales(model), o.n, 0, 1)  # tangentRows, where it runs
     y.count[SALTATION], y.count[NEUTRAL] = 1, neutral
     y.real[GRAZING] = y.real[BLOCK] = y.real[NEXT] = np.inf
     y.real[TOLERANCE], y.real[LIMIT] = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
-    return {name: _packed(array) for name, array in y._asdict().items() if name != "rows"}
+    return {name: _packed(array) for name, array in y._asdict().items() if name not in ("rows", "w")}
 
 
 def _timeless(model: Model, x: Any, o: Any) -> bool:

@@ -232,7 +232,10 @@ def _divisible(record: Study) -> Work:
     """The cells of a study that are known before any is computed; `InputError` where others follow."""
     work = first_work(record)
     if work.possible:
-        expected = "a study whose cells are known before it runs is accepted: with refine, answers decide"
+        expected = (
+            "a study whose cells are known before it runs is accepted; with refine, answers decide: "
+            "run it whole with --jobs N, or on many machines with --backend dask, or in parts with refine = 0"
+        )
         raise InputError([Problem("--part", record.name, expected)])
     return work
 

@@ -1,6 +1,6 @@
 """Edges of assessments against dense sweeps at rtol 1e-8: each lies between neighbouring cells that differ.
 
-A sweep carries the motion from the present value outward in steps of 1 %, and across the edge in steps a
+A sweep carries the motion from the present value outward in steps of 1 %, and across each edge in steps a
 tenth as long. The cells next to the edge on its two sides must differ in the trait; of a motion that is not
 chaotic, no cell before the edge may differ from the present one, nor any where no edge was met.
 Where a motion without a period loses contact now and then, some cell beside the edge has to.
@@ -23,18 +23,15 @@ MECHANISMS = {
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
-def ladder(begin, edge):
-    """Values from the present one to beyond an edge, which lies in the middle of a fine step; ratios."""
-    way = 1 if edge > 1 else -1
-    fine = edge * (1 + FINE * STEP) ** (way * (np.arange(2 * CELLS) + 0.5 - CELLS))
-    count = max(int(np.ceil(abs(np.log(fine[0])) / np.log1p(STEP))), 1)
-    coarse = np.geomspace(1.0, fine[0], count, endpoint=False)
-    return begin * np.concatenate([coarse, fine])
-
-
-def coarse(begin, limit):
-    """Values from the present one to the last that was looked at."""
-    return begin * np.geomspace(1.0, limit, int(np.ceil(abs(np.log(limit)) / np.log1p(STEP))) + 1)
+def outward(limit, edges):
+    """Ratios to the present value from 1 to a limit; each edge lies in the middle of a fine step."""
+    coarse = np.geomspace(1.0, limit, int(np.ceil(abs(np.log(limit)) / np.log1p(STEP))) + 1)[1:]
+    fine = (1 + FINE * STEP) ** (np.arange(2 * CELLS) + 0.5 - CELLS)
+    for edge in edges:
+        coarse = coarse[np.abs(np.log(coarse / edge)) > CELLS * FINE * STEP]
+    ratios = np.concatenate([coarse, *(edge * fine for edge in edges)])
+    ratios = np.sort(np.append(ratios[(ratios > 1) == (limit > 1)], 1.0))
+    return ratios if limit > 1 else ratios[::-1]
 
 
 def traits(mechanism, key, values):
@@ -69,24 +66,25 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
     for key in found["parameter"].values:
         begin = float(found["present_value"].sel(parameter=key))
         for side in found["side"].values:
-            whole = None
-            for change in CHANGES:
-                edge = float(found["edge_ratio"].sel(parameter=key, side=side, change=change))
-                if np.isfinite(edge):
-                    met += 1
-                    cells = traits(mechanism, str(key), ladder(begin, edge))[change]
-                    before, after = cells[:-CELLS], cells[-CELLS]
-                    how = int(found["found_by"].sel(parameter=key, side=side, change=change))
-                    if how == HOW.index("irregular"):  # seen in some of the cells
-                        if np.all(cells == present[change]):
-                            wrong.append((str(key), str(side), change, edge, cells.tolist()))
-                        continue
-                    bad = before[-1] != present[change] or after == present[change]
+            here = found.sel(parameter=key, side=side)
+            edges = here["edge_ratio"].values
+            limit, there = float(here["limit_ratio"]), np.isfinite(edges)
+            met += there.sum()
+            ratios = outward(limit, edges[there])
+            cells = traits(mechanism, str(key), begin * ratios)
+            for change, edge, how in zip(CHANGES, edges, here["found_by"].values, strict=True):
+                values, was = cells[change], present[change]
+                if HOW[how] == "irregular":  # seen in some of the cells
+                    near = np.abs(np.log(ratios / edge)) < CELLS * FINE * STEP
+                    bad = np.all(values[near] == was)
+                elif np.isfinite(edge):
+                    first = int(np.argmax((ratios > edge) == (limit > 1)))  # beyond it
+                    values = values[: first + 1]
+                    bad = values[-2] != was or values[-1] == was
+                    bad |= not present["chaos"] and np.any(values[:-1] != was)
                 else:
-                    limit = float(found["limit_ratio"].sel(parameter=key, side=side))
-                    whole = whole or traits(mechanism, str(key), coarse(begin, limit))
-                    before, bad = whole[change], False
-                if bad or (not present["chaos"] and np.any(before != present[change])):
-                    wrong.append((str(key), str(side), change, edge, before.tolist()))
+                    bad = not present["chaos"] and np.any(values != was)
+                if bad:
+                    wrong.append((str(key), str(side), change, edge, values.tolist()))
     assert met
     assert wrong == []

@@ -7,9 +7,10 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.coexisting.impulses import Impulse
 from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
 from jointplay.analysis.coexisting.lasting import FAILED, Motions
-from jointplay.analysis.coexisting.smallest import Knocked, smallest
+from jointplay.analysis.coexisting.smallest import ABOVE, BELOW, Knocked, smallest
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.journal_position import Journals
@@ -37,7 +38,7 @@ def state_of(model, rows, names):
 def test_an_impulsive_moment_does_the_work_of_its_mean_angular_velocity(link):
     """An impulse J on a link changes the kinetic energy by J (w before + w after) / 2."""
     model = assemble(LINKAGE, None, section_of(LINKAGE))
-    (knock,) = [each for each in knocks(model) if each.name == f"impulse:{link}"]
+    (knock,) = [each for each in knocks(model, LINKAGE) if each.name == f"impulse:{link}"]
     after = knock.applied(model, 0.0, 0.3)
     width, n = len(model.state) + 1 + len(model.joints), model.links.index(link)
     rows = np.zeros((2, width))
@@ -52,9 +53,59 @@ def test_an_impulsive_moment_does_the_work_of_its_mean_angular_velocity(link):
     assert not np.array_equal(speeds_by_moment(model, link), np.zeros(3))
 
 
+RODS = {
+    "hammer": {"on": {"link": "rocker", "at": 0.1}, "direction": 0.3},
+    "own": {"on": {"link": "crank", "at": 0.03}, "direction": 1.5, "fixed": "link"},
+    "any": {"on": {"link": "coupler", "at": 0.05}},
+}
+
+
+@pytest.mark.parametrize("name", RODS)
+def test_an_impulse_on_a_point_does_the_work_of_its_mean_velocity(name):
+    """J d.(v before + v after) / 2, v of the point as its links' angles and speeds have it."""
+    model = assemble(LINKAGE, None, section_of(LINKAGE))
+    impulse = Impulse(name=name, **RODS[name])
+    (knock,) = [each for each in knocks(model, LINKAGE, [impulse]) if each.kind == "blow"]
+    n, rows = len(model.turning), np.zeros((2, len(model.state) + 1 + len(model.joints)))
+    after = knock.applied(model, 0.4 if knock.plane else 0.0, 0.3)
+    rows[:, 1 : 1 + len(model.state)] = model.state, after.state
+    angle, speed = rows[0, 1 : 1 + n], rows[:, 1 + n : 1 + 2 * n]
+    across = dict(zip(model.links, np.stack([-np.sin(angle), np.cos(angle)], -1), strict=True))
+    speeds = dict(zip(model.links, speed.T, strict=True))
+    link, at = impulse.on.link, impulse.on.at
+    velocity = at * speeds[link][:, None] * across[link]
+    if link == "coupler":
+        velocity += LINKAGE.joint("A").journal.at * speeds["crank"][:, None] * across["crank"]
+    way = (impulse.direction or 0.4) + (angle[model.links.index(link)] if impulse.fixed == "link" else 0.0)
+    gained = np.diff(Quantities(model, rows, rows[0])._mechanical(rows))[0]
+    work = 0.3 * knock.unit * velocity.mean(axis=0) @ [math.cos(way), math.sin(way)]
+    assert gained == pytest.approx(work, rel=1e-9)
+    back = knock.applied(after, math.pi + 0.4 if knock.plane else math.pi, 0.3)
+    assert back.state == pytest.approx(model.state, rel=1e-9)
+
+
+def test_impulses_that_cannot_be_are_refused_all_at_once():
+    wrong = [{"name": "a", "on": {"link": "rod"}}, {"name": "a", "on": {"link": "rocker"}}]
+    with pytest.raises(InputError) as caught:
+        jp.tipping(LINKAGE, region={"journal_x": (-0.5, 0.5)}, impulses=wrong)
+    assert {each.key for each in caught.value.problems} == {"impulses[0].on.link", "impulses[1].name"}
+    with pytest.raises(InputError, match="moving link"):
+        jp.tipping(
+            LINKAGE,
+            region={"journal_x": (-0.5, 0.5)},
+            impulses=[{"name": "a", "on": {"link": "ground", "point": [0, 0]}}],
+        )
+    with pytest.raises(InputError, match="does not bend"):
+        jp.tipping(
+            catalog.chunmei2002(elastic=["rocker"]),
+            region={"journal_x": (-0.5, 0.5)},
+            impulses=[{"name": "a", "on": {"link": "rocker"}}],
+        )
+
+
 def test_a_shift_moves_the_journal_alone_and_no_farther_than_its_bearing():
     model = assemble(LINKAGE, None, section_of(LINKAGE))
-    (shift,) = [each for each in knocks(model) if each.kind == "shift"]
+    (shift,) = [each for each in knocks(model, LINKAGE) if each.kind == "shift"]
     moved, journals = shift.applied(model, 0.7, 0.25), Journals(model)
     before, after = (journals.positions(each.state[None])[0] for each in (model, moved))
     assert (after - before) / model.clearances[0] == pytest.approx(
@@ -67,7 +118,7 @@ def test_a_shift_moves_the_journal_alone_and_no_farther_than_its_bearing():
 
 def test_a_state_is_not_knocked_through_a_wall():
     pair = assemble(catalog.impact_pair(3.6, 0.8), None, "phase")
-    up = next(each for each in knocks(pair) if each.name == "state:y")
+    up = next(each for each in knocks(pair, catalog.impact_pair(3.6, 0.8)) if each.name == "state:y")
     assert up.applied(pair, 0.0, 10.0) is None
     assert up.applied(pair, math.pi, 0.5).state[0] == pair.state[0] - 0.5
 
@@ -95,7 +146,8 @@ def test_the_search_finds_the_smallest_of_a_known_boundary():
     found = smallest(told(over), 8, 8, np.arange(1, 17) / 10)
     assert found.high == pytest.approx(0.5, rel=0.02)
     assert found.low < found.high
-    assert (found.place.point, found.ends) == (0, (0, 1))
+    assert (found.place.point, found.ends[BELOW], found.ends[ABOVE]) == (0, 0, 1)
+    assert found.safe == found.low
     assert math.cos(found.place.direction - 1.0) > 0.95
     assert smallest(told(over), 8, 8, np.array([0.2, 0.4])) is None
 
@@ -103,7 +155,29 @@ def test_the_search_finds_the_smallest_of_a_known_boundary():
 def test_failed_knocks_tip_nothing_and_an_island_is_not_confirmed():
     assert smallest(told(lambda place, size: FAILED), 4, 4, np.array([0.5, 1.0])) is None
     island = smallest(told(lambda place, size: int(0.5 < size < 0.502), False), 1, 2, np.array([0.501, 1.0]))
-    assert island.ends == (0, 0)
+    assert not any(island.ends)
+
+
+def test_the_search_goes_on_below_an_island_of_smaller_knocks():
+    found = smallest(
+        told(lambda place, size: int(0.55 < size < 0.6 or size > 0.8), False), 1, 2, np.array([0.4, 0.8, 1.2])
+    )
+    assert found.high == pytest.approx(0.55, rel=1e-3)
+    assert (found.ends[BELOW], found.ends[ABOVE], found.ends[-1]) == (0, 1, 0)
+
+
+def test_what_is_safe_below_bands_that_go_on_is_told():
+    """Bands of both at every size from 0.5 on, each a hundredth of the size; below all return."""
+    bands = smallest(
+        told(lambda place, size: int(size > 0.5 and math.log(size) % 0.01 < 0.005), False),
+        1,
+        2,
+        np.array([1.0]),
+    )
+    assert 0.5 <= bands.high <= 1.0
+    assert bands.safe <= bands.high
+    if bands.ends[BELOW]:
+        assert bands.safe < 0.98 * bands.high
 
 
 def test_both_wells_are_left_by_mirrored_knocks_as_their_symmetry_says(wells):

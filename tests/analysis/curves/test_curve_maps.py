@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.curves.tracing import Curves, starts_of
-from jointplay.analysis.orbits.arclength import Family
 from jointplay.analysis.orbits.continuation import Explorer
 from jointplay.analysis.orbits.shooting import newton
-from tests.analysis.orbits.test_continuation_maps import Plain
+from tests.analysis.orbits.test_continuation_maps import Plain, Plains
 
 
 def mixed(p, x):
@@ -39,8 +38,8 @@ def both(p, x):
 def curves(rule, start, p, low, high, of, step=0.04, most=200):
     """Curves from the branch over the first parameter, as (kind, parameters, meetings, ends)."""
     low, high, p = map(np.array, (low, high, p))
-    family = Family(lambda value: Plain(rule, value), low, high, 1e-9)
-    line = Family(lambda value: Plain(rule, np.array([value, p[1]])), low[0], high[0], 1e-9)
+    family = Plains(lambda value: Plain(rule, value), low, high, 1e-9)
+    line = Plains(lambda value: Plain(lambda q, x: rule([q, p[1]], x), value), low[0], high[0], 1e-9)
     orbit = newton(Plain(rule, p), np.array(start), 1e-9)
     assert orbit.status == 0
     branch = Explorer(line, step, most, 1).explore(orbit, line.fraction(p[0]))[0]

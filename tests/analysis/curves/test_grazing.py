@@ -39,7 +39,7 @@ def test_the_gears_lose_contact():
         max_curves=1,
     )
     one = found_curve(found)
-    assert one["curve_event_kind"] == "contact"
+    assert one["curve_event_kind"] == "separation"
     assert one["amplitude"].values == pytest.approx(limit(one["frequency"].values), rel=1e-9)
     assert list(one["curve_end"]) == ["range", "range"]
     assert sorted(one["frequency"].values[[0, -1]]) == [1.5, 1.7]

@@ -37,12 +37,25 @@ class Plain:
     def differ(self, one, other):
         return one - other
 
-    def image(self, state, derivative=True, turns=None):
+    def image(self, state, derivative=True, turns=None, directions=()):
+        count = self.turns if turns is None else turns
+        end, P = self.iterated(self.p, state, count)
+        along = [self.iterated(self.p + 1e-40j * way, state, count)[0].imag / 1e-40 for way in directions]
+        return Image(0, end, 1.0, P, np.zeros((0, 4)), along=np.array(along).T)
+
+    def iterated(self, p, state, count):
         P = np.eye(len(state))
-        for _ in range(self.turns if turns is None else turns):
-            state, step = self.rule(self.p, state)
+        for _ in range(count):
+            state, step = self.rule(p, state)
             P = step @ P
-        return Image(0, state, 1.0, P, np.zeros((0, 4)))
+        return state, P
+
+
+class Plains(Family):
+    """Such maps over parameters, which need no mechanism to be differentiated in them."""
+
+    def directions(self, q, like):
+        return np.eye(self.count) if self.count > 1 else [1.0]
 
 
 def logistic(r, x):
@@ -68,7 +81,7 @@ def saddle(p, x):
 
 
 def branches(rule, start, p, low, high, most=200, many=3, step=0.03):
-    family = Family(lambda value: Plain(rule, value), low, high, 1e-9)
+    family = Plains(lambda value: Plain(rule, value), low, high, 1e-9)
     orbit = newton(Plain(rule, p), np.array(start), 1e-9)
     assert orbit.status == 0
     found = Explorer(family, step, most, many).explore(orbit, family.fraction(p))

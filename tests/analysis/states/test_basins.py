@@ -8,6 +8,7 @@ from scipy.stats import binomtest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.cells import driven, in_memory
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import (
     PAIRS,
@@ -45,6 +46,29 @@ def test_two_wells_share_the_plane_as_their_symmetry_says():
     assert (found.fraction_low < 0.5).all()
     assert (found.fraction_high > 0.5).all()
     assert abs(float(found.uncertainty_exponent) - 1) < 3 * float(found.uncertainty_exponent_standard_error)
+
+
+def test_an_adaptive_plane_follows_starts_where_basins_meet():
+    """Where starts were followed the plane is the whole one's; elsewhere nearly so. No key comes twice."""
+    wells, keys = catalog.duffing(amplitude=0.0), []
+    keywords = {"plane": {"y": span(-1.2, 1.2, 25), "v": span(-0.6, 0.6, 25)}, "turns": 16, "transient": 20}
+    keywords |= {"pairs": 5, "rtol": 1e-6}
+    whole = jp.basins(wells, n_jobs=1, **keywords)
+
+    def noted(work):
+        keys.extend(key for job in work.jobs for key in job.keys)
+        assert work.possible
+        return in_memory(1, work)
+
+    found = driven(jp.basins.steps, noted, wells, refine=3, **keywords)
+    done = found.computed.values == 1
+    assert len(keys) == len({*keys}) > 2
+    assert 16 < done.sum() < 0.7 * done.size
+    assert (found.attractor.values[done] == whole.attractor.values[done]).all()
+    assert np.mean(found.attractor.values == whole.attractor.values) > 0.98
+    assert found.refinement_level.values.max() == 3
+    random = found.pair_kind.values == PAIRS.index("random")
+    assert (found.uncertain_fraction.values[random] == whole.uncertain_fraction.values[random]).all()
 
 
 def test_both_motions_of_the_impact_pair_are_found_from_their_starts():

@@ -115,7 +115,7 @@ def test_chatter_and_divergence_are_those_of_one_trajectory():
 def test_what_lanes_cannot_do_is_followed_alone():
     good = model(3e-5, 3.0, 0.01)
     sampled = asked(good, 1, at=np.array([0.5 * good.period]))
-    ball = assemble(catalog.lorenz())
+    ball = assemble(catalog.chunmei2002(speed=10.0))
     assert not ensemble_runs.suits(good, sampled)
     assert not ensemble_runs.suits(good, asked(good, 1, 1e-9))
     found = ensemble_runs.follow_ensemble([ball, good, good], [Request(1.0), asked(good, 1), sampled])

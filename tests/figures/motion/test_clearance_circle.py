@@ -123,7 +123,7 @@ def test_overview_has_no_empty_panel_and_shows_every_joint():
     assert len(figure.axes) == 7
     assert [text.get_text() for text in figure.axes[0].get_legend().get_texts()] == ["B", "C"]
     assert [ax.get_xlabel() for ax in figure.axes[1::3]] == [
-        f"Journal centre at {name}, $r_x/e$ (–)" for name in "BC"
+        f"Journal centre at {name}, $r_x/e$" for name in "BC"
     ]
     assert len(figures.draw(response(joints=("B", "C")), joint="C").axes) == 4
 

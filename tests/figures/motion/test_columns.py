@@ -53,7 +53,7 @@ def test_each_window_has_a_column_with_its_own_samples(pair):
 
 def test_below_are_crank_angle_and_turns_and_above_is_time(pair):
     start, steady = history(pair).axes
-    assert [ax.get_xlabel() for ax in (start, steady)] == ["Crank angle (deg)", "Crank turns (\N{EN DASH})"]
+    assert [ax.get_xlabel() for ax in (start, steady)] == ["Crank angle (deg)", "Crank turns"]
     assert start.get_xlim() == pytest.approx((0, 360), abs=0.5)
     assert steady.get_xlim() == pytest.approx((20, 25), abs=2e-3)
     for ax, ends in ((start, (0, 75)), (steady, (1500, 1875))):

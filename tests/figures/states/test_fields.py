@@ -117,7 +117,7 @@ def test_a_field_has_its_first_coordinate_along_x():
     assert ax.get_xlabel().startswith("Journal x over clearance")
     assert ax.get_ylabel() == "Crank angle (deg)"
     assert ax.get_ylim()[1] == pytest.approx(np.degrees(2.5))
-    assert bar.get_ylabel() == "Exponent per turn, over 3 turns (\N{EN DASH})"
+    assert bar.get_ylabel() == "Exponent per turn, over 3 turns"
     assert ax.get_title(loc="left") == "chatter: 1"
     assert len(bar.lines) == 1
 

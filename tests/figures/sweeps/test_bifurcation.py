@@ -36,7 +36,7 @@ def sweep(directions=("up", "down"), starts=1, exponents=1, over=("clearance",))
         ),
         "angle": named((*dims, "point", "link"), numbers("point", "link") * 1e-3, "rad", "link angle"),
         "period": named(dims, np.resize([1, 2, 0, -1, 12], numbers().shape), "1", "period"),
-        "impacts": named((*dims, "joint"), numbers()[..., None], "1", "contacts begun a turn"),
+        "impacts": named((*dims, "joint"), numbers()[..., None], "1", "contacts begun per turn"),
         "smallest_missed_gap": named((*dims, "joint"), numbers()[..., None] * 1e-6, "m", "smallest gap"),
         "status": ((), np.int8(0), {"flag_values": np.arange(9), "flag_meanings": MEANINGS}),
         "cell_status": (dims, bad, {"flag_values": np.arange(9), "flag_meanings": MEANINGS}),

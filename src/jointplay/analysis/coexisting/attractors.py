@@ -22,7 +22,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Cell, Read, Steps, Work, divided, first_bad, warm
+from jointplay.analysis.cells import Read, Steps, Work, divided, first_bad, handed_out, warm
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, at_largest, one_parameter, region_fits
@@ -38,7 +38,7 @@ from jointplay.analysis.sweeps.bifurcation import Over, names
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, changed, checked_axes, largest
 from jointplay.errors import InputError
-from jointplay.jobs.job import Entry, key_of
+from jointplay.jobs.job import Entry
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
@@ -171,7 +171,7 @@ def attractors(
     seeds = {"region": region, "joint": joint, "starts": starts, "seed": seed, "observation": observation}
     cells = [shared | seeds | {"changes": each} for each in changes]
     ready = partial(_warm, mechanism, changes, initial, exponents, ensemble)
-    seeded = yield from _handed(passes.found, cells, axis.name, tell[0], ready)
+    seeded = yield from handed_out(passes.found, cells, tell[0], axis.name, ready)
     motions, ended = [list(each.get("motions", ())) for each in seeded], list(seeded)
     lands: dict[tuple[int, int, int], int] = {}
     if carry:
@@ -181,7 +181,7 @@ def attractors(
     numbers, events, apart = identities(motions, lands, reach)
     places = [(i, n) for i, each in enumerate(motions) for n in range(len(each))]
     cells = [shared | {"changes": changes[i], "motion": motions[i][n], "plan": plan} for i, n in places]
-    answers = yield from _handed(passes.described, cells, "motion", tell[2], ready)
+    answers = yield from handed_out(passes.described, cells, tell[2], "motion", ready)
     table = attractors_dataset.Table(axis, motions, numbers, apart, seeded, starts)
     found = table.dataset({(i, numbers[i][n]): a for (i, n), a in zip(places, answers, strict=True)}, plan)
     found = found.assign(table.fractions() | table.changes(events))
@@ -191,28 +191,13 @@ def attractors(
     return found.assign(outcome(first_bad([*ended, *answers]), began))
 
 
-def _handed(
-    function: Callable[..., Entry],
-    cells: Sequence[dict[str, Any]],
-    name: str,
-    progress: Callable[[float], None] | None,
-    ready: Callable[[], None] = lambda: None,
-) -> Generator[Work, Read, list[Entry]]:
-    """Hand out a call for each cell, known by all that decides its answer: values may be added to a sweep."""
-    keys = [key_of(function.__name__, cell) for cell in cells]
-    made = [Cell(function, cell, key) for cell, key in zip(cells, keys, strict=True)]
-    read = yield Work(made, {name: len(cells)}, progress, ready)
-    answers = dict(read())
-    return [answers[key] for key in keys]
-
-
 def _followed(shared, axis: Axis, motions, numbers, max_steps: int | None):
     """Follow periodic motions as orbits: what was followed, and the answers."""
     mechanism, section = shared["mechanism"], passes.section_at(shared["mechanism"], shared["initial"])
     following = special_points.stretches(axis, motions, numbers) if section is not None else []
     more = {"mechanism": mechanism, "parameter": axis.key, "section": section, "max_steps": max_steps}
     cells = [each | more for each in following]
-    return following, (yield from _handed(special_points.followed, cells, "branch", None))
+    return following, (yield from handed_out(special_points.followed, cells, lasting="branch"))
 
 
 def _warm(mechanism, changes, initial, exponents: bool, ensemble: bool) -> None:
@@ -249,7 +234,7 @@ def _carried(
         ]
         if not cells:
             break
-        answers = yield from _handed(passes.carried, cells, "value", progress)
+        answers = yield from handed_out(passes.carried, cells, progress, "value")
         fresh, ended = [], ended + answers
         for (j, sources), answer in zip(into, answers, strict=True):
             before = len(motions[j])

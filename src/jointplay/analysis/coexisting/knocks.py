@@ -7,24 +7,28 @@
   the speeds of journals in their bearings. It ends where the journal would leave the clearance.
 - ``state:NAME``, of a test system: a change of one state, in its own units.
 
-Sizes have a unit: what changes the link's speed by the nominal one; the clearance; 1. Validity: the knock is
+Sizes have a unit: what changes the link's speed by the nominal one; what gives the point the nominal speed
+times the mechanism's reach; the clearance; 1. Validity: the knock is
 over before anything moves, and contacts that are closed take no part of it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from jointplay.analysis.coexisting.impulses import Blow, Impulse
 from jointplay.analysis.starts import state_names
 from jointplay.analysis.states.journal_position import Journals
+from jointplay.analysis.states.mass_matrix import at_speeds, evaluated, mass_matrix
 from jointplay.analysis.states.start_plane import INSIDE, beyond_a_wall
-from jointplay.codegen import cache, outputs
 from jointplay.mechanism.model import Model
+from jointplay.mechanism.records import Mechanism, TestSystem
 
-UNITS = {"impulse": "N m s", "shift": "m", "state": "1"}
+UNITS = {"impulse": "N m s", "blow": "N s", "shift": "m", "state": "1"}
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,7 @@ class Knock:
 
     name: str
     unit: float
+    blow: Blow | None = None
 
     @property
     def kind(self) -> str:
@@ -41,14 +46,19 @@ class Knock:
     @property
     def plane(self) -> bool:
         """Whether it has directions in a plane; else one and its opposite."""
-        return self.kind == "shift"
+        return self.kind == "shift" or (self.blow is not None and self.blow.impulse.direction is None)
 
     def applied(self, model: Model, direction: float, size: float) -> Model | None:
         """The model after a knock of a size, in units, in a direction, rad; None where it cannot be."""
         of, amount = self.name.partition(":")[2], size * self.unit
-        if self.kind == "impulse":
+        if self.kind in ("impulse", "blow"):
             n_q, state = len(model.turning), model.state.copy()
-            state[n_q : 2 * n_q] += math.cos(direction) * amount * speeds_by_moment(model, of)
+            if self.blow is None:
+                change = math.cos(direction) * speeds_by_moment(model, of)
+            else:
+                push = self.blow.slopes(model).T @ self.blow.aim(model, direction)
+                change = np.linalg.solve(mass_matrix(model), push)
+            state[n_q : 2 * n_q] += amount * change
             return replace(model, state=state)
         if self.kind == "state":
             state = model.state.copy()
@@ -72,47 +82,33 @@ def _shifted(model: Model, joint: str, way: np.ndarray) -> Model | None:
 
 def speeds_by_moment(model: Model, link: str) -> np.ndarray:
     """Change of the free speeds by a unit of an impulsive moment on a link, shape (coordinates,)."""
-    n_q, module = len(model.turning), cache.structure_module(model.structure)
-    pairs = [(i, j) for i in range(n_q) for j in range(i, n_q)]
-    tried = np.zeros((1 + n_q + len(pairs), n_q))
-    tried[1 : 1 + n_q] = np.eye(n_q)
-    for row, (i, j) in enumerate(pairs, start=1 + n_q):
-        tried[row, i] += 1.0
-        tried[row, j] += 1.0
-    states = np.repeat(model.state[None, :], len(tried), axis=0)
-    states[:, n_q : 2 * n_q] = tried
-    given = dict(zip(module.STATE, [np.zeros(len(states)), *states.T], strict=True))
-    given |= dict(zip(module.PARAMETERS, model.numbers, strict=True))
-    keys = ("kinetic_energy", f"angular_velocity:{link}")
-    energy, speed = (
-        np.broadcast_to(outputs.evaluate(module, [key], given)[key], len(states)) for key in keys
+    n_q = len(model.turning)
+    return np.linalg.solve(mass_matrix(model), np.diff(_link_speeds(model, link, np.eye(n_q)), axis=0)[0])
+
+
+def _link_speeds(model: Model, link: str, changes: np.ndarray) -> np.ndarray:
+    """Angular velocity of a link without free speeds, and with these, shape (2, changes)."""
+    states, key = (
+        at_speeds(model, np.vstack([np.zeros(changes.shape[1]), changes])),
+        f"angular_velocity:{link}",
     )
-    M = np.zeros((n_q, n_q))
-    for row, (i, j) in enumerate(pairs, start=1 + n_q):
-        M[i, j] = M[j, i] = energy[row] - energy[1 + i] - energy[1 + j] + energy[0]
-    return np.linalg.solve(M, speed[1 : 1 + n_q] - speed[0])
+    speeds = evaluated(model, states, [key])[key]
+    return np.stack([np.repeat(speeds[0], len(changes)), speeds[1:]])
 
 
-def knocks(model: Model) -> list[Knock]:
-    """Kinds of knock that a model can have."""
+def knocks(model: Model, mechanism: Mechanism | TestSystem, impulses: Sequence[Impulse] = ()) -> list[Knock]:
+    """Kinds of knock that a model can have: of each kind all, and of impulses on points those given."""
     if not model.links:
         return [Knock(f"state:{name}", 1.0) for name in state_names(model)]
     nominal, found = math.tau / model.period, []
     for link in model.links:
         change = speeds_by_moment(model, link)
-        moved = _link_speed(model, link, change)
+        moved = float(np.diff(_link_speeds(model, link, change[None]), axis=0)[0, 0])
         if moved > 0:
             found.append(Knock(f"impulse:{link}", nominal / moved))
+    for blow in (Blow(mechanism, each) for each in impulses):
+        moved = blow.mobility(model, mass_matrix(model))
+        if moved > 0:
+            found.append(Knock(f"blow:{blow.impulse.name}", nominal * model.reach / moved, blow))
     bearings = [joint.name for joint in model.structure.joints if not joint.corner]
     return found + [Knock(f"shift:{name}", model.clearances[model.joints.index(name)]) for name in bearings]
-
-
-def _link_speed(model: Model, link: str, change: np.ndarray) -> float:
-    """Change of a link's angular velocity by one of the free speeds."""
-    n_q, module = len(model.turning), cache.structure_module(model.structure)
-    states = np.repeat(model.state[None, :], 2, axis=0)
-    states[:, n_q : 2 * n_q] = [np.zeros(n_q), change]
-    given = dict(zip(module.STATE, [np.zeros(2), *states.T], strict=True))
-    given |= dict(zip(module.PARAMETERS, model.numbers, strict=True))
-    key = f"angular_velocity:{link}"
-    return float(np.ptp(np.broadcast_to(outputs.evaluate(module, [key], given)[key], 2)))

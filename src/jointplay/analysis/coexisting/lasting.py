@@ -118,7 +118,7 @@ class Motions:
         look()
         how = replace(self.observation, turns=turns)
         cuts = section_states(self.base, [run.model for run in runs.values()], 0, how)
-        good = [(n, states) for n, (states, status) in zip([*runs], cuts, strict=True) if not status]
+        good = [(n, states) for n, (states, status, _) in zip([*runs], cuts, strict=True) if not status]
         for n in runs.keys() - {n for n, _ in good}:
             labels[n] = FAILED
             del runs[n]

@@ -2,9 +2,12 @@
 
 At every section point of the motion, at even phases of a turn and in even directions, knocks of growing size
 are tried. Where the first of them ends in another motion than one came from, the size is halved in; the
-smallest is improved by turning direction and phase a little. It is confirmed: at 0.99 of the size the motion
-returns, at 1.01 it does not. Validity: islands of another basin narrower than the steps of size, phase and
-direction are not seen, so that the true smallest knock may be smaller.
+smallest is improved by turning direction and phase a little. Then shares of it are tried, from half to 1.2.
+Where a smaller one tips, the search goes on below that. It is confirmed: at 0.99 of the size the motion
+returns, at 1.01 it does not. Where boundaries are fractal that may fail however small the knock: both happen
+in bands. What is known then is the largest size up to which every one tried there returned, and where each
+share leads. Validity: islands of another basin narrower than the steps of size, phase and direction are not
+seen, so that the true smallest knock may be smaller.
 """
 
 from __future__ import annotations
@@ -24,7 +27,9 @@ from jointplay.mechanism.model import Model
 
 BEST, HALVINGS, ROUNDS = 6, 12, 5  # candidates halved in, how often; improvements of the best
 NEARER = 0.98  # of the size, that a neighbour must beat
-CONFIRMED = (0.99, 1.01)
+SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 1.01, 1.02, 1.05, 1.1, 1.2)
+BELOW, ABOVE = SHARES.index(0.99), SHARES.index(1.01)
+DESCENTS = 4  # how often the search goes on below an island of smaller sizes
 
 
 class Place(NamedTuple):
@@ -83,7 +88,10 @@ class Knocked:
 
     def tips(self, tried: Sequence[tuple[Place, float]]) -> np.ndarray:
         """Whether knocks lead to another motion, or to one that does not settle."""
-        labels = self.ends(tried)
+        return self.tipped(self.ends(tried))
+
+    def tipped(self, labels: np.ndarray) -> np.ndarray:
+        """Whether these numbers are those of other motions, or of one that does not settle."""
         return (labels != self.own) & (labels != FAILED) & (labels != NO_START)
 
     def within(self, places: Sequence[Place], sizes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -103,12 +111,16 @@ class Knocked:
 
 @dataclass(frozen=True)
 class Smallest:
-    """A knock that just tips: where, sizes below and above in units, where 0.99 and 1.01 of it lead."""
+    """A knock that just tips: where, sizes below and above in units, and where `SHARES` of it lead.
+
+    Every size up to `safe` that was tried there returned.
+    """
 
     place: Place
     low: float
     high: float
-    ends: tuple[int, int]
+    ends: tuple[int, ...]
+    safe: float
 
 
 def smallest(knocked: Knocked, phases: int, directions: int, sizes: np.ndarray) -> Smallest | None:
@@ -129,9 +141,23 @@ def smallest(knocked: Knocked, phases: int, directions: int, sizes: np.ndarray) 
     steps = math.tau / phases / 2 if phases > 1 else 0.0, math.tau / ways / 2 if knocked.knock.plane else 0.0
     for _ in range(ROUNDS):
         best, steps = _improved(knocked, best, steps)
-    place, low, high = best
-    ends = knocked.ends([(place, share * high) for share in CONFIRMED])
-    return Smallest(place, low, high, (int(ends[0]), int(ends[1])))
+    return _checked(knocked, *best)
+
+
+def _checked(knocked: Knocked, place: Place, low: float, high: float) -> Smallest:
+    """Try shares of a knock, and go on below it where a smaller one tips."""
+    shares = np.array(SHARES)
+    for descent in range(DESCENTS + 1):
+        ends = knocked.ends([(place, size) for size in shares * high])
+        over = knocked.tipped(ends)
+        first = int(over.argmax())
+        if descent == DESCENTS or not over.any() or first >= ABOVE:
+            break
+        below = shares[first - 1] * high if first else 0.0
+        some_low, some_high = knocked.halved([place], np.array([below]), np.array([shares[first] * high]))
+        low, high = float(some_low[0]), float(some_high[0])
+    safe = low if first >= ABOVE or not over.any() else shares[first - 1] * high if first else 0.0
+    return Smallest(place, low, high, tuple(ends.tolist()), float(safe))
 
 
 def _improved(knocked: Knocked, best: tuple[Place, float, float], steps: tuple[float, float]):

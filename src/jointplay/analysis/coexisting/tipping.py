@@ -24,6 +24,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.cells import Steps, divided, first_bad, handed_out, warm
 from jointplay.analysis.coexisting import passes, tipping_dataset
 from jointplay.analysis.coexisting.edge import Boundary, edge_state
+from jointplay.analysis.coexisting.impulses import Impulse, impulses_fit
 from jointplay.analysis.coexisting.knocks import knocks
 from jointplay.analysis.coexisting.lasting import STRETCH, Lasting, Motions
 from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
@@ -40,7 +41,7 @@ from jointplay.analysis.states.start_plane import Starts, section_of
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.jobs.job import Entry
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.mechanism.base import Count, Few, Flag, Natural, Positive, accepts, unit
 from jointplay.mechanism.records import CrankAngle
 
 STARTS, PHASES, DIRECTIONS, STEPS, EDGE_TURNS = 200, 8, 8, 16, 60
@@ -51,7 +52,7 @@ EDGE_RTOL = 1e-11
 
 
 @divided
-@analysis(coordinate_rules, rules.start_fits, rules.turns_alike, ensemble_fits)
+@analysis(coordinate_rules, impulses_fit, rules.start_fits, rules.turns_alike, ensemble_fits)
 def tipping(
     mechanism: Moving,
     *,
@@ -59,6 +60,7 @@ def tipping(
     joint: JointName | None = None,
     starts: Annotated[Natural, Field(le=10**6)] = STARTS,
     seed: Count = 0,
+    impulses: Annotated[Few[Impulse], accepts("a list of impulses, each a table,")] = (),
     largest: Annotated[Positive, unit("largest knock", "1")] = 1.0,
     steps: Natural = STEPS,
     phases: Natural = PHASES,
@@ -84,9 +86,14 @@ def tipping(
         What moves.
     region, joint, starts, seed
         As in `attractors`: where the motions are sought.
+    impulses : sequence of Impulse
+        Impulses on points of links that are tried too, each a table of ``name``, ``on`` (a table of ``link``
+        and ``at``, m from its origin), ``direction`` (rad; each is tried if left out) and ``fixed``, in what
+        the direction is fixed: ``"ground"`` or ``"link"``.
     largest : float
-        Largest knock that is tried: of an impulse, what changes the link's speed by so many nominal speeds;
-        of a shift of the journal, in clearances; of a test system's state, in its own units.
+        Largest knock that is tried: of a moment, what changes the link's speed by so many nominal speeds; of
+        an impulse on a point, what gives that so many nominal speeds times the mechanism's reach; of a shift
+        of the journal, in clearances; of a test system's state, in its own units.
     steps : int
         Even sizes up to it that are tried before the smallest is halved in.
     phases, directions : int
@@ -103,11 +110,13 @@ def tipping(
     xarray.Dataset
         Over ``number``, the motions: ``period``, ``count``, ``fraction`` with its 95 % interval,
         ``section_state`` over ``point`` and ``state``; ``fraction_reached`` over ``within``, turns. Over
-        ``number`` and ``knock``: ``knock_size`` (NaN: none up to the largest tips), in ``knock_units``,
-        ``knock_phase`` (rad), ``knock_direction`` (rad; 0 and pi are the two signs), ``knock_point``,
-        ``below_reaches`` and ``above_reaches`` at 0.99 and 1.01 of it (-1: not settled), ``knock_confirmed``;
-        ``return_turns`` over ``knock_share``. Of each, the ``edge_period`` (0: none found) of the state on
-        the boundary that it crosses, ``edge_state``, ``edge_multiplier`` over ``part``, ``edge_residual``.
+        ``number`` and ``knock``: ``knock_size`` (NaN: none up to the largest tips) and ``knock_safe``, up to
+        which each knock tried at that place returned, in ``knock_units``; ``knock_phase`` (rad),
+        ``knock_direction`` (rad; 0 and pi are the two signs), ``knock_point``, ``below_reaches`` and
+        ``above_reaches`` at 0.99 and 1.01 of it (-1: not settled), ``knock_confirmed``; ``tried_reaches``
+        over ``tried_share``; ``return_turns`` over ``knock_share``. Of each, the ``edge_period`` (0: none
+        found) of the state on the boundary that it crosses, ``edge_state``, ``edge_multiplier`` over
+        ``part``, ``edge_residual``.
         ``status``.
 
     Raises
@@ -128,13 +137,13 @@ def tipping(
         passes.found, [shared | seeds | {"changes": {}}], part(progress, 0.0, 0.3)
     )
     motions = list(seeded.get("motions", ()))
-    kinds = knocks(base) if len(motions) > 0 else []
+    kinds = knocks(base, mechanism, impulses) if len(motions) > 0 else []
     known = [{key: each[key] for key in ("period", "states", "points")} for each in motions]
     cells = [shared | seeds | {"known": known}] if motions else []
     (times,) = (yield from handed_out(reached, cells, part(progress, 0.3, 0.4))) or [{}]
     places = [(own, k) for own in range(len(motions)) for k in range(len(kinds))] if len(motions) > 1 else []
     search = {"known": known, "largest": largest, "steps": steps, "phases": phases, "directions": directions}
-    search |= {"edge_turns": edge_turns if edge else 0}
+    search |= {"edge_turns": edge_turns if edge else 0, "impulses": impulses}
     cells = [shared | search | {"own": own, "knock": k} for own, k in places]
     answers = yield from handed_out(knocked, cells, part(progress, 0.4, 1.0))
     table = tipping_dataset.Table(mechanism, base, motions, seeded, kinds, starts)
@@ -169,7 +178,7 @@ def reached(mechanism, initial, observation, known, region, joint, starts: int, 
 
 def knocked(
     mechanism, initial, observation, known, own: int, knock: int, largest: float, steps: int, phases: int,
-    directions: int, edge_turns: int,
+    directions: int, edge_turns: int, impulses: Sequence[Impulse],
 ) -> Entry:  # fmt: skip
     """The smallest knock of a kind that tips a motion, times to return from less, and the edge state."""
     motions = _motions(mechanism, initial, known, observation)
@@ -180,7 +189,7 @@ def knocked(
     if section_of(mechanism) is not None:
         angle = CrankAngle(angle=base.crank_angle)
         section = section_map(base, angle, 1, min(observation.rtol, EDGE_RTOL), observation.max_steps)
-    kind = knocks(base)[knock]
+    kind = knocks(base, mechanism, impulses)[knock]
     case = Knocked(motions, own, points, section if turning else None, kind)
     sizes = largest * np.arange(1, steps + 1) / steps
     found = smallest(case, phases, directions, sizes)
@@ -189,6 +198,7 @@ def knocked(
     answer = {
         "status": 0,
         "size": found.high * kind.unit,
+        "safe": found.safe * kind.unit,
         "place": list(found.place),
         "ends": list(found.ends),
     }
@@ -214,7 +224,7 @@ def returned(case: Knocked, place, size: float) -> int:
         return -1
     how = motions.observation
     how = Observation(0, how.transient + how.turns, 0, how.tolerance, how.rtol, how.max_steps)
-    ((states, status),) = section_states(motions.base, [start], 0, how)
+    ((states, status, _),) = section_states(motions.base, [start], 0, how)
     if status:
         return -1
     apart = np.abs(features(motions.base, states)[:, None, :] - motion.points[None]).max(axis=-1).min(axis=1)

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.coexisting.knocks import UNITS, Knock
+from jointplay.analysis.coexisting.smallest import ABOVE, BELOW
+from jointplay.analysis.coexisting.smallest import SHARES as TRIED
 from jointplay.analysis.labels import labelled
 from jointplay.analysis.orbits.floquet import multipliers
 from jointplay.analysis.orbits.orbit_search import at_phase
@@ -60,6 +62,11 @@ class Table:
                 np.array(shares),
                 {"units": "1", "long_name": "share of the knock"},
             ),
+            "tried_share": (
+                "tried_share",
+                np.array(TRIED),
+                {"units": "1", "long_name": "share of the knock that was tried"},
+            ),
         }
 
     def motions_found(self, times: Entry) -> dict[str, Any]:
@@ -97,14 +104,19 @@ class Table:
     def knocks_found(self, answers: Answers, shares: Sequence[float]) -> dict[str, Any]:
         """Smallest knocks, and the states on the boundaries that they cross."""
         place = self._filled(answers, "place", np.full(3, np.nan))
-        ends = self._filled(answers, "ends", np.full(2, -4.0)) + 1
-        size = self._filled(answers, "size", np.nan)
+        reaches = self._filled(answers, "ends", np.full(len(TRIED), -4.0)).astype(int) + 1
+        reaches = np.where(reaches > 0, reaches, -1)
+        ends, size = reaches[..., [BELOW, ABOVE]], self._filled(answers, "size", np.nan)
         own = 1 + np.arange(len(self.motions))[:, None]
         known = np.isfinite(size)
         right = known & (ends[..., 0] == own) & (ends[..., 1] != own) & (ends[..., 1] > 0)
-        ends = np.where(ends > 0, ends, -1).astype(int)
         rows = {
             "knock_size": (size, "1", "smallest knock that tips; see knock_units"),
+            "knock_safe": (
+                self._filled(answers, "safe", np.nan),
+                "1",
+                "largest knock there up to which each one tried returns; see knock_units",
+            ),
             "knock_point": (place[..., 0], "1", "section point of the motion, from 0"),
             "knock_phase": (place[..., 1], "rad", "angle of a turn after it"),
             "knock_direction": (place[..., 2], "rad", "direction of the knock; 0 and pi are its two signs"),
@@ -134,6 +146,10 @@ class Table:
         dims = ("number", "knock")
         return {
             **labelled(rows, dims),
+            **labelled(
+                {"tried_reaches": (reaches, "1", "motion that a share of the knock leads to; -1: none")},
+                (*dims, "tried_share"),
+            ),
             **labelled({"knock_units": (units, "1", "units of its size")}, "knock"),
             **labelled(
                 {"return_turns": (returns.astype(int), "1", "turns to return; -1: not in time")},

@@ -6,8 +6,9 @@ symmetry breaking   the same, P of the half map (half_map)
 Neimark-Sacker      det B - 1, P V = V B on the plane V of a pair of multipliers
 
 b and c are singular vectors of P -+ I at the point before, so that g is regular and of order 1. With (w, g)
-from the transposed system, dg = -w' dP v, where dP along a coordinate k is column k of the derivative of P
-along v: second derivatives commute, and one difference of exact derivatives gives all coordinates.
+from the transposed system, dg = -w' dP v, where dP along a coordinate or parameter k is column k of the
+derivative of P, or of the map's derivative in k, along v: second derivatives commute, and one difference of
+exact derivatives gives all coordinates and parameters.
 References: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (2000), chapters 3 and 4;
 Kuznetsov (2004), chapters 9 and 10. Validity: the orbit meets no event at grazing incidence.
 """
@@ -53,10 +54,10 @@ class Critical:
         return float(self._bordered(trial.image.derivative, like)[1][-1])
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives with respect to the coordinates x/c."""
+        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
         M, right = self._bordered(trial.image.derivative, like)
         left = np.linalg.solve(M.T, np.eye(len(M))[-1])
-        return -like.unit * left[:-1] @ along(trial, right[:-1])
+        return _scaled(-left[:-1] @ along(family, trial, right[:-1]), like)
 
     def _bordered(self, P: np.ndarray, like: Point) -> tuple[np.ndarray, np.ndarray]:
         """The bordered matrix, and (v, g)."""
@@ -104,14 +105,16 @@ class Torus:
         return float(np.linalg.det(_plane(trial.image.derivative)[1]) - 1)
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives with respect to the coordinates x/c."""
+        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
         P = trial.image.derivative
         V, B = _plane(P)
         W = _plane(P.T)[0]
         dual = np.linalg.solve(W.T @ V, W.T)  # rows
-        rows = np.stack([dual @ along(trial, v) for v in V.T], 1)  # of dB: (row, column of B, coordinate)
+        rows = np.stack(
+            [dual @ along(family, trial, v) for v in V.T], 1
+        )  # of dB: (row, column of B, unknown)
         adjugate = np.linalg.det(B) * np.linalg.inv(B)
-        return like.unit * np.einsum("ij,jik->k", adjugate, rows)
+        return _scaled(np.einsum("ij,jik->k", adjugate, rows), like)
 
     def trace(self, point: Point) -> float:
         """The sum of the pair: twice the cosine of its angle, and beyond that of a real one."""
@@ -150,24 +153,30 @@ def _plane(P: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return Z[:, :2], T[:2, :2]
 
 
-def along(trial: Trial, vector: np.ndarray) -> np.ndarray:
-    """Derivative of the map's derivative along a vector of coordinates, in units of their scales.
+def along(family: Family, trial: Trial, vector: np.ndarray) -> np.ndarray:
+    """Derivative of the map's derivatives along a vector of coordinates, in units of their scales.
 
     A central difference of motions with the same events, smaller where others are near; one-sided where no
-    central one is found, NaN where none is.
+    central one is found, NaN where none is. Columns: coordinates, then fractions of the ranges.
     """
-    section, image = trial.section, trial.image
+    section, own = trial.section, family.slopes(trial.image)
     place, length = section.unknowns(trial.state), float(np.linalg.norm(vector))
     for size in DIFFERENCES:
-        found = [(0.0, image.derivative)]
+        found = [(0.0, own)]
         for side in (-size / length, size / length):
-            other = section.image(section.state(place + side * vector))
-            if not other.status and same_events(other.events, image.events):
-                found.append((side, other.derivative))
+            other = section.image(section.state(place + side * vector), directions=trial.directions)
+            if not other.status and same_events(other.events, trial.image.events):
+                found.append((side, family.slopes(other)))
         if len(found) == 3 or (len(found) == 2 and size == DIFFERENCES[-1]):
             found.sort(key=lambda each: each[0])
             return (found[-1][1] - found[0][1]) / (found[-1][0] - found[0][0])
-    return np.full_like(image.derivative, np.nan)
+    return np.full_like(own, np.nan)
+
+
+def _scaled(row: np.ndarray, like: Point) -> np.ndarray:
+    """Derivatives in coordinates and parameters, the first in units of the constant c."""
+    row[:-2] *= like.unit
+    return row
 
 
 def _unit(point: Point) -> float:

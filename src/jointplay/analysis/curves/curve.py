@@ -114,7 +114,7 @@ def curve(
         the mechanism's own value of the second, changes are looked for from which curves start.
     of : sequence of str
         Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking, and grazing, which is not
-        among those that are followed if this is left out.
+        among those that are followed if this is left out; with it also the grazings that other curves meet.
     branches : xarray.Dataset, optional
         What `continuation` returned for one of the two parameters, of this mechanism: curves start from its
         special points. In Python only.
@@ -139,7 +139,8 @@ def curve(
         Over ``curve`` and ``point``: both parameters, their derivatives along the curve (``…_tangent``), and
         all numbers that `periodic_orbit` gives. Over ``curve``: ``curve_kind``, at a grazing the event that
         begins beyond it, ``n_points``; ``curve_end`` says why it ends. Over ``meeting``: ``meeting_kind``,
-        with what a curve meets there; its curve and point, both parameters, how closely they are enclosed.
+        with what a curve meets there; its curve and point, both parameters, how closely they are enclosed, at
+        a grazing the event.
         ``status`` is that of the first orbit, or interrupted (`jointplay run` then keeps the points that it
         has).
 
@@ -190,7 +191,7 @@ def curve(
         requested = placed_at(key, float(sum(plane[key]) / 2), None, period)
         orbit = starts[0].orbit if starts else lost(requested, FAILED)
     found = []
-    for each in Curves(family, step, max_points, visit).traced(starts):
+    for each in Curves(family, step, max_points, visit, "grazing" in of).traced(starts):
         found.append(each)
         if len(found) == max_curves:
             break

@@ -13,7 +13,7 @@ from jointplay.analysis.evaluate import joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.arclength import Family, Point
-from jointplay.analysis.orbits.branch import ENDS
+from jointplay.analysis.orbits.branch import ENDS, WHY
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
@@ -22,7 +22,6 @@ from jointplay.analysis.vary import Axis
 from jointplay.mechanism.model import Model
 
 DIMS = ("curve", "point")
-REASONS = (*ENDS, "resonance", "not_symmetric")
 MEETINGS = (
     "cusp",
     "fold_doubling",
@@ -36,7 +35,15 @@ MEETINGS = (
     "fold_grazing",
     "doubling_grazing",
     "grazing",
+    "torus_grazing",
+    "symmetry_breaking_grazing",
 )
+GRAZED = {  # by the curve on which an event appears or vanishes
+    "fold": "fold_grazing",
+    "period_doubling": "doubling_grazing",
+    "neimark_sacker": "torus_grazing",
+    "symmetry_breaking": "symmetry_breaking_grazing",
+}
 
 
 def variables(
@@ -66,7 +73,9 @@ def variables(
         **labelled({"point": (np.arange(size), "1", "point of the curve")}, "point"),
         **labelled({"end": (["first", "last"], "1", "end of the curve")}, "end"),
     }
-    return result | _curves(curves, orbit.map.model) | _meetings(curves, family, axes), coords
+    return result | _curves(curves, orbit.map.model) | _meetings(
+        curves, family, axes, orbit.map.model
+    ), coords
 
 
 def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> dict[str, Any]:
@@ -80,22 +89,31 @@ def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> di
 
 
 def _curves(curves: Sequence[Curve], model: Model) -> dict[str, Any]:
-    ends = [[REASONS.index(end) for end in curve.branch.ends] for curve in curves]
+    ends = np.reshape([[ENDS.index(end) for end in curve.branch.ends] for curve in curves], (-1, 2))
+    why = coded(("curve", "end"), ends, "why a curve ends there", ENDS)
+    why[2]["comment"] = "; ".join(f"{end}: {text}" for end, text in WHY.items())
     kinds = [KINDS.index(curve.kind) for curve in curves]
     counts = np.array([len(curve.branch.points) for curve in curves], dtype=int)
-    joints = np.array([curve.event[0] for curve in curves], dtype=np.int16)
-    events = [curve.event[1] if curve.event[1] >= 0 else len(EVENTS) for curve in curves]
-    named = "joint of the event that begins beyond a grazing, counted from 0; -1: none"
     return {
         **labelled({"n_points": (counts, "1", "points of the curve")}, "curve"),
-        "curve_event_joint": ("curve", joints, {"units": "1", "long_name": named} | joint_flags(model)),
-        "curve_event_kind": coded("curve", events, "event that begins beyond it", (*EVENTS, "none")),
+        **_events("curve", [curve.event for curve in curves], "begins beyond a grazing", model),
         "curve_kind": coded("curve", np.array(kinds, dtype=int), "what changes on the curve", KINDS),
-        "curve_end": coded(("curve", "end"), np.reshape(ends, (-1, 2)), "why a curve ends there", REASONS),
+        "curve_end": why,
     }
 
 
-def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis]) -> dict[str, Any]:
+def _events(of: str, events: Sequence[tuple[int, int]], text: str, model: Model) -> dict[str, Any]:
+    """Contacts and kinds of the events of grazings."""
+    joints = np.array([joint for joint, _ in events], dtype=np.int16)
+    kinds = [kind if kind >= 0 else len(EVENTS) for _, kind in events]
+    named = f"joint of the event that {text}, counted from 0; -1: none"
+    return {
+        f"{of}_event_joint": (of, joints, {"units": "1", "long_name": named} | joint_flags(model)),
+        f"{of}_event_kind": coded(of, kinds, f"event that {text}", (*EVENTS, "none")),
+    }
+
+
+def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis], model: Model) -> dict[str, Any]:
     found = [(number, special) for number, each in enumerate(curves) for special in each.branch.specials]
     points = [_index(curves[number], special) for number, special in found]
     places = np.array([family.parameter(special.q) for _, special in found]).reshape(-1, 2)
@@ -107,10 +125,18 @@ def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis]) -> 
     for axis, values, span in zip(axes, places.T, family.high - family.low, strict=True):
         table[f"meeting_{axis.name}"] = (values, axis.units, f"{axis.long_name} there")
         table[f"meeting_{axis.name}_accuracy"] = (widths * span, axis.units, "how closely that is enclosed")
-    kinds = np.array([MEETINGS.index(special.kind) for _, special in found], dtype=int)
-    return labelled(table, "meeting") | {
-        "meeting_kind": coded("meeting", kinds, "what happens there", MEETINGS)
-    }
+    kinds = [MEETINGS.index(_kind(curves[number], special)) for number, special in found]
+    events = _events("meeting", [special.event for _, special in found], "appears or vanishes there", model)
+    return (
+        labelled(table, "meeting")
+        | events
+        | {"meeting_kind": coded("meeting", np.array(kinds, dtype=int), "what happens there", MEETINGS)}
+    )
+
+
+def _kind(curve: Curve, special: Special) -> str:
+    """What a special point of a curve is called."""
+    return GRAZED.get(curve.kind, special.kind) if special.kind == "grazing" else special.kind
 
 
 def _index(curve: Curve, special: Special) -> int:

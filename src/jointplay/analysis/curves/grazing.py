@@ -1,28 +1,32 @@
 """The condition of grazing: somewhere on an orbit a guard comes just short of firing.
 
 With m(t) the margin of that guard along the orbit, m = 0 and m' = 0 there: g = min m, over its own size. With
-M the tangents up to the minimum, dg = grad m M dx, since m' = 0. A curve is followed on that side on which
-the guard does not fire: there the map is smooth up to the curve, also where an impact beyond it has a
-square-root singularity. Its points lie SHORT of the curve; iterates that pass it are drawn back.
+M the tangents up to the minimum, dg = grad m M dx + dm/dp dp, since m' = 0. A curve is followed on that side
+on which the guard does not fire: there the map is smooth up to the curve, also where an impact beyond it has
+a square-root singularity. Its points lie SHORT of the curve; iterates that pass it are drawn back.
 References: Nordmark, J. Sound Vib. 145 (1991) 279-297; di Bernardo et al., Piecewise-smooth Dynamical Systems
 (2008), chapter 6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from jointplay.analysis.curves.guards import SAMPLES, Guards
 from jointplay.analysis.curves.half_map import HalfMap
+from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.arclength import Family, Point, Trial
 from jointplay.analysis.orbits.shooting import Orbit
+from jointplay.codegen import cache
+from jointplay.mechanism.model import Model
 
 SHORT = 1e-10  # of the margin's size
 NEAR = 3e-3  # of a multiplier from +1 or -1 where a curve of folds or doublings is met
+EARLIER = 1e-4  # of the time between samples: a run to the minimum itself may fire the guard by rounding
 PART = 1e-6  # of the scales: differences of a margin
 
 
@@ -51,14 +55,16 @@ class Grazing:
         return np.nan if found is None else found[0] / self.size - SHORT
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
-        """Its derivatives with respect to the coordinates x/c."""
-        section, state = trial.section, trial.state
+        """Its derivatives in the coordinates x/c and the fractions of the ranges."""
+        section, state, directions = trial.section, trial.state, trial.directions
+        lost = np.full(len(section.free) + family.count, np.nan)
         found = self._least(trial, like)
         if found is None:
-            return np.full(len(section.free), np.nan)
-        bundle, _, status = section.run(state, section.request(found[1]), np.eye(len(state)))
+            return lost
+        before = found[1] - EARLIER * trial.image.time / (SAMPLES * section.turns)
+        bundle, _, status = section.run(state, section.request(before), np.eye(len(state)), directions)
         if status:
-            return np.full(len(section.free), np.nan)
+            return lost
         here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])
         steps = np.zeros((2 * len(state), len(here)))
         for i, part in enumerate(PART * section.scale):
@@ -66,7 +72,13 @@ class Grazing:
         margins = Guards(section.model).margins(here + steps)[:, self.guard]
         slopes = (margins[::2] - margins[1::2]) / (2 * PART * section.scale)
         row = slopes @ bundle.vectors.T
-        return like.unit * (row * section.scale)[section.free] / self.size
+        own = [
+            np.diff([Guards(moved).margins(here[None])[0, self.guard] for moved in sides])[0]
+            / (2 * PART * unit)
+            for sides, unit in zip(_beside(section.model, directions), directions.units, strict=True)
+        ]
+        coordinates = like.unit * (row[: len(state)] * section.scale)[section.free]
+        return np.append(coordinates, (row[len(state) :] + own) * (family.high - family.low)) / self.size
 
     def _least(self, trial: Trial, like: Point) -> tuple[float, float] | None:
         guards, image = Guards(trial.section.model), trial.image
@@ -91,6 +103,15 @@ class Grazing:
         """Whether a zero of a test is what its name says."""
         wanted = 1.0 if kind == "fold_grazing" else -1.0
         return bool(np.any(np.abs(np.asarray(point.multipliers) - wanted) < NEAR))
+
+
+def _beside(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
+    """The model with its numbers a little before and after, in each direction."""
+    places = {name: i for i, name in enumerate(cache.structure_module(model.structure).PARAMETERS)}
+    for names, rates, unit in zip(directions.names, directions.rates_of, directions.units, strict=True):
+        change = np.zeros(len(model.numbers))
+        change[[places[name] for name in names]] = PART * unit * rates
+        yield replace(model, numbers=model.numbers - change), replace(model, numbers=model.numbers + change)
 
 
 def grazed(orbit: Orbit, event: tuple[int, int]) -> Grazing | None:

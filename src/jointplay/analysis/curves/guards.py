@@ -93,8 +93,8 @@ class Guards:
             sizes = np.nanmax(np.abs(margins), axis=0, initial=0.0, where=np.isfinite(margins))
         for row in events:
             at = int((row[TIME] - section.begin) / duration * count)
-            owned = [g for g in range(margins.shape[1]) if self.owner(g) == int(row[CONTACT])]
-            minimal[np.ix_(np.arange(at - 1, at + 3) % count, owned)] = False
+            own = [self.owner(g) == row[CONTACT] and row[KIND] in self.kinds(g) for g in range(len(sizes))]
+            minimal[np.ix_(np.arange(at - 1, at + 3) % count, np.flatnonzero(own))] = False
         least = np.where(minimal, margins, np.inf)
         where = np.argmin(least, axis=0)
         return least[where, np.arange(len(where))], times[where], sizes

@@ -14,6 +14,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, newton
@@ -34,17 +35,25 @@ class HalfMap(SectionMap):
 
     signs: np.ndarray | None = None
 
-    def image(self, state: np.ndarray, derivative: bool = True, turns: int | None = None) -> Image:
+    def image(
+        self,
+        state: np.ndarray,
+        derivative: bool = True,
+        turns: int | None = None,
+        directions: Directions | None = None,
+    ) -> Image:
         """Image of a state under the half map; its events are those of the whole orbit."""
-        image = self._followed(state, math.pi, self.turns // 2, derivative)
+        image = self._followed(state, math.pi, self.turns // 2, derivative, directions)
         if image.status:
             return image
-        P = self.signs[self.free, None] * image.derivative if derivative else None
+        signs = self.signs[self.free, None]
+        P = signs * image.derivative if derivative else None
+        along = signs * image.along if directions is not None else None
         places = image.events[:, PLACE] / 2
         events = np.concatenate([image.events, image.events])
         events[:, PLACE] = np.concatenate([places, places + 0.5])
         reached = self._wrapped(self.signs * image.state, state)
-        return replace(image, state=reached, derivative=P, events=events)
+        return replace(image, state=reached, derivative=P, along=along, events=events)
 
     def whole(self, orbit: Orbit) -> Orbit:
         """The orbit of the section map that a fixed point of this one is."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -61,17 +62,21 @@ class Curves:
         Points of a curve, at most.
     visit : callable
         Called with each point.
+    onward : bool
+        Whether the grazings are followed too that other curves meet.
     """
 
     family: Family
     step: float
     max_points: int
     visit: Callable[[Point], None]
+    onward: bool = False
 
     def traced(self, starts: Sequence[Begin]) -> Iterator[Curve]:
-        """The curve of each start, but for those already passed."""
+        """The curve of each start, but for those already passed; then those of the grazings on them."""
         found: list[Curve] = []
-        for start in starts:
+        waiting = list(starts)
+        for start in waiting:  # which grows
             kind, (family, begin, trouble) = start.kind, self._begun(start)
             branch = Branch([begin], [], (trouble, trouble))
             if any(_passes(each, Curve(kind, branch, family)) for each in found):
@@ -82,6 +87,8 @@ class Curves:
             yield found[-1]
             if "interrupted" in found[-1].branch.ends:
                 return
+            if self.onward and kind != "grazing":
+                waiting += starts_of(found[-1].branch, ["grazing"], lambda q: q)
 
     def _begun(self, begin: Begin) -> tuple[Family, Point, str]:
         """The family of a kind of curve, its first point, and why there is no other, if there is none."""
@@ -122,7 +129,7 @@ class Begin:
     event: tuple[int, int] = (-1, -1)
 
 
-def starts_of(branch: Branch, kinds: Sequence[str], where: Callable[[float], np.ndarray]) -> list[Begin]:
+def starts_of(branch: Branch, kinds: Sequence[str], where: Callable[[Any], np.ndarray]) -> list[Begin]:
     """The special points of a branch where curves of some kinds start, grazings last."""
     found = []
     for special in branch.specials:
@@ -130,7 +137,7 @@ def starts_of(branch: Branch, kinds: Sequence[str], where: Callable[[float], np.
         point = _before(branch, special) if kind == "grazing" else special.point
         q = special.q if kind != "grazing" else point.q
         if kind in kinds:
-            found.append(Begin(kind, point.orbit, where(q), special.event))
+            found.append(Begin(kind, whole(point.orbit), where(q), special.event))
     return sorted(found, key=lambda each: each.kind == "grazing")
 
 

@@ -127,7 +127,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
     """
     groups: dict[Any, list[int]] = {}
     for n, (model, one) in enumerate(zip(models, asked, strict=True)):
-        if one.count == 1 and not model.memories and suits(model, one.request):
+        if one.count == 1 and model.links and not model.memories and suits(model, one.request):
             groups.setdefault(model.structure, []).append(n)
     found: dict[int, Stretched | None] = {}
     for group in groups.values():

@@ -7,7 +7,8 @@ differentiated by central differences of sixth order,
     f' = [45 (f_1 - f_-1) - 9 (f_2 - f_-2) + (f_3 - f_-3)] / 60 h,
 
 at two steps h, whose results' distance is the error that is told. With h a thousandth of the parameter it is
-of the order of 1e-13. What they drive along a motion is carried exactly (numerics.tangent).
+of the order of 1e-13. At the end of what a parameter can be, the six values lie to one side of it. What they
+drive along a motion is carried exactly (numerics.tangent).
 """
 
 from __future__ import annotations
@@ -19,13 +20,16 @@ import numpy as np
 
 from jointplay.analysis.starts import state_names
 from jointplay.codegen import cache
-from jointplay.errors import refuse
+from jointplay.errors import InputError, refuse
 from jointplay.mechanism.model import Model
 
 STEP = 2e-3  # of the parameter
 AT_ZERO = 1e-4  # in the parameter's SI unit, where it is 0
-WEIGHTS = np.array([-1.0, 9.0, -45.0, 45.0, -9.0, 1.0]) / 60.0
-PLACES = np.array([-3.0, -2.0, -1.0, 1.0, 2.0, 3.0])
+SIDES = (
+    (-3.0, -2.0, -1.0, 1.0, 2.0, 3.0),
+    (1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
+    (-6.0, -5.0, -4.0, -3.0, -2.0, -1.0),
+)
 NOISE = 1e-13  # of a number: changes up to it, over a step, are rounding
 
 
@@ -73,7 +77,11 @@ def stacked(parts: Sequence[Directions]) -> Directions:
 
 
 def along(
-    models: Callable[[float], Model], value: float, key: str = "parameter", begin: Callable | None = None
+    models: Callable[[float], Model],
+    value: float,
+    key: str = "parameter",
+    begin: Callable | None = None,
+    precise: bool = True,
 ) -> Directions:
     """The direction of one parameter.
 
@@ -87,6 +95,9 @@ def along(
         Name of the parameter in messages.
     begin : callable, optional
         Time at which a run of a model begins; 0 if left out.
+    precise : bool
+        Whether the error is estimated, by as many models again, and both sides have to exist. Else it is 0,
+        and one side is enough.
 
     Raises
     ------
@@ -102,7 +113,9 @@ def along(
         return np.concatenate([model.numbers, model.state, [begin(model) if begin else 0.0, model.period]])
 
     here, step = listed(value), STEP * abs(value) or AT_ZERO
-    found, finer = (_slope(listed, value, h) for h in (step, step / 2))
+    sides = SIDES[:1] if precise else SIDES
+    finer = _slope(listed, value, step / 2, here, sides)
+    found = _slope(listed, value, step, here, sides) if precise else finer
     size = np.maximum(np.abs(finer), NOISE * np.abs(here) / step)
     changes = np.abs(finer) * step > NOISE * np.abs(here)
     error = np.max(np.where(changes, np.abs(found - finer) / np.where(size > 0, size, 1.0), 0.0))
@@ -121,6 +134,17 @@ def of_start(model: Model, state: str) -> Directions:
     return Directions(((),), np.zeros(0), unit[None, :], none, none, np.ones(1), none)
 
 
-def _slope(function: Callable[[float], np.ndarray], value: float, step: float) -> np.ndarray:
-    values = [function(value + place * step) for place in PLACES]
-    return sum(weight * each for weight, each in zip(WEIGHTS, values, strict=True)) / step
+def _slope(
+    function: Callable[[float], np.ndarray], value: float, step: float, here: np.ndarray, sides: Sequence
+) -> np.ndarray:
+    """Derivative of a function that is `here` at a value, from those places beside it at which it exists."""
+    refused = None
+    for places in sides:
+        try:
+            changes = [function(value + place * step) - here for place in places]
+        except InputError as error:
+            refused = refused or error
+            continue
+        powers = np.vander(places, 7, increasing=True).T[1:]
+        return np.linalg.solve(powers, np.eye(6)[0]) @ changes / step
+    raise refused

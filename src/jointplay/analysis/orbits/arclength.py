@@ -6,9 +6,9 @@ parameters as fractions of their ranges. From a point with unit tangent t the ne
     Phi(x, q) - x = 0,   t . (z - z0) = s,   and with two parameters   g(x, q) = 0
 
 by Newton's method from z0 + s t (Keller 1977); g is the condition of a curve (curves.conditions). c is such
-that at the start a step is divided evenly between orbit and parameters. Derivatives with respect to a
-parameter are central differences of the residual; they only set steps, so that their error moves no point. A
-section with an event near it is moved on (orbit_search).
+that at the start a step is divided evenly between orbit and parameters. Derivatives of the map, in the state
+and in parameters, are exact through every event (map_derivative). A section with an event near it is moved on
+(orbit_search).
 References: Allgower and Georg, Introduction to Numerical Continuation Methods (2003), chapters 2, 6 and 7.
 """
 
@@ -16,22 +16,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.gradients.directions import Directions, stacked
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.condition import Condition
-from jointplay.analysis.orbits.orbit_events import same_events
+from jointplay.analysis.orbits.map_derivative import direction
 from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit, residual
 from jointplay.errors import InputError
 
-DIFFERENCE = 3e-5  # of the range: half the distance of a central difference
-CLOSE = 1e-6  # the same of a curve's condition, which bends more
-FINEST = 1e-8  # of the range: the smallest difference
 CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink
 GAIN = 0.3  # factor by which a correction below the tolerance must reduce the residual
@@ -91,10 +88,27 @@ class Family:
         section = self.at(self.place(z), like.orbit.map)
         return section, section.state(z[: -self.count] * like.unit)
 
-    def trial(self, z: np.ndarray, like: Point, derivative: bool = True) -> Trial:
+    def directions(self, q: Any, like: SectionMap) -> Directions:
+        """How the numbers behind the maps change with each parameter, at fractions q of the ranges."""
+        values = np.atleast_1d(np.asarray(self.parameter(q), dtype=float))
+
+        def along(k: int) -> Directions:
+            def maps(value: float) -> SectionMap:
+                there = np.where(np.arange(len(values)) == k, value, values)
+                return replace(self.maps(there if np.ndim(self.low) else value), phase=like.phase)
+
+            return direction(maps, float(values[k]), precise=False)
+
+        return stacked([along(k) for k in range(len(values))])
+
+    def slopes(self, image: Image) -> np.ndarray:
+        """Derivatives of an image in the coordinates and, a column each, in the fractions of the ranges."""
+        return np.column_stack([image.derivative, image.along * (self.high - self.low)])
+
+    def trial(self, z: np.ndarray, like: Point) -> Trial:
         """The residual at unknowns z."""
         section, state = self.placed(z, like)
-        image = section.image(state, derivative or self.condition is not None)
+        image = section.image(state)
         trial = Trial(z, section, state, image, residual(section, state, image) / like.unit)
         if self.condition is None or image.status:
             return trial
@@ -105,7 +119,8 @@ class Family:
 class Trial:
     """Unknowns, the map and the state that they stand for, its image, and the residual r(z).
 
-    That is (Phi(x) - x)/c, and the condition's value where there is one.
+    That is (Phi(x) - x)/c, and the condition's value where there is one. `directions` are those of the
+    parameters, where the image has its derivatives in them.
     """
 
     z: np.ndarray
@@ -113,6 +128,7 @@ class Trial:
     state: np.ndarray
     image: Image
     r: np.ndarray
+    directions: Directions | None = None
 
     def size(self, unit: float) -> float:
         """The residual's largest component: of states in units of their scales."""
@@ -140,6 +156,8 @@ class Point:
         Corrections by Newton's method.
     inward : ndarray, optional
         Of a curve: the gradient of its condition.
+    directions : Directions, optional
+        Of the parameters, there.
     """
 
     orbit: Orbit
@@ -148,6 +166,7 @@ class Point:
     tangent: np.ndarray
     iterations: int = 0
     inward: np.ndarray | None = None
+    directions: Directions | None = None
 
     @property
     def z(self) -> np.ndarray:
@@ -191,14 +210,18 @@ def _newton(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) 
         done = size < ROUNDING or (
             size <= family.tolerance and (size > GAIN * before or count == CORRECTIONS)
         )
+        directions = like.directions  # good enough for corrections
+        if done or directions is None:
+            directions = family.directions(family.place(z), like.orbit.map)
         if done or count == 0:  # between these, the other derivatives are accurate enough
-            A = jacobian(family, like, here)
+            A = jacobian(family, like, here, directions)
         free = len(here.section.free)
         A[:free, :free] = here.image.derivative - np.eye(free)
         if done:
             orbit = Orbit(0, here.section, here.state, here.image, size, count)
             inward = A[free] if len(A) > free else None
-            return Point(orbit, family.place(z), like.unit, _tangent(A, normal), count, inward)
+            tangent = _tangent(A, normal)
+            return Point(orbit, family.place(z), like.unit, tangent, count, inward, directions)
         if not np.all(np.isfinite(A)):
             return None
         rows = np.vstack([A, normal])
@@ -225,39 +248,20 @@ def _drawn_back(family: Family, like: Point, z: np.ndarray, last: np.ndarray | N
     return trial
 
 
-def jacobian(family: Family, like: Point, trial: Trial) -> np.ndarray:
+def jacobian(family: Family, like: Point, trial: Trial, directions: Directions) -> np.ndarray:
     """Derivatives of the residual with respect to the unknowns; NaN where they could not be had."""
     free = len(trial.section.free)
-    size = DIFFERENCE if family.condition is None else CLOSE
-    columns = [parameter_derivative(family, like, trial, free + k, size) for k in range(family.count)]
-    A = np.empty((len(trial.r), free + family.count))
-    A[:free, :free] = trial.image.derivative - np.eye(free)
-    A[:, free:] = np.column_stack(columns)
-    if family.condition is not None:
-        A[free, :free] = family.condition.gradient(family, trial, like)
-    return A
-
-
-def parameter_derivative(family: Family, like: Point, trial: Trial, k: int, size: float) -> np.ndarray:
-    """Derivative of the residual with respect to the unknown z[k], a fraction of a parameter's range.
-
-    A difference of motions with the same events: beside a grazing one-sided, or smaller. Beyond its range the
-    parameter may have no meaning. NaN where runs failed.
-    """
-    q, trials = trial.z[k], [(trial.z[k], trial)]
-    ends = (max(q - size, 0.0), min(q + size, 1.0)) if 0 <= q <= 1 else (q - size, q + size)
-    for side in ends:
-        z = trial.z.copy()
-        z[k] = side
-        other = family.trial(z, like, False) if side != q else trial
-        if not other.image.status and same_events(other.image.events, trial.image.events):
-            trials.append((side, other))
-    (first, one), (last, other) = min(trials, key=itemgetter(0)), max(trials, key=itemgetter(0))
-    if first < last:
-        return (other.r - one.r) / (last - first)
-    if size > FINEST:
-        return parameter_derivative(family, like, trial, k, size / 100)
-    return np.full_like(trial.r, np.nan)
+    image = trial.section.image(trial.state, directions=directions)
+    if image.status:
+        return np.full((len(trial.r), free + family.count), np.nan)
+    A = family.slopes(image)
+    A[:, :free] -= np.eye(free)
+    A[:, free:] /= like.unit
+    if family.condition is None:
+        return A
+    image = replace(image, events=trial.image.events)  # beside a grazing this run may differ by rounding
+    row = family.condition.gradient(family, replace(trial, image=image, directions=directions), like)
+    return np.vstack([A, row])
 
 
 def _tangent(A: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -274,7 +278,8 @@ def first(family: Family, orbit: Orbit, q: Any, sense: Any = 1.0) -> Point:
     `sense`: in which the parameters change along it, as many numbers.
     """
     point = Point(orbit, q, 1.0, np.append(np.zeros(len(orbit.map.free)), sense))
-    A = jacobian(family, point, family.trial(point.z, point))
+    directions = family.directions(q, orbit.map)
+    A = jacobian(family, point, family.trial(point.z, point), directions)
     if not np.all(np.isfinite(A)):
         return point
     along = _tangent(A, point.tangent)
@@ -285,4 +290,4 @@ def first(family: Family, orbit: Orbit, q: Any, sense: Any = 1.0) -> Point:
     inward = None
     if family.condition is not None:
         inward = A[-1] * np.append(np.full(len(along) - family.count, unit), np.ones(family.count))
-    return Point(orbit, q, unit, tangent / np.linalg.norm(tangent), 0, inward)
+    return Point(orbit, q, unit, tangent / np.linalg.norm(tangent), 0, inward, directions)

@@ -21,7 +21,7 @@ from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
 from jointplay.analysis.orbits.section_image import Image
 
-WHY = {  # a branch ends
+WHY = {  # a branch, or a curve, ends
     "range": "end of the range",
     "max_points": "as many points as asked for",
     "grazing": "an event appears or vanishes there, and no orbit was found next to it beyond",
@@ -30,6 +30,8 @@ WHY = {  # a branch ends
     "joined": "it has joined the branch that it left",
     "origin": "where it begins",
     "interrupted": "interrupted",
+    "resonance": "its pair of multipliers becomes real there",
+    "not_symmetric": "the orbit has no symmetry to be lost",
 }
 ENDS = tuple(WHY)
 FIRST = 0.25  # of the longest step
@@ -41,6 +43,8 @@ TURN, SMALL = 0.8, 1e-4  # least cosine of the turn in a step; steps so small th
 ENCLOSED = 1e-9  # bracket of a grazing
 NEARLY = 1e-6  # of the arc: a wider bracket of a grazing is narrowed from its other side
 GAP = 1e-3  # on the arc: beyond a wider gap at a grazing a branch is another one
+STALLED = 1e-2  # of the longest step: where a shorter one fails, an orbit beyond a grazing is looked for
+LEAPS = (8.0, 64.0, 512.0)  # at so many times its length
 PROBES = (1e-8, 1e-6, 1e-4)  # distances beyond a failure at which events are compared
 
 
@@ -110,6 +114,8 @@ class Tracer:
         if len(self.points) >= self.max_points:
             return last, length, "max_points"
         new = self._try(last, length, DEVIATION * length)
+        if new is None and length <= STALLED * self.step and (beyond := self._leap(last, length)) is not None:
+            return self._go_on(last, *beyond)
         if new is None:
             return (last, length / 2, None) if length > 2 * SHORTEST else (last, length, self._failure(last))
         if len(outside(new.q)):
@@ -170,17 +176,43 @@ class Tracer:
                 low, before = middle, point
                 continue
             high, beyond = middle, beyond if point is None else point
-        if apart(before, beyond) > NEARLY:  # Newton's method failed at the kink: enclose from the other side
-            beyond = self._back(beyond, before)
+        width, narrowed = apart(before, beyond), False
+        if width > NEARLY:  # Newton's method failed at the kink: enclose from the other side
+            (beyond, width, _), narrowed = self._back(beyond, before), True
         self._between(last, before)
-        self._note_grazing(before, beyond.orbit.image, float(np.max(np.abs(beyond.q - before.q))))
         if apart(before, beyond) > GAP:
+            gap = float(np.max(np.abs(beyond.q - before.q)))
+            self._note_grazing(before, beyond.orbit.image, before.q, gap)
             return before, length, "grazing"
-        self._take(beyond)
-        return self._away_from_events(beyond), max(FIRST * length, SMALL * self.step), None
+        return self._go_on(before, beyond, width, narrowed)
 
-    def _back(self, beyond: Point, before: Point) -> Point:
-        """The point with the events of `beyond` that is nearest to `before`."""
+    def _leap(self, last: Point, length: float) -> tuple[Point, float] | None:
+        """The nearest point beyond a grazing that short steps do not reach, and how closely that is enclosed.
+
+        Beside it multipliers may change with the root of the distance on one side, and smoothly on the other.
+        """
+        for h in (factor * length for factor in LEAPS if factor * length <= self.step):
+            point = self._try(last, h, DEVIATION * h, kinks=True)
+            if point is None or alike(last, point) or len(outside(point.q)):
+                continue
+            nearest, width, after = self._back(point, last)
+            if after is not None and same_events(after.events, last.orbit.image.events):
+                return nearest, width
+        return None
+
+    def _go_on(
+        self, before: Point, beyond: Point, width: float, narrowed: bool = True
+    ) -> tuple[Point, float, str | None]:
+        """Note a grazing and go on beyond it; `narrowed`: it is known from that side."""
+        self._note_grazing(before, beyond.orbit.image, beyond.q if narrowed else before.q, width)
+        self._take(beyond)
+        return self._away_from_events(beyond), max(FIRST * self.step / 4, SMALL * self.step), None
+
+    def _back(self, beyond: Point, before: Point) -> tuple[Point, float, Image | None]:
+        """The point with the events of `beyond` that is nearest to `before`.
+
+        Also how closely it is enclosed, and the image with other events on that side, if there is one near.
+        """
         low, high, chord, nearest = 0.0, 1.0, before.z - beyond.z, beyond
         size = np.linalg.norm(chord)
         while (high - low) * size > ENCLOSED:
@@ -190,21 +222,22 @@ class Tracer:
                 low, nearest = middle, point
             else:
                 high = middle
-        return nearest
+        after = image_beyond(self.family, replace(nearest, tangent=chord / size))
+        return (nearest, after[1], after[0]) if after else (nearest, apart(nearest, before), None)
 
-    def _note_grazing(self, point: Point, after: Image, gap: float) -> None:
-        """Note a grazing at a point, with the event that appears or vanishes after it."""
+    def _note_grazing(self, point: Point, after: Image, q: Any, width: float) -> None:
+        """Note a grazing after a point, with the event that appears or vanishes there."""
         event = changed_event(point.orbit.image.events, after.events)
         if point is not self.points[-1]:
             self._take(point)
-        self.specials.append(Special("grazing", point, point.q, gap, event))
+        self.specials.append(Special("grazing", point, q, width, event))
 
     def _failure(self, last: Point) -> str:
         """Why a branch ends where no step is short enough."""
         after = image_beyond(self.family, last)
         if after is None:
             return "not_converged"
-        self._note_grazing(last, after, SHORTEST)
+        self._note_grazing(last, after[0], last.q, after[1])
         return "grazing"
 
 
@@ -224,13 +257,13 @@ def alike(one: Point, other: Point) -> bool:
     return same_events(one.orbit.image.events, other.orbit.image.events)
 
 
-def image_beyond(family: Family, point: Point) -> Image | None:
-    """The first image with other events of motions a little beyond a point, along its tangent."""
+def image_beyond(family: Family, point: Point) -> tuple[Image, float] | None:
+    """The first image with other events of motions a little beyond a point, along its tangent; how far."""
     for distance in PROBES:
         map_there, state = family.placed(point.z + distance * point.tangent, point)
         image = map_there.image(state, False)
         if not image.status and not same_events(image.events, point.orbit.image.events):
-            return image
+            return image, distance
     return None
 
 
@@ -249,7 +282,7 @@ def shifted(family: Family, point: Point, angle: float) -> Point:
     beside = neighbour.moved(state, angle)[1]
     if here.status or beside.status:
         return point
-    like = replace(point, orbit=replace(point.orbit, map=there, state=here.state))
+    like = replace(point, orbit=replace(point.orbit, map=there, state=here.state), directions=None)
     along = np.append(there.differ(beside.state, here.state) / point.unit, family.place(z) - point.q)
     along /= np.linalg.norm(along)
     return solve(family, like, like.z, along) or point

@@ -15,7 +15,9 @@ from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
 
 
-def direction(maps: Callable[[float], SectionMap], value: float, key: str = "parameter") -> Directions:
+def direction(
+    maps: Callable[[float], SectionMap], value: float, key: str = "parameter", precise: bool = True
+) -> Directions:
     """How the numbers behind section maps change with a parameter.
 
     Parameters
@@ -23,12 +25,16 @@ def direction(maps: Callable[[float], SectionMap], value: float, key: str = "par
     maps : callable
         Section map at a value of the parameter, all of one section.
     value : float
-        Where; both sides have to exist.
+        Where.
     key : str
         Name of the parameter in messages.
+    precise : bool
+        As in `gradients.directions.along`.
     """
     own = maps(value)
-    return along(lambda at: maps(at).model, value, key, lambda model: replace(own, model=model).begin)
+    return along(
+        lambda at: maps(at).model, value, key, lambda model: replace(own, model=model).begin, precise
+    )
 
 
 def map_derivative(

@@ -32,11 +32,22 @@ def same_events(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 def changed_event(one: np.ndarray, other: np.ndarray) -> tuple[int, int]:
-    """Contact and kind of an event of which one orbit has more than the other; (-1, -1) if there is none."""
+    """Contact and kind of an event of which one orbit has more than the other; (-1, -1) if there is none.
+
+    Of two that appear together, which are the nearest to each other, the first.
+    """
     first, second = _counts(one), _counts(other)
-    rank = {kind: i for i, kind in enumerate(OF_GAPS)}
     differing = (first - second) + (second - first)
-    return min(differing, key=lambda pair: (rank.get(pair[1], len(rank)), pair), default=(-1, -1))
+    rank = {kind: i for i, kind in enumerate(OF_GAPS)}
+    event = min(differing, key=lambda pair: (rank.get(pair[1], len(rank)), pair), default=(-1, -1))
+    rows = one if len(one) > len(other) else other
+    of_contact = [(event[0], int(kind)) in differing for kind in rows[:, KIND]] if len(rows) else []
+    near = rows[np.array(of_contact, dtype=bool) & (rows[:, CONTACT] == event[0])]
+    if len(near) < 2 or sum(differing.values()) < 2:
+        return event
+    near = near[np.argsort(near[:, PLACE])]
+    apart = np.mod(np.roll(near[:, PLACE], -1) - near[:, PLACE], 1.0)
+    return event[0], int(near[np.argmin(apart), KIND])
 
 
 def gaps(model: Model, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from typing import Annotated
+from functools import partial
+from typing import Annotated, Any
 
 import numpy as np
 import xarray as xr
@@ -28,6 +29,8 @@ from jointplay.analysis.states.basin_uncertainty import PAIRS, Pairs, count_pair
 from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
+from jointplay.analysis.sweeps import quarters
+from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing
 from jointplay.analysis.trajectory import WAYS
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 
@@ -52,6 +55,7 @@ def basins(
     tolerance: Annotated[Positive, unit("tolerance", "1")] = TOLERANCE,
     uncertainty: Flag = True,
     pairs: Annotated[Count, Field(le=10**7)] = 0,
+    refine: Annotated[Count, Field(le=20)] = 0,
     rtol: Rtol = 1e-8,
     initial: Start | None = None,
     max_steps: Natural | None = None,
@@ -81,6 +85,9 @@ def basins(
         Whether to estimate the uncertainty exponent of the basins' boundary.
     pairs : int
         Random points for it beside the grid, each with partners at half a step of the grid and below.
+    refine : int
+        0: every node is followed. n: every 2^n-th node along each axis, and others where these end elsewhere,
+        down to neighbouring nodes; the nearest node that was followed stands for each that was not.
     rtol, initial, max_steps, progress, n_jobs
         As in `sensitivity`; `initial` is the start that the plane goes through.
     ensemble : bool, optional
@@ -89,7 +96,8 @@ def basins(
     Returns
     -------
     xarray.Dataset
-        Over the plane: ``attractor`` (0: none, see ``node_status``); ``followed``, how. Over ``number``, the
+        Over the plane: ``attractor`` (0: none, see ``node_status``); ``followed``, how; with `refine` also
+        ``computed`` and ``refinement_level``. Over ``number``, the
         attractors: ``period`` (0: none), ``count``, ``fraction``, ``fraction_standard_error``, 95 % interval
         ``fraction_low`` to ``fraction_high``; ``section_state`` over ``point`` and ``state``, and the same
         points in the plane, ``section_plane``. Over ``pair``: ``uncertain_fraction`` with its error,
@@ -109,13 +117,12 @@ def basins(
     nodes = grid(axes)
     extra, distances = random_pairs(axes, pairs if uncertainty else 0)
     values = np.concatenate([nodes, extra.reshape(-1, 2)])
-    cells = starts.cells(values, BLOCK, observation=observation)
-    answers = yield from handed_out(ends, cells, progress)
-    none = np.zeros((0, len(starts.model.state)))
-    answers = start_plane.with_crashed(answers, cells, period=0, followed=0, states=none)
-    columns = ("node_status", "period", "followed")
-    status, periods, ways = (np.concatenate([each[name] for each in answers]) for name in columns)
-    states = [end for each in answers for end in each["states"]]
+    told: dict[str, Any] = {}
+    if refine:
+        found = yield from _adaptive(starts, axes, refine, extra, observation, progress, told)
+    else:
+        found = yield from _ended(starts, values, observation, progress)
+    status, periods, ways, states = found
     points = [features(starts.model, end) if len(end) else end for end in states]
     attractors = _renumbered(match(periods, points, tolerance), len(nodes))
     labels, status = attractors.labels[: len(nodes)], status[: len(nodes)]
@@ -124,6 +131,7 @@ def basins(
     variables["followed"] = coded(tuple(axes), ways[: len(nodes)].reshape(table.shape), FOLLOWED, WAYS)
     variables |= basin_dataset.fractions(attractors, len(nodes), int(np.sum(status != BAD)))
     variables |= basin_dataset.section_points(attractors, states, starts)
+    variables |= told
     if uncertainty:
         rows = grid_pairs(table, tuple(is_even(each) for each in axes.values()))
         rows += _random_rows(attractors.labels[len(nodes) :], distances)
@@ -131,6 +139,55 @@ def basins(
     variables |= outcome(start_plane.plane_status(status), began)
     coords = basin_dataset.coordinates(axes, count, starts)
     return xr.Dataset(variables, coords, {"Conventions": "CF-1.11", "kind": "basins"})
+
+
+def _ended(starts, values, observation, progress, before: int = 0, possible: int = 0):
+    """Status, period, way and section states of the motions from starts in the plane."""
+    cells = starts.cells(values, BLOCK, observation=observation)
+    answers = yield from handed_out(ends, cells, progress, before=before, possible=possible)
+    none = np.zeros((0, len(starts.model.state)))
+    answers = start_plane.with_crashed(answers, cells, period=0, followed=0, states=none)
+    columns = ("node_status", "period", "followed")
+    rows = [np.concatenate([each[name] for each in answers]) for name in columns]
+    return *rows, [end for each in answers for end in each["states"]]
+
+
+def _adaptive(starts, axes, levels: int, extra, observation, progress, told: dict[str, Any]):
+    """As `_ended`, of all nodes and then of `extra` starts: nodes are followed where others end elsewhere.
+
+    `told` takes what the dataset says of the map.
+    """
+    shape, nodes, parts = tuple(map(len, axes.values())), grid(axes), []
+    more = extra.reshape(-1, 2)
+
+    def answered(points: list[Point], tell):
+        places = np.array([np.ravel_multi_index(point, shape) for point in points])
+        values = np.concatenate([nodes[places], more]) if not parts else nodes[places]
+        count = sum(-(-len(each[0]) // BLOCK) for each in parts)
+        parts.append((yield from _ended(starts, values, observation, tell, count, -(-len(nodes) // BLOCK))))
+        status, periods, _, states = parts[-1]
+        seen = [features(starts.model, end) if len(end) else end for end in states]
+        return {point: (status[n], periods[n], seen[n]) for n, point in enumerate(points)}
+
+    alike = partial(_alike, observation.tolerance)
+    boxes, computed = yield from in_rounds(shape, levels, alike, answered, progress)
+    place, level = standing(shape, boxes, computed)
+    first, last = parts[0], len(parts[0][0]) - len(more)
+    order = [*computed]  # in the order in which they were computed
+    at = {np.ravel_multi_index(point, shape): n + len(more) * (n >= last) for n, point in enumerate(order)}
+    rows = [at[int(each)] for each in place.flat] + [*range(last, len(first[0]))]
+    told |= quarters.told(tuple(axes), computed, level)
+    columns = [np.concatenate([each[n] for each in parts])[rows] for n in range(3)]
+    states = [end for each in parts for end in each[3]]
+    return *columns, [states[row] for row in rows]
+
+
+def _alike(tolerance: float, looks: list[tuple[int, int, np.ndarray]]) -> bool:
+    """Whether motions end alike: as badly, or on one attractor."""
+    if len({look[:2] for look in looks}) > 1:
+        return False
+    ends = [look[2] for look in looks if len(look[2])]
+    return not ends or len({*match(np.full(len(ends), looks[0][1]), ends, tolerance).labels}) == 1
 
 
 def random_pairs(axes: Mapping[str, np.ndarray], count: int) -> tuple[np.ndarray, np.ndarray]:

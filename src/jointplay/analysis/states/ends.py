@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rules
-from jointplay.analysis.ensemble_runs import follow_ensemble, suits
+from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.exponents.growth import STATE
 from jointplay.analysis.period import period
 from jointplay.analysis.quantities import STATUS
@@ -65,21 +65,15 @@ def ends(starts: Starts, nodes: np.ndarray, observation: Observation) -> dict[st
         the states at the section, one period of them or the last that were observed; ``status``.
     """
     models = [starts(node) for node in nodes]
-    status, periods, states = zip(*end_states(starts.model, models, observation), strict=True)
-    rows = {"node_status": status, "period": periods, "followed": _ways(starts.model, models, observation)}
+    status, periods, states, ways = zip(*end_states(starts.model, models, observation), strict=True)
+    rows = {"node_status": status, "period": periods, "followed": ways}
     return {"status": 0, "states": list(states)} | {name: np.array(row) for name, row in rows.items()}
-
-
-def _ways(base: Model, starts: list[Model | None], observation: Observation) -> list[int]:
-    """How motions are followed, by places in `WAYS`."""
-    asked = ((start, start and _request(base, start, observation.transient, observation)) for start in starts)
-    return [int(observation.ensemble and start is not None and suits(start, what)) for start, what in asked]
 
 
 def end_states(
     base: Model, starts: list[Model | None], observation: Observation
-) -> list[tuple[int, int, np.ndarray]]:
-    """Status, period and section states of the ends of motions.
+) -> list[tuple[int, int, np.ndarray, int]]:
+    """Status, period and section states of the ends of motions, and how these were followed (`WAYS`).
 
     Parameters
     ----------
@@ -91,20 +85,20 @@ def end_states(
         How the motions are followed.
     """
     nothing = np.zeros((0, len(base.state)))
-    result = {n: (BAD, 0, nothing) for n, start in enumerate(starts) if start is None}
-    left = {n: (start, nothing) for n, start in enumerate(starts) if start is not None}
+    result = {n: (BAD, 0, nothing, 0) for n, start in enumerate(starts) if start is None}
+    left = {n: (start, nothing, 1) for n, start in enumerate(starts) if start is not None}
     for again in range(1 + observation.patience):
-        drop, models = 0 if again else observation.transient, [model for model, _ in left.values()]
+        drop, models = 0 if again else observation.transient, [model for model, *_ in left.values()]
         cuts = section_states(base, models, drop, observation)
-        for (n, (_, seen)), (states, status) in zip([*left.items()], cuts, strict=True):
-            repeats = 0 if status else _period(base, states, observation)
+        for (n, (_, seen, before)), (states, status, way) in zip([*left.items()], cuts, strict=True):
+            repeats, way = 0 if status else _period(base, states, observation), min(way, before)
             if status or repeats:
-                result[n] = (status, repeats, nothing if status else states[-repeats:])
+                result[n] = (status, repeats, nothing if status else states[-repeats:], way)
                 del left[n]
             else:
                 seen = np.concatenate([seen, states])[-max(POINTS, observation.turns) :]
-                left[n] = replace(base, state=states[-1]), seen
-    result |= {n: (0, 0, seen) for n, (_, seen) in left.items()}
+                left[n] = replace(base, state=states[-1]), seen, way
+    result |= {n: (0, 0, seen, way) for n, (_, seen, way) in left.items()}
     return [result[n] for n in range(len(starts))]
 
 
@@ -127,14 +121,14 @@ def shortest_period(points: np.ndarray, longest: int, tolerance: float) -> int:
 
 def section_states(
     base: Model, starts: list[Model], drop: int, observation: Observation
-) -> list[tuple[np.ndarray, int]]:
-    """Of each start, states at the section after `drop` turns, shape (turns, states), and the status."""
+) -> list[tuple[np.ndarray, int, int]]:
+    """Of each start, states at the section after `drop` turns (turns, states), status and way (`WAYS`)."""
     requests = [_request(base, start, drop, observation) for start in starts]
     if observation.ensemble:
         records = follow_ensemble(starts, requests)
     else:
         records = [follow(*pair) for pair in zip(starts, requests, strict=True)]
-    return [_states(base, each, observation.turns) for each in records]
+    return [(*_states(base, each, observation.turns), each.way) for each in records]
 
 
 def _request(base: Model, start: Model, drop: int, observation: Observation) -> Request:

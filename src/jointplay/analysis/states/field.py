@@ -56,7 +56,7 @@ def field(
     name = "finite-time Lyapunov exponent"
     rows = {
         "finite_time_exponent": (growth / time, "s-1", name),
-        "finite_time_exponent_per_turn": (growth / turns, "1", f"{name} a turn"),
+        "finite_time_exponent_per_turn": (growth / turns, "1", f"{name} per turn"),
     }
     number = {"field_turns": (np.int64(turns), "1", "turns of the exponents")}
     ended = {"node_status": coded(tuple(axes), status, "how the node's run ended")}

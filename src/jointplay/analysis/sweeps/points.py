@@ -17,8 +17,8 @@ LABELLED |= {"state": "state"}
 ATTRIBUTES = {
     "period": ("1", "period in section points"),
     "turn_period": ("s", "mean period of a turn"),
-    "impacts": ("1", "contacts begun a turn"),
-    "separations": ("1", "contacts lost a turn"),
+    "impacts": ("1", "contacts begun per turn"),
+    "separations": ("1", "contacts lost per turn"),
     "contact_fraction": ("1", "fraction of time in contact"),
     "smallest_impact_speed": ("m s-1", "smallest speed at which a contact began"),
     "smallest_missed_gap": ("m", "smallest gap of an approach that missed contact"),

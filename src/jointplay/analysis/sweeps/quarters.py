@@ -14,9 +14,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 from itertools import pairwise, product
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+
+from jointplay.analysis.looks import part
 
 Point = tuple[int, ...]
 Look = TypeVar("Look")
@@ -92,6 +94,34 @@ def refined(
             table[point] = look
         boxes = [part for box in boxes for part in _halved(box, table, alike)]
     return boxes, looks
+
+
+def in_rounds(
+    shape: tuple[int, ...],
+    levels: int,
+    alike: Callable[[list[Look]], bool],
+    answered: Callable[[list[Point], Callable[[float], None]], Generator[Any, Any, dict[Point, Look]]],
+    progress: Callable[[float], None] | None,
+) -> Generator[Any, Any, tuple[list[Box], dict[Point, Look]]]:
+    """Do what `refined` asks for by `answered`, which hands out the work of some points."""
+    asked, rounds = refined(shape, levels, alike), 0
+    needed = next(asked)
+    while True:
+        first, last = (1 - 2.0 ** -(rounds + by) for by in (0, 1))  # how many rounds there will be is unknown
+        looks = yield from answered(needed, part(progress, first, last))
+        try:
+            needed, rounds = asked.send(looks), rounds + 1
+        except StopIteration as end:
+            return end.value
+
+
+def told(dims: tuple[str, ...], computed: dict[Point, Look], level: np.ndarray) -> dict[str, Any]:
+    """What a dataset says of an adaptive map: which points were computed, and how fine it is where."""
+    done = np.zeros(level.shape, dtype=np.int8)
+    done[tuple(np.transpose(list(computed)))] = 1
+    own = {"units": "1", "long_name": "1: computed; 0: the nearest computed corner of its box stands for it"}
+    deep = {"units": "1", "long_name": "halvings of the point's box"}
+    return {"computed": (dims, done, own), "refinement_level": (dims, level.astype(np.int8), deep)}
 
 
 def _halved(box: Box, table: np.ndarray, alike: Callable[[list[Look]], bool]) -> list[Box]:

@@ -8,7 +8,7 @@ journal of the one is of use to the other.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterator, Mapping
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from itertools import chain, combinations
 from math import hypot, isfinite
@@ -17,9 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from jointplay.analysis.cells import Read, Work
-from jointplay.analysis.looks import part
 from jointplay.analysis.sweeps.chains import BLOCK, TOGETHER, Chain, Sweep
-from jointplay.analysis.sweeps.quarters import Point, refined, standing
+from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing, told
 from jointplay.errors import Problem
 from jointplay.jobs.job import Entry
 
@@ -65,11 +64,11 @@ def alike(contrast: float) -> Callable[[list[tuple[Look, ...]]], bool]:
         apart, error = abs(one.exponent - other.exponent), hypot(one.error, other.error)
         return not apart > contrast or apart <= ERRORS * error
 
-    def told(looks: list[tuple[Look, ...]]) -> bool:
+    def equal(looks: list[tuple[Look, ...]]) -> bool:
         pairs = combinations(dict.fromkeys(looks), 2)
         return all(same(a, b) for one, other in pairs for a, b in zip(one, other, strict=True))
 
-    return told
+    return equal
 
 
 def adaptive(
@@ -84,32 +83,19 @@ def adaptive(
         the dataset says of the map.
     """
     shape, keys, reads = sweep.shape[: len(sweep.axes)], np.reshape(sweep.keys, sweep.shape), []
-    asked, rounds = refined(shape, levels, alike(contrast)), 0
-    needed = next(asked)
-    while True:
-        wanted = {key for point in needed for key in keys[point].flat}
-        first, last = (1 - 2.0 ** -(rounds + by) for by in (0, 1))  # how many rounds there will be is unknown
+
+    def answered(points: list[Point], tell: Callable[[float], None]):
+        wanted = {key for point in points for key in keys[point].flat}
         size = {"of the grid, in this round": len(wanted)}
-        work = Work(_jobs(sweep, wanted), size, part(progress, first, last), sweep.warm, possible=sweep.keys)
-        reads.append((yield work))
+        reads.append((yield Work(_jobs(sweep, wanted), size, tell, sweep.warm, possible=sweep.keys)))
         seen = {key: look(answer) for key, answer in reads[-1]()}
-        looks: Mapping[Point, tuple[Look, ...]] = {
-            point: tuple(seen[key] for key in keys[point].flat) for point in needed
-        }
-        try:
-            needed, rounds = asked.send(dict(looks)), rounds + 1
-        except StopIteration as end:
-            boxes, computed = end.value
-            break
+        return {point: tuple(seen[key] for key in keys[point].flat) for point in points}
+
+    boxes, computed = yield from in_rounds(shape, levels, alike(contrast), answered, progress)
     place, level = standing(shape, boxes, computed)
     own = keys.reshape(-1, *keys.shape[len(shape) :])[place]
-    done = np.zeros(shape, dtype=np.int8)
-    done[tuple(np.transpose(list(computed)))] = 1
-    return (
-        list(own.flat),
-        lambda: chain.from_iterable(read() for read in reads),
-        _variables(sweep, done, level),
-    )
+    dims = tuple(axis.name for axis in sweep.axes)
+    return list(own.flat), lambda: chain.from_iterable(read() for read in reads), told(dims, computed, level)
 
 
 def _jobs(sweep: Sweep, wanted: set[str]) -> list[Chain]:
@@ -126,10 +112,3 @@ def _jobs(sweep: Sweep, wanted: set[str]) -> list[Chain]:
             for at in range(0, len(keys), size)
         ]
     return jobs
-
-
-def _variables(sweep: Sweep, done: np.ndarray, level: np.ndarray) -> dict[str, Any]:
-    dims = tuple(axis.name for axis in sweep.axes)
-    told = {"units": "1", "long_name": "1: computed; 0: the nearest computed corner of its box stands for it"}
-    deep = {"units": "1", "long_name": "halvings of the point's box"}
-    return {"computed": (dims, done, told), "refinement_level": (dims, level.astype(np.int8), deep)}

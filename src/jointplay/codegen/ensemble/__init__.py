@@ -3,6 +3,7 @@
 from ...equations.laws import LAWS
 from ...equations.structure import Course, Linkage, Oscillator
 from ...numerics.ensemble import CONTACTS, N
+from ..cache import structure_module
 
 FRICTION = (  # with which it has been tried: laws without a state of their own
     *("none", "coulomb", "tanh", "ramp", "ambrosio", "threlfall", "andersson", "brown_mcphee", "stribeck"),
@@ -14,22 +15,32 @@ def known(structure: Linkage | Oscillator) -> bool:
     """Whether eight can run at once: rigid links that turn freely, the crank first, and bearings with play.
 
     Each law of contact that has a force is known, and up to three joints with play; springs, and loads and
-    torques that stay the same. Ideal loops, corners of sliders, rigid bearings, bristles, elastic links,
-    imposed speeds and what varies with time or an angle are not.
+    torques that stay the same; loops of ideal joints. Corners of sliders, rigid bearings, bristles, elastic
+    links, imposed speeds and what varies with time or an angle are not. Systems of somebody's own are known
+    that have few states, phases, contacts, switches and jumps.
     """
-    if isinstance(structure, Oscillator) or not structure.joints:
+    if isinstance(structure, Oscillator):
+        return _few(structure)
+    if not structure.joints:
         return False
     fit = _positions(structure) <= N and len(structure.joints) <= CONTACTS
     bearings = all(
         not LAWS[joint.law].rigid and joint.corner is None and joint.friction in FRICTION
         for joint in structure.joints
     )
-    open_chains = not (structure.beams or structure.closures)
     free = structure.drive in DRIVES and structure.driven == structure.links[0]
     courses = [load.course for load in structure.loads] + [structure.course] * bool(structure.course)
     steady = not any(map(_varies, courses)) and not structure.powers
     section = structure.section in (None, f"angle:{structure.driven}")
-    return fit and bearings and open_chains and free and steady and section
+    return fit and bearings and not structure.beams and free and steady and section
+
+
+def _few(structure: Oscillator) -> bool:
+    """Whether the states of a system with its phases, and all that touches or jumps, have room in a lane."""
+    sizes = structure_module(structure).SIZES
+    clock = int(not structure.period)
+    fit = clock + sizes["angles"] + sizes["speeds"] <= N and sizes["contacts"] + sizes["resets"] <= CONTACTS
+    return fit and structure.section in (None, "phase")
 
 
 def _positions(structure: Linkage) -> int:

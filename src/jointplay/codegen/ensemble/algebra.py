@@ -13,7 +13,7 @@ section IV.8.
 
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import EIGEN, GAMMA, LATE, MONOMIAL, NODES, STAGES, TO_EIGEN, TO_STAGE
-from .control import judge, settle
+from .control import Turning, free, judge, settle
 from .text import STEP, Blocks, at, fetch, function, lanes, slope, stage, total
 
 HEADER = '''"""Generated: the method for eight trajectories at once; do not edit."""
@@ -29,12 +29,12 @@ from jointplay.numerics.interface import entry
 S = range(STAGES)
 
 
-def text(turning: tuple[bool, ...], contacts: int) -> str:
-    """Source of the module, for positions that turn or do not, and so many contacts."""
+def text(turning: Turning, contacts: int, jumps: int = 0) -> str:
+    """Source of the module, for positions that turn or do not, so many contacts, and jumps of the state."""
     N = range(len(turning))
-    late = lanes(*fetch(len(N), LATE))
-    parts = {"predict": predict(N) + late, "factor": _factor(N), "solve": solve(N) + lanes(*_size(N))}
-    parts |= {"judge": judge(turning, contacts), "settle": settle(turning, contacts)}
+    late, size = lanes(*fetch(len(N), LATE)), lanes(*_size(N, free(turning)))
+    parts = {"predict": predict(N) + late, "factor": _factor(N), "solve": solve(N) + size}
+    parts |= {"judge": judge(turning, contacts, jumps), "settle": settle(turning, contacts, jumps)}
     return HEADER + "\n\n" + "\n\n\n".join(function(*part) for part in parts.items()) + "\n"
 
 
@@ -244,12 +244,12 @@ def _updated(k: int, of: Blocks, active: str) -> list[str]:
     return [*lines, *(f"{stage(of.f, j, k)} = u{j}" for j in S)]
 
 
-def _size(N: range) -> list[str]:
-    """Size of the update in units of the tolerated error."""
+def _size(N: range, count: int) -> list[str]:
+    """Size of the update in units of the tolerated error, of which so many are free."""
     lines = []
     for k in N:
         squares = " + ".join(f"{stage(rows.F, j, k)} * {stage(rows.F, j, k)}" for j in S)
         lines.append(f"e = {at(rows.FLOOR, k)} + {at(rows.TOLERANCE)} * abs({at(rows.SPEED, k)})")
         lines.append(f"n{k} = ({squares}) / (e * e)")
-    mean = f"({' + '.join(f'n{k}' for k in N)}) * {1 / (len(N) * STAGES)!r}"
+    mean = f"({' + '.join(f'n{k}' for k in N)}) * {1 / (count * STAGES)!r}"
     return [*lines, f"{at(rows.SIZE_BEFORE)} = {at(rows.SIZE)}", f"{at(rows.SIZE)} = sqrt({mean})"]

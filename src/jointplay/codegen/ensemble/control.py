@@ -8,6 +8,7 @@ numerics.control (lengths), numerics.events (margins of guards; passing the bear
 """
 
 from ...numerics.control import SAFETY
+from ...numerics.ensemble import PHASE
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import (
     ERROR,
@@ -23,19 +24,24 @@ from ...numerics.modes import CONE, FORCE, GAP
 from .text import at, choose, lanes, moved, rotation, slope, stage, total
 
 S = range(STAGES)
-Turning = tuple[bool, ...]  # whether each position is an angle
+Turning = tuple[float, ...]  # 1 where a position is an angle, 0 where it is none; PHASE of a phase
 
 
-def judge(turning: Turning, contacts: int) -> list[str]:
+def watched(contacts: int, jumps: int) -> list[int]:
+    """Guards: four of a contact, of a jump of the state its gap."""
+    return [*range(4 * contacts), *range(4 * contacts + GAP, 4 * (contacts + jumps), 4)]
+
+
+def judge(turning: Turning, contacts: int, jumps: int) -> list[str]:
     """Error, guards, section; whether the attempt is plain."""
     guards = ["low = 0.0", "approach = 0.0", "through = 0.0"]
-    guards += [line for g in range(4 * contacts) for line in _guard(g)]
+    guards += [line for g in watched(contacts, jumps) for line in _guard(g, g < 4 * contacts)]
     stores = {rows.LOW: "low", rows.PASSES: "approach", rows.CENTRE: "through"}
     guards += [f"{at(row)} = {value}" for row, value in stores.items()]
     return lanes(*_error(turning)) + lanes(*guards) + lanes(*_ahead()) + lanes(*_plain())
 
 
-def _guard(g: int) -> list[str]:
+def _guard(g: int, touches: bool) -> list[str]:
     """How low a guard goes at most beyond its level (numerics.ensemble.guards), by Bernstein coefficients."""
     j, place = divmod(g, 4)
     force = at(rows.GUARD, 4 * j + FORCE)
@@ -50,16 +56,23 @@ def _guard(g: int) -> list[str]:
     lines += [f"b{n} = {total(TO_BERNSTEIN[n], names)}" for n in range(1, STAGES)]
     lines += [f"b0, b{STAGES} = v0, v{STAGES}"]
     lines += [f"low = min(low, side * (b{n} - level))" for n in range(STAGES + 1)]
-    return lines + (_gap(names, j) if place == GAP else [])
+    lines += _approach(touches) if place == GAP else []
+    return lines + (_centre(names, j) if place == GAP and touches else [])
 
 
-def _gap(names: list[str], contact: int) -> list[str]:
-    """Whether the gap may have a closest approach asked for; whether the journal passes the centre."""
+def _approach(touches: bool) -> list[str]:
+    """Whether the gap may have a closest approach asked for."""
     slopes = [f"b{n + 1} - b{n}" for n in range(STAGES)]
     return [
         f"passes = 1.0 if min({_nested('max', slopes)}, - {_nested('min', slopes)}) > 0.0 else 0.0",
-        "flies = 1.0 if side < 0.0 else 0.0",
+        "flies = 1.0 if side < 0.0 else 0.0" if touches else "flies = 1.0",
         f"approach = max(approach, passes * flies * {at(rows.MISSES)})",
+    ]
+
+
+def _centre(names: list[str], contact: int) -> list[str]:
+    """Whether the journal passes the bearing's centre."""
+    return [
         f"square = {at(rows.CLEARANCE_SQUARED, contact)}",
         f"least, most = {_nested('min', names)} + square, {_nested('max', names)} + square",
         f"centre = 1.0 if {CENTRE_RATIO!r} * least < most else 0.0",
@@ -85,17 +98,29 @@ def _error(turning: Turning) -> list[str]:
         lines.append(f"z{k} = h * {at(rows.ACCELERATION, k)} + {total(ERROR, Z[k])}")
         lines[-1] += f" + {1 / GAMMA!r} * h * h * ({pulled})"
     lines += [f"ez{k} = " + " + ".join(f"{at(rows.INVERSE, rows.N * k + j)} * z{j}" for j in N) for k in N]
-    lines += [f"eq{k} = h * {1 / GAMMA!r} * (q{k} + ez{k}) / {at(rows.FLOOR_POSITION, k)}" for k in N]
+    for k in N:
+        floor = at(rows.FLOOR_POSITION, k)
+        if PHASE in turning:  # of a system of somebody's own, whose positions may be of any size
+            floor = f"({floor} + {at(rows.TOLERANCE)} * abs({at(rows.POSITION, k)} + {at(rows.X, k)}))"
+        lines.append(f"eq{k} = h * {1 / GAMMA!r} * (q{k} + ez{k}) / {floor}")
     for k in N:
         lines.append(f"ez{k} = ez{k} / ({at(rows.FLOOR, k)} + {at(rows.TOLERANCE)} * abs({at(rows.Y, k)}))")
     squares = " + ".join(f"eq{k} * eq{k} + ez{k} * ez{k}" for k in N)
-    lines.append(f"{at(rows.ERROR)} = sqrt(({squares}) * {1 / (2 * len(N))!r})")
+    lines.append(f"{at(rows.ERROR)} = sqrt(({squares}) * {1 / (2 * free(turning))!r})")
     return [*lines, f"{at(rows.TURNED)} = {_largest(rows.X, turning)}"]
 
 
+def free(turning: Turning) -> int:
+    """Number of positions that are no phases, which have no error."""
+    return sum(turns != PHASE for turns in turning)
+
+
 def _largest(row: int, turning: Turning) -> str:
-    """Largest size of a row of the angles."""
-    return _nested("max", [f"abs({at(row, k)})" for k, turns in enumerate(turning) if turns])
+    """Largest size of a row of the angles, a phase's as a share."""
+    sizes = [
+        f"abs({at(row, k)})" + f" * {PHASE!r}" * (turns == PHASE) for k, turns in enumerate(turning) if turns
+    ]
+    return _nested("max", sizes)
 
 
 def _ahead() -> list[str]:
@@ -132,7 +157,7 @@ def _plain() -> list[str]:
     return [*lines, f"{at(rows.H_NEXT)} = {at(rows.H)}"]
 
 
-def settle(turning: Turning, contacts: int) -> list[str]:
+def settle(turning: Turning, contacts: int, jumps: int) -> list[str]:
     """Control; then the base point moves to the step's end, and LATER by Taylor's series."""
     moved = [f"taken, later = {at(rows.TAKEN)}, {at(rows.LATER)}"]
     values = {
@@ -144,7 +169,7 @@ def settle(turning: Turning, contacts: int) -> list[str]:
         moved += choose(place, value, "taken > 0.0")
     for k, turns in enumerate(turning):
         moved += _moved(k, turns)
-    for g in range(4 * contacts):
+    for g in watched(contacts, jumps):
         moved += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "taken > 0.0")
         moved += choose(at(rows.FIRED, g), "0.0", "taken > 0.0")
     kept = [f"keep = {at(rows.KEEP)}", *choose(at(rows.H_PAST), at(rows.H), "keep > 0.0")]
@@ -154,7 +179,7 @@ def settle(turning: Turning, contacts: int) -> list[str]:
     return lanes(*_control(turning)) + lanes(*moved) + lanes(*kept, f"{at(rows.H)} = {at(rows.H_NEXT)}")
 
 
-def _moved(k: int, turns: bool) -> list[str]:
+def _moved(k: int, turns: float) -> list[str]:
     """Position k at the new base point; an angle's sine and cosine are kept on the unit circle."""
     lines = [
         f"a, z = {at(rows.RATE, k)}, {at(rows.Y, k)}",
@@ -166,7 +191,7 @@ def _moved(k: int, turns: bool) -> list[str]:
         rows.ACCELERATION: "a",
     }
     if turns:
-        lines += [*rotation("sn", "cn", k, "turn"), "unit = 1.5 - 0.5 * (sn * sn + cn * cn)"]
+        lines += [*rotation("sn", "cn", k, "turn", turns == PHASE), "unit = 1.5 - 0.5 * (sn * sn + cn * cn)"]
         values |= {rows.SINE: "sn * unit", rows.COSINE: "cn * unit"}
     for row, value in values.items():
         lines += choose(at(row, k), value, "taken > 0.0")

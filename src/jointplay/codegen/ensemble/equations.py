@@ -12,20 +12,23 @@ T a + T' w = 0. Their Jacobian is that of a_0 less y (T da_0 + d(T' w)) / (T y),
 change of T and dF is left out: of the order of h^2 in Newton's matrix, whose iteration shows what that costs.
 """
 
+from dataclasses import replace
+
 from sympy import Expr, Integer, Symbol
 
 from ...equations.system import System
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import STAGES
-from ...numerics.modes import FORCE
+from ...numerics.modes import FORCE, GAP
 from ..dynamics import Dynamics, dot
 from ..module import guards
 from ..source import Layout, Program, expression, importing, used
 from ..tape import FLOW
+from .form import laid_out
 from .text import at, choose, fetch, function, lanes, rotation, stage
 
 HEADER = '''"""Generated from the equations, for eight trajectories at once; do not edit."""
-from math import sqrt, tanh
+from math import cos, sin, sqrt, tanh
 
 from jointplay.numerics.ensemble.layout import CALL
 from jointplay.numerics.interface import inner
@@ -36,10 +39,16 @@ from jointplay.numerics.interface import SIGNATURES, compiled, entry
 
 def text(system: System) -> str:
     """Source of the module of a system (of a structure that is `known`)."""
-    writer, dynamics = Writer(system), Dynamics(system, _variant(system))
-    bodies = [_rate(writer, dynamics), _slopes(writer, dynamics), writer.prepare()]
-    bodies += _functions(len(system.positions), len(system.contacts))
+    laid, phases = laid_out(system)
+    system = replace(
+        laid, resets=()
+    )  # where a state jumps, the loop lets the structure's own functions do so
+    gaps = {4 * (len(system.contacts) + k) + GAP: each.guard for k, each in enumerate(laid.resets)}
+    writer, dynamics = Writer(system, phases), Dynamics(system, _variant(system))
+    bodies = [_rate(writer, dynamics, gaps), _slopes(writer, dynamics), writer.prepare()]
+    bodies += _functions(len(system.positions), [*range(4 * len(system.contacts)), *gaps])
     size = f"ROWS = {writer.first + len(writer.constants)}\n"
+    size += f"PHASES = {[angle.name for angle in system.angles[:phases]]!r}\n"
     return importing(HEADER + size + "\n\n" + "\n\n\n".join(bodies) + "\n")
 
 
@@ -55,10 +64,13 @@ def _lone(system: System) -> bool:
 
 
 class Writer:
-    """Bodies of one structure, at the point X, Y; `constants` are rows of what parameters alone make."""
+    """Bodies of one structure, at the point X, Y; `constants` are rows of what parameters alone make.
 
-    def __init__(self, system: System):
-        self.system, self.layout = system, Layout(system)
+    The first positions are so many `phases`.
+    """
+
+    def __init__(self, system: System, phases: int):
+        self.system, self.layout, self.phases = system, Layout(system), phases
         self.constants: dict[Expr, int] = {}
         self.first = rows.NUMBERS + len(system.parameters)
 
@@ -107,7 +119,7 @@ class Writer:
         for angle in system.angles:
             if used(program, (angle.sin, angle.cos)):
                 k = system.positions.index(angle.position)
-                lines += rotation(angle.sin, angle.cos, k, at(rows.X, k))
+                lines += rotation(angle.sin, angle.cos, k, at(rows.X, k), k < self.phases)
         return lines
 
     def prepare(self) -> str:
@@ -117,14 +129,15 @@ class Writer:
         return function("prepare", lanes(*(lines or ["pass"])))
 
 
-def _rate(writer: Writer, dynamics: Dynamics) -> str:
-    """Accelerations and guards (codegen.module.guards)."""
+def _rate(writer: Writer, dynamics: Dynamics, gaps: dict[int, Expr]) -> str:
+    """Accelerations and guards (codegen.module.guards), `gaps` those of jumps."""
     system, a = writer.system, dynamics.a
     N, variant = range(len(system.positions)), _variant(system).replace("touch", "slip")
     results = {f"out_a{k}": a[k] for k in N}
     for j, contact in enumerate(system.contacts):
         watched = guards(dynamics, j, variant) | ({FORCE: contact.pressed} if contact.sticks else {})
         results |= {f"out_g{4 * j + g}": value for g, value in watched.items()}
+    results |= {f"out_g{g}": value for g, value in gaps.items()}
     if _lone(system):
         contact, (column, share) = system.contacts[0], _grip(dynamics)
         drag = dynamics.tape.let("held_F", (dot(contact.tangential, a) + _bias(dynamics)) * share)
@@ -161,7 +174,7 @@ def held(system: System) -> str:
     """
     if not _lone(system):
         return importing(HEADER + function("held", ["    pass"]) + "\n")
-    writer, dynamics, n = Writer(system), Dynamics(system, "stick"), len(system.positions)
+    writer, dynamics, n = Writer(system, 0), Dynamics(system, "stick"), len(system.positions)
     found, N = dynamics.jacobian(), range(n)
     results = {f"held_out_{k}_{i}": found.get((k, i), Integer(0)) for k in N for i in range(2 * n)}
     body = writer.body("exact", dynamics.tape.program(results), _places(n), own=False)
@@ -188,24 +201,24 @@ def _bias(dynamics: Dynamics) -> Expr:
     return dynamics.tape.derivative(contact.v_t, FLOW) + contact.drift
 
 
-def _take(n: int, contacts: int, j: int) -> list[str]:
+def _take(n: int, watched: list[int], j: int) -> list[str]:
     """Rates times h, and guards, of stage j."""
     lines = [f"{stage(rows.F, j, k)} = {at(rows.H)} * {at(rows.RATE, k)}" for k in range(n)]
     watches = rows.WATCHES + rows.GUARDS * j
-    return lines + [f"{at(watches, g)} = {at(rows.WATCHED, g)}" for g in range(4 * contacts)]
+    return lines + [f"{at(watches, g)} = {at(rows.WATCHED, g)}" for g in watched]
 
 
-def _functions(n: int, contacts: int) -> list[str]:
+def _functions(n: int, watched: list[int]) -> list[str]:
     """Functions that the loop calls: rates and slopes at the points of a step."""
     N, rates = range(n), [*lanes(*fetch(n, 0)), "    rate(w)"]
     for j in range(STAGES):
         following = fetch(n, (j + 1) % STAGES)
-        rates += lanes(*_take(n, contacts, j), *following) + ["    rate(w)"] * (j < STAGES - 1)
+        rates += lanes(*_take(n, watched, j), *following) + ["    rate(w)"] * (j < STAGES - 1)
     here = [f"{at(rows.X, k)} = 0.0" for k in N] + [f"{at(rows.Y, k)} = {at(rows.SPEED, k)}" for k in N]
     taken = [f"fresh = {at(rows.NEW)}"]
     for k in N:
         taken += choose(at(rows.ACCELERATION, k), at(rows.RATE, k), "fresh > 0.0")
-    for g in range(4 * contacts):
+    for g in watched:
         taken += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "fresh > 0.0")
     return [
         function("jacobian", ["    slopes(w)"]),

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import NODES, STAGES, A
+from .. import source
 from ..source import horner
 
 SIN = [1.0, -1 / 6, 1 / 120, -1 / 5040]  # to rounding at usual lengths, to 1e-11 at the longest turn
@@ -60,13 +61,14 @@ def choose(place: str, value: str, condition: str) -> list[str]:
     return [f"old, value = {place}, {value}", f"{place} = value if {condition} else old"]
 
 
-def rotation(s: str, c: str, k: int, d: str) -> list[str]:
-    """Sine and cosine of angle k beside the base point's, by `d`."""
+def rotation(s: str, c: str, k: int, d: str, phase: bool) -> list[str]:
+    """Sine and cosine of angle k beside the base point's, by `d`; a phase turns farther in a step."""
+    sine, cosine = (source.SIN, source.COS) if phase else (SIN, COS)
     return [
         f"d = {d}",
         "dd = d * d",
-        f"ds = d * ({horner(SIN)})",
-        f"dc = {horner(COS)}",
+        f"ds = d * ({horner(sine)})",
+        f"dc = {horner(cosine)}",
         f"bs, bc = {at(rows.SINE, k)}, {at(rows.COSINE, k)}",
         f"{s}, {c} = bs * dc + bc * ds, bc * dc - bs * ds",
     ]

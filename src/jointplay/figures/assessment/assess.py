@@ -51,7 +51,7 @@ def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:
     own, ideal = (dataset[name].sel(joint=joint).values for name in ("joint_force", "ideal_joint_force"))
     artists.curve(ax, share, ideal, color=style.AMBER, linewidth=1.4, label="ideal mechanism")
     artists.curve(ax, share, own, color=style.BLACK, linestyle="-", label="with clearance")
-    ax.set(xlabel="Share of a turn (\N{EN DASH})", ylabel="Joint force (N)", xlim=(0, 1), ylim=(0, None))
+    ax.set(xlabel="Share of a turn", ylabel="Joint force (N)", xlim=(0, 1), ylim=(0, None))
     ax.legend(loc="best")
     artists.heading(ax, f"(a) joint {joint}")
 
@@ -102,7 +102,7 @@ def edge_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set(
         xlim=(low / 1.05, high * 1.05),
         ylim=(len(names) - 0.5, -0.5),
-        xlabel="Over the present value (\N{EN DASH})",
+        xlabel="Over the present value",
     )
     ax.set_yticks(range(len(names)), names)
     artists.heading(ax, "(c)")

@@ -62,10 +62,12 @@ def path(
     contact: np.ndarray | None,
     times: np.ndarray | None = None,
     touches: Callable | None = None,
+    flight: float = 0.0,
 ) -> None:
     """Draw the path (x, y): free flight light and thin, contact dark and thick; plain if unknown.
 
-    With the samples' times it is smooth in between; `touches` is as in `smooth`.
+    With the samples' times it is smooth in between; `touches` is as in `smooth`. Flights that are too short
+    to be seen so are drawn `flight` points wide.
     """
     if not x.size:
         say(ax, EMPTY)
@@ -80,7 +82,8 @@ def path(
     free = ~contact
     joined = free | neighbours(free)  # flight is drawn up to the contact samples
     for where, look in ((joined, style.IN_FLIGHT), (contact, style.IN_CONTACT)):
-        changes = {"linewidth": thin * look["linewidth"], "label": look["label"] if where.any() else "_"}
+        width = thin * look["linewidth"] if where is contact else max(thin * look["linewidth"], flight)
+        changes = {"linewidth": width, "label": look["label"] if where.any() else "_"}
         curve(ax, x, np.where(where, y, np.nan), **(look | changes))
 
 
@@ -119,12 +122,25 @@ def shared_legend(figure: Figure, axes: Iterable[Axes], columns: int) -> None:
 
 def axis_label(array: DataArray, unit: Shown) -> str:
     """Return `array`'s name with its display unit."""
-    return f"{select.title(array)} ({unit.symbol})"
+    return with_unit(select.title(array), unit.symbol)
+
+
+def with_unit(words: str, symbol: str) -> str:
+    """Return words with the symbol of a unit, if there is one."""
+    return words if symbol in PLAIN.values() else f"{words} ({symbol})"
+
+
+def broken(label: str, longest: int = LONGEST) -> str:
+    """Return a label in lines of at most so many characters; its unit never stands alone on one."""
+    unit = factors.UNIT.search(label)
+    start = unit.start() - 1 if unit else len(label)
+    kept = label[start:].replace(" ", "\N{NO-BREAK SPACE}")
+    return fill(label[:start] + kept, longest).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown) -> None:
     """Label both axes with what they show and its unit."""
-    ax.set_xlabel(fill(axis_label(x, x_unit), LONGEST))
+    ax.set_xlabel(broken(axis_label(x, x_unit)))
     name_y(ax, y, y_unit)
     if x_unit.symbol == "deg":
         ax.xaxis.set_major_locator(Degrees())
@@ -132,7 +148,7 @@ def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown
 
 def name_y(ax: Axes, y: DataArray, unit: Shown, longest: int = LONGEST) -> None:
     """Label the y axis, broken where it would be longer than the panel is high."""
-    ax.set_ylabel(fill(axis_label(y, unit), longest))
+    ax.set_ylabel(broken(axis_label(y, unit), longest))
     if unit.symbol == "deg":
         ax.yaxis.set_major_locator(Degrees())
 

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
 from jointplay.display.units import shown
-from jointplay.figures.drawing import select
+from jointplay.figures.drawing import artists, select
 from jointplay.figures.drawing.ticks import Degrees
 
 AXES = ("time", "turns", "angle")
@@ -56,12 +56,12 @@ def seconds(times: np.ndarray, units: str) -> Base:
     """Return the axis of plain time, in the display unit that suits `times`."""
     late = np.max(np.abs(times), initial=0.0) >= LATE
     unit = shown(times if late or not times.size else np.ptp(times), units)
-    return Base(f"Time ({unit.symbol})", np.array([0.0, 1.0]), np.array([0.0, unit.factor]))
+    return Base(artists.with_unit("Time", unit.symbol), np.array([0.0, 1.0]), np.array([0.0, unit.factor]))
 
 
 def turns(dataset: Dataset, name: str = "turns") -> Base | None:
     """Return the axis of `turns` or `angle`: the recorded crank's where it only grows, else nominal."""
-    words, per_turn = ("turns (\N{EN DASH})", 1.0) if name == "turns" else ("angle (deg)", 360.0)
+    words, per_turn = ("turns", 1.0) if name == "turns" else ("angle (deg)", 360.0)
     if "angle" in dataset and CRANK in select.labels(dataset, "link"):
         angle = dataset["angle"].sel(link=CRANK).values
         if angle.size > 1 and np.all(np.diff(angle) >= 0) and angle[-1] > angle[0]:

@@ -58,7 +58,7 @@ def share_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set_yticks(numbers, words)
     ax.tick_params(axis="y", length=0)
     ax.set(xlim=(0, 1), ylim=(numbers[-1] + 0.6, numbers[0] - 0.6))
-    ax.set(xlabel="Mean share (\N{EN DASH})", ylabel=f"Vector: exponent ({unit})")
+    ax.set(xlabel="Mean share", ylabel=f"Vector: exponent ({unit})")
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, borderaxespad=0.2)
 
 
@@ -73,6 +73,6 @@ def angle_panel(ax: Axes, dataset: Dataset) -> None:
         first = "1" if number == 1 else f"1\N{EN DASH}{number}"
         look = {"where": "post", "linewidth": 0.8 * (1 + place // 4)}  # dashes repeat after four
         ax.step(angles, np.arange(1, count + 1) / count, label=f"{first} and the rest", **look)
-    ax.set(xscale="log", ylim=(0, 1), ylabel="Share of section points (\N{EN DASH})")
+    ax.set(xscale="log", ylim=(0, 1), ylabel="Share of section points")
     ax.set(xlabel="Smallest angle between the spans (deg)")
     ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)

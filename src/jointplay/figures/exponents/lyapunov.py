@@ -12,7 +12,7 @@ from jointplay.figures.drawing import artists, select, style, table
 from jointplay.figures.registry import picture
 
 PER = {
-    "turn": ("Lyapunov exponent per turn (\N{EN DASH})", "Turns"),
+    "turn": ("Lyapunov exponent per turn", "Turns"),
     "second": ("Lyapunov exponent (1/s)", "Time (s)"),
 }
 LIMIT = 0.32  # of the correlation of batch means: above it, batches are too short for their error bar

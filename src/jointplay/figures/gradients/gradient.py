@@ -38,7 +38,7 @@ def gradient(dataset: Dataset) -> Figure:
         ax.barh(rows, np.nan_to_num(size), color=style.BLUE, height=0.6)
         ax.errorbar(np.nan_to_num(size), rows, xerr=error, fmt="none", ecolor="black", elinewidth=0.8)
         ax.axvline(0, color=style.GREY, linewidth=0.6)
-        ax.set(xlabel="Relative sensitivity (\N{EN DASH})")
+        ax.set(xlabel="Relative sensitivity")
         ax.set_title(str(dataset["quantity"].values[i]).replace(":", ": ", 1), fontsize=7)
     names = [str(name) for name in dataset["parameter"].values[order]]
     axes[0].set_yticks(rows, names)

@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import Dataset
 
+from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style, table
 from jointplay.figures.registry import picture
 
@@ -17,6 +18,7 @@ HEADINGS = {
     "growth": "growth\nper turn",
     "section": "section",
 }
+SMALL = 1e-4  # errors below it have a power of ten, which leaves room for one digit
 FEW = 20  # distinct points of a section, which are drawn larger
 SHADE = {"periodic": 0.0, "undecided": 0.35, "chaotic": 0.85}  # of the growth, by what the motion is
 
@@ -80,7 +82,7 @@ def panel_title(part: Dataset) -> str:
 
 def number(value) -> str:
     """Return a number of three digits, or a dash where there is none."""
-    return f"{float(value):.3g}" if np.isfinite(value) else "\N{EN DASH}"
+    return plain(float(value), 3)
 
 
 def growth(one: Dataset) -> str:
@@ -88,7 +90,9 @@ def growth(one: Dataset) -> str:
     value, error = float(one["growth"]), float(one["growth_standard_error"])
     if not np.isfinite(value):
         return "\N{EN DASH}"
-    return f"{value:+.3f}".replace("-", "\N{MINUS SIGN}") + (f"\n± {error:.2g}" if np.isfinite(error) else "")
+    words = f"{value:+.3f}".replace("-", "\N{MINUS SIGN}")
+    digits = 2 if error >= SMALL else 1
+    return f"{words}\n± {plain(error, digits)}" if np.isfinite(error) else words
 
 
 def sections(ax: Axes, part: Dataset, left: float) -> None:

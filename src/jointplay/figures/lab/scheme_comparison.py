@@ -43,7 +43,7 @@ def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figur
     low, high = axes[0].get_ylim()
     axes[0].set_ylim(low, min(high, HIGHEST))  # lines beyond any meaning leave through the top
     unit = str(dataset[variable].attrs.get("units", "1"))
-    axes[0].set_ylabel(f"{MEASURES[measure]} ({PLAIN.get(unit, unit)})")
+    axes[0].set_ylabel(artists.with_unit(MEASURES[measure], PLAIN.get(unit, unit)))
     ax, words = lower.subplots(1, 2, width_ratios=(1.35, 1))
     work_panel(ax, dataset, looks, f"({'abcdefghijklmnopq'[len(axes)]})")
     explain(words, dataset, looks)
@@ -78,7 +78,7 @@ def passes_panel(ax: Axes, errors: DataArray, looks: list[dict], letter: str) ->
         words = f"{lost} of {len(looks)} cases\ngrow beyond measure"
         ax.text(0.97, 0.97, words, transform=ax.transAxes, ha="right", va="top", fontsize=7)
     ax.set_yscale("log")
-    ax.set_xlabel("Pass (\N{EN DASH})")
+    ax.set_xlabel("Pass")
     ax.set_xlim(x[0] - 0.5, x[-1] + 0.5)
     ax.xaxis.get_major_locator().set_params(integer=True)
     artists.heading(ax, letter, f"{count} window{'s' * (count != 1)} per turn")
@@ -94,7 +94,7 @@ def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> No
             there = np.isfinite(x) & np.isfinite(y)
             ax.plot(1e3 * x[there], y[there], markerfacecolor="white" if hollow else one["color"], **one)
     ax.set(xscale="log", yscale="log")
-    ax.set(xlabel="Run time per turn (ms)", ylabel="Error of the deflection (\N{EN DASH})")
+    ax.set(xlabel="Run time per turn (ms)", ylabel="Error of the deflection")
     artists.heading(ax, letter)
 
 

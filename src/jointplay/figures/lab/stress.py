@@ -57,7 +57,7 @@ def residual_panel(ax: Axes, dataset: Dataset) -> None:
     if groups:
         colours = [LOOKS[word][1] for word, _ in groups]
         ax.hist([each for _, each in groups], BINS, stacked=True, color=colours)
-    ax.set(xscale="log", xlabel="Energy unaccounted for, over what flowed (\N{EN DASH})", ylabel="Scenes")
+    ax.set(xscale="log", xlabel="Energy unaccounted for, over what flowed", ylabel="Scenes")
     ax.set_xlim(BINS[0], max(1e-5, 10 * np.max(values, initial=0.0, where=np.isfinite(values))))
     ax.xaxis.set_major_locator(LogLocator(numticks=7))
     artists.heading(ax, "(b)")

@@ -19,7 +19,7 @@ LOOKS = {  # of a method: colour, marker, dashes
     "DOP853": (style.AMBER, "P", (0, (6, 1, 1, 1))),
 }
 OTHER = (style.GREY, "X", "-")
-PANELS = {"cpu_time": "CPU time per turn (ms)", "evaluations": "Evaluations per turn (\N{EN DASH})"}
+PANELS = {"cpu_time": "CPU time per turn (ms)", "evaluations": "Evaluations per turn"}
 HEIGHTS = {"single": 142.0, "double": 86.0}  # mm
 LEAST = 1e-16  # an error of nothing is drawn there
 
@@ -51,7 +51,7 @@ def work_precision(dataset: Dataset, *, column: str = "single") -> Figure:
         doubt = letter == "a" and not int(dataset["truth_confirmed"])
         artists.heading(ax, f"({letter})", "no second method confirms the truth" if doubt else "")
     for ax in axes if column == "single" else axes[:1]:
-        ax.set_ylabel("Error at the end (\N{EN DASH})")
+        ax.set_ylabel("Error at the end")
     place = {"loc": "outside upper center", "ncols": 3 if column == "single" else 6, "columnspacing": 1.2}
     figure.legend(handles=handles(dataset, axes[0]), **place)
     return artists.finish(figure, dataset)

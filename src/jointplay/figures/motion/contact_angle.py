@@ -12,6 +12,7 @@ from jointplay.figures.drawing.ticks import Degrees
 from jointplay.figures.registry import picture
 
 PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
+FLIGHT = 2.0  # pt: flights are a short part of a turn
 # name of a row, its function of the stored angle, the range in deg that it is confined to
 ROWS = (
     ("wrapped", angles.wrapped, 360.0),
@@ -82,4 +83,4 @@ def angle_panel(ax: Axes, x: np.ndarray, degrees: np.ndarray, contact, span: flo
         x, degrees, *masks = angles.broken(degrees, span, x, degrees, *masks)
         contact = masks[0] if masks else None
         ax.set_ylim(-0.53 * span, 0.53 * span)
-    artists.path(ax, x, degrees, contact)
+    artists.path(ax, x, degrees, contact, flight=FLIGHT)

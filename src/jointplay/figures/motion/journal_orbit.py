@@ -1,4 +1,7 @@
-"""Journal orbit: the path of the journal centre in the clearance circle, in units of the clearance."""
+"""Journal orbit: the path of the journal centre in the clearance circle, in units of the clearance.
+
+A corner of a slider moves in the gap of its guide instead.
+"""
 
 from collections.abc import Sequence
 
@@ -8,6 +11,7 @@ from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
 from jointplay.figures.drawing import artists, select, style, timebase, window_panels
+from jointplay.figures.motion import guide_gap
 from jointplay.figures.registry import picture
 
 
@@ -45,8 +49,9 @@ def journal_orbit(
 def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None, *titles: str) -> None:
     """Draw the orbit of one joint, all of `dataset`."""
     joint = select.label(dataset, "joint", joint)
-    x, y = (in_clearances(dataset, name, joint, "time") for name in ("journal_x", "journal_y"))
-    artists.path(ax, x, y, select.in_contact(dataset, joint), dataset["time"].values, outside)
+    x, y = journal(dataset, joint, "time")
+    beyond = beyond_face if guide_gap.is_corner(joint) else outside
+    artists.path(ax, x, y, select.in_contact(dataset, joint), dataset["time"].values, beyond)
     orbit_frame(ax, dataset, joint, x, y)
     artists.heading(ax, *titles, artists.missing_note(x, y, "samples"))
 
@@ -54,6 +59,20 @@ def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None, *titles: str) -> 
 def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return which points, in clearances, lie beyond the clearance circle."""
     return np.hypot(x, y) > 1.0
+
+
+def beyond_face(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return which ways of a corner end beyond its face."""
+    return y > 1.0
+
+
+def journal(dataset: Dataset, joint: str, dim: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return where a journal's centre is, in clearances; of a corner, its slide and its way to its face."""
+    if not guide_gap.is_corner(joint):
+        x, y = (in_clearances(dataset, name, joint, dim) for name in ("journal_x", "journal_y"))
+        return x, y
+    slide = artists.displayed(guide_gap.along(dataset, joint, dim))[0]
+    return slide, in_clearances(dataset, "eccentricity", joint, dim)
 
 
 def in_clearances(dataset: Dataset, name: str, joint: str, dim: str) -> np.ndarray:
@@ -64,10 +83,16 @@ def in_clearances(dataset: Dataset, name: str, joint: str, dim: str) -> np.ndarr
     return array.values / float(dataset["clearance"].sel(joint=joint))
 
 
-def orbit_frame(ax: Axes, dataset: Dataset, joint: str, x: np.ndarray, y: np.ndarray) -> None:
-    """Draw the clearance circle around the points and name the axes."""
+def orbit_frame(
+    ax: Axes, dataset: Dataset, joint: str, x: np.ndarray, y: np.ndarray, dim: str = "time"
+) -> None:
+    """Draw the clearance circle around the points, or the gap of a guide, and name the axes."""
+    if guide_gap.is_corner(joint):
+        reach = np.max(np.abs(y), initial=0.0, where=np.isfinite(y))
+        guide_gap.gap_frame(ax, joint, guide_gap.along(dataset, joint, dim), reach)
+        return
     distance = np.hypot(x, y)
     artists.clearance_circle(ax, np.max(distance, initial=0.0, where=np.isfinite(distance)))
     which = f" at {joint}" if dataset.sizes["joint"] > 1 else ""
-    ax.set_xlabel(f"Journal centre{which}, $r_x/e$ (\N{EN DASH})")
-    ax.set_ylabel(f"Journal centre{which}, $r_y/e$ (\N{EN DASH})")
+    ax.set_xlabel(f"Journal centre{which}, $r_x/e$")
+    ax.set_ylabel(f"Journal centre{which}, $r_y/e$")

@@ -9,7 +9,7 @@ from xarray import Dataset
 
 from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style
-from jointplay.figures.motion.journal_orbit import in_clearances, orbit_frame
+from jointplay.figures.motion.journal_orbit import journal, orbit_frame
 from jointplay.figures.motion.phase_portrait import pair
 from jointplay.figures.registry import picture
 
@@ -81,9 +81,9 @@ def journal_points(
 ) -> None:
     """Draw where the journal centre is at the crossings, in units of the clearance."""
     joint = select.label(dataset, "joint", joint)
-    x, y = (in_clearances(dataset, name, joint, "turn") for name in ("journal_x", "journal_y"))
+    x, y = journal(dataset, joint, "turn")
     artists.cloud(ax, x, y)
-    orbit_frame(ax, dataset, joint, x, y)
+    orbit_frame(ax, dataset, joint, x, y, "turn")
     if zoom and x.size:
         ax.set(aspect="auto", box_aspect=1)
         artists.roomy(ax, x, y)
@@ -92,16 +92,15 @@ def journal_points(
 
 def repeated(dataset: Dataset, joint: str) -> tuple[int, float]:
     """Return the period of a journal at the crossings, and by how much it misses it, in clearances."""
-    ways = [in_clearances(dataset, name, joint, "turn") for name in ("journal_x", "journal_y")]
-    return artists.returning(np.stack(ways, -1))
+    return artists.returning(np.stack(journal(dataset, joint, "turn"), -1))
 
 
 def words(period: int, missed: float, count: str) -> str:
     """Return how many points there are, of periodic ones with their scatter."""
     if not period:
         return count
-    within = f"within {plain(max(missed, 1e-16), 1)} $e$" if missed else "all the same"
-    return f"{count}: period\N{NO-BREAK SPACE}{period}, {within}"
+    within = f"within {plain(max(missed, 1e-16), 1)} $e$".replace(" ", "\N{NO-BREAK SPACE}")
+    return f"{count}: period\N{NO-BREAK SPACE}{period}, {within if missed else 'all the same'}"
 
 
 def variable_points(

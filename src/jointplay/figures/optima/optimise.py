@@ -54,5 +54,5 @@ def _way(ax: Axes, dataset: Dataset) -> None:
         ax.axvline(
             ideal[-1] + 1.5, color=style.GREY, linestyle="--", linewidth=0.8, label="with play from here"
         )
-    ax.set(xlabel="Design tried", ylabel="Place between the bounds (\N{EN DASH})", ylim=(-0.05, 1.05))
+    ax.set(xlabel="Design tried", ylabel="Place between the bounds", ylim=(-0.05, 1.05))
     ax.legend(loc="best", fontsize=6)

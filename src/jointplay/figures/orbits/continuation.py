@@ -197,7 +197,7 @@ def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
         if sizes.shape[2] > 1:
             ax.plot(x[b], sizes[b, :, 1], **look, linewidth=0.5, linestyle=(0, (1, 1)))
     ax.set_ylim(0, min(3.0, 1.1 * np.nanmax(sizes, initial=1.1)))
-    ax.set_ylabel("Modulus of\nmultipliers (\N{EN DASH})")
+    ax.set_ylabel("Modulus of\nmultipliers")
     ax.set_xlabel(artists.axis_label(dataset[frame.parameter], frame.x))
 
 

@@ -64,7 +64,7 @@ def plane(ax: Axes, dataset: Dataset, one: bool) -> None:
     ax.axhline(0, color=style.GREY, linewidth=0.4, zorder=0)
     ax.axvline(0, color=style.GREY, linewidth=0.4, zorder=0)
     ax.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
-    ax.set(xlabel="Real part (\N{EN DASH})", ylabel="Imaginary part (\N{EN DASH})")
+    ax.set(xlabel="Real part", ylabel="Imaginary part")
     if not there.any():
         artists.say(ax, "No orbit was found")
 

@@ -41,7 +41,7 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
     ax.axhline(median, color=style.BLUE, linewidth=0.8)
     lowest = np.nanmin(dataset["chaos_indicator"].values, initial=0.0)
     ax.set(ylim=(min(lowest, 0.0) - MARGIN, 1 + MARGIN))
-    ax.set(xlabel="Frequency c (rad a sample)", ylabel="K (\N{EN DASH})")
+    ax.set(xlabel="Frequency c (rad a sample)", ylabel="K")
     verdict = select.flags(dataset["verdict"]).get(int(dataset["verdict"]), "undecided")
     told = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
     artists.heading(ax, "(a)", told.replace("-", "\N{MINUS SIGN}"))
@@ -56,7 +56,7 @@ def walk_panel(ax: Axes, dataset: Dataset) -> None:
     y, _ = artists.displayed(dataset["walk_y"], unit)
     ax.plot(x, y, color=style.GREY, linewidth=0.4, rasterized=x.size > artists.DENSE)
     ax.plot(x, y, ".", color=style.BLACK, markersize=1.0, rasterized=True)
-    ax.set(xlabel=f"p ({unit.symbol})", ylabel=f"q ({unit.symbol})")
+    ax.set(xlabel=artists.with_unit("p", unit.symbol), ylabel=artists.with_unit("q", unit.symbol))
     ax.set_aspect("equal", adjustable="datalim")
     artists.heading(ax, "(b)", f"c = {float(dataset['walk_frequency']):.3f}")
 
@@ -69,7 +69,8 @@ def displacement_panel(ax: Axes, dataset: Dataset) -> None:
     _, unit = artists.displayed(dataset["walk_x"])
     symbol = unit.symbol if unit.symbol in PLAIN.values() else f"{unit.symbol}²"
     ax.plot(dataset["lag"], dataset["square_displacement"] * unit.factor**2, color=style.BLACK)
-    ax.set(xlim=(0, None), ylim=(0, None), xlabel="Samples n", ylabel=f"Mean square displacement ({symbol})")
+    label = artists.with_unit("Mean square displacement", symbol)
+    ax.set(xlim=(0, None), ylim=(0, None), xlabel="Samples n", ylabel=label)
     artists.heading(ax, "(c)", f"c = {float(dataset['walk_frequency']):.3f}")
 
 

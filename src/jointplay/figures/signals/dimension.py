@@ -44,7 +44,7 @@ def sum_panel(ax: Axes, dataset: Dataset) -> None:
     if inside.any() and np.isfinite(slope):
         middle = np.exp(np.mean(np.log(y[inside])) - slope * np.mean(np.log(x[inside])))
         ax.plot(x[inside], middle * x[inside] ** slope, color=style.AMBER, linewidth=1.2, zorder=3)
-    ax.set(xscale="log", yscale="log", xlabel=DISTANCE, ylabel="Share of closer pairs (\N{EN DASH})")
+    ax.set(xscale="log", yscale="log", xlabel=DISTANCE, ylabel="Share of closer pairs")
     artists.heading(ax, "(a)", f"{int(dataset['n_points'])} points")
 
 
@@ -54,7 +54,7 @@ def slope_panel(ax: Axes, dataset: Dataset) -> None:
     value = float(dataset["correlation_dimension"])
     spread, error = (float(dataset[f"correlation_dimension_{name}"]) for name in ("spread", "standard_error"))
     ax.plot(x, dataset["local_slope"], "o", color=style.BLACK, markersize=1.8)
-    ax.set(xscale="log", xlabel=DISTANCE, ylabel="Slope (\N{EN DASH})", ylim=(0, None))
+    ax.set(xscale="log", xlabel=DISTANCE, ylabel="Slope", ylim=(0, None))
     if np.isfinite(value):
         ax.fill_between(ends, value - spread, value + spread, color=style.AMBER, alpha=0.35, linewidth=0)
         ax.plot(ends, [value, value], color=style.BLUE)

@@ -11,7 +11,7 @@ from jointplay.display.number_text import raised
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
-ABSCISSAE = {"order": "Frequency over that of the crank (\N{EN DASH})", "frequency": "Frequency (Hz)"}
+ABSCISSAE = {"order": "Frequency over that of the crank", "frequency": "Frequency (Hz)"}
 DECADES = 1.15  # of the density's range that the axis spans
 FLOOR = 1e-14  # of the largest density: below it, there is only rounding
 

@@ -102,7 +102,7 @@ def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
         error = np.where(periodic, 0.0, error)  # there the standard error exaggerates
         artists.curve(ax, x, y, color=colour, linestyle="-")
         ax.fill_between(x, y - error, y + error, color=colour, alpha=0.25, linewidth=0)
-    ax.set_ylabel("Largest exponent\nper turn (\N{EN DASH})")
+    ax.set_ylabel("Largest exponent\nper turn")
 
 
 def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[int, str]) -> None:
@@ -116,7 +116,7 @@ def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
         sides = (np.append(each, each[-1]) for each in (below, below + share))
         ax.fill_between(x, *sides, step="post", **look)
         below = below + share
-    ax.set(ylim=(0, 1), xlim=x[[0, -1]], ylabel="Fraction of\nthe starts (\N{EN DASH})")
+    ax.set(ylim=(0, 1), xlim=x[[0, -1]], ylabel="Fraction of\nthe starts")
 
 
 def legend(dataset: Dataset, colours: dict[int, str]) -> list[Patch]:

@@ -54,7 +54,7 @@ def divergence(dataset: Dataset, *, neighbours: bool = True) -> Figure:
     level = float(dataset["saturation"])
     if np.isfinite(level):
         ax.axhline(level, **LEVEL, label=f"stays at {plain(level, 2)}")
-    ax.set(yscale="log", xlabel="Turns (\N{EN DASH})", ylabel="Scaled distance (\N{EN DASH})")
+    ax.set(yscale="log", xlabel="Turns", ylabel="Scaled distance")
     ax.set_xlim(turn[0], turn[-1])
     figure.legend(loc="outside upper center", ncols=2, columnspacing=1.2)
     return artists.finish(figure, dataset)

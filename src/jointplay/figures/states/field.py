@@ -49,7 +49,7 @@ def field(dataset: Dataset, *, per: str = "turn") -> Figure:
     per_turn = " per turn" if per == "turn" else ""
     bar = figure.colorbar(mesh, ax=ax, extend="both", pad=0.02)
     over = f"over {turns} turn" + "s" * (turns != 1)
-    bar.set_label(f"Exponent{per_turn}, {over} ({unit})")
+    bar.set_label(artists.with_unit(f"Exponent{per_turn}, {over}", unit))
     if low < 0 < high:
         bar.ax.axhline(0.0, color=style.AMBER, linewidth=1.0)
     artists.heading(ax, without_start(dataset))

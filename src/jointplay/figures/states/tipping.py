@@ -12,7 +12,7 @@ from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 from jointplay.figures.states.attractors import band
 
-NAMES = {"impulse": "Impulse on", "shift": "Shift of journal", "state": "Change of"}
+NAMES = {"impulse": "Moment on", "blow": "Impulse at", "shift": "Shift of journal", "state": "Change of"}
 DASHES = ("-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1)))
 WIDE = 0.8  # of the place of a kind of knock, that its bars take
 
@@ -58,7 +58,7 @@ def bars(ax: Axes, dataset: Dataset, name: str) -> None:
     labels = [str(each).partition(":")[2] for each in dataset["knock"].values]
     ax.set_xticks(range(len(labels)), labels)
     ax.set_xlim(-0.5, len(labels) - 0.5)
-    ax.set_ylabel(f"{name}\n({unit.symbol})")
+    ax.set_ylabel(artists.with_unit(name, unit.symbol).replace(" (", "\n("))
     ax.margins(y=0.18)
     ax.set_ylim(bottom=0.0)
 
@@ -71,4 +71,4 @@ def within(ax: Axes, dataset: Dataset) -> None:
         label = f"{number}: {f'period {period}' if period else 'no period'}"
         look = {"color": band(number - 1)["facecolor"], "linestyle": DASHES[(number - 1) // 2 % 4]}
         ax.plot(one["within"].values, one["fraction_reached"].values, label=label, **look)
-    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then (\N{EN DASH})")
+    ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then")

@@ -144,7 +144,7 @@ def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
             artists.curve(ax, x, np.where(np.isfinite(values), values, np.nan), linewidth=0.7, **faded)
             ax.fill_between(x, values - errors, values + errors, color=look["color"], alpha=0.25, linewidth=0)
     largest = "Largest exponent" if means.sizes["number"] == 1 else "Largest exponents"
-    ax.set_ylabel(f"{largest}\nper turn (\N{EN DASH})")
+    ax.set_ylabel(f"{largest}\nper turn")
 
 
 def periods(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:

@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from jointplay.display.number_text import plain
 from jointplay.lab.paper.character import MOTIONS
 
 GRADES = ("undecidable", "not", "partly", "reproduced")
@@ -64,7 +65,7 @@ class Ratio:
 
     def __str__(self) -> str:
         values = self.value[np.isfinite(self.value)]
-        return f"{values.min():.3g} to {values.max():.3g}" if len(values) else "none"
+        return f"{plain(values.min(), 3)} to {plain(values.max(), 3)}" if len(values) else "none"
 
 
 def graded(claim: str, numbers: xr.Dataset) -> tuple[str, str]:
@@ -108,7 +109,7 @@ def _peaks(numbers: xr.Dataset) -> tuple[np.ndarray, str]:
     for name, text in texts.items():
         ratio = _ratio(rigid, name, {"joints": "clearance"}, {"joints": "ideal"})
         rows = (
-            f"{_plain(window)} {', '.join(f'{value:.3g}' for value in row)}"
+            f"{_plain(window)} {', '.join(plain(value, 3) for value in row)}"
             for window, row in zip(rigid.window.values, ratio.value, strict=True)
         )
         parts.append(f"{text} {', '.join(rows)}")
@@ -165,16 +166,16 @@ def _chaos(numbers: xr.Dataset) -> tuple[list[float], str]:
 def _panel(name: str, one: xr.Dataset) -> str:
     words = "/".join(sorted({MOTIONS[code] for code in one.motion.values}))
     periods = "/".join(str(p) if p else "none" for p in sorted(set(one.period.values.tolist())))
+    error, apart = (plain(float(one[key].max()), 1) for key in ("growth_standard_error", "distance"))
     return (
-        f"{name} {words}: {_span(one.separations)} losses of contact a turn, period {periods}, growth a turn"
-        f" {_span(one.growth)} (standard error {float(one.growth_standard_error.max()):.1g}), starts end"
-        f" {float(one.distance.max()):.1g} clearances apart"
+        f"{name} {words}: {_span(one.separations)} losses of contact per turn, period {periods}, growth"
+        f" per turn {_span(one.growth)} (standard error {error}), starts end {apart} clearances apart"
     )
 
 
 def _span(values: xr.DataArray) -> str:
     """Smallest and largest of the starts, as one number where they do not differ."""
-    return " to ".join(dict.fromkeys(f"{float(value):.3g}" for value in (values.min(), values.max())))
+    return " to ".join(dict.fromkeys(plain(float(value), 3) for value in (values.min(), values.max())))
 
 
 _RULES = {"peaks": _peaks, "impacts": _impacts, "deflection": _deflection, "chaos": _chaos}

@@ -122,7 +122,7 @@ def rms(value: np.ndarray) -> float:
 
 
 def _impacts(found: xr.Dataset, window: Pair) -> Pair:
-    """Contacts begun a turn; without an error, as it only says whether there are any."""
+    """Contacts begun per turn; without an error, as it only says whether there are any."""
     contacts = found.event_time.values[found.event_kind.values == EVENTS.index("contact")]
     turns = contacts / float(found.turn_period_nominal)
     first, last = window

@@ -74,7 +74,7 @@ def readings_table(dataset: xr.Dataset) -> str:
     dataset : xarray.Dataset
         From `jointplay.readings`.
     """
-    head = ("panel", "reading", *COLUMNS, "period", "growth a turn", "motion")
+    head = ("panel", "reading", *COLUMNS, "period", "growth per turn", "motion")
     motions = _words(dataset["motion"])
     rows = [_reading(dataset.isel(panel=p, reading=r), motions[p, r]) for p, r in np.ndindex(motions.shape)]
     both = (dataset.reading, dataset.reading_text)

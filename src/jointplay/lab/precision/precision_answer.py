@@ -19,7 +19,7 @@ def precision_answer(dataset: xr.Dataset) -> str:
         times = dataset["cpu_time_at_error"].sel(error_level=level)
         if np.count_nonzero(np.isfinite(times)) > 1:
             best = int(np.nanargmin(times.values))
-            took = f"{plain(1e3 * float(times[best]), 3)} ms a turn"
+            took = f"{plain(1e3 * float(times[best]), 3)} ms per turn"
             lines.append(f"at an error of {plain(float(level), 1)}: {times['solver'].values[best]}, {took}")
     by = dataset.attrs.get("truth_confirmed_by", "none")
     truth = (

@@ -7,7 +7,7 @@ import xarray as xr
 
 ROW = "{:>8}  {:<12} {:<14} {:<19} {:<18} {:<7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}"
 HEAD = ("scene", "verdict", "status", "variant", "geometry", "start")
-HEAD += ("K (N/m)", "C (N s/m)", "differ", "growth", "energy", "ms a turn", "excess")
+HEAD += ("K (N/m)", "C (N s/m)", "differ", "growth", "energy", "ms per turn", "excess")
 CODES = ("verdict", "scene_status", "variant", "geometry", "start")
 FIGURES = ("stiffness", "damping", "disagreement", "growth", "energy_residual", "cpu_time", "excess")
 

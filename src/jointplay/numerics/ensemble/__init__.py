@@ -2,3 +2,5 @@
 
 N = 7  # positions, and so speeds, of a structure at most
 CONTACTS = 3  # at most
+PHASE = 1 / 3  # of a phase's turn, which is exact, counts as an angle's where steps are bounded
+CLOCK = "clock"  # the phase of what nothing forces

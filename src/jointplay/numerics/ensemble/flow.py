@@ -9,7 +9,7 @@ from numba import int64, typeof, types
 
 from ..control import FULL, OK
 from ..interface import entry, inlined
-from ..memory import lane_rows
+from ..memory import lane_rows, trajectory
 from ..polynomial import STACK
 from . import CONTACTS, tangent
 from . import layout as rows
@@ -38,13 +38,23 @@ def jobs(
     )
 
 
-def lanes(size: int, parameters: int, turning: np.ndarray, memories: int, flags: np.ndarray) -> rows.Lanes:
-    """Eight empty lanes of a structure: rows, parameters, which positions turn, memories, contacts' flags."""
-    n, contacts = len(turning), len(flags)
+def lanes(
+    size: int, parameters: int, turning: np.ndarray, memories: int, flags: np.ndarray, sizes: dict[str, int]
+) -> rows.Lanes:
+    """Eight empty lanes of a structure: rows, parameters, which positions turn, memories, contacts' flags.
+
+    `sizes` are those of the structure's module.
+    """
+    n, contacts, jumps = len(turning), len(flags), sizes["resets"]
+    n_q, speeds, angles = (sizes[name] for name in ("positions", "speeds", "angles"))
+    state = np.zeros(1 + n_q + speeds)
+    x = trajectory(state, np.zeros(parameters), n_q, angles, contacts, jumps)._replace(flags=flags)
     k = rows.Lanes(
         n=n,
         memories=memories,
-        contacts=contacts,
+        contacts=contacts + jumps,
+        phases=n + memories - speeds,
+        n_q=n_q,
         turning=turning,
         w=lane_rows(size),
         whole=np.zeros(8 * rows.LANE_WHOLES, dtype=np.int64),
@@ -52,13 +62,14 @@ def lanes(size: int, parameters: int, turning: np.ndarray, memories: int, flags:
         stash=lane_rows(rows.STEP_END),
         b=np.zeros(16),
         stack=np.zeros(STACK),
-        s=np.zeros(1 + 4 * n + memories),
-        p=np.zeros(parameters),
-        m=np.zeros(3 * contacts),
-        out=np.zeros(6 * contacts),
-        modes=np.zeros(contacts, dtype=np.int64),
-        flags=flags,
-        fired=np.zeros(4 * contacts, dtype=np.int64),
+        s=x.s,
+        p=x.p,
+        m=x.m,
+        contact=np.zeros(max(6 * (contacts + jumps), 1)),
+        modes=x.modes,
+        flags=x.flags,
+        fired=x.fired,
+        x=x,
     )
     k.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
     return k
@@ -159,5 +170,6 @@ def _renew(k, y):
 
 _NONE = np.zeros(1, dtype=np.int64)
 JOBS = typeof(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
-LANES = typeof(lanes(1, 1, np.zeros(1), 0, _NONE))
+_SIZES = dict.fromkeys(("positions", "speeds", "angles", "resets"), 1)
+LANES = typeof(lanes(1, 1, np.zeros(1), 0, _NONE, _SIZES))
 flow = entry(int64(rows.AT_POINT, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)

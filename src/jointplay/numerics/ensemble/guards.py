@@ -88,11 +88,14 @@ def closest_approaches(k, j, i, end):
     """Log closest approaches of open gaps in the step up to place `end` (numerics.record)."""
     for contact in range(k.contacts):
         if k.w[8 * (rows.SIDE + 4 * contact + GAP) + i] < 0.0:
-            _closest_approaches(k, j, i, contact, end)
+            _closest_approaches(k, j, i, contact, 1.0, end)
+        elif contact >= len(k.flags):
+            _closest_approaches(k, j, i, contact, -1.0, end)
 
 
 @inner
-def _closest_approaches(k, j, i, contact, end):
+def _closest_approaches(k, j, i, contact, rising, end):
+    """`rising`: sign of the guard's slope on the way to contact."""
     b, g = k.b, 4 * contact + GAP
     coefficients(k.w, 8 * (rows.WATCHES + g), k.w[8 * (rows.GUARD + g) + i], i, b)
     for n in range(STAGES + 1):
@@ -100,9 +103,9 @@ def _closest_approaches(k, j, i, contact, end):
     degree, side = differentiate(b, STAGES + 0 * i)
     at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
     while at <= 1.0:
-        if side > 0:
+        if side * rising > 0.0:
             gap = value(b, 8, STAGES, at, k.stack)
             record_within(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :], at)
-            note(k, j, i, MISS_ROW, float(contact), -gap)
+            note(k, j, i, MISS_ROW, float(contact), -rising * gap)
         side = -side
         at, degree = next_extremum(b, degree, at, side, end, k.stack)

@@ -1,11 +1,26 @@
 """One lane of an ensemble: a trajectory takes it, changes its mode there, and leaves (as numerics.flow)."""
 
-from math import inf
+from math import cos, inf, sin
 
 from ..control import CHATTER, CHATTER_COUNT, STEP_LIMIT, at_end, close_events, restarted
 from ..interface import inner
 from ..memory import EVENT_ROW
-from ..modes import FORCE, FREE, GAP, PULLS, RELEASED, REMEMBERS, SLIDE, follow, inside, mask, start
+from ..modes import (
+    FORCE,
+    FREE,
+    GAP,
+    IMPACT,
+    PULLS,
+    RELEASED,
+    REMEMBERS,
+    SLIDE,
+    follow,
+    inside,
+    look,
+    mask,
+    start,
+)
+from ..walls import low, move, moves_with, throw_off
 from . import layout as rows
 from .attempts import DONE, STEPPING, begin
 from .radau import STAGES
@@ -14,34 +29,35 @@ from .tangent import before_event
 
 
 @inner
-def _gather(k, i):
+def _gather(f, k, i):
     """The base point of a lane, as numerics.modes takes it."""
-    w = k.w
+    w, speeds = k.w, 1 + k.n_q
     k.s[0] = w[8 * rows.T + i]
-    for r in range(k.n):
-        k.s[1 + r], k.s[1 + k.n + r] = w[8 * (rows.POSITION + r) + i], w[8 * (rows.SPEED + r) + i]
-    first = 1 + 2 * k.n + k.memories
+    for r in range(k.n_q):
+        k.s[1 + r] = w[8 * (rows.POSITION + k.phases + r) + i]
+    for r in range(k.n - k.phases):
+        k.s[speeds + r] = w[8 * (rows.SPEED + k.phases + r) + i]
+    first = speeds + k.n - k.phases
     for r in range(k.memories):
-        k.s[1 + 2 * k.n + r] = w[8 * (rows.MEMORY + r) + i]
-    angles = _angles(k)
-    a = 0
-    for r in range(k.n):
-        if k.turning[r] != 0.0:
-            k.s[first + a], k.s[first + angles + a] = w[8 * (rows.SINE + r) + i], w[8 * (rows.COSINE + r) + i]
-            a += 1
+        k.s[first + r] = w[8 * (rows.MEMORY + r) + i]
     for r in range(len(k.p)):
         k.p[r] = w[8 * (rows.NUMBERS + r) + i]
-    for c in range(k.contacts):
+    for c in range(len(k.modes)):
         k.modes[c] = k.whole[8 * (rows.MODE + c) + i]
+    if k.phases > 0:
+        f.trig(k.s, k.p)
+    else:
+        _gather_angles(k, i, first + k.memories)
 
 
 @inner
-def _angles(k):
-    """Number of positions that are angles."""
-    count = 0
+def _gather_angles(k, i, first):
+    a, angles = 0, (len(k.s) - first) // 2
     for r in range(k.n):
-        count += 1 if k.turning[r] != 0.0 else 0
-    return count
+        if k.turning[r] != 0.0:
+            k.s[first + a] = k.w[8 * (rows.SINE + r) + i]
+            k.s[first + angles + a] = k.w[8 * (rows.COSINE + r) + i]
+            a += 1
 
 
 @inner
@@ -53,7 +69,9 @@ def _scatter(k, i):
         w[8 * (rows.MASK + r) + i] = k.m[r]
     for r in range(k.memories):
         w[8 * (rows.MEMORY + r) + i] = k.s[1 + 2 * k.n + r]
-    for c in range(k.contacts):
+    for c in range(len(k.flags), k.contacts):
+        w[8 * (rows.SIDE + 4 * c + GAP) + i] = 1.0
+    for c in range(len(k.flags)):
         mode, pulls = k.modes[c], k.flags[c] & PULLS
         k.whole[8 * (rows.MODE + c) + i] = mode
         for g in range(4):
@@ -98,24 +116,63 @@ def enter(f, k, j, i, job):
         w[8 * (rows.MARGIN + 4 * c + FORCE) + i] = real[at + 2]
         w[8 * (rows.MARGIN + 4 * c + SLIDE) + i] = real[rows.J_REST]
         w[8 * (rows.CLEARANCE_SQUARED + c) + i] = real[at + 3]
-    _start(f, k, i, real[rows.J_REST])
+    _start(f, k, j, i)
     record(k, i, j.start[job])
 
 
 @inner
-def _start(f, k, i, rest):
-    """The mode that belongs to the initial state."""
-    _gather(k, i)
-    f.trig(k.s, k.p)
-    sine = 1 + 2 * k.n + k.memories
-    angles = _angles(k)
+def _start(f, k, j, i):
+    """The mode that belongs to the initial state; what rests on a wall steps aside."""
+    w = k.w
     for r in range(k.n):
         if k.turning[r] != 0.0:
-            k.w[8 * (rows.SINE + r) + i], k.w[8 * (rows.COSINE + r) + i] = k.s[sine], k.s[sine + angles]
-            sine += 1
-    for c in range(k.contacts):
-        start(f.contacts, c, k.flags, k.modes, k.m, k.s, k.p, rest, k.out)
+            angle = w[8 * (rows.POSITION + r) + i]
+            w[8 * (rows.SINE + r) + i], w[8 * (rows.COSINE + r) + i] = sin(angle), cos(angle)
+    _gather(f, k, i)
+    real = j.real[k.whole[8 * rows.JOB + i]]
+    for c in range(len(k.flags)):
+        start(f.contacts, c, k.flags, k.modes, k.m, k.s, k.p, real[rows.J_REST], k.contact)
+    for c in range(len(k.flags), k.contacts):
+        look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
+        if moves_with(k, c, _settings(real)):
+            _aside(k, j, i)
     _scatter(k, i)
+
+
+@inner
+def _settings(real):
+    return rows.Settings(real[rows.J_NEAR], real[rows.J_REST], real[rows.J_HOP], real[rows.J_PLAY])
+
+
+@inner
+def _aside(k, j, i):
+    """The trajectory of a lane ends here, to be followed by itself, since it may rest on a wall."""
+    k.whole[8 * rows.PHASE + i] = DONE
+    j.count[k.whole[8 * rows.JOB + i], rows.C_STATUS] = rows.ASIDE
+
+
+@inner
+def _jump(f, k, j, i, c):
+    """The state jumps, as at a wall (numerics.walls); where it may come to rest on that, it steps aside."""
+    w, x, number, fired, o = k.w, k.x, c - len(k.flags), 1.0, _settings(j.real[k.whole[8 * rows.JOB + i]])
+    look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
+    if k.contact[6 * c + 3] > 0.0:
+        move(f, number, k, x, o)
+        fired = 0.0
+    elif k.contact[6 * c + 2] < 0.0:
+        f.reset(number, k.s, k.p)
+        look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
+        throw_off(k, x, o)
+        if low(k.contact[6 * c + 2], k.contact[6 * c + 5], o):
+            _aside(k, j, i)
+    else:
+        _aside(k, j, i)
+    w[8 * (rows.FIRED + 4 * c + GAP) + i] = fired
+    for r in range(k.n_q):
+        w[8 * (rows.POSITION + k.phases + r) + i] = k.s[1 + r]
+    for r in range(k.n - k.phases):
+        w[8 * (rows.SPEED + k.phases + r) + i] = k.s[1 + k.n_q + r]
+    return IMPACT
 
 
 @inner
@@ -130,21 +187,26 @@ def event(f, k, j, i, v, y):
     if j.whole[job, rows.J_EVENTS]:
         record(k, i, row[rows.COLUMNS :])
         note(k, j, i, EVENT_ROW, 0.0, 0.0)
-    _gather(k, i)
-    for g in range(4 * k.contacts):
+    _gather(f, k, i)
+    for g in range(4 * len(k.flags)):
         k.fired[g] = int(w[8 * (rows.FIRED + g) + i])
     if y is not None:
         before_event(v, k, y, i)
     c, guard = k.whole[8 * rows.AT + i] // 4, k.whole[8 * rows.AT + i] % 4
-    before = k.modes[c]
-    if before == FREE and k.flags[c] & REMEMBERS:
-        f.reset(c, k.s, k.p)
-    kind = follow(f.contacts, c, guard, k.flags, k.modes, k.fired, k.m, k.s, k.p, real[rows.J_REST], k.out)
-    if before != FREE and k.modes[c] == FREE and k.flags[c] & REMEMBERS:
-        f.reset(k.contacts + c, k.s, k.p)
+    if c >= len(k.flags):
+        kind = _jump(f, k, j, i, c)
+    else:
+        before = k.modes[c]
+        if before == FREE and k.flags[c] & REMEMBERS:
+            f.reset(c, k.s, k.p)
+        kind = follow(
+            f.contacts, c, guard, k.flags, k.modes, k.fired, k.m, k.s, k.p, real[rows.J_REST], k.contact
+        )
+        if before != FREE and k.modes[c] == FREE and k.flags[c] & REMEMBERS:
+            f.reset(len(k.flags) + c, k.s, k.p)
     if j.whole[job, rows.J_EVENTS]:
         row[2], row[3] = c, kind
-    for g in range(4 * k.contacts):
+    for g in range(4 * len(k.flags)):
         w[8 * (rows.FIRED + g) + i] = k.fired[g]
     _scatter(k, i)
     _restart(k, i)

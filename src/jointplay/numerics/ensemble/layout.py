@@ -15,6 +15,7 @@ from numba import int64, types, void
 
 from ..interface import SIGNATURES as ONE_BY_ONE
 from ..interface import vector
+from ..memory import Trajectory
 from . import CONTACTS, N
 from .radau import STAGES
 
@@ -110,8 +111,8 @@ def _typed(kind):
 FUNCTIONS, AT_POINT, VARIATIONS = _typed(Functions), _typed(AtPoint), _typed(Variations)
 
 # Places in Jobs.real, of one trajectory each
-J_END, J_TOLERANCE, J_REST, J_NEAR, J_H, J_LEVEL, J_PERIOD, J_FLOORS = range(8)
-# … floors of positions and speeds; then of each contact: cone, gap, force, squared clearance
+J_END, J_TOLERANCE, J_REST, J_NEAR, J_HOP, J_PLAY, J_H, J_LEVEL, J_PERIOD, J_FLOORS = range(10)
+# … floors of positions and speeds; then of each contact, and jump: cone, gap, force, squared clearance
 PER_CONTACT = 4
 # Places in Jobs.whole
 J_DIRECTION, J_SKIP, J_STOP, J_STEPS, J_EVENTS, J_MISSES = range(6)
@@ -119,6 +120,7 @@ J_DIRECTION, J_SKIP, J_STOP, J_STEPS, J_EVENTS, J_MISSES = range(6)
 C_STEPS, C_REJECTED, C_FAILED, C_EVALUATIONS, C_EVENTS, C_SECTIONS, C_STATUS, COUNTS = range(8)
 # Places in Jobs.place: the next trajectory, rows in the log, passes made, passes after which the loop pauses
 NEXT, LOGGED, PASSED_BY, PAUSE, PLACES = range(5)
+ASIDE = -1  # status of a trajectory that comes to rest on a wall: it is to be followed by itself
 COLUMNS = 4  # of a log row before the record: trajectory, tag, contact, kind; then time, state, modes
 
 
@@ -143,13 +145,29 @@ LANE_WHOLES = MODE + CONTACTS
 T_EVENT, H_START, LENGTH, DELTA, LEVEL, LANE_REALS = 0, 1, 3, 4, 5, 6
 
 
+class Settings(NamedTuple):
+    """What numerics.walls asks of the options of a run (numerics.memory.Options)."""
+
+    near: float
+    rest: float
+    hop: float
+    play: float
+
+
 class Lanes(NamedTuple):
-    """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts."""
+    """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts.
+
+    The first positions are `phases`, and the last ones have no place in the structure's own state, which has
+    `n_q`. Contacts are those of the structure (of which there are flags), then jumps of the state. `x` is a
+    trajectory as numerics.flow has it, whose arrays those from `s` on are.
+    """
 
     n: int
     memories: int
     contacts: int
-    turning: np.ndarray  # 1 where a position is an angle
+    phases: int
+    n_q: int
+    turning: np.ndarray  # 1 where a position is an angle, PHASE of a phase
     w: np.ndarray
     whole: np.ndarray
     real: np.ndarray
@@ -159,7 +177,8 @@ class Lanes(NamedTuple):
     s: np.ndarray
     p: np.ndarray
     m: np.ndarray
-    out: np.ndarray
+    contact: np.ndarray  # six numbers a contact (codegen.module)
     modes: np.ndarray
     flags: np.ndarray
     fired: np.ndarray
+    x: Trajectory

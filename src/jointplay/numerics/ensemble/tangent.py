@@ -142,7 +142,7 @@ def jump(k, y, i):
     """Take the tangent of a lane through an event that has just been handled (numerics.saltation)."""
     w, n, h, job = k.w, k.n, y.gradient[i], k.whole[8 * rows.JOB + i]
     slope, size, later, delay, held = h[0], abs(h[0]), h[0], 0.0, 0.0
-    for c in range(k.contacts):
+    for c in range(len(k.flags)):
         held += 1.0 if k.whole[8 * (rows.MODE + c) + i] == STICK else 0.0
     for r in range(n):
         moved = h[1 + r] * w[8 * (rows.SPEED + r) + i]

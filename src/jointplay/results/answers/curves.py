@@ -3,14 +3,10 @@
 import numpy as np
 from xarray import Dataset
 
+from jointplay.analysis.orbits.branch import WHY
 from jointplay.display import codes
 from jointplay.display.units import measure
 
-ENDS = {
-    "range": "the edge of the plane",
-    "closed": "itself: it is closed",
-    "not_symmetric": "its first point: the orbit has no symmetry to be lost",
-}
 LISTED = 3  # curves, and meetings, that are named
 
 
@@ -32,9 +28,9 @@ def _line(dataset: Dataset, number: int) -> str:
         values, units = one[name].values[: int(one["n_points"])], str(dataset[name].attrs.get("units", "1"))
         long = str(dataset[name].attrs.get("long_name", name))
         spans.append(f"{long} {measure(float(values.min()), units)} to {measure(float(values.max()), units)}")
-    ends = [ENDS.get(end, end.replace("_", " ")) for end in codes.words(one["curve_end"]).values]
-    told = ends[0] if ends[0] == ends[1] else " and ".join(ends)
-    return f"{kind}, {int(one['n_points'])} points: {', '.join(spans)}; ends at {told}"
+    ends = [WHY.get(end, end) for end in codes.words(one["curve_end"]).values]
+    told = f"both ends: {ends[0]}" if ends[0] == ends[1] else f"first end: {ends[0]}; last end: {ends[1]}"
+    return f"{kind}, {int(one['n_points'])} points: {', '.join(spans)}; {told}"
 
 
 def _meetings(dataset: Dataset) -> list[str]:
