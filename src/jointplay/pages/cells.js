@@ -87,8 +87,8 @@ if (jointplay.data.cells) {
   }
 
   function showMotion() {
-    const values = Object.fromEntries(place.map((i, k) => [parameters[k].name, parameters[k].stored[i]]));
-    jointplay.point.show(values, ways.map((_, way) => flat(way)), ways.map((_, way) => colours[way % colours.length]));
+    const chosen = Object.fromEntries(place.map((i, k) => [parameters[k].name, parameters[k].stored[i]]));
+    jointplay.point.show(chosen, ways.map((_, way) => flat(way)), ways.map((_, way) => colours[way % colours.length]));
   }
 
   function showCommand() {

@@ -131,7 +131,7 @@ function scan({ values, key, across, list, lines, transient, kept }) {
 }
 
 // Some turns of motions that begin in given states, or, where there is none, at the start and after a transient.
-function point({ values, states, transient, turns, samples, wanted }) {
+function point({ values, states, transient, turns: drawn, samples, wanted }) {
   reset();
   const why = Object.values(set({ values }).refused).join("; ");
   if (why) return { why };
@@ -139,11 +139,12 @@ function point({ values, states, transient, turns, samples, wanted }) {
     shown.reset();
     if (state) shown.setState(state);
     let status = "";
-    for (let done = 0; !state && !status && done < transient; done += 1) status = ended(shown.run(1, { budget_ms: BUDGET }), 1);
+    const settling = state ? 0 : transient;
+    for (let done = 0; !status && done < settling; done += 1) status = ended(shown.run(1, { budget_ms: BUDGET }), 1);
     const begun = shown.time();
-    const out = shown.run(turns, { samples, budget_ms: BUDGET });
+    const out = shown.run(drawn, { samples, budget_ms: BUDGET });
     const time = Float64Array.from(out.time, (each) => (each - begun) / shown.period());
-    return { status: status || ended(out, turns), time, values: picked(out, wanted) };
+    return { status: status || ended(out, drawn), time, values: picked(out, wanted) };
   });
   return { motions };
 }
