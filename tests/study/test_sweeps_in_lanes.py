@@ -15,6 +15,7 @@ from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED, redone, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.study import execute
+from jointplay.study import run as study_run
 from jointplay.study.run import first_work
 from tests.support.sweep_samples import die, forked, loaded, ran, same
 
@@ -115,3 +116,49 @@ def test_of_several_chains_each_goes_on_by_itself():
     assert redone([side], crashed) == {*first}
     alone = side.only(second[1])
     assert alone.keys == second[:2]
+
+
+CELLS = """
+kind = "KIND"
+name = "cells"
+[mechanism]
+catalog = "chunmei2002"
+gear_ratio = 3.0
+[integrator]
+rtol = 1e-6
+ensemble = true
+[vary]
+clearance = [2.9e-5, 4e-5, 2.9e-4]
+[analysis]
+turns = 20
+transient = 10
+"""
+
+
+@pytest.mark.parametrize("kind", ["section", pytest.param("lyapunov", marks=pytest.mark.long)])
+def test_cells_of_a_vary_table_share_lanes(kind, tmp_path, monkeypatch):
+    text, last = CELLS.replace("KIND", kind), 2
+    text += 'record = ["journal_x"]' * (kind == "section")  # accelerations are not recorded in lanes
+    found = ran(loaded(text), tmp_path / "together")
+    assert found.followed.values.tolist() == [1, 1, 1]
+    alone = ran(loaded(text, "integrator.ensemble=false"), tmp_path / "alone")
+    assert alone.followed.values.tolist() == [0, 0, 0]
+    if kind == "section":  # the last one is chaotic
+        assert np.allclose(found.journal_x[:last], alone.journal_x[:last], atol=1e-7)
+    else:
+        apart = (found - alone).section_exponent_per_turn.values[:, 0]
+        error = np.hypot(*(each.section_standard_error_per_turn.values[:, 0] for each in (found, alone)))
+        assert np.all(np.abs(apart) < 4 * error + 1e-3)
+    monkeypatch.setattr(study_run, "TOGETHER", 1)
+    assert same(ran(loaded(text), tmp_path / "single"), found)
+
+
+def test_a_vary_table_chooses_lanes_where_cells_fill_them():
+    many = "vary.clearance={start=2e-5,stop=3e-5,num=20}"
+    whole = first_work(loaded(CELLS.replace("KIND", "section").replace("ensemble = true", ""), many).record)
+    assert [len(job.keys) for job in whole.jobs] == [10, 10]
+    for change in ("analysis.exponents=2", "analysis.error=0.1", "integrator.rtol=1e-10"):
+        text = CELLS.replace("KIND", "lyapunov").replace("ensemble = true", "")
+        alone = first_work(loaded(text, many, change).record)
+        assert [len(job.keys) for job in alone.jobs] == [1] * 20
+    assert len({key for job in whole.jobs for key in job.keys}) == 20

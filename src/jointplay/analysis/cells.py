@@ -7,6 +7,7 @@ finished.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Container, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial, wraps
@@ -15,7 +16,9 @@ from typing import Any, ClassVar, ParamSpec
 
 import xarray as xr
 
+from jointplay.analysis.company import side_by_side
 from jointplay.analysis.ensemble_runs import follow_ensemble
+from jointplay.analysis.exponents.stretching import followed_together
 from jointplay.analysis.looks import from_progress, look, reported
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.errors import InputError
@@ -92,6 +95,41 @@ class Cell:
     def left(self, done: Container[str], _: Mapping[str, Entry]) -> Cell | None:
         """The cell itself, if it is not finished."""
         return None if self.key in done else self
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A job of several cells that run side by side, as if each were alone: their motions share lanes."""
+
+    own: tuple[Cell, ...]
+    chains: ClassVar[tuple] = ()
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the cells."""
+        return tuple(cell.key for cell in self.own)
+
+    def run(self, notes: Notes) -> None:
+        """Call all functions; an error is an answer too."""
+        notes.begin(self.own[0].key)
+        calls = [partial(guarded, cell.function, cell.keywords) for cell in self.own]
+        with warnings.catch_warnings():  # what each sets for itself may end in another order
+            answers = side_by_side(calls, followed_together)
+        for key, answer in zip(self.keys, answers, strict=True):
+            notes.put(key, answer)
+
+    def only(self, key: str) -> Beside:
+        """Give the job of one cell."""
+        return Beside(tuple(cell for cell in self.own if cell.key == key))
+
+    def sample(self) -> Beside:
+        """All of them: the cost is that of cells side by side."""
+        return self
+
+    def left(self, done: Container[str], _: Mapping[str, Entry]) -> Beside | None:
+        """Give what is to run still."""
+        rest = tuple(cell for cell in self.own if cell.key not in done)
+        return Beside(rest) if rest else None
 
 
 def handed_out(

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from jointplay.analysis import guard_tolerances
 from jointplay.analysis.lane_form import Form
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
-from jointplay.analysis.trajectory import Records, Request, follow, functions
+from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.codegen import cache
 from jointplay.codegen.ensemble import known
 from jointplay.errors import InputError, Problem
@@ -78,7 +79,7 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
         groups.setdefault(pair[0].structure if suits(*pair) else None, []).append(n)
     records = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
     for group in groups.values():
-        records |= zip(group, _in_lanes([pairs[n] for n in group]), strict=True)
+        records |= zip(group, _in_lanes([pairs[n] for n in group])[0], strict=True)
     return [records[n] for n in range(len(pairs))]
 
 
@@ -109,14 +110,44 @@ def _even(model: Model, request: Request, longest: float) -> bool:
     return not model.links and request.direction == 0 and bool(even)
 
 
-def _in_lanes(pairs: list[tuple[Model, Request]]) -> list[Records]:
-    """Motions of one structure, in lanes."""
+@dataclass(frozen=True)
+class Tangent:
+    """A tangent to be carried along: its start, the scales of the states, and what is tolerated of it.
+
+    Rows are recorded from `begin` s on, a `block` s apart (numerics.tangent).
+    """
+
+    start: np.ndarray
+    scale: np.ndarray
+    begin: float
+    block: float
+    tolerance: float
+    limit: float
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A motion with its tangent: records, rows of growth, the closest grazing."""
+
+    records: Records
+    rows: np.ndarray
+    grazing: float
+
+
+def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequence[Tangent]) -> list[Carried]:
+    """Follow motions of one structure, each of which suits, with a tangent beside each."""
+    return _in_lanes(list(zip(models, requests, strict=True)), tangents)[1]
+
+
+def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
+    """Motions of one structure in lanes, and their tangents."""
     from jointplay.numerics.ensemble.layout import ASIDE, C_STATUS, LOGGED, PASSED_BY, PAUSE
     from jointplay.numerics.interface import direct
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
     asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
-    flow, f, g, rows = _kernels(models[0], form)
+    name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
+    flow, f, g, rows = _kernels(models[0], form, name)
     real = np.array([_real(*pair, form) for pair in pairs])
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
@@ -124,40 +155,67 @@ def _in_lanes(pairs: list[tuple[Model, Request]]) -> list[Records]:
     lanes = flow.lanes(
         rows, numbers.shape[1], np.array(form.turning), models[0].memories, form.flags, form.sizes
     )
-    parts, run, place = [], direct(flow.flow), jobs.place
+    v, y = _with(tangents, models[0], flow) if tangents else (None, None)
+    parts, grown, run, place = [], [], direct(flow.flow), jobs.place
 
     def call(pause: int) -> int:
         place[PAUSE] = pause
-        return run(f, g, lanes, jobs)
+        return run(f, g, lanes, jobs, v, y)
 
     def take() -> None:
         parts.append(jobs.log[: place[LOGGED]].copy())
         place[LOGGED] = 0
+        if y is not None:
+            grown.append(y.rows[: y.count[0]].copy())
+            y.count[0] = 0
 
-    own = pace(models[0].structure, "ensemble")
+    own = pace(models[0].structure, name, len(tangents) and 1)
     in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
-    each, log = (time.perf_counter() - began) / len(models), np.concatenate(parts)
-    log = log[np.argsort(log[:, 0], kind="stable")]
-    cuts = np.searchsorted(log[:, 0], np.arange(len(models) + 1))
+    each, logs = (time.perf_counter() - began) / len(models), _by_motion(parts, len(models))
     found = []
     for n, (model, request) in enumerate(asked):
         if jobs.count[n, C_STATUS] == ASIDE:
             found.append(follow(model, request))
         else:
-            found.append(_records(jobs, n, log[cuts[n] : cuts[n + 1], 1:], each, form, len(request.at) > 1))
-    return found
+            found.append(_records(jobs, n, logs[n], each, form, len(request.at) > 1))
+    if y is None:
+        return found, []
+    carried = zip(found, _by_motion(grown, len(models)), y.grazing.tolist(), strict=True)
+    return found, [Carried(*one) for one in carried]
 
 
-def _kernels(model: Model, form: Form) -> tuple:
-    """The loop; functions of a structure at a point, and in lanes; rows of these."""
-    from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
+def _by_motion(parts: list[np.ndarray], count: int) -> list[np.ndarray]:
+    """Rows of each motion, whose number is in the first column, without that."""
+    rows = np.concatenate(parts)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    cuts = np.searchsorted(rows[:, 0], np.arange(count + 1))
+    return [rows[cuts[n] : cuts[n + 1], 1:] for n in range(count)]
+
+
+def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
+    """Functions that carry tangents, and these."""
+    from jointplay.numerics.ensemble.layout import SIGNATURES, Variations
     from jointplay.numerics.interface import pointers
 
-    cache.prepare("ensemble.flow")
-    module, f = cache.ensemble_module(model.structure), functions(model.structure)
+    size, own = cache.ensemble_tangents(model.structure, len(model.turning))
+    gradients = cache.variation_module(model.structure)
+    v = pointers(gradients, size, own, kind=Variations, signatures=SIGNATURES)
+    starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
+    real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
+    return v, flow.tangents(starts, scales, real, LOG_ROWS)
+
+
+def _kernels(model: Model, form: Form, loop: str) -> tuple:
+    """The loop; functions of a structure at a point, and in lanes; rows of these."""
+    from jointplay.numerics.ensemble.layout import SIGNATURES, AtPoint, Functions
+    from jointplay.numerics.interface import pointers
+
+    cache.prepare(loop)
+    module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
     algebra = cache.ensemble_algebra(form.turning, len(form.flags), form.jumps)
+    f = pointers(own, kind=AtPoint, signatures=SIGNATURES)
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
-    return cache.method("ensemble.flow"), f, g, module.ROWS
+    return cache.method(loop), f, g, module.ROWS
 
 
 def _real(model: Model, request: Request, form: Form) -> list[float]:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rates, rules
+from jointplay.analysis.company import beside, in_company
+from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.evaluate import beyond_the_model, dataset, described, flags, joint_flags, scalars
+from jointplay.analysis.exponents.stretching import followed_together
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -20,15 +24,19 @@ from jointplay.analysis.keywords import (
     Start,
     analysis,
 )
+from jointplay.analysis.labels import coded
 from jointplay.analysis.quantities import EVENTS, recorded
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.mechanism.base import Natural
+from jointplay.analysis.trajectory import FOLLOWED, WAYS, Request, follow
+from jointplay.mechanism.base import Flag, Natural
 from jointplay.mechanism.records import CrankAngle, Section
 
 ONCE_A_TURN = CrankAngle()
 
 
-@analysis(rules.length_fits, rules.section_fits, rules.record_fits, deferred=[rules.start_fits])
+@beside()
+@analysis(
+    rules.length_fits, rules.section_fits, rules.record_fits, ensemble_fits, deferred=[rules.start_fits]
+)
 def poincare(
     mechanism: Moving,
     section: Section = ONCE_A_TURN,
@@ -40,6 +48,7 @@ def poincare(
     record: Names | None = None,
     initial: Start | None = None,
     max_steps: Natural | None = None,
+    ensemble: Flag | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
     """Cut a motion with a surface.
@@ -57,11 +66,15 @@ def poincare(
         Turns that are followed first; they take no memory.
     rtol, record, initial, max_steps, progress
         As in `simulate`.
+    ensemble : bool, optional
+        Whether to follow the motion as an ensemble does, beside those of other cells of a `[vary]`. If left
+        out, there where sixteen or more go side by side and the structure allows it.
 
     Returns
     -------
     xarray.Dataset
-        Quantities over ``turn`` (the section points, counted from 0), their ``time``, and ``status``.
+        Quantities over ``turn`` (the section points, counted from 0), their ``time``, ``followed`` (in lanes
+        or one by one), and ``status``.
 
     Raises
     ------
@@ -78,12 +91,13 @@ def poincare(
         fields["stop_after"] = math.ceil(transient) + math.ceil(turns)
         end *= rules.SLACK
     request = Request(end, rtol, max_steps=rules.steps(max_steps), rates=rates.needed(names), **fields)
-    records = follow(model, request, progress)
+    records = in_company(ensemble, partial(follow, model, request, progress), followed_together)
     rows = records.sections
     if not counted:
         rows = rows[rows[:, 2] >= begin]
     points = rates.quantities(model, rtol, records, rows[:, 2:])
     variables = points.variables(names, "turn") | scalars(model, records)
+    variables["followed"] = coded((), records.way, FOLLOWED, WAYS)
     variables |= described(
         {
             "time": ("turn", points.time, "s", "time of the section point"),

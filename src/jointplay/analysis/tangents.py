@@ -60,8 +60,6 @@ class Bundle:
         Whether the first tangent is the rate of the state itself, which is then evaluated (numerics.tangent).
     directions : Directions, optional
         Parameters in which the state is differentiated too: by as many tangents, after those of the frame.
-    rested : bool
-        Whether this is the second run of a motion that has come to rest, and so has no section.
     """
 
     model: Model
@@ -73,7 +71,6 @@ class Bundle:
     rows: int = 1
     neutral: bool = False
     directions: Directions | None = None
-    rested: bool = False
 
     def __post_init__(self):
         from jointplay.numerics import tangent

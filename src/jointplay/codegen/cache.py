@@ -152,6 +152,13 @@ def ensemble_module(structure) -> ModuleType:
     return _module(f"ensemble {structure!r}", lambda: _from_equations("ensemble.equations", structure))
 
 
+def ensemble_tangents(structure, positions: int) -> tuple[ModuleType, ModuleType]:
+    """What carries a tangent beside each of eight trajectories: code for the size, and for the structure."""
+    algebra = _module(f"ensemble tangents {positions}", lambda: _writer("ensemble.tangents").text(positions))
+    own = f"ensemble held {structure!r}"
+    return algebra, _module(own, lambda: _from_equations("ensemble.equations", structure, of="held"))
+
+
 def algebra_module(n_q: int, n: int) -> ModuleType:
     """The compiled algebra of the method for n_q positions and n speeds."""
     return _module(f"algebra {n_q} {n}", lambda: _writer("algebra").text(n_q, n))
@@ -168,10 +175,10 @@ def _writer(name: str) -> ModuleType:
     return importlib.import_module(f".{name}", __package__)
 
 
-def _from_equations(name: str, structure, *sizes: int) -> str:
+def _from_equations(name: str, structure, *sizes: int, of: str = "text") -> str:
     from ..equations.write import system
 
-    return _writer(name).text(system(structure), *sizes)
+    return getattr(_writer(name), of)(system(structure), *sizes)
 
 
 @cache

@@ -10,14 +10,19 @@ import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from inspect import signature
 
 import xarray as xr
 
-from jointplay.analysis.cells import DIGITS, Cell, Read, Steps, Work, driven, in_memory, warm
+from jointplay.analysis.cells import DIGITS, Beside, Cell, Read, Steps, Work, driven, in_memory, warm
+from jointplay.analysis.ensemble_runs import in_lanes
+from jointplay.analysis.exponents.stretching import Stretch, followed_together
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
+from jointplay.analysis.sweeps.chains import TOGETHER, groups
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.vary import changed
+from jointplay.analysis.trajectory import Request
+from jointplay.analysis.vary import changed, largest
 from jointplay.errors import InputError, ModelWarning, Problem
 from jointplay.jobs.job import KEY, Entry, Job, key_of
 from jointplay.jobs.pool import check_jobs
@@ -98,18 +103,32 @@ def first_work(record: Study) -> Work:
 def _vary_steps(record: Study, progress: Callable[[float], None] | None = None) -> Steps:
     """Hand out the cells of a `[vary]`, and stack their datasets."""
     grid, single = points(record.mechanism, record.vary), record.model_copy(update={"vary": {}, "figure": {}})
-    keys = [_key(record, change) for change in grid.changes]
+    together = _together(record, grid.changes)
+    keys = [_key(record, change, together) for change in grid.changes]
     cells = [
         Cell(answer, {"record": single, "changes": change}, key)
         for change, key in zip(grid.changes, keys, strict=True)
     ]
+    size = -(-len(cells) // groups(len(cells), TOGETHER)) if together else 1
+    jobs = [Beside(tuple(cells[at : at + size])) for at in range(0, len(cells), size)] if together else cells
     shape = dict(zip(grid.dims, grid.shape, strict=True))
-    read = yield Work(cells, shape, progress, partial(compile_for, record, grid.changes))
+    read = yield Work(jobs, shape, progress, partial(compile_for, record, grid.changes, together))
     return gather.dataset(record.kind, grid, keys, read)
 
 
-def _key(record: Study, change: Mapping[str, float]) -> str:
-    settings = (record.kind, record.integrator, record.analysis)
+def _together(record: Study, changes: Sequence[Mapping[str, float]]) -> bool:
+    """Whether the cells of a `[vary]` go side by side, in lanes."""
+    given, function = record.keywords(), record.row.function
+    wanted, known = getattr(function, "beside", None), signature(function).parameters
+    if wanted is None or any(given.get(key, known[key].default) != value for key, value in wanted.items()):
+        return False
+    over = {key: [change[key] for change in changes] for key in changes[0]}
+    rtol = given.get("rtol", known["rtol"].default)
+    return in_lanes(given.get("ensemble"), largest(record.mechanism, over), rtol, len(changes))
+
+
+def _key(record: Study, change: Mapping[str, float], together: bool) -> str:
+    settings = (record.kind, record.integrator, record.analysis, *["in lanes"] * together)
     try:
         return key_of(*settings, changed(record.mechanism, change))
     except InputError:  # the cell will say so
@@ -126,7 +145,9 @@ def answer(record: Study, changes: Mapping[str, float]) -> Entry:
     return {"status": int(status), "trouble": trouble, "dataset": gather.plain(dataset)}
 
 
-def compile_for(record: Study, changes: Sequence[Mapping[str, float]] = ({},)) -> None:
+def compile_for(
+    record: Study, changes: Sequence[Mapping[str, float]] = ({},), together: bool = False
+) -> None:
     """Compile what a study with these changes needs, so that workers find it on the disk."""
     for change in (*changes[:: max(1, len(changes) // SAMPLED)], changes[-1]):
         try:
@@ -134,6 +155,10 @@ def compile_for(record: Study, changes: Sequence[Mapping[str, float]] = ({},)) -
             section = getattr(record.analysis, "section", None)
             model = assemble(mechanism, None, quantity(section, mechanism))
         except InputError:
+            continue
+        brief = Request(1e-9 * model.period, max_steps=1)
+        if together:
+            followed_together([(model, Stretch(brief, 1, 0.0) if record.row.tangents else brief)])
             continue
         warm([model])
         if record.row.tangents:

@@ -8,7 +8,8 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents import batch_means
-from jointplay.analysis.exponents.stretching import leading
+from jointplay.analysis.exponents.stretching import Stretch, grown
+from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.assemble import assemble
 
 LOGS = slice(4, 6)
@@ -121,12 +122,13 @@ def test_the_blocks_of_the_shortest_records_count_as_independent(blocks):
 def test_a_cell_is_what_the_function_gives():
     system = catalog.duffing()
     model = assemble(system)
-    cell = leading(model, exponents=2, begin=10 * model.period, span=50 * model.period, rtol=1e-8)
+    run = grown(model, Stretch(Request(60 * model.period, 1e-8), 2, 10 * model.period))
+    cell = run.leading(2)
     found = jp.lyapunov(system, exponents=2, turns=50, transient=10)
-    assert cell["status"] == 0
+    assert run.status == 0
     for name in ("lyapunov_exponent", "lyapunov_standard_error_per_turn", "batch_correlation"):
         assert np.array_equal(cell[name], found[name].values)
-    assert cell["turn_period"] == float(found.turn_period)
+    assert run.turn_period == float(found.turn_period)
 
 
 def test_error_bars_of_a_chaotic_motion():

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from types import SimpleNamespace
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -18,13 +18,22 @@ import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
+from jointplay.analysis.company import beside, in_company
+from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.evaluate import dataset, described, scalars, status_code
 from jointplay.analysis.exponents import batch_means, second_estimate, section_exponents
-from jointplay.analysis.exponents.stretching import USABLE, grown, of_the_flow, turn_period
+from jointplay.analysis.exponents.stretching import (
+    USABLE,
+    Stretch,
+    Stretched,
+    followed_together,
+    grown,
+    of_the_flow,
+)
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.labels import coded
 from jointplay.analysis.looks import part
-from jointplay.analysis.tangents import Bundle
-from jointplay.analysis.trajectory import INTERRUPTED, Request
+from jointplay.analysis.trajectory import FOLLOWED, INTERRUPTED, WAYS, Request
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
@@ -68,7 +77,24 @@ def _twins_fit(mechanism: Mechanism | TestSystem, twin_turns: int) -> Iterator[P
         yield from rules.turns_alike(mechanism)
 
 
-@analysis(rules.length_fits, exponents_fit, steady, _twins_fit, deferred=[rules.start_fits])
+def _ensemble_fits(
+    exponents: int | str, error: float | None, saltation: bool, ensemble: bool | None
+) -> Iterator[Problem]:
+    if ensemble and (exponents, error, saltation) != (1, None, True):
+        expected = "true is accepted for one exponent, with saltation and without a wanted error"
+        yield Problem("ensemble", ensemble, expected)
+
+
+@beside(exponents=1, error=None, saltation=True, twin_turns=0)
+@analysis(
+    rules.length_fits,
+    exponents_fit,
+    steady,
+    _twins_fit,
+    ensemble_fits,
+    _ensemble_fits,
+    deferred=[rules.start_fits],
+)
 def lyapunov(
     mechanism: Moving,
     *,
@@ -82,6 +108,7 @@ def lyapunov(
     initial: Start | None = None,
     saltation: Flag = True,
     max_steps: Natural | None = None,
+    ensemble: Flag | None = None,
     progress: Progress = None,
 ) -> xr.Dataset:
     """Give the leading Lyapunov exponents of a motion.
@@ -108,6 +135,10 @@ def lyapunov(
     saltation : bool
         False leaves the tangents' jumps at events out, as a comparison: the result is then wrong wherever a
         force jumps.
+    ensemble : bool, optional
+        Whether to follow the motion as an ensemble does, beside those of other cells of a `[vary]`: one
+        exponent, without `error`. If left out, there where sixteen or more go side by side and the structure
+        allows it.
 
     Returns
     -------
@@ -117,11 +148,11 @@ def lyapunov(
         section's map, without the flow's zero: ``section_exponent`` and ``section_standard_error``, likewise,
         over ``multiplier``, with ``section_batch_correlation``. Further ``lyapunov_trace``
         (running means) and ``lyapunov_trace_error`` over ``block`` and ``exponent``, at ``block_time``;
-        ``turn_period``; ``sum_residual`` (1/s; of a whole spectrum), ``mean_divergence`` and
-        ``volume_share``: see Notes; ``grazing`` and ``status``. With `twin_turns`: ``growth`` per
-        turn, ``growth_standard_error``, ``growth_difference`` from the section map's largest exponent in
-        combined standard errors; ``growth_status``. Of a run that failed, only the trace up to there; of
-        one that was interrupted and kept (`jointplay run`), the estimates up to there.
+        ``turn_period``; ``followed`` (in lanes or one by one); ``sum_residual`` (1/s; of a whole spectrum),
+        ``mean_divergence`` and ``volume_share``: see Notes; ``grazing`` and ``status``. With `twin_turns`:
+        ``growth`` per turn, ``growth_standard_error``, ``growth_difference`` from the section map's largest
+        exponent in combined standard errors; ``growth_status``. Of a run that failed, only the trace up to
+        there; of one that was interrupted and kept (`jointplay run`), the estimates up to there.
 
     Raises
     ------
@@ -154,9 +185,10 @@ def lyapunov(
     span = duration if turns is None else turns * model.period
     request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))
     share = 0.5 if twin_turns else 1.0
-    bundle, rows, ended = grown(model, request, count, begin, error, saltation, part(progress, 0.0, share))
-    variables = _variables(model, bundle, rows, count, ended)
-    if twin_turns and ended["status"] != INTERRUPTED:
+    asked = Stretch(request, count, begin), error, saltation, part(progress, 0.0, share)
+    run = in_company(ensemble, partial(grown, model, *asked), followed_together)
+    variables = _variables(run, count)
+    if twin_turns and run.status != INTERRUPTED:
         cut = rules.model_for(mechanism, initial, CrankAngle())
         rest = part(progress, share, 1.0)
         growth = second_estimate.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
@@ -171,22 +203,21 @@ def lyapunov(
     return _dataset(model, variables)
 
 
-def _variables(
-    model: Model, bundle: Bundle, rows: np.ndarray, count: int, ended: dict[str, Any]
-) -> dict[str, Any]:
-    turn = turn_period(model, rows)
-    variables = batch_means.variables(*of_the_flow(bundle, rows, count), turn, len(model.state))
-    section = section_exponents.estimates(bundle, rows, turn)
+def _variables(run: Stretched, count: int) -> dict[str, Any]:
+    turn, model = run.turn_period, run.model
+    variables = batch_means.variables(*of_the_flow(run, count), turn, len(model.state))
+    section = section_exponents.estimates(run, turn)
     variables |= described({key: ("multiplier", *each) for key, each in section.items()})
-    if ended["status"] not in USABLE:
+    if run.status not in USABLE:
         variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}
     variables |= described(
         {
             "turn_period": ((), turn, "s", "mean period of a turn"),
-            "grazing": ((), bundle.grazing, "1", "smallest relative approach to a guard"),
+            "grazing": ((), run.grazing, "1", "smallest relative approach to a guard"),
         }
     )
-    return variables | scalars(model, SimpleNamespace(**ended))
+    variables["followed"] = coded((), run.way, FOLLOWED, WAYS)
+    return variables | scalars(model, run)
 
 
 def _missing(variable: tuple[Any, Any, Any]) -> tuple[Any, Any, Any]:

@@ -1,19 +1,26 @@
-"""Growth of a frame of tangents along a motion, recorded block by block, to estimate exponents from."""
+"""Growth of a frame of tangents along a motion, recorded block by block, to estimate exponents from.
+
+One motion with any number of exponents at a time, or eight motions with one exponent each in the lanes of an
+ensemble (analysis.ensemble_runs), whose method is another and whose numbers differ within the tolerance.
+"""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from jointplay.analysis import company
+from jointplay.analysis.ensemble_runs import Carried, Tangent, carry, follow_ensemble, suits
 from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.starts import crank_place
-from jointplay.analysis.tangents import Bundle, scales
-from jointplay.analysis.trajectory import INTERRUPTED, MAX_STEPS, Request, counts
+from jointplay.analysis.tangents import Bundle, scales, tolerated
+from jointplay.analysis.trajectory import INTERRUPTED, Records, Request, counts
 from jointplay.mechanism.model import Model
 
 LOOKS = 10  # how often a target error is looked at
@@ -23,57 +30,140 @@ USABLE = (OK, INTERRUPTED)  # ends of a run whose means are those of the time th
 SOLVED = 3.0  # tolerance of the tangents' iteration, in units of rtol
 
 
-def leading(
-    model: Model, *, exponents: int, begin: float, span: float, rtol: float, max_steps: int = MAX_STEPS
-) -> dict[str, Any]:
-    """Leading exponents over `span` s of a motion, after `begin` s in which tangents find their directions.
+@dataclass(frozen=True)
+class Stretch:
+    """A run in which exponents are to be measured.
 
-    Returns
-    -------
-    dict
-        ``status``, ``counts``, ``grazing``, ``turn_period``, and the values of `batch_means.estimates` and
-        `section_exponents.estimates`.
+    Parameters
+    ----------
+    request : Request
+        Length, tolerance and limits, without records.
+    count : int
+        Exponents.
+    begin : float
+        Time in s in which tangents find their directions before.
     """
-    request = Request(begin + span, rtol, max_steps=max_steps)
-    bundle, rows, ended = grown(model, request, exponents, begin)
-    turn = turn_period(model, rows)
-    found = batch_means.estimates(*of_the_flow(bundle, rows, exponents), turn)
-    found |= section_exponents.estimates(bundle, rows, turn)
-    values = {key: value for key, (value, *_) in found.items()}
-    return ended | values | {"grazing": bundle.grazing, "turn_period": turn}
+
+    request: Request
+    count: int
+    begin: float
 
 
-def of_the_flow(bundle: Bundle, rows: np.ndarray, count: int) -> tuple[np.ndarray, slice]:
+@dataclass(frozen=True)
+class Stretched:
+    """Rows of growing tangents (`batch_means`), their logarithms' columns, and how the run ended.
+
+    `neutral`: the first tangent is the rate of the state itself; `rested`: it was, until the motion came to
+    rest. `way`: as of trajectory.Records.
+    """
+
+    model: Model
+    rows: np.ndarray
+    logs: slice
+    neutral: bool
+    rested: bool
+    grazing: float
+    status: int
+    wall_time: float
+    counts: dict[str, int]
+    way: int = 0
+
+    @property
+    def carried(self) -> slice:
+        """Columns of the tangents that are not the motion's own direction."""
+        return slice(self.logs.start + self.neutral, self.logs.stop)
+
+    @property
+    def turn_period(self) -> float:
+        """Mean length of a turn."""
+        return turn_period(self.model, self.rows)
+
+    def leading(self, count: int) -> dict[str, Any]:
+        """Values of `batch_means.estimates` and `section_exponents.estimates`, of so many exponents."""
+        turn = self.turn_period
+        found = batch_means.estimates(*of_the_flow(self, count), turn)
+        found |= section_exponents.estimates(self, turn)
+        return {key: value for key, (value, *_) in found.items()}
+
+
+def of_the_flow(run: Stretched, count: int) -> tuple[np.ndarray, slice]:
     """Rows with the logarithms of the `count` directions that grow fastest, these first; their columns."""
-    begin, end = bundle.logs.start, bundle.logs.stop
-    order = np.argsort(-batch_means.growth(rows, bundle.logs))[:count]
-    columns = (rows[:, :begin], rows[:, bundle.logs][:, order], rows[:, end:])
-    return np.column_stack(columns), slice(begin, begin + count)
+    rows, logs = run.rows, run.logs
+    order = np.argsort(-batch_means.growth(rows, logs))[:count]
+    columns = (rows[:, : logs.start], rows[:, logs][:, order], rows[:, logs.stop :])
+    return np.column_stack(columns), slice(logs.start, logs.start + count)
 
 
 def grown(
     model: Model,
-    request: Request,
-    count: int,
-    begin: float,
+    asked: Stretch,
     error: float | None = None,
     saltation: bool = True,
     progress: Callable[[float], None] | None = None,
-) -> tuple[Bundle, np.ndarray, dict[str, Any]]:
-    """Follow a motion with the tangents that `count` exponents need: the run, its rows, how it ended.
+) -> Stretched:
+    """Follow a motion with the tangents that exponents need.
 
     Where the motion comes to rest, its rate is no direction any more, and it is followed anew without that.
     """
+    if error is None and saltation and (run := company.asked(model, asked)) is not None:
+        return run
     timeless = section_exponents.timeless(model)
     for neutral in (True, False) if timeless else (False,):
-        bundle = framed(model, request, count, saltation, neutral)
-        bundle.rested = timeless and not neutral
+        bundle = framed(model, asked.request, asked.count, saltation, neutral)
         bundle.advance(0.0)
         start = float(bundle.y.logs[0])
-        rows, ended = follow(bundle, begin, error, progress)
-        if not neutral or section_exponents.moves(bundle, start):
+        rows, ended = follow(bundle, asked.begin, error, progress)
+        if not neutral or section_exponents.moves(start, float(bundle.y.logs[0])):
             break
-    return bundle, rows, ended
+    kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
+    return Stretched(model, rows, bundle.logs, **kept, **ended)
+
+
+def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[Stretched]:
+    """Follow motions as `grown` does, eight at once where that can be; the others one by one.
+
+    Motions of one structure share lanes. A motion that comes to rest, or whose tangent an ensemble cannot
+    follow, is followed anew by itself.
+    """
+    groups: dict[Any, list[int]] = {}
+    for n, (model, one) in enumerate(zip(models, asked, strict=True)):
+        if one.count == 1 and model.links and not model.memories and suits(model, one.request):
+            groups.setdefault(model.structure, []).append(n)
+    found: dict[int, Stretched | None] = {}
+    for group in groups.values():
+        if section_exponents.timeless(models[group[0]]):
+            some, own = [models[n] for n in group], [asked[n] for n in group]
+            carried = carry(some, [one.request for one in own], list(map(_tangent, some, own)))
+            found |= zip(group, map(_stretched, some, carried), strict=True)
+    return [found.get(n) or grown(*pair) for n, pair in enumerate(zip(models, asked, strict=True))]
+
+
+def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
+    """Follow motions side by side, those with tangents in lanes of their own (see analysis.company)."""
+    found: dict[int, Records | Stretched] = {}
+    for kind, way in ((Request, follow_ensemble), (Stretch, grown_together)):
+        some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]
+        if some:
+            found |= zip(some, way(*zip(*(asked[n] for n in some), strict=True)), strict=True)
+    return [found[n] for n in range(len(asked))]
+
+
+def _tangent(model: Model, asked: Stretch) -> Tangent:
+    """The tangent that `framed` has beside the motion's own."""
+    scale, request = scales(model), asked.request
+    block = (request.duration - asked.begin) / batch_means.BLOCKS
+    limits = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
+    return Tangent(frame(2, scale)[1], scale, asked.begin, block, *limits)
+
+
+def _stretched(model: Model, run: Carried) -> Stretched | None:
+    """A motion in lanes as one of `grown`; None where it has to be followed by itself."""
+    rows, records = run.rows, run.records
+    logs = slice(batch_means.SUMS.stop, rows.shape[1] - len(model.state))
+    if not len(rows) or np.isnan(rows).any() or not section_exponents.moves(*rows[[0, -1], logs.start]):
+        return None
+    ended = {name: getattr(records, name) for name in ("status", "wall_time", "counts", "way")}
+    return Stretched(model, rows, logs, True, False, run.grazing, **ended)
 
 
 def frame(count: int, scale: np.ndarray, last: int = 0) -> np.ndarray:

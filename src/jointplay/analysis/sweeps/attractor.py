@@ -9,17 +9,18 @@ phase is no state and the section is at another phase than the start, they last 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from jointplay.analysis import contacts, rates, rules
 from jointplay.analysis.cells import guarded
-from jointplay.analysis.ensemble_runs import follow_ensemble
+from jointplay.analysis.company import side_by_side
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.exponents.stretching import leading
+from jointplay.analysis.exponents.stretching import Stretch, followed_together, grown
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
@@ -34,7 +35,6 @@ RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fi
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
-Settling = Generator[tuple[Model, Request], Records, dict[str, Any]]  # asks for runs, gives back the answer
 OF_FLOW = (
     *("lyapunov_exponent", "lyapunov_standard_error"),
     *("lyapunov_exponent_per_turn", "lyapunov_standard_error_per_turn"),
@@ -89,12 +89,20 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
     InputError
         If the start or the section does not fit the mechanism; numerical trouble is a status instead.
     """
-    settling, records = _settling(mechanism, start, plan), None
-    while True:
-        try:
-            records = follow(*settling.send(records))
-        except StopIteration as end:
-            return end.value
+    model = placed(mechanism, start, plan.section)
+    steps = 0
+    if plan.transient:
+        dropped = _run(model, plan, plan.transient, watched=False)
+        if dropped.status:
+            return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
+        model = moved(model, _state(model, plan, _last(model, plan, dropped)))
+        steps = dropped.counts["n_steps"]
+    records = _run(model, plan, plan.turns, watched=True)
+    if records.status:
+        return _failed(records, f"in the {plan.turns} turns looked at", steps)
+    result = _described(model, plan, records)
+    result["n_steps"] += steps
+    return result | _exponents(mechanism, result, plan) if plan.exponents else result
 
 
 def settle_together(points: Sequence[tuple[Mechanism | TestSystem, Any]], plan: Plan) -> list[dict[str, Any]]:
@@ -102,46 +110,8 @@ def settle_together(points: Sequence[tuple[Mechanism | TestSystem, Any]], plan: 
 
     As `settle`, one by one; a point whose input is refused has only a ``status`` and ``trouble``.
     """
-    results: dict[int, dict[str, Any]] = {}
-    settling = [_settling(mechanism, start, plan) for mechanism, start in points]
-    records: dict[int, Records | None] = dict.fromkeys(range(len(points)))
-    while records:
-        runs = {}
-        for n, each in records.items():
-            answer = guarded(_next, {"settling": settling[n], "records": each})
-            if "run" in answer:
-                runs[n] = answer["run"]
-            else:
-                results[n] = answer
-        followed = follow_ensemble(*zip(*runs.values(), strict=True)) if runs else []
-        records = dict(zip(runs, followed, strict=True))
-    return [results[n] for n in range(len(points))]
-
-
-def _next(settling: Settling, records: Records | None) -> dict[str, Any]:
-    """The next run, or the result."""
-    try:
-        return {"run": settling.send(records)}
-    except StopIteration as end:
-        return end.value
-
-
-def _settling(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> Settling:
-    """Ask for runs, one after another, and describe the last."""
-    model = placed(mechanism, start, plan.section)
-    steps = 0
-    if plan.transient:
-        dropped = yield from _run(model, plan, plan.transient, watched=False)
-        if dropped.status:
-            return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
-        model = moved(model, _state(model, plan, _last(model, plan, dropped)))
-        steps = dropped.counts["n_steps"]
-    records = yield from _run(model, plan, plan.turns, watched=True)
-    if records.status:
-        return _failed(records, f"in the {plan.turns} turns looked at", steps)
-    result = _described(model, plan, records)
-    result["n_steps"] += steps
-    return result | _exponents(mechanism, result, plan) if plan.exponents else result
+    given = ({"mechanism": mechanism, "start": start, "plan": plan} for mechanism, start in points)
+    return side_by_side([partial(guarded, settle, each) for each in given], followed_together)
 
 
 def _failed(records: Records, where: str, steps: int) -> dict[str, Any]:
@@ -157,8 +127,8 @@ def counted(model: Model, section: Section) -> bool:
     return crank_place(model) is not None or abs(off - round(off)) < 1e-12
 
 
-def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Generator[tuple, Records, Records]:
-    """Ask for some turns of the model; watched: with events and section points."""
+def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Records:
+    """Follow some turns of the model; watched: with events and section points."""
     whole, fields = counted(model, plan.section), rules.section_fields(plan.section, model, 0)
     end = turns * model.period
     if whole:
@@ -168,7 +138,7 @@ def _run(model: Model, plan: Plan, turns: int, watched: bool) -> Generator[tuple
     looked = {"events": watched, "misses": watched, "log_from": 0.0}
     looked["rates"] = watched and rates.needed(plan.record)
     limit = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
-    records = yield model, Request(**limit, **looked, **fields)
+    records = follow(model, Request(**limit, **looked, **fields))
     if whole and not records.status and len(records.sections) < (turns if watched else 1):
         return replace(records, status=STATUS.index("not_converged"))  # the crank stopped turning
     return records
@@ -257,19 +227,17 @@ def _period(model: Model, records: Records, tolerance: float) -> int:
 
 def _exponents(mechanism: Mechanism | TestSystem, result: Mapping[str, Any], plan: Plan) -> dict[str, Any]:
     """Leading Lyapunov exponents from the end of a motion on, or how their run failed."""
-    model = placed(mechanism, result["end"])
-    measured = leading(
-        model,
-        exponents=min(plan.exponents, len(model.state)),
-        begin=ALIGN * model.period,
-        span=plan.lyapunov_turns * model.period,
-        rtol=plan.rtol,
-        max_steps=rules.steps(plan.max_steps),
-    )
-    done = {"n_steps": result["n_steps"] + measured["counts"]["n_steps"]}
-    status = measured["status"]
-    if status:
-        return done | {"status": status, "trouble": f"{STATUS[status]} while exponents were measured"}
+    section = plan.section if plan.ensemble else None  # lanes have compiled that structure already
+    model = placed(mechanism, result["end"], section)
+    begin, count = ALIGN * model.period, min(plan.exponents, len(model.state))
+    limits = {"rtol": plan.rtol, "max_steps": rules.steps(plan.max_steps)}
+    request = Request(begin + plan.lyapunov_turns * model.period, **limits)
+    run = grown(model, Stretch(request, count, begin))
+    done = {"n_steps": result["n_steps"] + run.counts["n_steps"]}
+    if run.status:
+        return done | {"status": run.status, "trouble": f"{STATUS[run.status]} while exponents were measured"}
+    measured = run.leading(count)
     exponents = {name: (("exponent",), measured[name]) for name in OF_FLOW}
     exponents |= {name: (("multiplier",), measured[name]) for name in OF_SECTION}
+    exponents["exponents_followed"] = ((), np.int8(run.way))
     return done | {"values": result["values"] | exponents}

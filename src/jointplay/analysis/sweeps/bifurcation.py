@@ -208,8 +208,9 @@ def bifurcation(
         Whether to follow eight motions at once: points of a reset sweep, or chains side by side. If left
         out, where there are sixteen or more and the structure allows it (rigid links and a motor, clearance
         in one to three joints, an rtol of 1e-8 or more). Two to three times as fast; by another method, whose
-        numbers differ within the tolerance, and do not depend on which motions run beside each other.
-        ``followed`` says of each point how it went; exponents are measured one by one.
+        numbers differ within the tolerance, and do not depend on which motions run beside each other. A
+        single exponent is measured so too. ``followed`` and ``exponents_followed`` say of each point how it
+        went.
     n_jobs : int, optional
         Worker processes, 2 if left out. Sweeps up and down run one point after another, so that there are as
         many cells as directions, starts and values of the other parameter. The result does not depend on it.
@@ -227,11 +228,11 @@ def bifurcation(
         of a test system over all its contacts; ``mode_word`` (see `contacts.words`); ``end_state`` over
         ``state``; ``lyapunov_exponent`` and ``lyapunov_standard_error`` (1/s and per turn) over ``exponent``,
         ``section_exponent_per_turn`` and its standard error (see `lyapunov`) over ``multiplier``;
-        ``followed`` (in lanes or one by one), ``cell_status``, ``trouble`` and ``n_steps``; with `refine`,
-        ``computed`` (1, or 0 where the nearest computed corner of the point's box stands for it, with all of
-        its values) and ``refinement_level``; and ``status``, the first that is not ok. A point that failed
-        has NaN, its status and a reason; the next one of an up or down sweep then starts from the last good
-        end.
+        ``followed`` (in lanes or one by one), with exponents ``exponents_followed``; ``cell_status``,
+        ``trouble`` and ``n_steps``; with `refine`, ``computed`` (1, or 0 where the nearest computed corner of
+        the point's box stands for it, with all of its values) and ``refinement_level``; and ``status``, the
+        first that is not ok. A point that failed has NaN, its status and a reason; the next one of an up or
+        down sweep then starts from the last good end.
 
     Raises
     ------

@@ -33,6 +33,7 @@ ATTRIBUTES = {
     "end_state": ("1", "positions and speeds at the end"),
     "n_steps": ("1", "accepted steps"),
     "followed": ("1", "how the motion was followed"),
+    "exponents_followed": ("1", "how the motion was followed while exponents were measured"),
 }
 COMMENTS = {
     "period": "turns, where the section is a crank angle; 0: none within period_tolerance; -1: not known",
@@ -82,5 +83,5 @@ def attributes(name: str, si: bool = True) -> dict[str, str]:
     """Attributes of a variable of a sweep; without units, as a test system's lengths, unless `si`."""
     units, text = ATTRIBUTES[name]
     more = {"comment": COMMENTS[name]} if name in COMMENTS else {}
-    more |= flags(WAYS) if name == "followed" else {}
+    more |= flags(WAYS) if name.endswith("followed") else {}
     return {"units": units if si else "1", "long_name": text} | more

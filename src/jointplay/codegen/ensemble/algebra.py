@@ -1,6 +1,7 @@
 """The method for eight trajectories at once, written out: one text for structures of one size.
 
-    predict(w)   stages from the last step's polynomial, or as they are where an iteration goes on
+    predict(w)   stages from the last step's polynomial, or as they are where an iteration goes on; X and Y
+                 at the late stage
     factor(w)    inverses of lambda I - h J_z - (h^2/lambda) J_q, the real one and the complex ones
     solve(w)     one update of Newton's iteration in the eigenbasis
     judge(w)     error, guards, section; which lanes may go on plainly
@@ -11,9 +12,9 @@ section IV.8.
 """
 
 from ...numerics.ensemble import layout as rows
-from ...numerics.ensemble.radau import EIGEN, GAMMA, MONOMIAL, NODES, STAGES, TO_EIGEN, TO_STAGE
+from ...numerics.ensemble.radau import EIGEN, GAMMA, LATE, MONOMIAL, NODES, STAGES, TO_EIGEN, TO_STAGE
 from .control import Turning, free, judge, settle
-from .text import at, function, lanes, slope, stage, total
+from .text import STEP, Blocks, at, fetch, function, lanes, slope, stage, total
 
 HEADER = '''"""Generated: the method for eight trajectories at once; do not edit."""
 from math import sqrt
@@ -31,16 +32,22 @@ S = range(STAGES)
 def text(turning: Turning, contacts: int, jumps: int = 0) -> str:
     """Source of the module, for positions that turn or do not, so many contacts, and jumps of the state."""
     N = range(len(turning))
-    parts = {"predict": _predict(N), "factor": _factor(N), "solve": _solve(N, free(turning))}
+    late, size = lanes(*fetch(len(N), LATE)), lanes(*_size(N, free(turning)))
+    parts = {"predict": predict(N) + late, "factor": _factor(N), "solve": solve(N) + size}
     parts |= {"judge": judge(turning, contacts, jumps), "settle": settle(turning, contacts, jumps)}
     return HEADER + "\n\n" + "\n\n\n".join(function(*part) for part in parts.items()) + "\n"
 
 
-def _predict(N: range) -> list[str]:
-    """The last step's polynomial beyond its end (OFFSET 1), or within it (0); else no change."""
+def predict(
+    N: range, of: Blocks = STEP, smooth: str = at(rows.SMOOTH), kept: str = at(rows.JOINED)
+) -> list[str]:
+    """The last step's polynomial beyond its end (OFFSET 1), or within it (0); else no change.
+
+    Nothing changes either where not all was `smooth`; what is `kept` (1) stays as it is.
+    """
     out = []
     for k in N:
-        lines = [f"p{j} = {stage(rows.PAST, j, k)}" for j in S]
+        lines = [f"p{j} = {stage(of.past, j, k)}" for j in S]
         lines += [f"m{n} = {total(MONOMIAL[n], (f'p{j}' for j in S))}" for n in S]
         lines += [f"ratio, off = {at(rows.H)} / {at(rows.H_PAST)}, {at(rows.OFFSET)}"]
         for j in S:
@@ -48,10 +55,10 @@ def _predict(N: range) -> list[str]:
             for n in reversed(S[:-1]):
                 value = f"m{n} + x * ({value})"
             lines += [f"x = {float(NODES[j])!r} * ratio + off", f"new = x * ({value}) - off * p{STAGES - 1}"]
-            lines += [f"new = new if {at(rows.SMOOTH)} > 0.0 else 0.0", f"old = {stage(rows.Z, j, k)}"]
-            lines += [f"z{j} = old if {at(rows.JOINED)} > 0.0 else new", f"{stage(rows.Z, j, k)} = z{j}"]
+            lines += [f"new = new if {smooth} > 0.0 else 0.0", f"old = {stage(of.z, j, k)}"]
+            lines += [f"z{j} = old if {kept} > 0.0 else new", f"{stage(of.z, j, k)} = z{j}"]
         names = [f"z{j}" for j in S]
-        lines += [f"{stage(rows.W, j, k)} = {total(TO_EIGEN[j], names)}" for j in S]
+        lines += [f"{stage(of.w, j, k)} = {total(TO_EIGEN[j], names)}" for j in S]
         out += lanes(*lines)
     return out
 
@@ -191,50 +198,50 @@ def _complex_elimination(N: range) -> tuple[dict[tuple[int, int], tuple[str, str
     return {place: (f"{name}r", f"{name}i") for place, name in names.items()}, lines
 
 
-def _solve(N: range, count: int) -> list[str]:
-    """Residuals in the eigenbasis (in the place of F), the three systems, the update and its size."""
-    out = [line for k in N for line in lanes(*_residual(k))]
-    real = [f"r{k} = {stage(rows.F, 0, k)}" for k in N]
+def solve(N: range, of: Blocks = STEP, active: str = "") -> list[str]:
+    """Residuals in the eigenbasis (in the place of F), the three systems, the update (where `active`)."""
+    out = [line for k in N for line in lanes(*_residual(k, of))]
+    real = [f"r{k} = {stage(of.f, 0, k)}" for k in N]
     for k in N:
         row = " + ".join(f"{at(rows.INVERSE, _place(k, j))} * r{j}" for j in N)
-        real.append(f"{stage(rows.F, 0, k)} = {row}")
-    out += lanes(*real, *_pair(N, 0)) + lanes(*_pair(N, 1))
-    out += [line for k in N for line in lanes(*_updated(k))]
-    return out + lanes(*_size(N, count))
+        real.append(f"{stage(of.f, 0, k)} = {row}")
+    out += lanes(*real, *_pair(N, 0, of)) + lanes(*_pair(N, 1, of))
+    return out + [line for k in N for line in lanes(*_updated(k, of, active))]
 
 
-def _residual(k: int) -> list[str]:
+def _residual(k: int, of: Blocks) -> list[str]:
     """T F - Lambda W of unknown k, T the way to the eigenbasis."""
     F = [f"f{j}" for j in S]
-    lines = [f"f{j} = {stage(rows.F, j, k)}" for j in S] + [f"w{j} = {stage(rows.W, j, k)}" for j in S]
+    lines = [f"f{j} = {stage(of.f, j, k)}" for j in S] + [f"w{j} = {stage(of.w, j, k)}" for j in S]
     sums = [total(TO_EIGEN[j], F) for j in S]
-    lines.append(f"{stage(rows.F, 0, k)} = {sums[0]} - {GAMMA!r} * w0")
+    lines.append(f"{stage(of.f, 0, k)} = {sums[0]} - {GAMMA!r} * w0")
     for n, (re, im) in enumerate(EIGEN[1:]):
         a, b = 1 + 2 * n, 2 + 2 * n
-        lines.append(f"{stage(rows.F, a, k)} = {sums[a]} - {re!r} * w{a} + {im!r} * w{b}")
-        lines.append(f"{stage(rows.F, b, k)} = {sums[b]} - {re!r} * w{b} - {im!r} * w{a}")
+        lines.append(f"{stage(of.f, a, k)} = {sums[a]} - {re!r} * w{a} + {im!r} * w{b}")
+        lines.append(f"{stage(of.f, b, k)} = {sums[b]} - {re!r} * w{b} - {im!r} * w{a}")
     return lines
 
 
-def _pair(N: range, n: int) -> list[str]:
+def _pair(N: range, n: int, of: Blocks) -> list[str]:
     """One complex system."""
     a, b = 1 + 2 * n, 2 + 2 * n
-    lines = [f"r{k}, i{k} = {stage(rows.F, a, k)}, {stage(rows.F, b, k)}" for k in N]
+    lines = [f"r{k}, i{k} = {stage(of.f, a, k)}, {stage(of.f, b, k)}" for k in N]
     for k in N:
         row = [[_pair_at(n, k, j, part) for part in (0, 1)] for j in N]
         real = " + ".join(f"{c} * r{j} - {s} * i{j}" for j, (c, s) in enumerate(row))
         imaginary = " + ".join(f"{c} * i{j} + {s} * r{j}" for j, (c, s) in enumerate(row))
-        lines += [f"{stage(rows.F, a, k)} = {real}", f"{stage(rows.F, b, k)} = {imaginary}"]
+        lines += [f"{stage(of.f, a, k)} = {real}", f"{stage(of.f, b, k)} = {imaginary}"]
     return lines
 
 
-def _updated(k: int) -> list[str]:
+def _updated(k: int, of: Blocks, active: str) -> list[str]:
     """W and Z of unknown k after the update, which stays in the place of F, by stages."""
-    lines = [f"d{j} = {stage(rows.F, j, k)}" for j in S]
-    lines += [f"{stage(rows.W, j, k)} = {stage(rows.W, j, k)} + d{j}" for j in S]
+    lines = [f"d{j} = {stage(of.f, j, k)}" for j in S]
+    lines += [f"d{j} = d{j} if {active} > 0.0 else 0.0" for j in S if active]
+    lines += [f"{stage(of.w, j, k)} = {stage(of.w, j, k)} + d{j}" for j in S]
     lines += [f"u{j} = {total(TO_STAGE[j], (f'd{n}' for n in S))}" for j in S]
-    lines += [f"{stage(rows.Z, j, k)} = {stage(rows.Z, j, k)} + u{j}" for j in S]
-    return [*lines, *(f"{stage(rows.F, j, k)} = u{j}" for j in S)]
+    lines += [f"{stage(of.z, j, k)} = {stage(of.z, j, k)} + u{j}" for j in S]
+    return [*lines, *(f"{stage(of.f, j, k)} = u{j}" for j in S)]
 
 
 def _size(N: range, count: int) -> list[str]:

@@ -16,14 +16,12 @@ from ...numerics.ensemble.radau import (
     ERROR_C,
     GAMMA,
     MAX_TURN,
-    NODES,
     STAGES,
     TO_BERNSTEIN,
-    A,
 )
 from ...numerics.events import CENTRE_RATIO
 from ...numerics.modes import CONE, FORCE, GAP
-from .text import at, choose, lanes, rotation, slope, stage, total
+from .text import at, choose, lanes, moved, rotation, slope, stage, total
 
 S = range(STAGES)
 Turning = tuple[float, ...]  # 1 where a position is an angle, 0 where it is none; PHASE of a phase
@@ -129,8 +127,7 @@ def _ahead() -> list[str]:
     """How far beyond the section's level the crank, the first angle, comes at any stage."""
     lines = ["most = -1e300"]
     for j in S:
-        moved = total(A[j], (stage(rows.Z, n, 0) for n in S))
-        lines.append(f"x = {at(rows.H)} * ({float(NODES[j])!r} * {at(rows.SPEED)} + {moved})")
+        lines.append(f"x = {moved(j, 0, at(rows.SPEED))}")
         lines.append(f"most = max(most, {at(rows.DIRECTION)} * x)")
     return [
         *lines,

@@ -1,7 +1,7 @@
 """The text of a structure's equations for eight trajectories at once (rows: numerics.ensemble.layout).
 
     prepare(w)    what follows from parameters alone
-    jacobian(w)   d rate / d state at the predicted late stage
+    jacobian(w)   d rate / d state at the point X, Y
     rates(w)      rates, times h, and guards at all stages
     finish(w)     the same at the last stage alone
     base(w)       the same at the base point, for lanes that are NEW there
@@ -18,14 +18,14 @@ from sympy import Expr, Integer, Symbol
 
 from ...equations.system import System
 from ...numerics.ensemble import layout as rows
-from ...numerics.ensemble.radau import LATE, NODES, STAGES, A
+from ...numerics.ensemble.radau import STAGES
 from ...numerics.modes import FORCE, GAP
 from ..dynamics import Dynamics, dot
 from ..module import guards
 from ..source import Layout, Program, expression, importing, used
 from ..tape import FLOW
 from .form import laid_out
-from .text import at, choose, function, lanes, rotation, stage, total
+from .text import at, choose, fetch, function, lanes, rotation, stage
 
 HEADER = '''"""Generated from the equations, for eight trajectories at once; do not edit."""
 from math import cos, sin, sqrt, tanh
@@ -74,9 +74,15 @@ class Writer:
         self.constants: dict[Expr, int] = {}
         self.first = rows.NUMBERS + len(system.parameters)
 
-    def body(self, name: str, program: Program, stores: dict[int, str]) -> str:
-        """A function that stores in rows what has these names; of lanes that stick, with `held_` before."""
-        program, loads = self._hoisted(program)
+    def body(self, name: str, program: Program, stores: dict[int, str], own: bool = True) -> str:
+        """A function that stores in rows what has these names; of lanes that stick, with `held_` before.
+
+        Not its `own`: other lanes keep what is there.
+        """
+        if own:
+            program, loads = self._hoisted(program)
+        else:
+            loads = [f"{value} = {at(row)}" for row, value in stores.items()]
         names = {str(symbol) for symbol, _ in program}
         lines = [f"stick = {at(rows.MASK, 2)}", *loads, *self._point(program)]
         lines += [f"{symbol} = {expression(value)}" for symbol, value in program]
@@ -158,9 +164,28 @@ def _slopes(writer: Writer, dynamics: Dynamics) -> str:
             drag = tape.let(f"held_F{i}", (dot(system.contacts[0].tangential[:n], J) + turning[i]) * share)
             results |= {f"held_out_{k}_{i}": J[k] - column[k] * drag for k in N}
     results |= {f"out_{k}_{i}": value for (k, i), value in entries.items()}
+    return writer.body("slopes", tape.program(results), _places(n))
+
+
+def held(system: System) -> str:
+    """Source of a module: held(w), d rate / d state where the one contact sticks, nothing left out.
+
+    What only positions change of T and dF, which Newton's matrix does without, tangents need.
+    """
+    if not _lone(system):
+        return importing(HEADER + function("held", ["    pass"]) + "\n")
+    writer, dynamics, n = Writer(system, 0), Dynamics(system, "stick"), len(system.positions)
+    found, N = dynamics.jacobian(), range(n)
+    results = {f"held_out_{k}_{i}": found.get((k, i), Integer(0)) for k in N for i in range(2 * n)}
+    body = writer.body("exact", dynamics.tape.program(results), _places(n), own=False)
+    return importing(HEADER + body + "\n\n\n" + function("held", ["    exact(w)"]) + "\n")
+
+
+def _places(n: int) -> dict[int, str]:
+    """Rows of d rate / d state, and the names of their entries."""
     shift = rows.N - n  # of the speeds' columns
-    stores = {rows.JACOBIAN + 2 * rows.N * k + i + shift * (i >= n): f"out_{k}_{i}" for k, i in entries}
-    return writer.body("slopes", tape.program(results), stores)
+    pairs = ((k, i) for k in range(n) for i in range(2 * n))
+    return {rows.JACOBIAN + 2 * rows.N * k + i + shift * (i >= n): f"out_{k}_{i}" for k, i in pairs}
 
 
 def _grip(dynamics: Dynamics) -> tuple[list[Expr], Expr]:
@@ -176,19 +201,6 @@ def _bias(dynamics: Dynamics) -> Expr:
     return dynamics.tape.derivative(contact.v_t, FLOW) + contact.drift
 
 
-def _fetch(n: int, j: int) -> list[str]:
-    """X and Y at stage j: increments of the positions, speeds."""
-    lines = []
-    for k in range(n):
-        z = [stage(rows.Z, s, k) for s in range(STAGES)]
-        moved = total(A[j], z)
-        lines.append(
-            f"{at(rows.X, k)} = {at(rows.H)} * ({float(NODES[j])!r} * {at(rows.SPEED, k)} + {moved})"
-        )
-        lines.append(f"{at(rows.Y, k)} = {at(rows.SPEED, k)} + {z[j]}")
-    return lines
-
-
 def _take(n: int, watched: list[int], j: int) -> list[str]:
     """Rates times h, and guards, of stage j."""
     lines = [f"{stage(rows.F, j, k)} = {at(rows.H)} * {at(rows.RATE, k)}" for k in range(n)]
@@ -198,9 +210,9 @@ def _take(n: int, watched: list[int], j: int) -> list[str]:
 
 def _functions(n: int, watched: list[int]) -> list[str]:
     """Functions that the loop calls: rates and slopes at the points of a step."""
-    N, rates = range(n), [*lanes(*_fetch(n, 0)), "    rate(w)"]
+    N, rates = range(n), [*lanes(*fetch(n, 0)), "    rate(w)"]
     for j in range(STAGES):
-        following = _fetch(n, (j + 1) % STAGES)
+        following = fetch(n, (j + 1) % STAGES)
         rates += lanes(*_take(n, watched, j), *following) + ["    rate(w)"] * (j < STAGES - 1)
     here = [f"{at(rows.X, k)} = 0.0" for k in N] + [f"{at(rows.Y, k)} = {at(rows.SPEED, k)}" for k in N]
     taken = [f"fresh = {at(rows.NEW)}"]
@@ -209,8 +221,8 @@ def _functions(n: int, watched: list[int]) -> list[str]:
     for g in watched:
         taken += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "fresh > 0.0")
     return [
-        function("jacobian", [*lanes(*_fetch(n, LATE)), "    slopes(w)"]),
+        function("jacobian", ["    slopes(w)"]),
         function("rates", rates),
-        function("finish", [*lanes(*_fetch(n, STAGES - 1)), "    rate(w)"]),
+        function("finish", [*lanes(*fetch(n, STAGES - 1)), "    rate(w)"]),
         function("base", [*lanes(*here), "    rate(w)", *lanes(*taken, f"{at(rows.NEW)} = 0.0")]),
     ]

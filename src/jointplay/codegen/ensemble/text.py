@@ -5,13 +5,30 @@ with a mask stands for a choice, since a finished lane's NaN would survive it.
 """
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 from ...numerics.ensemble import layout as rows
+from ...numerics.ensemble.radau import NODES, STAGES, A
 from .. import source
 from ..source import horner
 
 SIN = [1.0, -1 / 6, 1 / 120, -1 / 5040]  # to rounding at usual lengths, to 1e-11 at the longest turn
 COS = [1.0, -1 / 2, 1 / 24, -1 / 720, 1 / 40320]
+
+
+class Blocks(NamedTuple):
+    """Rows of an unknown's stages: increments, these in the eigenbasis, rates times h, the last step's."""
+
+    z: int
+    w: int
+    f: int
+    past: int
+
+
+STEP, TANGENT = (
+    Blocks(rows.Z, rows.W, rows.F, rows.PAST),
+    Blocks(rows.D_Z, rows.D_W, rows.D_F, rows.D_PAST),
+)
 
 
 def at(row: int, k: int = 0) -> str:
@@ -55,6 +72,21 @@ def rotation(s: str, c: str, k: int, d: str, phase: bool) -> list[str]:
         f"bs, bc = {at(rows.SINE, k)}, {at(rows.COSINE, k)}",
         f"{s}, {c} = bs * dc + bc * ds, bc * dc - bs * ds",
     ]
+
+
+def moved(j: int, k: int, speed: str, of: Blocks = STEP) -> str:
+    """Increment of position k at stage j, where its speed begins with `speed`."""
+    gained = total(A[j], (stage(of.z, s, k) for s in range(STAGES)))
+    return f"{at(rows.H)} * ({float(NODES[j])!r} * {speed} + {gained})"
+
+
+def fetch(n: int, j: int) -> list[str]:
+    """X and Y at stage j: increments of the positions, speeds."""
+    lines = []
+    for k in range(n):
+        lines.append(f"{at(rows.X, k)} = {moved(j, k, at(rows.SPEED, k))}")
+        lines.append(f"{at(rows.Y, k)} = {at(rows.SPEED, k)} + {stage(rows.Z, j, k)}")
+    return lines
 
 
 def function(name: str, lines: list[str]) -> str:

@@ -90,6 +90,7 @@ def _shorten(k, j, i, h, kind, smooth):
     k.whole[8 * rows.PHASE + i] = STEPPING
     w[8 * rows.LEFT + i] -= 1.0
     w[8 * rows.H_CONTROL + i], w[8 * rows.REJECTION + i], w[8 * rows.ODD + i] = h, 1.0, 1.0
+    w[8 * rows.WITHIN + i] = 0.0
     if not smooth:
         w[8 * rows.SMOOTH + i] = 0.0
     begin(k, i, h)
@@ -148,7 +149,9 @@ def _located(k, j, i):
     coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, k.b)
     later = correction(k.b, STAGES + 0 * g, least)
     there = abs(least - k.b[STAGES]) < ROUNDING * margin(w, i, g)
-    if abs(later) < NEAR_ROOT or there:
+    if w[8 * rows.STRAINED + i] > 0.0:  # the tangent's iteration does not converge
+        k.whole[8 * rows.TRIES + i] = REFINEMENTS
+    elif abs(later) < NEAR_ROOT or there:
         exact = later if abs(later) < NEAR_ROOT else 0.0
         earlier = 2.0
         if w[8 * rows.LOW + i] < 0.0:
@@ -182,8 +185,8 @@ def _accept(k, j, i, guard, later, looked):
         k.real[8 * rows.DELTA + i] = later
         if k.whole[8 * rows.PHASE + i] == STEPPING:
             k.real[8 * rows.LENGTH + i] = h
-        for at in range(i, 8 * rows.NUMBERS, 8):
-            k.stash[at] = w[at]
+        _copy(w, k.stash, i)
+        w[8 * rows.WITHIN + i] = 1.0
         _again(k, i, SECTION, max(place, 0.1 * AT_START) * h)
         return False
     if w[8 * rows.PASSES + i] > 0.0:
@@ -215,9 +218,16 @@ def _crossed(k, j, i):
 
 @inner
 def _bring_back(k, i):
-    """The step that a section was found in, as far as settling it needs it."""
+    """The step that a section was found in."""
+    _copy(k.stash, k.w, i)
+    k.w[8 * rows.WITHIN + i] = 0.0
+
+
+@inner
+def _copy(source, to, i):
+    """What settling a step needs of it."""
     for r in (rows.H, rows.ERROR, rows.WAS_JOINED, rows.PASSES):
-        k.w[8 * r + i] = k.stash[8 * r + i]
-    for first_row, end in ((rows.X, rows.JACOBIAN), (rows.Z, rows.W), (rows.WATCHES, rows.NUMBERS)):
+        to[8 * r + i] = source[8 * r + i]
+    for first_row, end in ((rows.X, rows.JACOBIAN), (rows.Z, rows.W), (rows.WATCHES, rows.STEP_END)):
         for at in range(8 * first_row + i, 8 * end, 8):
-            k.w[at] = k.stash[at]
+            to[at] = source[at]

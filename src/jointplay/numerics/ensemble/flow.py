@@ -5,16 +5,17 @@ events through numerics.modes, as those of one trajectory do.
 """
 
 import numpy as np
-from numba import int64, typeof
+from numba import int64, typeof, types
 
 from ..control import FULL, OK
-from ..interface import FUNCTIONS, entry, inlined
+from ..interface import entry, inlined
 from ..memory import lane_rows, trajectory
 from ..polynomial import STACK
-from . import CONTACTS
+from . import CONTACTS, tangent
 from . import layout as rows
 from .attempts import special
 from .lane import ends, enter, event, leave
+from .tangent import base_slopes, carry, jump, lay_down, renew, take_up
 
 ROOM = 8 * (3 * CONTACTS + 2)  # log rows that one pass may need: in each lane approaches, an event, a section
 
@@ -58,7 +59,7 @@ def lanes(
         w=lane_rows(size),
         whole=np.zeros(8 * rows.LANE_WHOLES, dtype=np.int64),
         real=np.zeros(8 * rows.LANE_REALS),
-        stash=lane_rows(rows.NUMBERS),
+        stash=lane_rows(rows.STEP_END),
         b=np.zeros(16),
         stack=np.zeros(STACK),
         s=x.s,
@@ -75,12 +76,14 @@ def lanes(
 
 
 @inlined
-def _refill(f, k, j):
+def _refill(f, k, j, y):
     """Fill free lanes with what waits; how many lanes run, and whether any is new."""
     running, new = 0, False
     for i in range(8):
         if k.whole[8 * rows.JOB + i] < 0 and j.place[rows.NEXT] < len(j.state):
             enter(f, k, j, i, j.place[rows.NEXT])
+            if y is not None:
+                take_up(k, j, y, i)
             j.place[rows.NEXT] += 1
             new = True
         if k.whole[8 * rows.JOB + i] >= 0:
@@ -101,24 +104,32 @@ def _attempt(g, w):
     g.judge(w)
 
 
-def run(f, g, k, j):
+def run(f, g, k, j, v, y):
     """Run until all trajectories are done (OK), or the log is full, or it is time for a pause (FULL).
 
-    Then empty the log, set the next pause and call again.
+    Then empty the log, set the next pause and call again. With tangents y, and functions v that carry them,
+    these go along (ensemble.tangent_flow); where both are None, nothing of that is compiled.
     """
     w, ended = k.w, True
     while True:
         if ended:
             ended = False
-            running, new = _refill(f, k, j)
+            running, new = _refill(f, k, j, y)
             if running == 0:
                 return OK
             if new:
                 g.prepare(w)
                 g.base(w)
+                if y is not None:
+                    base_slopes(g, v, w)
+                    _renew(k, y)
         if j.place[rows.LOGGED] + ROOM > len(j.log) or j.place[rows.PASSED_BY] >= j.place[rows.PAUSE]:
             return FULL
+        if y is not None and y.count[0] + tangent.ROOM > len(y.rows):
+            return FULL
         _attempt(g, w)
+        if y is not None:
+            carry(g, v, w)
         j.place[rows.PASSED_BY] += 1
         odd, events = 0, 0
         for i in range(8):
@@ -126,21 +137,39 @@ def run(f, g, k, j):
                 odd |= 1 << i
                 if special(k, j, i):
                     events |= 1 << i
+        if y is not None:
+            v.settle(w)
         g.settle(w)
-        if odd:
+        if events:
             for i in range(8):
-                if odd >> i & 1:
+                if events >> i & 1:
+                    event(f, k, j, i, v, y)
+            g.base(w)
+            if y is not None:
+                base_slopes(g, v, w)
+                for i in range(8):
                     if events >> i & 1:
-                        event(f, k, j, i)
-                    if ends(k, j, i):
-                        leave(k, j, i)
-                        ended = True
-            if events:
-                g.base(w)
+                        jump(k, y, i)
+        if y is not None:
+            _renew(k, y)
+        for i in range(8):
+            if odd >> i & 1 and ends(k, j, i):
+                if y is not None:
+                    lay_down(k, y, i)
+                leave(k, j, i)
+                ended = True
+
+
+@inlined
+def _renew(k, y):
+    """See to the tangents where something is due."""
+    for i in range(8):
+        if k.w[8 * rows.DUE + i] > 0.0 and k.whole[8 * rows.JOB + i] >= 0:
+            renew(k, y, i)
 
 
 _NONE = np.zeros(1, dtype=np.int64)
 JOBS = typeof(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
 _SIZES = dict.fromkeys(("positions", "speeds", "angles", "resets"), 1)
 LANES = typeof(lanes(1, 1, np.zeros(1), 0, _NONE, _SIZES))
-flow = entry(int64(FUNCTIONS, rows.FUNCTIONS, LANES, JOBS))(run)
+flow = entry(int64(rows.AT_POINT, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)

@@ -25,6 +25,7 @@ from . import layout as rows
 from .attempts import DONE, STEPPING, begin
 from .radau import STAGES
 from .record import note, record
+from .tangent import before_event
 
 
 @inner
@@ -175,7 +176,7 @@ def _jump(f, k, j, i, c):
 
 
 @inner
-def event(f, k, j, i):
+def event(f, k, j, i, v, y):
     """Change the mode of a lane at its base point; count events that crowd."""
     w, job, t = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.T + i]
     real, later = j.real[job], t - k.real[8 * rows.T_EVENT + i]
@@ -189,6 +190,8 @@ def event(f, k, j, i):
     _gather(f, k, i)
     for g in range(4 * len(k.flags)):
         k.fired[g] = int(w[8 * (rows.FIRED + g) + i])
+    if y is not None:
+        before_event(v, k, y, i)
     c, guard = k.whole[8 * rows.AT + i] // 4, k.whole[8 * rows.AT + i] % 4
     if c >= len(k.flags):
         kind = _jump(f, k, j, i, c)

@@ -11,8 +11,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import types, void
+from numba import int64, types, void
 
+from ..interface import SIGNATURES as ONE_BY_ONE
 from ..interface import vector
 from ..memory import Trajectory
 from . import CONTACTS, N
@@ -35,7 +36,7 @@ TOLERANCE, SIZE, SIZE_BEFORE, ERROR, ERROR_BEFORE, TURNED, LOW, CROSSED, _next =
 AHEAD, DIRECTION, STEPS, LEFT, SWIFT, _next = _blocks(_next, 5)
 # … what is so (1) or not (0): of an attempt's start, of its iteration, of its end, of what is done with it
 OFFSET, SMOOTH, NEW, VARIANT, MISSES, JOINED, WAS_JOINED, REJECTION, ODD, _next = _blocks(_next, 9)
-PASSES, CENTRE, PLAIN, WHOLE, TAKEN, KEEP, _next = _blocks(_next, 6)
+PASSES, CENTRE, PLAIN, WHOLE, TAKEN, KEEP, WITHIN, _next = _blocks(_next, 7)
 H_VARIANT, _next = _blocks(_next, 1, 2)  # lengths that served last in flight and in contact
 CLEARANCE_SQUARED, CONE, MEMORY, _next = _blocks(_next, 3, CONTACTS)  # the cone's margin over F_n; v_0
 MASK, _next = _blocks(_next, 1, 3 * CONTACTS)  # touch, slip, stick
@@ -48,9 +49,16 @@ INVERSE, _next = _blocks(_next, 1, N * N)  # of the real system
 PAIRS, _next = _blocks(_next, 1, 2 * 2 * N * N)  # of the complex ones
 Z, W, F, PAST, _next = _blocks(_next, 4, N * STAGES)  # stages of the speeds: increments, …
 WATCHES, _next = _blocks(_next, 1, GUARDS * STAGES)  # guards at the stages
+STEP_END = _next
+# Of tangents (numerics.ensemble.tangent): what is so of the iteration and of the base point; sizes, sums …
+ACTIVE, STRAINED, FOLLOWS, DUE, NEW_SLOPES, _next = _blocks(_next, 5)
+D_SIZE, D_RATIO, D_LENGTH, D_TOLERANCE, D_LIMIT, NEXT_ROW, TRACE, GAIN, _next = _blocks(_next, 8)
+D_POSITION, D_SPEED, WEIGHT_POSITION, WEIGHT, RATE_BEFORE, _next = _blocks(_next, 5, N)
+D_Z, D_W, D_F, D_PAST, _next = _blocks(_next, 4, N * STAGES)  # as those of the speeds
+SLOPES, _next = _blocks(_next, 1, (1 + STAGES) * 2 * N * N)  # d rate / d state: base, stages
 NUMBERS = _next  # parameters, and what follows from these alone
 
-CALL = void(vector)
+CALL, STAGE_CALL = void(vector), void(vector, int64)
 
 
 class Functions(NamedTuple):
@@ -68,8 +76,39 @@ class Functions(NamedTuple):
     settle: Callable
 
 
-SIGNATURES = dict.fromkeys(Functions._fields, CALL)
-FUNCTIONS = types.NamedTuple([types.FunctionType(CALL)] * len(SIGNATURES), Functions)
+class AtPoint(NamedTuple):
+    """Functions of a structure at one point, for events (codegen.module)."""
+
+    contacts: Callable
+    trig: Callable
+    reset: Callable
+
+
+class Variations(NamedTuple):
+    """Functions that carry a tangent: of its size, of the structure, and the gradient of its guards."""
+
+    start: Callable
+    point: Callable
+    keep: Callable
+    held: Callable
+    vary: Callable
+    improve: Callable
+    judge: Callable
+    settle: Callable
+    base: Callable
+    gradient: Callable
+
+
+SIGNATURES = dict.fromkeys(Functions._fields + Variations._fields, CALL)
+SIGNATURES |= {"point": STAGE_CALL, "keep": STAGE_CALL}
+SIGNATURES |= {name: ONE_BY_ONE[name] for name in (*AtPoint._fields, "gradient")}
+
+
+def _typed(kind):
+    return types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in kind._fields], kind)
+
+
+FUNCTIONS, AT_POINT, VARIATIONS = _typed(Functions), _typed(AtPoint), _typed(Variations)
 
 # Places in Jobs.real, of one trajectory each
 J_END, J_TOLERANCE, J_REST, J_NEAR, J_HOP, J_PLAY, J_H, J_SWIFT, J_LEVEL, J_PERIOD, J_FLOORS = range(11)

@@ -1,0 +1,121 @@
+"""A tangent beside each motion of an ensemble: growth, jumps and exponents against the flow of one motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay import catalog
+from jointplay.analysis.exponents.stretching import Stretch, grown, grown_together
+from jointplay.analysis.trajectory import Request
+from jointplay.mechanism.assemble import assemble
+
+CLEARANCES = np.geomspace(2.9e-5, 1e-4, 10)
+TIME, TRACE, VOLUME, RATE, TANGENT = 0, 1, 2, 4, 5  # columns of a row
+
+
+def model(clearance, friction=0.01, gear=3.0, **changes):
+    """The linkage, whose crank's angle is watched, as in analysis.sweeps.test_ensemble."""
+    changes |= {"clearance": float(clearance), "gear_ratio": gear, "friction": friction}
+    return assemble(catalog.chunmei2002(**changes), section="angle:crank")
+
+
+def asked(each, turns, rtol=1e-6, begin=0.0):
+    """One exponent over so many turns."""
+    return Stretch(Request(turns * each.period, rtol), 1, begin * each.period)
+
+
+def gains(run):
+    """What the columns of a run gain from its first row to its last."""
+    return run.rows[-1] - run.rows[0]
+
+
+@pytest.mark.parametrize(("friction", "gear", "turns"), [(0.01, 3.0, 2), (0.3, 3.0, 2), (0.3, 15.0, 0.5)])
+def test_tangents_are_those_of_one_motion(friction, gear, turns):
+    scenes = [model(e, friction, gear) for e in CLEARANCES]
+    found = grown_together(scenes, [asked(each, turns) for each in scenes])
+    errors, apart = [], []
+    for each, run in zip(scenes, found, strict=True):
+        truth, alone = (grown(each, asked(each, turns, rtol)) for rtol in (1e-12, 1e-6))
+        assert (run.status, run.way, truth.way) == (0, 1, 0)
+        assert run.rows[-1, TIME] == truth.rows[-1, TIME]
+        assert run.neutral
+        ours, theirs, true = gains(run), gains(alone), gains(truth)
+        assert run.rows[-1, RATE] == pytest.approx(truth.rows[-1, RATE], abs=1e-3)
+        assert ours[TRACE] == pytest.approx(true[TRACE], rel=1e-5)
+        errors.append(abs(ours[TANGENT] - true[TANGENT]))
+        apart.append(abs(theirs[TANGENT] - true[TANGENT]))
+        lost = np.isneginf([ours[VOLUME], true[VOLUME]])
+        assert lost[0] == lost[1], "both stick, or neither"
+        if not lost[0]:
+            doubt = 1e-3 + 3e-7 / truth.grazing  # the jump at a graze is the less certain, the closer that is
+            assert ours[VOLUME] == pytest.approx(true[VOLUME], abs=doubt)
+    assert np.median(errors) < max(1e-4, 5 * np.median(apart))
+    assert max(errors) < max(2e-2, 10 * max(apart))
+
+
+def test_an_exponent_is_that_of_one_motion_within_their_errors():
+    scenes = [model(e) for e in np.geomspace(2.9e-5, 2.9e-4, 6)]
+    requests = [asked(each, 70, begin=20) for each in scenes]
+    found, away = grown_together(scenes, requests), []
+    for each, request, run in zip(scenes, requests, found, strict=True):
+        ours, theirs = run.leading(1), grown(each, request).leading(1)
+        for name in ("section_exponent_per_turn", "lyapunov_exponent_per_turn"):
+            error = name.replace("exponent", "standard_error")
+            spread = np.hypot(ours[error][0], theirs[error][0])
+            away.append(abs(ours[name][0] - theirs[name][0]) / max(spread, 1e-3))
+        assert run.turn_period == pytest.approx(each.period, rel=0.1)
+    assert np.mean(away) < 1.5
+    assert max(away) < 4
+
+
+def test_the_exponent_of_a_periodic_motion_is_its_multiplier():
+    each = model(2.9e-5)
+    orbit = jp.periodic_orbit(catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0))
+    size = np.hypot(*orbit.floquet_multiplier.transpose("part", "multiplier").values).max()
+    (run,) = grown_together([each], [asked(each, 120, 1e-7, begin=60)])
+    found = run.leading(1)["section_exponent_per_turn"][0]
+    assert found == pytest.approx(np.log(size) / int(orbit.period), abs=1e-3)
+
+
+@pytest.fixture(scope="module")
+def company():
+    """Motions that fly, slip and stick, of different lengths and tolerances."""
+    rng = np.random.default_rng(3)
+    drawn = [(10 ** rng.uniform(-4.6, -3.5), rng.choice([0.01, 0.3]), rng.uniform(2, 15)) for _ in range(12)]
+    scenes = [model(*each) for each in drawn]
+    asks = [asked(s, rng.uniform(0.3, 1.2), 10 ** rng.uniform(-6, -4)) for s in scenes]
+    return scenes, asks, grown_together(scenes, asks)
+
+
+def same(a, b):
+    """Whether two runs are equal to the last bit."""
+    return a.rows.tobytes() == b.rows.tobytes() and (a.counts, a.grazing) == (b.counts, b.grazing)
+
+
+def test_order_does_not_matter(company):
+    scenes, asks, runs = company
+    assert all(run.way == 1 for run in runs)
+    order = np.random.default_rng(4).permutation(len(scenes))
+    shuffled = grown_together([scenes[n] for n in order], [asks[n] for n in order])
+    assert all(same(runs[n], other) for n, other in zip(order, shuffled, strict=True))
+
+
+def test_company_does_not_matter(company):
+    scenes, asks, runs = company
+    for n in range(0, len(scenes), 3):
+        assert same(grown_together([scenes[n]], [asks[n]])[0], runs[n])
+        assert same(grown_together([scenes[0], scenes[n]], [asks[0], asks[n]])[1], runs[n])
+
+
+def test_what_lanes_do_not_take_goes_one_by_one():
+    each = model(4e-5)
+    two = replace(asked(each, 0.5), count=2)
+    sharp = asked(each, 0.5, 1e-9)
+    kept, whole, sharper = grown_together([each] * 3, [asked(each, 0.5), two, sharp])
+    assert (kept.way, whole.way, sharper.way) == (1, 0, 0)
+    assert same(whole, grown(each, two))
+    assert whole.logs.stop - whole.logs.start == 3
