@@ -1,5 +1,7 @@
 """The solver in Node: the same motions as compiled, from the same text of equations and method."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 
@@ -164,18 +166,19 @@ def test_lengths_end_where_the_crank_can_no_longer_turn():
     given = {each["key"]: each for each in solver(SCENES["C"]()).data["parameters"]}
     joints = {joint.name: joint for joint in SCENES["C"]().joints}
     ground = float(np.hypot(*np.subtract(joints["O"].bearing.point, joints["C"].bearing.point)))
-    for name in ("crank", "coupler", "rocker"):
-        stored = given[f"length.{name}"]["value"]
-        for end in ("min", "max"):
-            share = given[f"length.{name}"][end] / stored
-            if share == pytest.approx(0.3) or share == pytest.approx(3.0):
-                continue  # what a slider is made for
-            last = stored + (given[f"length.{name}"][end] - stored) / WITHIN
-            crank, *others = (
-                last if k == name else given[f"length.{k}"]["value"] for k in ("crank", "coupler", "rocker")
-            )
-            sides = sorted([*others, ground])
-            assert crank + sides[2] == pytest.approx(sides[0] + sides[1], rel=2e-3), (name, end)
+    lengths = {name: given[f"length.{name}"]["value"] for name in ("crank", "coupler", "rocker")}
+
+    def beyond(name, length):
+        crank, *others = (lengths | {name: length}).values()
+        sides = sorted([*others, ground])
+        return (crank + sides[2]) / (sides[0] + sides[1])
+
+    for name, end in product(lengths, ("min", "max")):
+        last = given[f"length.{name}"][end]
+        assert beyond(name, last) < 1
+        if last / lengths[name] not in (pytest.approx(0.3), pytest.approx(3.0)):  # what a slider is made for
+            first = lengths[name] + (last - lengths[name]) / WITHIN
+            assert beyond(name, first) == pytest.approx(1, rel=2e-3)
 
 
 def test_a_text_is_translated_once_for_a_structure(monkeypatch):
