@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterator, Mapping
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, is_name, number, parse
+from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, is_name
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.mechanism.start_numbers import at_the_start, names_in, values
 
 if TYPE_CHECKING:
     from jointplay.mechanism.own import System
@@ -18,8 +15,6 @@ if TYPE_CHECKING:
 PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
 IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}  # names that parts give
 NAMED = "a name of letters a to z, digits and _ is accepted, a letter first"
-EVEN = 1e-9  # relative difference of rates a period apart, beyond which they do not repeat
-NUDGE = 1e-6
 MOST = 1000  # systems whose equations are remembered to be right
 _right: set[str] = set()
 
@@ -35,7 +30,7 @@ def problems(system: System) -> list[Problem]:
         if len(_right) == MOST:
             _right.clear()
         _right.add(equations)
-    return [*_values(system)] or [*_at_the_start(system)]
+    return [*values(system)] or [*at_the_start(system)]
 
 
 def _of_the_equations(system: System) -> list[Problem]:
@@ -45,11 +40,6 @@ def _of_the_equations(system: System) -> list[Problem]:
     for key, text, known in texts:
         found += _wrong_text(key, text, known)
     return found or [*_forced(system, texts), *_parts(system)]
-
-
-@lru_cache(maxsize=MOST)
-def _names_in(text: str) -> frozenset[str]:
-    return frozenset(parse(text).names)
 
 
 def _names(system: System) -> Iterator[Problem]:
@@ -125,7 +115,7 @@ def _texts(system: System) -> Iterator[tuple[str, str, Collection[str]]]:
 
 def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem]:
     try:
-        names = _names_in(text)
+        names = names_in(text)
     except InputError as error:
         yield from error.under(key).problems
         return
@@ -135,7 +125,7 @@ def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem
 
 def _forced(system: System, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
     """Whether what varies with time has a period, and the other way round."""
-    timed = [(key, text) for key, text, _ in texts if "t" in _names_in(text)]
+    timed = [(key, text) for key, text, _ in texts if "t" in names_in(text)]
     if timed and system.forcing is None:
         key, text = timed[0]
         yield Problem("forcing", NOTHING, f"the period is needed, since {key} depends on t ({text})")
@@ -158,7 +148,7 @@ def _parts(system: System) -> Iterator[Problem]:
     for i, each in enumerate(system.impacts):
         place = f"impacts[{i}]"
         yield from _fixed(f"{place}.gap", each.gap, positions, _of(positions))
-        if wrong := _names_in(each.gap) & {*speeds}:
+        if wrong := names_in(each.gap) & {*speeds}:
             accepted = f"a gap of positions alone is accepted ({', '.join(positions) or 'there is none'})"
             yield Problem(f"{place}.gap", each.gap, f"{accepted}, not of {', '.join(sorted(wrong))}")
         if (each.restitution is None) == (not each.jump):
@@ -189,7 +179,7 @@ def _of(positions: Collection[str]) -> str:
 
 
 def _fixed(key: str, text: str, moving: Collection[str], what: str) -> Iterator[Problem]:
-    if not _names_in(text) & {*moving}:
+    if not names_in(text) & {*moving}:
         yield Problem(key, text, f"an expression that depends on {what} is accepted: this one never changes")
 
 
@@ -197,110 +187,3 @@ def _unjumping(key: str, jump: Mapping[str, str], known: Collection[str], what: 
     for name in jump:
         if name not in known:
             yield unknown(join(key, name), name, name, known, what)
-
-
-def _values(system: System) -> Iterator[Problem]:
-    """Initial values and the period as numbers."""
-    texts = {f"states.{name}": text for name, text in system.states.items()}
-    texts |= {"forcing": system.forcing} if system.forcing is not None else {}
-    for key, text in texts.items():
-        try:
-            value = number(text, system.numbers)
-        except InputError as error:
-            yield from error.under(key).problems
-        else:
-            if key == "forcing" and value == 0:
-                yield Problem(key, text, "a period other than 0 is accepted")
-
-
-class _Here:
-    """Expressions as numbers at the initial state, with some of the names changed."""
-
-    def __init__(self, system: System) -> None:
-        names = [name for group in system.order for name in group]
-        self.system, self.names = system, dict(zip(names, system.initial, strict=True))
-        self.names |= {**system.numbers, "t": 0.0} | {each.name: 0.0 for each in system.switches}
-        for each in system.switches:
-            self.names[each.name] = float(self(each.on) > 0)
-
-    def __call__(self, text: str, **changed: float) -> float:
-        return number(text, self.names | changed)
-
-    def slopes(self, text: str, names: Collection[str]) -> np.ndarray:
-        """Slopes by names, from differences."""
-        up, down = ([self(text, **{n: self.names[n] + step}) for n in names] for step in (NUDGE, -NUDGE))
-        return (np.array(up) - down) / (2 * NUDGE)
-
-
-def _at_the_start(system: System) -> Iterator[Problem]:
-    """Numbers that are not finite at the start, a singular mass matrix, jumps that lead nowhere."""
-    try:
-        here = _Here(system)
-    except InputError as error:
-        yield from error.under("switches").problems
-        return
-    for name, text in system.rates.items():
-        try:
-            value = here(text)
-            later = here(text, t=system.period or 0.0)
-        except InputError as error:
-            yield from (
-                Problem(f"rates.{name}", p.given, f"at the initial state, {p.expected}")
-                for p in error.problems
-            )
-            continue
-        if not abs(later - value) <= EVEN * max(1.0, abs(value)):
-            accepted = f"a rate that repeats after the period {system.period:g} is accepted"
-            yield Problem(f"rates.{name}", text, f"{accepted}: it is {value:g} at t = 0, and {later:g} then")
-    try:
-        yield from _singular(system, here)
-        for i, each in enumerate(system.impacts):
-            yield from _restitution(f"impacts[{i}].restitution", each.restitution, here)
-        for i, each in enumerate(system.jumps):
-            yield from _comes_back(f"jumps[{i}]", each, here)
-    except InputError:
-        return  # it has no number at the start alone
-
-
-def _singular(system: System, here: _Here) -> Iterator[Problem]:
-    if not system.mass:
-        return
-    given = system.structure()
-    matrix = np.zeros((len(given.speeds),) * 2)
-    for i, j, text in given.mass:
-        matrix[i, j] = matrix[j, i] = here(text)
-    values = np.linalg.eigvalsh(matrix)
-    if not values[0] > 1e-12 * max(abs(values[-1]), 1e-300):
-        yield Problem(
-            "mass",
-            system.mass,
-            f"a positive definite matrix is accepted; its least eigenvalue is {values[0]:.3g}",
-        )
-
-
-def _restitution(key: str, text: str | None, here: _Here) -> Iterator[Problem]:
-    if text is not None and not 0 <= (value := here(text)) <= 1:
-        yield Problem(key, text, f"a restitution of 0 to 1 is accepted, not {value:g}")
-
-
-def _comes_back(place: str, each: Any, here: _Here) -> Iterator[Problem]:
-    """Problem of a jump that ends on its guard or beyond, from where the guard is zero near the start."""
-    states = [name for group in here.system.order for name in group if name in _names_in(each.guard)]
-    at = {name: here.names[name] for name in states}
-    for _ in range(50):  # Newton's method, down the guard's slope
-        value = here(each.guard, **at)
-        point = _Here.__new__(_Here)
-        point.system, point.names = here.system, here.names | at
-        slopes = point.slopes(each.guard, states)
-        if not slopes.any() or abs(value) < 1e-12:
-            break
-        at = {n: x - value * s / (slopes @ slopes) for (n, x), s in zip(at.items(), slopes, strict=True)}
-    if not states or not abs(value) < 1e-9:
-        return
-    new = {name: here(text, **at) for name, text in each.jump.items()}
-    after = here(each.guard, **at | new)
-    if not after > 1e-9 * max(1.0, *map(abs, at.values())) and math.isfinite(after):
-        accepted = "a jump to where the guard is above zero is accepted"
-        yield Problem(
-            f"{place}.jump", dict(each.jump), f"{accepted}: from {at} the guard is {after:.3g} after it"
-        )

@@ -8,12 +8,10 @@ import numpy as np
 
 from jointplay import catalog
 from jointplay.analysis.ensemble_runs import follow_ensemble
-from jointplay.analysis.exponents.stretching import Stretch, grown, grown_together
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.mechanism.assemble import assemble
 
 TRAJECTORIES, AGAIN = 64, 7
-MEASURED = 60  # turns over which exponents are measured
 LOADS = {  # gear ratio, least and largest clearance, friction, turns
     "B": (3.0, 2.9e-5, 6e-5, 0.01, 10),
     "B to C": (3.0, 2.9e-5, 2.9e-4, 0.01, 10),
@@ -40,27 +38,6 @@ class Ensemble:
 
     def track_turn(self, found, load, rtol, quantity):
         return float(f"{found[load, rtol][quantity]:.3g}")
-
-
-class Exponents:
-    """One exponent of each motion, together against one by one: CPU time, alternating, medians."""
-
-    params = (list(LOADS), [1e-5, 1e-7])
-    param_names = ("load", "rtol")
-    unit = "times as fast"
-    timeout = 1800
-
-    def track_exponents(self, load, rtol):
-        scenes = _scenes(*LOADS[load][:4])
-        asked = [Stretch(Request(MEASURED * each.period, rtol), 1, 0.0) for each in scenes]
-        grown_together(scenes[:1], asked[:1])
-        pairs = list(zip(scenes, asked, strict=True))[::8]
-        grown(*pairs[0])
-        gains = []
-        for _ in range(AGAIN):
-            alone = _seconds(lambda: [grown(*pair) for pair in pairs])
-            gains.append(8 * alone / _seconds(lambda: grown_together(scenes, asked)))
-        return float(f"{median(gains):.3g}")
 
 
 def compared(load, rtol):
