@@ -123,7 +123,7 @@ def test_the_whole_does_not_depend_on_the_order_of_the_answers(tmp_path):
 
 def test_answers_are_not_held_while_they_are_put_together():
     record, arrays, alive = loaded(STUDY, "vary.gap={start=1.0, stop=3.0, num=60}").record, [], []
-    keys = [cell.key for cell in first_work(record).jobs]
+    keys = [key for job in first_work(record).jobs for key in job.keys]
 
     def read():
         for key in keys:
@@ -139,7 +139,7 @@ def test_answers_are_not_held_while_they_are_put_together():
 
 def test_a_number_beside_the_dimensions_is_the_wholes_only_where_all_cells_have_it():
     record = loaded(STUDY).record
-    keys = [cell.key for cell in first_work(record).jobs]
+    keys = [key for job in first_work(record).jobs for key in job.keys]
     told = [answer().assign_coords(own=float(i), shared=1.0) for i in range(len(keys))]
 
     def read():

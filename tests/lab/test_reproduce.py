@@ -33,7 +33,7 @@ def graded():
         "flag_values": np.arange(4, dtype=np.int8),
         "flag_meanings": "undecidable not partly reproduced",
     }
-    ok = {"flag_values": np.arange(9, dtype=np.int8), "flag_meanings": FLAGS}
+    ok = {"flag_values": np.arange(len(FLAGS.split()), dtype=np.int8), "flag_meanings": FLAGS}
     data = {
         "grade": ("claim", np.array([2, 3], np.int8), grades),
         "evidence": ("claim", ["ratio 1.29 to 4.6 (16 of 18 above 1); " * 6, "period 1"]),
@@ -260,7 +260,7 @@ def test_the_table_of_readings():
 
 
 def test_failed_cells_are_named():
-    ok = {"flag_values": np.arange(9, dtype=np.int8), "flag_meanings": FLAGS}
+    ok = {"flag_values": np.arange(len(FLAGS.split()), dtype=np.int8), "flag_meanings": FLAGS}
     cells = np.zeros((2, 6), np.int8)
     data = {"status": ((), np.int8(2), ok), "cell_status": (("panel", "reading"), cells, ok)}
     found = xr.Dataset(data, {"panel": ["a", "b"], "reading": list("uvwxyz")})

@@ -213,7 +213,7 @@ section = { kind = "contact", joint = "G_upper_front" }
 
 def result(status=0):
     """A dataset such as an analysis gives, with next to nothing in it."""
-    meanings = {"flag_values": np.arange(9, dtype=np.int8), "flag_meanings": STATUS}
+    meanings = {"flag_values": np.arange(len(STATUS.split()), dtype=np.int8), "flag_meanings": STATUS}
     force = ("time", np.linspace(0, 1, 11), {"units": "N", "long_name": "normal force"})
     time = ("time", np.linspace(0, 0.1, 11), {"units": "s", "long_name": "time"})
     variables = {"normal_force": force, "status": ((), np.int8(status), meanings)}

@@ -228,7 +228,7 @@ def _real(model: Model, request: Request, form: Form) -> list[float]:
     squares = guard_tolerances.clearances_squared(model, contacts)
     times = [float(request.duration), request.rtol, rest, 1e-7 * model.period]
     times += [guard_tolerances.rebound(model, request.rtol), play, 1e-5 * model.period, swift]
-    own = np.column_stack([guard_tolerances.cones(model), gap, force, squares])
+    own = np.column_stack([guard_tolerances.cones(model)[:contacts], gap, force, squares])
     walls = np.tile([0.0, play, 0.0, np.inf], (form.jumps, 1))
     return [*times, request.level, request.period, *form.floors(model, request), *own.ravel(), *walls.ravel()]
 

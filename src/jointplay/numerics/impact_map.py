@@ -54,7 +54,9 @@ def plastic(k, wall):
 def _column(y, c, n_q, n):
     """Place in y.D of a column's first speed, and the way from one speed to the next."""
     width = 1 + n_q + n
-    return (c, width) if c < width else (n * width + (c - width) * (width - 1) + n_q, 1)
+    if c < width:
+        return c, width
+    return n * width + (c - width) * (width - 1) + n_q, 1
 
 
 @inner

@@ -97,7 +97,8 @@ def _aim(f, i, k, x):
     wall, walls = int(q[WALL + i]), len(x.modes) - len(x.flags)
     members, has = int(q[MEMBERS]), rough(x, wall)
     at = 6 * (first + walls + wall)
-    q[FRICTION + i], r = (k.contact[at], k.contact[at + 1]) if has else (0.0, 0.0)
+    q[FRICTION + i] = k.contact[at] if has else 0.0
+    r = k.contact[at + 1] if has else 0.0
     closing = q[BEFORE + 2 * i] < 0.0 and x.modes[first + wall] == FREE
     if closing and not has:
         f.reset(wall, x.s, x.p)

@@ -25,10 +25,10 @@ def test_only_where_that_is_accepted_one_side_is_enough():
 
 @pytest.mark.parametrize("sides", SIDES)
 def test_every_side_has_the_sixth_order(sides):
-    from jointplay.analysis.gradients.directions import _slope
+    from jointplay.analysis.gradients.directions import slope
 
     errors = [
-        abs(_slope(lambda x: np.array([math.exp(x)]), 0.0, h, np.ones(1), (sides,))[0] - 1)
+        abs(slope(lambda x: np.array([math.exp(x)]), 0.0, h, np.ones(1), (sides,))[0] - 1)
         for h in (0.1, 0.05)
     ]
     assert math.log2(errors[0] / errors[1]) == pytest.approx(6, abs=0.5)
