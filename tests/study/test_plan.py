@@ -100,7 +100,7 @@ def test_looking_at_many_values_takes_so_many_looks(monkeypatch):
     assert len(made) == 1000
     assert len(compared) < 100
     assert len({key for job in first_work(record).jobs for key in job.keys}) == 500
-    assert len(made) == 1500
+    assert len(made) == 1501  # the one more tells whether its structure goes in lanes
 
 
 @pytest.mark.parametrize("kind", ["claims", "readings", "scheme_comparison"])

@@ -33,6 +33,9 @@ direction = "reset"
 initial = [0.05, 0.7]
 keep = 1
 refine = 2
+
+[integrator]
+ensemble = false
 """
 
 

@@ -131,7 +131,8 @@ def _explicit(f, g, k, x, o, y, ways):
 @inner
 def _implicit(q, y, c, right, ways, columns, members, n_q, n):
     """Add to column c of y.D what the impulses change."""
-    rows, (at, step) = 0, _column(y, c, n_q, n)
+    rows = 0
+    at, step = _column(y, c, n_q, n)
     n_unknown = equations(q, members)
     for a in range(2 * members):
         if unknown(q, a):
