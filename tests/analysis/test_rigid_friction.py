@@ -50,6 +50,7 @@ def run(model, duration, count=11):
     return found.samples[:, 1:7], events, {name: each[1] for name, each in words.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("slope", "sense"), [(0.1, 1), (-0.1, 1), (-0.1, -1)])
 def test_a_block_slides_to_rest(slope, sense):
     """When it stops, where, and what it is held with; loads and friction add up at once."""
@@ -70,6 +71,7 @@ def test_a_block_slides_to_rest(slope, sense):
     assert np.abs(found["energy_residual"]).max() < 1e-12
 
 
+@pytest.mark.long
 def test_a_steep_block_does_not_stop():
     states, events, found = run(placed(rough(0.5), y_0=-PLAY), 0.01)
     pull = G * (math.sin(0.5) - F * math.cos(0.5))
@@ -78,6 +80,7 @@ def test_a_steep_block_does_not_stop():
     assert "stick_onset" not in {kind for kind, _, _ in events}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("speed", [0.2, -0.2, 0.1, -0.1])
 def test_a_block_lands_flat_and_obliquely(speed):
     """Two corners at once: f (1 + r) |v_n|, some 0.15 m/s, is the most that friction takes of its slide."""
@@ -101,6 +104,7 @@ def shape(theta, front, side):
 INVERSE = np.diag([1 / INERTIA, 1 / MASS, 1 / MASS])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("slide", "mode"), [(0.5, 1), (-0.5, -1), (0.05, 0)])
 def test_one_corner_hits(slide, mode):
     """Its impulses from two equations by hand: slip one way or the other, or no sliding after."""
@@ -168,6 +172,7 @@ def test_time_stepping_moves_alike(restitution, duration):
     assert errors[1] < 0.6 * errors[0] or errors[1] < 1e-4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("start", "restitution", "duration", "kinds"),
     [

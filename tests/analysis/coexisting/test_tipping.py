@@ -84,6 +84,7 @@ def test_an_impulse_on_a_point_does_the_work_of_its_mean_velocity(name):
     assert back.state == pytest.approx(model.state, rel=1e-9)
 
 
+@pytest.mark.long
 def test_impulses_that_cannot_be_are_refused_all_at_once():
     wrong = [{"name": "a", "on": {"link": "rod"}}, {"name": "a", "on": {"link": "rocker"}}]
     with pytest.raises(InputError) as caught:
@@ -206,6 +207,7 @@ def test_the_edge_state_is_the_saddle_orbit_between_the_wells(wells):
     assert product == pytest.approx(math.exp(-DAMPING * math.tau), rel=1e-8)
 
 
+@pytest.mark.long
 def test_the_edge_state_of_what_nothing_forces_is_its_saddle():
     """x'' + c x' = x - x^3: at 0 the exponents are -c/2 + sqrt(1 + c^2/4) and the same with -."""
     rates = {"x": "v", "v": "x - x**3 - c*v"}

@@ -22,6 +22,7 @@ def found_curve(found, kind="grazing", event=None):
     return words.isel(curve=number, point=slice(0, int(found["n_points"][number])))
 
 
+@pytest.mark.long
 def test_the_gears_lose_contact():
     """Steady oscillation on one flank loses contact where its amplitude is the mean deflection."""
     zeta, load = 0.05, 0.1

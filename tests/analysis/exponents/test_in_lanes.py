@@ -33,6 +33,7 @@ def gains(run):
     return run.rows[-1] - run.rows[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("friction", "gear", "turns"), [(0.01, 3.0, 2), (0.3, 3.0, 2), (0.3, 15.0, 0.5)])
 def test_tangents_are_those_of_one_motion(friction, gear, turns):
     scenes = [model(e, friction, gear) for e in CLEARANCES]
@@ -57,6 +58,7 @@ def test_tangents_are_those_of_one_motion(friction, gear, turns):
     assert max(errors) < max(2e-2, 10 * max(apart))
 
 
+@pytest.mark.long
 def test_an_exponent_is_that_of_one_motion_within_their_errors():
     scenes = [model(e) for e in np.geomspace(2.9e-5, 2.9e-4, 6)]
     requests = [asked(each, 70, begin=20) for each in scenes]
@@ -72,6 +74,7 @@ def test_an_exponent_is_that_of_one_motion_within_their_errors():
     assert max(away) < 4
 
 
+@pytest.mark.long
 def test_the_exponent_of_a_periodic_motion_is_its_multiplier():
     each = model(2.9e-5)
     orbit = jp.periodic_orbit(catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0))
@@ -96,6 +99,7 @@ def same(a, b):
     return a.rows.tobytes() == b.rows.tobytes() and (a.counts, a.grazing) == (b.counts, b.grazing)
 
 
+@pytest.mark.long
 def test_order_does_not_matter(company):
     scenes, asks, runs = company
     assert all(run.way == 1 for run in runs)
@@ -104,6 +108,7 @@ def test_order_does_not_matter(company):
     assert all(same(runs[n], other) for n, other in zip(order, shuffled, strict=True))
 
 
+@pytest.mark.long
 def test_company_does_not_matter(company):
     scenes, asks, runs = company
     for n in range(0, len(scenes), 3):

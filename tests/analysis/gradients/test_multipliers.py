@@ -80,6 +80,7 @@ LIMIT_CYCLE = {  # r' = r (mu - r^2), angle' = w + b r^2
 PLANE = jp.Plane(quantity="y", value=0.0)
 
 
+@pytest.mark.long
 def test_a_limit_cycle_on_a_plane():
     """Radius sqrt(mu), period 2 pi/(w + b mu), multiplier exp(-2 mu T), where y = 0 rises."""
     of = ["end:state:x", "time", "multiplier:1", "exponent:1"]
