@@ -157,6 +157,7 @@ FALLING = {"theta_block": 0.002, "y_0": -3e-5, "w_block": 0.1, "vx_0": 0.08, "vy
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3600)
 @pytest.mark.parametrize(("restitution", "duration"), [(0.0, 0.02), (0.5, 0.006)])
 def test_time_stepping_moves_alike(restitution, duration):
     """Impacts, slip, sticking, landing: Moreau's scheme comes nearer as its step shrinks."""
