@@ -83,6 +83,7 @@ def bifurcation(
     for number, ax in enumerate(axes):
         mark(ax, marked, frame.x, named=number == 0)
     sweep_axes.parameter_axis(axes[-1], part[name])
+    artists.letter(axes)
     return artists.finish(figure, dataset)
 
 
