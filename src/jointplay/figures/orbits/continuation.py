@@ -17,7 +17,12 @@ from jointplay.figures.drawing import artists, hermite, select, style, sweep_axe
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
 
-COLOURS = (style.BLUE, style.WARNING, "#2f9e44", style.AMBER)  # of branches, by their period; told in grey too
+COLOURS = (
+    style.BLUE,
+    style.WARNING,
+    "#2f9e44",
+    style.AMBER,
+)  # of branches, by period
 STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}
 MARKS = {  # kind of special point: marker, name
     "fold": ("s", "fold"),
