@@ -37,7 +37,7 @@ def outward(limit, edges):
     for edge in edges:
         coarse = coarse[np.abs(np.log(coarse / edge)) > CELLS * FINE * STEP]
     ratios = np.concatenate([coarse, *(edge * fine for edge in edges)])
-    ratios = np.sort(np.append(ratios[(ratios > 1) == (limit > 1)], 1.0))
+    ratios = np.unique(np.append(ratios[(ratios > 1) == (limit > 1)], 1.0))  # edges of two kinds may be one
     return ratios if limit > 1 else ratios[::-1]
 
 
