@@ -52,6 +52,7 @@ USUAL = (
 )
 ONCE_A_TURN = CrankAngle()
 TURNS, TRANSIENT, LYAPUNOV_TURNS, KEEP = 300, 100, 200, 100
+SCATTER = 200  # relative tolerances within which section points of a periodic motion lie, or less
 CONTRAST = 0.5  # per turn: a map of it shows less as one colour
 
 
@@ -188,6 +189,7 @@ def bifurcation(
     tolerance : float
         Spread of section points that count as one: of journals, as a fraction of the clearance; of a linkage
         without clearance, in radians (longest links) and nominal speeds; of a test system, in its own units.
+        No less than 200 `rtol` is used: so far do points of one motion scatter.
     keep : int
         Section points stored of each point: the last ones.
     rtol : float
@@ -261,6 +263,7 @@ def planned(
 ) -> Sweep:
     """Plan the motions to follow, from checked keywords of `bifurcation`."""
     varied, begun = largest(mechanism, over), (initial,) if starts is None else starts
+    settings["tolerance"] = max(settings["tolerance"], SCATTER * settings["rtol"])
     plan = Plan(record=names(record, varied), turns=turns, keep=min(keep, turns), **settings)
     return Sweep(mechanism, checked_axes(mechanism, over), direction, begun, plan)
 
