@@ -83,6 +83,21 @@ def periods(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     yield "separations", f"{float(result.separations.sum()):.0f}"
 
 
+def diagram(result: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Up to where every start has period 1, from where on chaos is met, and its share beyond 150 µm."""
+    cells = result.sel(direction="reset").squeeze(drop=True).transpose("clearance", ...)
+    clearance, exponent = cells.clearance.values * MICRO, cells.section_exponent_per_turn
+    chaotic = ((exponent > 3 * cells.section_standard_error_per_turn) & (cells.period == 0)).values
+    yield "values", str(len(clearance))
+    yield "once_to", f"{clearance[np.argmax((cells.period.values != 1).any(axis=1)) - 1]:.1f} µm"
+    yield "chaos_from", f"{clearance[np.argmax(chaotic.any(axis=1))]:.1f} µm"
+    yield "chaotic_share", f"{100 * chaotic[clearance > 150].mean():.0f} %"
+    periods = np.unique(cells.period.values[clearance <= 150])
+    yield "periods_below", ", ".join(str(p) for p in periods if p > 0)
+    differ = (cells.period.values[:, 0] != cells.period.values[:, 1]).mean()
+    yield "starts_differ", f"{100 * differ:.0f} %"
+
+
 def doublings(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Clearances at which the branches double their periods, in the order of the parameter."""
     kinds = result.special_kind.attrs["flag_meanings"].split()
@@ -185,6 +200,7 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
     "periodic_orbit_12a": orbit,
     "periodic_orbit_12b": orbit,
     "map_clearance_gear_ratio": parameter_map,
+    "bifurcation_clearance": diagram,
     "bifurcation_clearance_slow": periods,
     "continuation_linkage": doublings,
     "bifurcation_period_doubling": doubled,

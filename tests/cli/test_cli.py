@@ -1,6 +1,7 @@
 """The command line: what it writes, what it says, and its exit codes."""
 
 import re
+import shutil
 import subprocess
 import sys
 import time
@@ -173,6 +174,21 @@ def test_check_and_list_and_schema(study, calls, tmp_path, capsys):
     assert re.search(r"small\.toml +response +done +A test", small)
     assert cli.main(["schema"]) == 0
     assert '"$schema"' in capsys.readouterr().out
+
+
+def test_studies_are_listed_where_they_are(study, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pyproject.toml").write_text("[project]\n")
+    (tmp_path / "inside").mkdir()
+    shutil.copy(study, tmp_path / "inside" / "other.toml")
+    assert cli.main(["list"]) == 0
+    assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["small.toml"]
+    (tmp_path / "studies").mkdir()
+    assert cli.main(["list"]) == 2
+    assert "jointplay new" in capsys.readouterr().err
+    shutil.copy(study, tmp_path / "studies")
+    assert cli.main(["list"]) == 0
+    assert capsys.readouterr().out.startswith(str(Path("studies") / "small.toml"))
 
 
 def test_the_program_refuses_wrong_input_without_a_traceback(tmp_path):

@@ -8,6 +8,7 @@ import tomllib
 from importlib import import_module
 
 import pytest
+from PIL import Image
 
 from jointplay import cli
 from jointplay.cli.parser import build_parser
@@ -118,6 +119,17 @@ def test_every_kind_has_a_page_with_a_picture_and_a_study():
         text = pages[f"kind_{kind}.md"]
         assert "![" in text, f"no picture of a shipped study of kind {kind}: put one into docs/images"
         assert f'kind = "{kind}"' in text
+
+
+@pytest.mark.parametrize("folder", ["docs/images", "results/paper"])
+def test_pictures_are_in_full_colour(folder):
+    """A reduced palette merges colours that a map tells apart."""
+    modes = {}
+    for path in sorted((ROOT / folder).glob("*.png")):
+        with Image.open(path) as picture:
+            modes[path.name] = picture.mode
+    assert len(modes) > 20
+    assert {name: mode for name, mode in modes.items() if mode not in ("RGB", "RGBA")} == {}
 
 
 def test_examples_of_generated_pages_validate():

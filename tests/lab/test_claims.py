@@ -264,7 +264,7 @@ def test_a_chaotic_and_a_periodic_panel():
     of_panel(data, "a", separations=0.0)
     of_panel(data, "b", motion=2, period=0, growth=1.0, distance=0.3)
     assert graded("chaos", data)[0] == "reproduced"
-    found = "b chaotic: 1 losses of contact per turn, period none, growth per turn 1"
+    found = "b chaotic: losses of contact per turn 1, period none, growth per turn 1"
     assert found in graded("chaos", data)[1]
     of_panel(data, "a", separations=2.0)  # periodic although it loses contact
     assert graded("chaos", data)[0] == "partly"

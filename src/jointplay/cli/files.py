@@ -11,6 +11,8 @@ from jointplay.errors import InputError, Problem
 from jointplay.kinds import KINDS
 from jointplay.terminal import one_line
 
+STUDIES, UNKNOWN = "studies", "?"
+
 
 @verb(
     "new",
@@ -39,17 +41,25 @@ def check_study(arguments: Namespace) -> int:
 
 @verb(
     "list",
-    option("folder", nargs="?", default="studies", metavar="DIR"),
+    option("folder", nargs="?", metavar="DIR", help="default: studies, or this folder where that is missing"),
     folder("results", "where results are"),
     example="studies",
 )
 def list_studies(arguments: Namespace) -> int:
     """List the study files of a folder, and which of them have a result."""
-    folder, out = Path(arguments.folder), Path(arguments.out)
+    here = arguments.folder is None and not os.path.isdir(STUDIES)  # where other files of the name are too
+    folder, out = Path("." if here else arguments.folder or STUDIES), Path(arguments.out)
     if not os.path.isdir(folder):
-        expected = "a folder with study files; there is no such folder"
-        raise InputError([Problem("folder", str(folder), expected)])
-    rows = [_row(path, out, path.parent.relative_to(folder)) for path in sorted(folder.rglob("*.toml"))]
+        raise InputError(
+            [Problem("folder", str(folder), "a folder with study files; there is no such folder")]
+        )
+    paths = sorted(folder.glob("*.toml") if here else folder.rglob("*.toml"))
+    rows = [_row(path, out, path.parent.relative_to(folder)) for path in paths]
+    rows = [row for row in rows if not here or row[1] != UNKNOWN or row[3]]
+    if not rows:
+        raise InputError(
+            [Problem("folder", str(folder), "a folder with study files; `jointplay new` writes one")]
+        )
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
@@ -63,10 +73,12 @@ def _row(path: Path, out: Path, inside: Path) -> tuple[str, str, str, str]:
     try:
         table = parse(read_text(path))
     except InputError:
-        return str(path), "?", "", "not a readable study file: see `jointplay check`"
+        return str(path), UNKNOWN, "", "not a readable study file: see `jointplay check`"
     name = str(table.get("name", path.stem))
     results = [at for folder in (out, out / inside) if os.path.isfile(at := folder / f"{name}.nc")]
-    kind, title = (one_line(str(table.get(key, default))) for key, default in (("kind", "?"), ("title", "")))
+    kind, title = (
+        one_line(str(table.get(key, default))) for key, default in (("kind", UNKNOWN), ("title", ""))
+    )
     return str(path), kind, _state(path, results[0]) if results else "", title
 
 

@@ -130,9 +130,10 @@ class Link(Record):
         Mass, kg.
     centre : float, optional
         Distance of the mass centre from the origin along the link, m; half the length if left out.
-    inertia_centre, inertia : float
-        Moment of inertia about the mass centre, or about the origin, kg m²: one of the two. About the origin
-        it is greater than mass × centre², so that the moment about the mass centre is positive.
+    inertia_centre : float, optional
+        Moment of inertia about the mass centre, kg m²; this or ``inertia`` is needed.
+    inertia : float, optional
+        Moment of inertia about the origin, kg m², greater than mass × centre²; this or ``inertia_centre``.
     masses : tuple of PointMass
         Point masses that the link carries beside its own mass; `total` is the link with them.
     elastic : bool

@@ -60,7 +60,7 @@ def test_special_points_are_where_they_are_stored():
         assert x == pytest.approx(1e6 * float(data.clearance[branch, point]))
         stored = data.eccentricity_ratio[branch, point, :, 0].values
         np.testing.assert_allclose(y, stored[np.isfinite(stored)])
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
+    words = [text.get_text() for text in ax.figure.legends[0].get_texts()]
     assert words == ["period 1", "period 2", "stable", "unstable", "fold", "period doubling", "grazing"]
 
 

@@ -18,7 +18,8 @@ def test_a_parabola_is_drawn_between_its_points_too():
     assert x == pytest.approx(10 * (3 - (y - 3) ** 2), abs=1e-9)  # a cubic is exact on it
     assert ax.lines[1].get_xdata() == pytest.approx(30.0)
     assert ax.get_xlabel() == "Radial clearance (\N{MICRO SIGN}m)"
-    assert [text.get_text() for text in ax.texts] == ["fold doubling"]
+    named = {handle.get_label(): handle.get_marker() for handle in ax.figure.legends[0].legend_handles}
+    assert named["fold doubling"] == "o"
 
 
 def test_a_cusp_has_no_loop():

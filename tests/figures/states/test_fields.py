@@ -11,7 +11,7 @@ from jointplay.figures.states.basins import COLOURS
 from jointplay.figures.sweeps.parameter_map import SIGNS
 from tests.figures.support.synthetic import STATUS, flag_words
 
-X = {"units": "1", "long_name": "journal x over clearance"}
+X = {"units": "1", "long_name": "journal centre over clearance, x"}
 Y = {"units": "rad", "long_name": "crank angle"}
 
 
@@ -114,7 +114,7 @@ def test_a_field_has_its_first_coordinate_along_x():
         drawn.compressed(), data.finite_time_exponent_per_turn.values.T[~drawn.mask]
     )
     ax, bar = figure.axes
-    assert ax.get_xlabel().startswith("Journal x over clearance")
+    assert ax.get_xlabel().startswith("Journal centre over clearance, x")
     assert ax.get_ylabel() == "Crank angle (deg)"
     assert ax.get_ylim()[1] == pytest.approx(np.degrees(2.5))
     assert bar.get_ylabel() == "Exponent per turn, over 3 turns"

@@ -85,7 +85,7 @@ def test_points_are_those_stored_in_friendly_units_on_a_logarithmic_axis():
     assert down.get_color() != up.get_color()
     assert down.get_markersize() > up.get_markersize()
     assert ax.get_xscale() == "log"
-    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["downward", "upward"]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["upward", "downward"]
     assert "µm" in ax.get_ylabel()
 
 

@@ -29,8 +29,8 @@ from jointplay.mechanism.records import ConstantSpeed, CrankAngle, Mechanism, Te
 
 CRANK = {"crank_angle": ("rad", "crank angle"), "crank_speed": ("rad s-1", "crank speed")}
 JOURNAL = {
-    "journal_x": ("1", "journal x over clearance"),
-    "journal_y": ("1", "journal y over clearance"),
+    "journal_x": ("1", "journal centre over clearance, x"),
+    "journal_y": ("1", "journal centre over clearance, y"),
     "journal_velocity_x": ("m s-1", "journal velocity x"),
     "journal_velocity_y": ("m s-1", "journal velocity y"),
 }

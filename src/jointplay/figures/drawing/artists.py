@@ -214,6 +214,14 @@ def heading(ax: Axes, *words: str, beside_top_axis: bool = False) -> None:
     ax.set_title(fill(" ".join(filter(None, words)), NARROW), loc="left", **place)
 
 
+def letter(axes: Iterable[Axes]) -> None:
+    """Write a letter before the headings of panels, where there are several."""
+    panels = list(axes)
+    for ax, one in zip(panels, "abcdefghijklmnopqrstuvwxyz", strict=False):
+        if len(panels) > 1:
+            heading(ax, f"({one})", ax.get_title(loc="left"))
+
+
 def say(ax: Axes, sentence: str, colour: str = style.WARNING) -> None:
     """Write a sentence in a panel that has nothing to draw: a warning, or an answer in black."""
     look = {"ha": "center", "va": "center", "color": colour}

@@ -65,15 +65,17 @@ def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
     ways, found = select.labels(dataset, "direction"), []
     starts = dataset.sizes.get("start", 1)
     for way in sorted(ways, key=ORDER.index):
-        for s in range(starts):
+        for s in reversed(range(starts)):
             one = dataset.sel(direction=way)
             one = one.isel(start=s) if "start" in one.dims else one
             look = dict(LOOKS[way]) if len(ways) > 1 else {"color": style.BLACK, "label": ""}
             if len(ways) == 1 and starts > 1:
                 number = int(dataset["start"].values[s])
                 look = {"color": STARTS[number % len(STARTS)], "label": f"start {number}"}
-            look["size"] = 1.6 if len(ways) > 1 and way == sorted(ways, key=ORDER.index)[0] else 1.0
+            look["size"] = 1.0 if found else 1.6  # seen around those drawn over it
             found.append((one, look | ({"label": "_"} if len(ways) > 1 and s else {})))
+    if len(found) == 1:
+        found[0][1]["size"] = 1.0
     return found
 
 

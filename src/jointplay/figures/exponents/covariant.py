@@ -31,6 +31,7 @@ def covariant(dataset: Dataset, *, vectors: int | None = None) -> Figure:
     shares, angles = figure.subplots(1, 2)
     share_panel(shares, dataset.isel(vector=slice(count)))
     angle_panel(angles, dataset.isel(splitting=slice(count)))
+    artists.letter((shares, angles))
     return artists.finish(figure, dataset)
 
 
@@ -59,7 +60,7 @@ def share_panel(ax: Axes, dataset: Dataset) -> None:
     ax.tick_params(axis="y", length=0)
     ax.set(xlim=(0, 1), ylim=(numbers[-1] + 0.6, numbers[0] - 0.6))
     ax.set(xlabel="Mean share", ylabel=f"Vector: exponent ({unit})")
-    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, borderaxespad=0.2)
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=4)
 
 
 def angle_panel(ax: Axes, dataset: Dataset) -> None:
@@ -75,4 +76,4 @@ def angle_panel(ax: Axes, dataset: Dataset) -> None:
         ax.step(angles, np.arange(1, count + 1) / count, label=f"{first} and the rest", **look)
     ax.set(xscale="log", ylim=(0, 1), ylabel="Share of section points")
     ax.set(xlabel="Smallest angle between the spans (deg)")
-    ax.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, borderaxespad=0.2)
+    ax.legend(loc="upper left", fontsize=6)

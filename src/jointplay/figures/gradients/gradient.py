@@ -39,8 +39,9 @@ def gradient(dataset: Dataset) -> Figure:
         ax.errorbar(np.nan_to_num(size), rows, xerr=error, fmt="none", ecolor="black", elinewidth=0.8)
         ax.axvline(0, color=style.GREY, linewidth=0.6)
         ax.set(xlabel="Relative sensitivity")
-        ax.set_title(str(dataset["quantity"].values[i]).replace(":", ": ", 1), fontsize=7)
+        artists.heading(ax, str(dataset["quantity"].values[i]).replace(":", ": ", 1))
     names = [str(name) for name in dataset["parameter"].values[order]]
     axes[0].set_yticks(rows, names)
     axes[0].invert_yaxis()
+    artists.letter(axes)
     return artists.finish(figure, dataset)

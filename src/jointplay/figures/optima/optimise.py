@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
 from jointplay.figures.drawing import artists, style
@@ -10,6 +11,9 @@ from jointplay.figures.drawing.select import require
 from jointplay.figures.registry import picture
 
 LOOKS = {"before": (style.AMBER, "before"), "after": ("black", "after")}
+
+BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22)}  # of a legend: under the label of the x axis
+SIGNS = "os^Dv"
 
 
 @picture()
@@ -22,10 +26,11 @@ def optimise(dataset: Dataset) -> Figure:
         What `jointplay.optimise` returned.
     """
     require(dataset, "optimise", ("tried_value", "optimum", "low", "high"))
-    figure = style.sheet(180.0, 62.0)
+    figure = style.sheet(180.0, 68.0 + 3.0 * dataset.sizes["parameter"])
     left, right = figure.subplots(1, 2)
     _course(left, dataset)
     _way(right, dataset)
+    artists.letter((left, right))
     return artists.finish(figure, dataset)
 
 
@@ -38,7 +43,7 @@ def _course(ax: Axes, dataset: Dataset) -> None:
         ax.plot(times - times[0], values, color=colour, linewidth=0.8, linestyle="-", label=label)
         artists.name_axes(ax, dataset[f"time_{name}"], seconds, dataset[f"course_{name}"], unit)
     if there:
-        ax.legend(loc="best")
+        ax.legend(**BELOW, ncols=2)
     else:
         artists.say(ax, "No quantity of this optimisation has a course over the turns")
 
@@ -49,8 +54,10 @@ def _way(ax: Axes, dataset: Dataset) -> None:
     steps = np.arange(1, len(share) + 1)
     opened = np.flatnonzero(np.diff(dataset["tried_share"].values))
     for i, name in enumerate(dataset["parameter"].values):
-        ax.plot(steps, share[:, i], "o-", markersize=2, linewidth=0.8, label=str(name))
+        sign = SIGNS[i % len(SIGNS)]
+        ax.plot(steps, share[:, i], f"{sign}-", markersize=2.5, linewidth=0.8, label=str(name))
     for place, label in zip(opened + 1.5, ["play changes here"] + [None] * len(opened), strict=False):
         ax.axvline(place, color=style.GREY, linestyle="--", linewidth=0.8, label=label)
     ax.set(xlabel="Design tried", ylabel="Place between the bounds", ylim=(-0.05, 1.05))
-    ax.legend(loc="best", fontsize=6)
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    ax.legend(**BELOW, fontsize=7)

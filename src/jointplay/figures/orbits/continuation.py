@@ -17,7 +17,12 @@ from jointplay.figures.drawing import artists, hermite, select, style, sweep_axe
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
 
-COLOURS = (style.BLUE, style.WARNING, "#007a53", "#7b3294")  # of branches, by their period
+COLOURS = (
+    style.BLUE,
+    style.WARNING,
+    "#2f9e44",
+    style.AMBER,
+)  # of branches, by period
 STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}
 MARKS = {  # kind of special point: marker, name
     "fold": ("s", "fold"),
@@ -71,7 +76,8 @@ def continuation(
     for number, ax in enumerate(axes):
         mark(ax, marked, frame.x, named=number == 0)
     if "special" in dataset.dims or dataset.sizes.get("branch"):
-        explain(axes[0], dataset)
+        explain(figure, dataset)
+    artists.letter(axes)
     return artists.finish(figure, dataset)
 
 
@@ -158,7 +164,12 @@ def smooth(
 def marker(kind: str) -> dict[str, Any]:
     """Return the marker style of a special point."""
     small = {"color": style.GREY, "markersize": 5.0, "markeredgewidth": 0.6, "zorder": 2.7}
-    large = {"color": style.BLACK, "markersize": 4.2, "markeredgewidth": 0.9, "zorder": 3.2}
+    large = {
+        "color": style.BLACK,
+        "markersize": 4.2,
+        "markeredgewidth": 0.9,
+        "zorder": 3.2 + 0.1 * list(MARKS).index(kind),
+    }
     return {"linestyle": "none", "markerfacecolor": "white"} | (small if kind == "grazing" else large)
 
 
@@ -201,8 +212,8 @@ def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
     ax.set_xlabel(artists.axis_label(dataset[frame.parameter], frame.x))
 
 
-def explain(ax: Axes, dataset: Dataset) -> None:
-    """Name line styles, colours and markers above the panel."""
+def explain(figure: Figure, dataset: Dataset) -> None:
+    """Name line styles, colours and markers above the panels."""
     turns = sorted({float(np.nanmax(row, initial=1.0)) for row in dataset["period"].values})
     handles = [
         Line2D([], [], color=COLOURS[int(np.log2(t)) % len(COLOURS)], label=f"period {t:g}") for t in turns
@@ -213,5 +224,5 @@ def explain(ax: Axes, dataset: Dataset) -> None:
     for code in np.unique(dataset["special_kind"].values):
         shape, name = MARKS[kinds[int(code)]]
         handles.append(Line2D([], [], marker=shape, label=name, **marker(kinds[int(code)])))
-    place = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "ncols": 4, "borderaxespad": 0.2}
-    ax.legend(handles=handles, **place, columnspacing=1.2, handletextpad=0.5)
+    look = {"loc": "outside upper center", "ncols": 4, "columnspacing": 1.2, "handletextpad": 0.5}
+    figure.legend(handles=handles, **look)

@@ -1,7 +1,7 @@
 """Curves in the plane of two parameters along which a periodic orbit changes, and where they meet."""
 
 from collections.abc import Sequence
-from typing import Any
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -21,7 +21,9 @@ LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
     "symmetry_breaking": ("#007a53", (0, (2, 1))),
     "grazing": (style.WARNING, (0, (1, 1))),
 }
-MARKED = {"linestyle": "none", "marker": "o", "markerfacecolor": "white", "color": style.BLACK}
+MARKED = {"linestyle": "none", "markerfacecolor": "white", "color": style.BLACK, "markersize": 4.0}
+MARKED |= {"markeredgewidth": 0.9, "zorder": 3.2}
+SIGNS = "osD^v<>pP*"  # of the kinds of points at which curves meet
 EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn", "period")
 
 
@@ -51,7 +53,7 @@ def curve(dataset: Dataset, *, over: Dataset | None = None) -> Figure:
     for number, kind in enumerate(kinds):
         line(ax, dataset.isel(curve=number), names, factors, kind)
     meetings(ax, dataset, names, factors)
-    explain(ax, kinds)
+    explain(figure, ax, kinds)
     if not len(kinds):
         artists.say(ax, "no curve was found")
     return artists.finish(figure, dataset)
@@ -89,25 +91,24 @@ def line(ax: Axes, one: Dataset, names: Sequence[str], factors: np.ndarray, kind
 
 
 def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarray) -> None:
-    """Mark and name the points at which curves meet others."""
+    """Mark the points at which curves meet others, a sign for each kind."""
     x, y = (dataset[f"meeting_{name}"].values * factor for name, factor in zip(names, factors, strict=True))
-    kinds = _words(dataset, "meeting_kind")
-    ax.plot(x, y, markersize=4.0, markeredgewidth=0.9, zorder=3.2, **MARKED)
-    for place, kind in zip(zip(x, y, strict=True), kinds, strict=True):
-        right = ax.transAxes.inverted().transform(ax.transData.transform(place))[0] < 0.7  # has room there
-        beside: dict[str, Any] = {"xytext": (4 if right else -4, 4), "textcoords": "offset points"}
-        ax.annotate(_name(kind), place, **beside, ha="left" if right else "right", fontsize=6)
+    kinds = np.array(_words(dataset, "meeting_kind"))
+    for kind, sign in zip(dict.fromkeys(kinds), cycle(SIGNS)):
+        there = kinds == kind
+        ax.plot(x[there], y[there], sign, label=_name(kind), **MARKED)
 
 
-def explain(ax: Axes, kinds: Sequence[str]) -> None:
-    """Name the kinds of curves above the panel."""
+def explain(figure: Figure, ax: Axes, kinds: Sequence[str]) -> None:
+    """Name the kinds of curves, and of the points at which they meet, below the panel."""
     handles = [
         Line2D([], [], color=LOOKS[kind][0], linestyle=LOOKS[kind][1], label=_name(kind))
         for kind in LOOKS
         if kind in kinds
     ]
+    handles += [line for line in ax.get_lines() if not line.get_label().startswith("_")]
     if handles:
-        ax.figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3))
+        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3))
 
 
 def _words(dataset: Dataset, name: str) -> list[str]:

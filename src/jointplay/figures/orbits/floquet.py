@@ -36,6 +36,7 @@ def floquet(dataset: Dataset) -> Figure:
     plane(axes[0], dataset, one)
     if one:
         table(axes[1], dataset)
+    artists.letter(axes)
     return artists.finish(figure, dataset)
 
 

@@ -54,6 +54,7 @@ def attractors(
     if "exponents" in axes:
         exponents(axes["exponents"], dataset, name, unit, colours)
     fractions(axes["fractions"], dataset, name, unit, colours)
+    artists.letter(axes.values())
     figure.legend(handles=legend(dataset, colours), loc="outside lower left", ncols=3)
     return artists.finish(figure, dataset)
 

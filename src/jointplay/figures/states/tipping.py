@@ -34,6 +34,7 @@ def tipping(dataset: Dataset) -> Figure:
     for ax, kind in zip(axes, groups, strict=False):
         bars(ax, dataset.isel(knock=[n for n, each in enumerate(kinds) if each == kind]), NAMES[kind])
     within(axes[-1], dataset)
+    artists.letter(axes)
     if dataset.sizes["number"]:
         lines, kinds = axes[-1].get_lines(), {tuple: HandlerTuple(None)}
         pairs = [(Patch(**band(place)), line) for place, line in enumerate(lines)]

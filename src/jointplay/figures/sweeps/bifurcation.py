@@ -83,6 +83,7 @@ def bifurcation(
     for number, ax in enumerate(axes):
         mark(ax, marked, frame.x, named=number == 0)
     sweep_axes.parameter_axis(axes[-1], part[name])
+    artists.letter(axes)
     return artists.finish(figure, dataset)
 
 
@@ -114,13 +115,15 @@ def diagram(
         y = one["drawn"].transpose(name, "point").values * y_unit.factor
         x = np.broadcast_to((one[name].values * x_unit.factor)[:, None], y.shape)
         there, dots = np.isfinite(y), {"marker": "o", "linestyle": "none", "color": look["color"]}
-        wide = look["size"] * size  # the first ones are seen around those drawn over them
+        wide = look["size"] * size
         ax.plot(x[there], y[there], markersize=wide, markeredgewidth=0, rasterized=True, **dots)
         if look["label"] not in ("", "_"):
             handles.append(Line2D([], [], markersize=3, label=look["label"], **dots))
     artists.name_y(ax, array, y_unit, longest=30)
     if handles:
-        ax.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2)
+        ax.legend(
+            handles=handles[::-1], loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2
+        )
     return Frame(name, array, x_unit, y_unit)
 
 

@@ -168,7 +168,7 @@ def _panel(name: str, one: xr.Dataset) -> str:
     periods = "/".join(str(p) if p else "none" for p in sorted(set(one.period.values.tolist())))
     error, apart = (plain(float(one[key].max()), 1) for key in ("growth_standard_error", "distance"))
     return (
-        f"{name} {words}: {_span(one.separations)} losses of contact per turn, period {periods}, growth"
+        f"{name} {words}: losses of contact per turn {_span(one.separations)}, period {periods}, growth"
         f" per turn {_span(one.growth)} (standard error {error}), starts end {apart} clearances apart"
     )
 
