@@ -56,8 +56,8 @@ def test_the_page_of_the_tests_counts_the_broken_lines_that_they_notice():
     told = (
         f"Of the sample's {len(rows)} lines {kernels.total()} are of `numerics`, `codegen` and `equations`: "
         f"{kernels['killed']} of these are noticed, and {kernels['survived']} are explained. Of the other "
-        f"{others.total()}, {others['killed']} are noticed, and each of the {others['survived']} that are not is "
-        "explained."
+        f"{others.total()}, {others['killed']} are noticed, and each of the {others['survived']} that are "
+        "not is explained."
     )
     assert told in " ".join((ROOT / "docs" / "testing.md").read_text(encoding="utf-8").split())
     assert kernels.keys() | others.keys() <= {"killed", "survived"}
