@@ -12,7 +12,7 @@ from jointplay.results.answers.coexisting import attractors
 from jointplay.results.store import open_result
 from jointplay.study.execute import complete, merge
 from jointplay.study.run import run
-from tests.support.sweep_samples import KINDS, die, forked, loaded, ran, same
+from tests.support.sweep_samples import KINDS, SLOW, die, forked, loaded, ran, same
 
 STUDY = """\
 kind = "attractors"
@@ -63,7 +63,7 @@ def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatc
     assert 0 < len(more) < len(cells)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.long) if k in SLOW else k for k in KINDS])
 def test_parts_make_the_whole(kind, tmp_path):
     for number in (1, 2):
         complete(loaded(KINDS[kind]), tmp_path, Pool(1), share=(number, 2))

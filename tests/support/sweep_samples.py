@@ -119,6 +119,7 @@ phases = 2
 steps = 6
 """,
 }  # fmt: skip
+SLOW = ("curve", "optimise", "tipping")  # seconds each
 TIMES = ("wall_time",)
 
 
