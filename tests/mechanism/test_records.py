@@ -83,7 +83,12 @@ def test_text_forms_are_short_and_name_the_parts():
         ),
         (("links", 0, "mass"), "0.4", "links[0].mass", "as a number"),
         (("links", 0, "mass"), True, "links[0].mass", "as a number"),
-        (("links", 1, "length"), float("inf"), "links[1].length", "a length greater than 0 and at most 1e+09 m"),
+        (
+            ("links", 1, "length"),
+            float("inf"),
+            "links[1].length",
+            "a length greater than 0 and at most 1e+09 m",
+        ),
         (("links", 1, "inertia"), float("nan"), "links[1].inertia", "greater than 0 kg m²"),
         (
             ("links", 2, "centre"),
