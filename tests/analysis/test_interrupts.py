@@ -26,6 +26,7 @@ LONG = 3_000_000  # turns
 SOFT = jp.catalog.soft_impact_pair(gap=1.0, stiffness=50.0, damping=1.0)
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
 PLANE = {"y": (0.0, 0.5, 2), "v": (0.0, 0.5, 2)}
+REGION = {"y": (0.0, 0.5), "v": (0.0, 0.5)}
 WIDE = {"y": (0.0, 0.5, 9), "v": (0.0, 0.5, 9)}  # two cells
 RANGE = {"parameter": "gap", "range": (0.9, 1.1), "max_points": 4, "max_branches": 1}
 BENT = LOOSE.replace(elastic=("coupler",), elements=1)
@@ -67,6 +68,21 @@ CALLS = {
         n_jobs=1,
         **to,
     ),
+    "covariant": lambda n, **to: jp.covariant(SOFT, turns=n, **to),
+    "gradient": lambda n, **to: jp.gradient(SOFT, turns=n, **to),
+    "gradient, orbit": lambda n, **to: jp.gradient(SOFT, orbit=True, transient=n, **to),
+    "optimise": lambda n, **to: jp.optimise(
+        SOFT, by={"gap": (0.9, 1.1)}, most="largest:state:v", transient=n, **to
+    ),
+    "curve": lambda n, **to: jp.curve(
+        SOFT, plane={"gap": (0.9, 1.1), "stiffness": (40.0, 60.0)}, transient=n, **to
+    ),
+    "attractors": lambda n, **to: jp.attractors(
+        SOFT, over={"gap": [1.0]}, region=REGION, starts=2, transient=n, ensemble=False, n_jobs=1, **to
+    ),
+    "tipping": lambda n, **to: jp.tipping(
+        SOFT, region=REGION, starts=2, transient=n, ensemble=False, n_jobs=1, **to
+    ),
     "basins in workers": lambda n, **to: basins(SOFT, plane=WIDE, transient=n, n_jobs=2, **to),
 }
 ELASTIC = {
@@ -74,6 +90,7 @@ ELASTIC = {
     "scheme_comparison": lambda n, **to: jp.scheme_comparison(BENT, start_turn=[n], **to),
 }
 DEAR = {"assess", "stress", "basins of an ensemble", *ELASTIC}  # these compile structures of their own
+DEAR |= {"curve", "tipping"}  # and these go on for some 20 s
 SOON = 30.0  # s: a generous limit for a machine that does much else
 
 

@@ -1,10 +1,10 @@
-"""Kill a run at random moments, main process or a worker, until it ends; compare with one left alone.
+"""Kill a run at random moments, main process, a worker or all of it; compare with one left alone.
 
     python -m tests.jobs.kill_at_random [KILLS [STUDY …]]
 
-Every answer in the journal must be there once, and the result must be the undisturbed one bit for bit. 30
-kills take a quarter of an hour, mostly to start Python anew. Of a checkout that stays as it is meanwhile: its
-state is in the result.
+A run is killed up to three times and then left to end. Every answer in the journal must be there once, and
+the result must be the undisturbed one bit for bit. 30 runs take some twenty minutes, mostly to start Python
+anew. Of a checkout that stays as it is meanwhile: its state is in the result.
 """
 
 import os
@@ -22,21 +22,9 @@ from xarray.testing import assert_identical
 
 from jointplay.jobs.journal import Journal
 from jointplay.results.store import open_result
-from tests.support.sweep_samples import CELLS, CHAINS, PLANE, TIMES, loaded, ran
+from tests.support.sweep_samples import CELLS, CHAINS, KINDS, PLANE, TIMES, loaded, ran
 
-REGION = """
-kind = "{0}"
-name = "{0}"
-[mechanism]
-catalog = "impact_pair"
-gap = 3.6
-restitution = 0.8
-[analysis]
-region.y = [-1.6, 1.6]
-region.v = [-3.0, 3.0]
-turns = 16
-transient = 60
-"""
+KILLS = 3  # of one run
 LONGER = {
     "cells": (CELLS, ["vary.gap={start=2.9, stop=3.1, num=60}", "analysis.turns=1500"]),
     "chains": (CHAINS, ["vary.gap={start=2.9, stop=3.1, num=80}", "analysis.turns=1500"]),
@@ -50,11 +38,6 @@ LONGER = {
             "analysis.transient=300",
         ],
     ),
-    "attractors": (
-        REGION.format("attractors"),
-        ["vary.gap={start=3.4, stop=3.8, num=12}", "analysis.starts=80"],
-    ),
-    "tipping": (REGION.format("tipping"), ["analysis.starts=40", "analysis.phases=2"]),
     "refined": (
         CHAINS.replace('"chains"', '"refined"'),
         [
@@ -65,10 +48,16 @@ LONGER = {
             "analysis.turns=100",
         ],
     ),
-    "covariant": (
-        CELLS.replace('"lyapunov"', '"covariant"').replace('"cells"', '"covariant"'),
-        ["vary.gap={start=2.9, stop=3.1, num=12}", "analysis.turns=300"],
-    ),
+} | {
+    kind: (KINDS[kind], changes)
+    for kind, changes in {
+        "gradient": ["vary.gap={start=3.4, stop=3.8, num=40}"],
+        "optimise": ["vary.gap={start=3.4, stop=3.8, num=20}"],
+        "curve": ["vary.gap={start=3.4, stop=3.8, num=8}"],
+        "covariant": ["vary.gap={start=2.9, stop=3.1, num=12}", "analysis.turns=300"],
+        "attractors": ["vary.gap={start=3.4, stop=3.8, num=12}", "analysis.starts=80"],
+        "tipping": ["analysis.starts=40"],
+    }.items()
 }
 
 
@@ -82,16 +71,20 @@ def children(process):
 def run_and_kill(command, journal, wait):
     """Kill a run some time after it began to write, or let it end; its exit code, and who was killed."""
     before = len(journal.parts())
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen(command, start_new_session=True, **silent)
     while process.poll() is None and len(journal.parts()) == before:
         time.sleep(0.01)
     with suppress(subprocess.TimeoutExpired):
         return process.wait(wait), None
-    workers = children(process.pid)
-    victim = random.choice([process.pid, *workers[:2]])
+    workers = children(process.pid)[:2]
+    whom = random.choice(["main", "group", *(["worker"] if workers else [])])
     with suppress(OSError):
-        os.kill(victim, signal.SIGKILL)
-    return process.wait(), "main" if victim == process.pid else "worker"
+        if whom == "group":
+            os.killpg(process.pid, signal.SIGKILL)
+        else:
+            os.kill(process.pid if whom == "main" else random.choice(workers), signal.SIGKILL)
+    return process.wait(), whom
 
 
 def twice(journal):
@@ -113,7 +106,9 @@ def main(kills, *names):
             command = [*map(str, command), "--set", *changes]
             journal = Journal(out / f"{name}.journal")
             while not told or told[-1][0]:
-                told.append(run_and_kill(command, journal, random.uniform(0.0, 2.0) if not told else 600))
+                told.append(
+                    run_and_kill(command, journal, random.uniform(0.0, 2.0) if len(told) < KILLS else 600)
+                )
                 time.sleep(0.5)  # workers whose parent is dead end within a quarter of a second
                 assert not twice(journal), "a finished cell ran twice"
             if name not in alone:

@@ -18,7 +18,7 @@ from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
 from tests.support.deadly import Deadly, DeadlyChain
-from tests.support.sweep_samples import CELLS, CHAINS, ran, same
+from tests.support.sweep_samples import CELLS, CHAINS, KINDS, SLOW, ran, same
 from tests.support.sweep_samples import loaded as read
 
 distributed = pytest.importorskip("distributed")
@@ -61,7 +61,11 @@ def nursery():
         yield address
 
 
-@pytest.mark.parametrize("text", [CELLS, CHAINS])
+@pytest.mark.parametrize(
+    "text",
+    [CELLS, CHAINS, *(pytest.param(KINDS[k], marks=pytest.mark.long if k in SLOW else ()) for k in KINDS)],
+    ids=["cells", "chains", *KINDS],
+)
 def test_a_cluster_gives_the_same(text, scheduler, tmp_path):
     path, name = tmp_path / "a.toml", read(text).record.name
     path.write_text(text)

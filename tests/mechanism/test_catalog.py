@@ -24,6 +24,22 @@ HOMES = (catalog, presets, published, six_bars, systems)
 SYSTEMS = [name for name in catalog.NAMES if name not in LINKAGES]
 
 
+@pytest.mark.parametrize(
+    ("entry", "given", "key"),
+    [
+        ("watt", {"output": 1e200}, "output"),
+        ("stephenson", {"arm": 1e300}, "arm"),
+        ("quick_return", {"rod": 1e300}, "rod"),
+        ("slider_crank", {"rod": 1e200}, "rod"),
+        ("slider_crank", {"centre": {"rod": -1e200}}, "centre.rod"),
+    ],
+)
+def test_lengths_whose_squares_are_no_numbers_are_refused(entry, given, key):
+    ((wrong, problem),) = problems_of(getattr(catalog, entry), **given).items()
+    assert wrong == key
+    assert "1e+09" in str(problem)
+
+
 # Chunmei et al. (2002)
 
 

@@ -8,14 +8,16 @@ import numpy as np
 import pytest
 
 from jointplay.numerics import step
+from jointplay.numerics.ensemble import attempts, layout
 
 
 @pytest.fixture(autouse=True)
 def plain(monkeypatch):
     """The verdict as plain Python: what is inlined has no address of its own to be called at."""
-    for name in ("converged", "error_ratio"):
-        function = getattr(step, name)
-        monkeypatch.setattr(step, name, getattr(function, "py_func", function))
+    for place in (step, attempts):
+        for name in ("converged", "error_ratio", "solved", "_verdict"):
+            if function := getattr(place, name, None):
+                monkeypatch.setattr(place, name, getattr(function, "py_func", function))
 
 
 def updates(first, ratio, tolerance, contraction=1e-12):
@@ -54,3 +56,32 @@ def test_what_is_left_is_within_the_tolerance():
         solved, sizes = updates(0.05, 0.5, tolerance, contraction=1.0)
         assert solved
         assert sizes[-2] > tolerance >= sizes[-1]
+
+
+DONE, GOES_ON, FAILED = 1, 0, -1
+
+
+@pytest.mark.parametrize(
+    ("before", "size", "turned", "verdict"),
+    [
+        (1.0, 1e-3, 0.0, DONE),
+        (1e-9, 1e-7, 0.0, DONE),  # next to nothing
+        (50.0, 5.0, 0.0, GOES_ON),  # three more such updates leave 5e-3
+        (500.0, 50.0, 0.0, GOES_ON),
+        (5000.0, 500.0, 0.0, FAILED),  # 0.5 would be left
+        (6.0, 5.0, 0.0, FAILED),  # shrinks slowly
+        (0.6, 0.5, 0.0, FAILED),  # likewise, though small
+        (0.4, 0.4, 0.0, FAILED),
+        (50.0, 5.0, 1e3, FAILED),  # an angle turned too far
+        (1.0, 1e-3, 1e3, FAILED),
+    ],
+)
+def test_an_iteration_of_one_lane_goes_on_while_three_more_updates_would_end_it(
+    before, size, turned, verdict
+):
+    w, lane = np.zeros(8 * layout.NUMBERS), 3
+    for row, value in ((layout.SIZE_BEFORE, before), (layout.SIZE, size), (layout.TURNED, turned)):
+        w[8 * row + lane] = value
+    assert attempts._verdict(w, lane) == verdict
+    w[8 * layout.WAS_JOINED + lane] = 1.0  # it has had more already
+    assert attempts._verdict(w, lane) == (DONE if verdict == DONE else FAILED)

@@ -6,70 +6,22 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.records import (
-    Force,
-    Harmonic,
-    Link,
-    Pin,
-    PointMass,
-    PrescribedTorque,
-    SpeedProfile,
-    Spring,
-    Torque,
-    TorsionSpring,
-)
+from jointplay.mechanism.records import TorsionSpring
 from tests.reference.test_multibody_package import FORCES, MOTION, agree, both, same_motion
+from tests.support import driven_scenes
+from tests.support.driven_scenes import LOADS, PROFILE, TORQUE, pieces, weighted
 
 SPRINGS = (
-    Spring(
-        name="long",
-        **{"from": Pin(link="coupler", at=0.07)},
-        to=Pin(link="ground", point=(0.1, -0.05)),
-        stiffness=2000.0,
-        damping=5.0,
-        free_length=0.03,
-    ),
-    TorsionSpring(name="coil", **{"from": "rocker"}, to="coupler", stiffness=4.0, damping=0.02, angle=0.4),
+    *driven_scenes.SPRINGS,
     TorsionSpring(name="hinge", **{"from": "rocker"}, to="ground", stiffness=3.0, angle=1.0),
     TorsionSpring(name="start", **{"from": "crank"}, to="ground", stiffness=3.0, damping=0.1, angle=1.0),
-)
-WAVES = (Harmonic(order=1, cosine=8.0, sine=-3.0), Harmonic(order=3, sine=2.0))
-LOADS = (
-    Force(
-        name="pull",
-        on=Pin(link="coupler", at=0.1),
-        direction=0.5,
-        constant=4.0,
-        harmonics=WAVES,
-        frequency=90.0,
-    ),
-    Force(
-        name="push",
-        on=Pin(link="rocker", at=0.03),
-        direction=1.2,
-        fixed="link",
-        harmonics=WAVES,
-        angle="crank",
-    ),
-    Torque(name="twist", link="rocker", constant=0.2, harmonics=WAVES[1:], factor=0.3, angle="crank"),
-)
-DRIVES = (
-    PrescribedTorque(
-        link="crank", constant=1.5, harmonics=(Harmonic(order=2, cosine=2.0),), nominal_speed=60.0
-    ),
-    SpeedProfile(link="crank", start=20.0, end=90.0, time=0.05),
 )
 
 
 def loaded(mechanism):
     """The mechanism with springs, gravity to the side, and point masses on crank and rocker."""
-    fields = {name: getattr(mechanism, name) for name in type(mechanism).model_fields}
-    masses = {"crank": (PointMass(at=-0.02, mass=0.3),), "rocker": (PointMass(at=0.05, mass=0.2),)}
-    links = tuple(Link(**dict(link) | {"masses": masses.get(link.name, ())}) for link in mechanism.links)
     springs = SPRINGS if mechanism.clearance_joints else (SPRINGS[0], SPRINGS[-1])
-    return type(mechanism)(
-        **fields | {"links": links, "springs": springs, "loads": LOADS, "gravity_direction": 0.4}
-    )
+    return pieces(weighted(mechanism), springs=springs, loads=LOADS, gravity_direction=0.4)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +46,7 @@ def test_the_loaded_mechanism_with_play_at_b():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("drive", DRIVES, ids=lambda drive: drive.kind)
+@pytest.mark.parametrize("drive", [TORQUE, PROFILE], ids=lambda drive: drive.kind)
 @pytest.mark.parametrize("clearance", [0, 2.9e-5])
 def test_drives(drive, clearance):
     mechanism = jp.catalog.chunmei2002(clearance=clearance, friction=0.0, drive=drive)

@@ -3,6 +3,7 @@
 import signal
 
 import numpy as np
+import pytest
 
 from jointplay.jobs import worker
 from jointplay.jobs.journal import Journal
@@ -11,7 +12,7 @@ from jointplay.results.answers.coexisting import attractors
 from jointplay.results.store import open_result
 from jointplay.study.execute import complete, merge
 from jointplay.study.run import run
-from tests.support.sweep_samples import die, forked, loaded, ran, same
+from tests.support.sweep_samples import KINDS, SLOW, die, forked, loaded, ran, same
 
 STUDY = """\
 kind = "attractors"
@@ -62,10 +63,11 @@ def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatc
     assert 0 < len(more) < len(cells)
 
 
-def test_parts_make_the_whole(tmp_path):
+@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.long) if k in SLOW else k for k in KINDS])
+def test_parts_make_the_whole(kind, tmp_path):
     for number in (1, 2):
-        complete(loaded(STUDY), tmp_path, Pool(1), share=(number, 2))
-    assert same(merge(loaded(STUDY), tmp_path).dataset, run(loaded(STUDY), jobs=1))
+        complete(loaded(KINDS[kind]), tmp_path, Pool(1), share=(number, 2))
+    assert same(merge(loaded(KINDS[kind]), tmp_path).dataset, run(loaded(KINDS[kind]), jobs=1))
 
 
 def test_the_answer_is_in_words():

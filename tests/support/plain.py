@@ -21,6 +21,7 @@ DOORS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.M
 PRETENCE = {
     "compiled": lambda f: f,
     "inner": lambda f: f,
+    "inlined": lambda f: f,
     "entry": lambda _: lambda f: f,
     "SIGNATURES": defaultdict(type(None)),
 }

@@ -60,6 +60,66 @@ turns = 4
 patience = 1
 tolerance = 1e-3
 """
+_PAIR = """\
+kind = "{0}"
+name = "{0}"
+
+[mechanism]
+catalog = "impact_pair"
+gap = 3.6
+restitution = 0.8
+
+"""
+_VARIED = (
+    _PAIR
+    + """\
+[vary]
+gap = {{ start = 3.4, stop = 3.8, num = 3 }}
+
+[analysis]
+"""
+)
+_REGION = """\
+region.y = [-1.6, 1.6]
+region.v = [-3.0, 3.0]
+turns = 16
+transient = 60
+"""
+SYMMETRIC = """\
+initial = [-0.35, 0.77]
+transient = 60
+"""
+KINDS = {  # analyses whose motions are found one after the other, or follow from each other
+    "gradient": _VARIED.format("gradient") + """\
+of = ["end:state:y", "multiplier_modulus:1"]
+by = ["gap", "restitution"]
+orbit = true
+""" + SYMMETRIC,
+    "optimise": _VARIED.format("optimise") + """\
+by.restitution = [0.7, 0.9]
+least = "multiplier_modulus:1"
+neighbourhood = 0.1
+""" + SYMMETRIC,
+    "curve": _VARIED.format("curve") + """\
+plane = { gap = [2.5, 6.0], restitution = [0.7, 0.9] }
+of = ["symmetry_breaking"]
+step = 0.1
+""" + SYMMETRIC,
+    "covariant": _VARIED.format("covariant") + """\
+turns = 20
+settling = 5
+""",
+    "attractors": _VARIED.format("attractors") + _REGION + """\
+starts = 10
+lyapunov_turns = 10
+""",
+    "tipping": _PAIR.format("tipping") + "[analysis]\n" + _REGION + """\
+starts = 20
+phases = 2
+steps = 6
+""",
+}  # fmt: skip
+SLOW = ("curve", "optimise", "tipping")  # seconds each
 TIMES = ("wall_time",)
 
 

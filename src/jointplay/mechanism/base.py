@@ -113,6 +113,9 @@ Number = Annotated[float, _STRICT]
 Positive = Annotated[float, _STRICT, Field(gt=0)]
 NonNegative = Annotated[float, _STRICT, Field(ge=0)]
 Fraction = Annotated[float, _STRICT, Field(gt=0, le=1)]
+LONGEST = 1e9  # m; moments of inertia and stiffnesses, with its cube, remain numbers
+Length = Annotated[Positive, Field(le=LONGEST)]
+Place = Annotated[Number, Field(ge=-LONGEST, le=LONGEST)]  # along a link
 FAR = 1000 * math.tau  # rad; beyond, the rounding of an angle nears the tolerances of a run
 ANGLE = "an angle in rad, at most 1000 turns (6283 rad) to either side, is accepted: take off whole turns"
 

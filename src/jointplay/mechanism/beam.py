@@ -21,9 +21,10 @@ from jointplay.mechanism.base import (
     GROUND,
     Few,
     Flag,
+    Length,
     NonNegative,
-    Number,
     PartName,
+    Place,
     Positive,
     Record,
     measured,
@@ -143,9 +144,9 @@ class Link(Record):
     """
 
     name: PartName = named("link name")
-    length: Positive = measured("length", "m")
+    length: Length = measured("length", "m")
     mass: Positive = measured("mass", "kg")
-    centre: Number = measured("distance of the mass centre", "m", None, validate_default=True)
+    centre: Place = measured("distance of the mass centre", "m", None, validate_default=True)
     inertia_centre: Positive | None = measured("moment of inertia about the mass centre", "kg m²", None)
     inertia: Positive | None = measured(
         "moment of inertia about the link's origin", "kg m²", None, validate_default=True

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from jointplay.mechanism.base import Name, Number, Positive, Record, measured
+from jointplay.mechanism.base import Name, Place, Positive, Record, measured
 
 
 class PointMass(Record):
@@ -20,7 +20,7 @@ class PointMass(Record):
         By which a sweep finds it: ``links.crank.masses.counterweight.mass``.
     """
 
-    at: Number = measured("distance along the link", "m")
+    at: Place = measured("distance along the link", "m")
     mass: Positive = measured("point mass", "kg")
     name: Name | None = None
 

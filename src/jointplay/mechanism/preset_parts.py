@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Annotated
 
+from jointplay.mechanism import base
 from jointplay.mechanism.base import GROUND, NonNegative, Number, Positive, unit
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.changes import Clearance
@@ -12,7 +13,7 @@ from jointplay.mechanism.drive import ConstantSpeed
 from jointplay.mechanism.joints import Contact, Friction, Joint, Pin
 from jointplay.mechanism.records import Mechanism
 
-Length = Annotated[Positive, unit("length", "m")]
+Length = Annotated[base.Length, unit("length", "m")]
 Play = Annotated[Clearance, unit("radial clearance", "m")]
 Offset = Annotated[Number, unit("offset", "m")]
 Density = Annotated[Positive, unit("mass of a metre", "kg/m")]

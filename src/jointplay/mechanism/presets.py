@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from jointplay.errors import InputError, unknown
-from jointplay.mechanism.base import Name, Number, Positive, accepts, unit
+from jointplay.mechanism.base import LONGEST, Name, Place, Positive, accepts, unit
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import ConstantSpeed
 from jointplay.mechanism.preset_parts import (
@@ -35,10 +35,11 @@ from jointplay.mechanism.preset_parts import (
 from jointplay.mechanism.records import Mechanism
 from jointplay.mechanism.signature import checked
 
-_POSITIVE, _FINITE = "a table of numbers greater than 0 by link", "a table of finite numbers by link"
+_POSITIVE = "a table of numbers greater than 0 by link"
+_PLACES = f"a table of numbers from -{LONGEST:g} to {LONGEST:g} by link"
 _Masses = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg")]
 _Inertias = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg m²")]
-_Centres = Annotated[dict[Name, Number], accepts(_FINITE, units="m")]
+_Centres = Annotated[dict[Name, Place], accepts(_PLACES, units="m")]
 
 _Numbers = dict[str, float]
 MASS = {"crank": 0.3, "rod": 0.21, "slider": 0.14}

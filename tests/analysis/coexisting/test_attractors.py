@@ -40,6 +40,8 @@ def test_the_impact_pairs_motions_are_found_without_being_told(pair):
     exact = [Symmetric(gap, 0.8).at_zero[0] for gap in pair["gap"].values]
     first = pair["state_value"].sel(identity=1, state="y").values[:, 0]
     assert first == pytest.approx(exact, abs=1e-4)
+    shown = np.isfinite(pair["state_value"].sel(state="y")).sum("point").values
+    assert shown.tolist() == np.maximum(pair["period"].values, 0).tolist()
     growth = pair["section_exponent_per_turn"].sel(identity=1, multiplier=1).values
     assert growth == pytest.approx(2 * math.log(0.8), abs=0.03)  # converges as 1/turns
 

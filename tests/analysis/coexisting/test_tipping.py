@@ -9,8 +9,9 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.coexisting.impulses import Impulse
 from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
-from jointplay.analysis.coexisting.lasting import FAILED, Motions
-from jointplay.analysis.coexisting.smallest import ABOVE, BELOW, Knocked, smallest
+from jointplay.analysis.coexisting.lasting import FAILED, Lasting, Motions
+from jointplay.analysis.coexisting.smallest import ABOVE, BELOW, Knocked, Place, smallest
+from jointplay.analysis.coexisting.tipping import returned
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.journal_position import Journals
@@ -179,6 +180,20 @@ def test_what_is_safe_below_bands_that_go_on_is_told():
     assert bands.safe <= bands.high
     if bands.ends[BELOW]:
         assert bands.safe < 0.98 * bands.high
+
+
+def test_there_is_no_return_to_what_has_no_period_nor_from_a_knock_that_cannot_be():
+    case = told(lambda place, size: 0, False)
+    case.motions.known = [Lasting(0, np.zeros((4, 2)), np.zeros((4, 2)))]
+    assert case.start(Place(0, 0.0, 0.0), 0.1) is not None
+    assert returned(case, Place(0, 0.0, 0.0), 0.1) == -1
+    pair, wall = catalog.impact_pair(3.6, 0.8), Place(0, 0.0, 0.0)
+    base = assemble(pair, None, "phase")
+    motions = Motions(
+        base, Observation(0, 8, 0, 1e-3, 1e-7), [Lasting(1, base.state[None], base.state[None])]
+    )
+    (up,) = [each for each in knocks(base, pair) if each.name == "state:y"]
+    assert returned(Knocked(motions, 0, base.state[None], None, up), wall, 10.0) == -1
 
 
 def test_both_wells_are_left_by_mirrored_knocks_as_their_symmetry_says(wells):

@@ -1,5 +1,7 @@
 """Curves of maps with known bifurcations in two parameters, and their meetings."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -96,3 +98,33 @@ def test_a_doubling_touches_a_fold():
         p, q = places.T
         assert p == pytest.approx(q**2 if kind == "period_doubling" else 0 * q, abs=1e-9)
         assert met == {"fold_doubling": pytest.approx([0, 0], abs=1e-6)}
+
+
+def beside(pair):
+    """A fold at p = 0 beside two multipliers; both pass the product 1 at q = 0."""
+
+    def rule(p, x):
+        if x is None:
+            return [0.0, 0.0, 0.0]
+        B = pair(1 + p[1])
+        P = np.zeros((3, 3), dtype=B.dtype)
+        P[0, 0], P[1:, 1:] = 1 - 2 * x[0], B
+        return np.array([x[0] + p[0] - x[0] ** 2, *(B @ x[1:])]), P
+
+    return rule
+
+
+@pytest.mark.parametrize(
+    ("pair", "meeting"),
+    [
+        (lambda r: r * np.array([[math.cos(1.0), -math.sin(1.0)], [math.sin(1.0), math.cos(1.0)]]), True),
+        (lambda r: r * np.diag([2.0, 0.5]), False),
+    ],
+)
+def test_a_fold_meets_a_torus_where_a_pair_turns_and_nothing_at_a_neutral_saddle(pair, meeting):
+    ((_, places, met, ends),) = curves(
+        beside(pair), [0.3, 0.0, 0.0], [0.09, 0.05], [-0.05, -0.2], [0.2, 0.2], ("fold",)
+    )
+    assert places[:, 0] == pytest.approx(0.0, abs=1e-9)
+    assert met == ({"fold_torus": pytest.approx([0.0, 0.0], abs=1e-7)} if meeting else {})
+    assert ends == ("range", "range")

@@ -77,6 +77,16 @@ def test_wrong_requests_are_refused_at_once():
         jp.optimise(mechanism, by={"clearance": (1e-5, 3e-5)}, least="time", ideal=True)
 
 
+def test_a_multiplier_is_of_the_orbit_alone():
+    """Impact pair: the product of both is r^4, and they are a complex pair; no motion has any."""
+    pair, start = jp.catalog.impact_pair(3.6, 0.8), {"initial": (-0.35, 0.77), "transient": 60}
+    found = jp.optimise(pair, by={"restitution": (0.7, 0.9)}, least="multiplier_modulus:1", **start)
+    assert found["optimum"].values == pytest.approx([0.7], rel=1e-6)
+    assert found["value"].values == pytest.approx([0.49], rel=1e-6)
+    assert np.isnan(found["after"].values).all()
+    assert "does not settle" not in str(jp.summary(found))
+
+
 @pytest.mark.long
 def test_the_chaotic_four_bar_keeps_contact():
     """The shipped study: what is found keeps contact, from the usual start too, with a fifth of the force."""

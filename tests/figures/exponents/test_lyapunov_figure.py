@@ -9,6 +9,7 @@ import xarray as xr
 from jointplay import figures
 from jointplay.display.number_text import plain, with_error
 from jointplay.errors import InputError
+from jointplay.figures.exponents import lyapunov
 from tests.figures.support.synthetic import STATUS, flag_words
 
 ONE = {"units": "1", "long_name": "number"}
@@ -103,6 +104,13 @@ def test_table():
     plain_notes = words(figures.draw(exponents(twin=False)).axes[1])[-1]
     assert "*" not in plain_notes
     assert "Twin" not in plain_notes
+
+
+@pytest.mark.parametrize("beyond", [0.0, 1e-3])
+def test_the_note_on_batches_stands_below_where_a_star_is_above(beyond):
+    correlations = [lyapunov.LIMIT + beyond, *np.zeros(4)]
+    *rows, notes = words(figures.draw(exponents(correlations=correlations)).axes[1])
+    assert ("0.32*" in rows, "*Batches follow" in notes) == (bool(beyond), bool(beyond))
 
 
 def test_labels_do_not_cover_one_another():

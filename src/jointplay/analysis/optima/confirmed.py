@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.gradients.gradient import gradient, start_section
+from jointplay.analysis.gradients.multipliers import WORDS as MULTIPLIERS
 from jointplay.analysis.labels import number
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.quantities import WORDS
@@ -53,17 +54,20 @@ def followed(
 ) -> tuple[np.ndarray, xr.Dataset | None]:
     """Quantities of a motion from its start, after the transient, at rtol 1e-10; its course, if any.
 
-    Extreme values are those of 20 turns, all else is of as many turns as asked for.
+    Extreme values are those of 20 turns, all else is of as many turns as asked for. Multipliers are NaN: an
+    orbit alone has them.
     """
     run = {"initial": settings["initial"], "max_steps": settings["max_steps"], "rtol": TIGHT}
-    values = np.full(len(names), np.nan)
+    values, words = np.full(len(names), np.nan), [name.partition(":")[0] for name in names]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)
         state = _settled(mechanism, settings["transient"], run) if settings["orbit"] else run["initial"]
         if settings["orbit"] and state is None:
             return values, None
         for extreme in (True, False):
-            places = [i for i, name in enumerate(names) if (name.partition(":")[0] in EXTREMES) == extreme]
+            places = [
+                i for i, word in enumerate(words) if (word in EXTREMES) == extreme and word not in MULTIPLIERS
+            ]
             turns = SHOWN if extreme and settings["orbit"] else settings["turns"]
             if places:
                 asked = {"of": [names[i] for i in places], "by": list(by), "turns": turns}

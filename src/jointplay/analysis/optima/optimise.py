@@ -21,9 +21,8 @@ import xarray as xr
 from pydantic import Field
 
 from jointplay.analysis.coexisting.region import Region
-from jointplay.analysis.gradients import wanted
+from jointplay.analysis.gradients import gradient_dataset, wanted
 from jointplay.analysis.gradients.gradient import TRANSIENT
-from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.keywords import Moving, Progress, Quantity, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import coded, number, outcome
 from jointplay.analysis.optima.asked import aim_fits, bounds_fit, contacts, ideal_fits
@@ -33,7 +32,6 @@ from jointplay.analysis.optima.opening import opened
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.mechanism.base import Count, Flag, Natural, Number
-from jointplay.mechanism.records import Mechanism, TestSystem
 
 ENDS = ("converged", "no_descent", "infeasible", "iterations", "no_motion")
 INFINITE = (-math.inf, math.inf)
@@ -138,7 +136,8 @@ def optimise(
     for name, word, limit in zip(("low", "high"), ("lowest", "highest"), aim.limits.T, strict=True):
         told = f"{word} accepted value, in the units of quantity_units"
         table[f"limit_{name}"] = number("quantity", limit, "1", told)
-    labels = _labels(mechanism, names, by)
+    labels = gradient_dataset.labels([wanted.quantity(name) for name in names], tuple(by), mechanism)
+    labels["side"] = "side", np.array(["below", "above"]), {"long_name": "side of the optimum"}
     attributes = {"Conventions": "CF-1.11", "kind": "optimise", "aim": _told(least, most)}
     attributes |= {"tolerance": tolerance, "neighbourhood": neighbourhood}
     return xr.Dataset(table | outcome(found.status, began), labels, attributes)
@@ -169,7 +168,7 @@ def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
         ),
         "tried_status": coded(steps, [each.status for each in made], "how the trial ended"),
         "tried_differentiable": coded(
-            steps, [each.verdict for each in made], "whether there is a derivative", VERDICTS
+            steps, [each.verdict for each in made], "whether there is a derivative", gradient_dataset.VERDICTS
         ),
     }
 
@@ -198,23 +197,6 @@ def _motions(runs: list, found: Trial) -> dict[str, Any]:
             table[f"course_{name}"] = f"time_{name}", course.values, told
             table[f"time_{name}"] = number(f"time_{name}", course["time"].values, "s", "time")
     return table
-
-
-def _labels(mechanism: Mechanism | TestSystem, names: tuple[str, ...], by: Region) -> dict[str, Any]:
-    def named(dim: str, texts: list[str], text: str) -> tuple:
-        return dim, np.array(texts), {"long_name": text}
-
-    return {
-        "quantity": named("quantity", list(names), "quantity"),
-        "quantity_units": named(
-            "quantity", [wanted.quantity(n).units for n in names], "units of the quantity"
-        ),
-        "parameter": named("parameter", list(by), "parameter"),
-        "parameter_units": named(
-            "parameter", [wanted.units(mechanism, k) for k in by], "units of the parameter"
-        ),
-        "side": named("side", ["below", "above"], "side of the optimum"),
-    }
 
 
 def _told(least: str | None, most: str | None) -> str:

@@ -3,6 +3,7 @@
 import numpy as np
 from xarray import Dataset
 
+from jointplay.analysis.gradients.multipliers import WORDS as MULTIPLIERS
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 
@@ -26,7 +27,8 @@ def optimise(dataset: Dataset) -> str:
         return f"no optimum: {ENDS[end] or 'no motion'}"
     lines = [f"{dataset.attrs['aim']}: {_changes(dataset)}", *_values(dataset)[:1]]
     doubts = [ENDS[end]] if ENDS[end] else []
-    if not dataset["confirmed_to"].fillna(1.0).values.max() <= AGREED:
+    followed = [name.partition(":")[0] not in MULTIPLIERS for name in dataset["quantity"].values]
+    if dataset["confirmed_to"].fillna(1.0).values[followed].max(initial=0.0) > AGREED:
         doubts.append("the motion from the usual start does not settle to the orbit that was optimised")
     if float(dataset["neighbour_gain"]) > 0:
         gain = plain(float(dataset["neighbour_gain"]), 3)
