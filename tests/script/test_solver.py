@@ -11,7 +11,7 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.positions import origins
 from jointplay.script import solver as solver_module
 from jointplay.script.expressions import UntranslatableError
-from jointplay.script.sliders import WITHIN
+from jointplay.script.sliders import WITHIN, followed
 from jointplay.script.solver import solver, solver_text
 from tests.support.laws_grid import mechanism as grid
 
@@ -274,3 +274,20 @@ def test_equations_without_a_translation_are_refused_as_input(monkeypatch):
         jp.InputError, match=r"mechanism: .*JavaScript.* structure.py:7 in rate: the function gamma"
     ):
         solver(SCENES["A"]())
+
+
+def test_a_number_that_follows_in_no_simple_form_is_fixed_and_says_why():
+    pair = jp.catalog.impact_pair(gap=0.4, restitution=0.8)
+
+    def numbers(mechanism):
+        gap, r = mechanism.parameters["gap"], mechanism.parameters["restitution"]
+        return {("p", 0): abs(gap - 0.47), ("p", 1): r} if r < 0.95 else None
+
+    found = followed(pair, numbers)
+    fixed = {each["key"]: each["why"] for each in found["fixed"]}
+    assert fixed["gap"] == "a number of the equations follows it in no simple form"
+    (given,) = found["parameters"]
+    assert (given["key"], given["refused"]) == ("restitution", [False, True])
+    assert given["min"] == 0.08
+    assert 0.94 < given["max"] < 0.95
+    assert given["max"] == float(f"{given['max']:.4g}")  # what is shown is accepted

@@ -10,6 +10,7 @@ structure, or not close over the turn (script.closing).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -46,7 +47,8 @@ Numbers = Callable[[Mechanism | TestSystem], Found | None]
 class Slider:
     """A parameter, its range, and the form of each number that it changes, by that number's place.
 
-    `paths` lead to all numbers of the mechanism that it stands for.
+    `paths` lead to all numbers of the mechanism that it stands for; `refused` says whether there is nothing
+    below the range, or above it, that makes a mechanism of the same kind.
     """
 
     key: str
@@ -54,6 +56,7 @@ class Slider:
     value: float
     low: float = 0.0
     high: float = 0.0
+    refused: list[bool] = field(default_factory=list)
     forms: dict[Place, tuple[str, list[float]]] = field(default_factory=dict)
 
     def moved(self, place: Place, first: float, x: float) -> float:
@@ -80,9 +83,9 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
     -------
     dict
         ``parameters``, ``followed`` (numbers with their forms) and ``fixed`` (parameters without a slider,
-        and why).
+        each with ``why``).
     """
-    first, kept, fixed = numbers(mechanism) or {}, [], {}
+    first, kept, fixed = numbers(mechanism) or {}, [], []
 
     def tried(values: dict[Slider, float]) -> Found | None:
         try:
@@ -93,17 +96,17 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
 
     for slider in candidates(mechanism):
         if slider.key.startswith("length") and not closes:
-            fixed[slider.key] = "where the motion begins is not known at other lengths"
+            fixed.append((slider, "where the motion begins is not known at other lengths"))
         elif why := _fitted(slider, tried, first):
-            fixed[slider.key] = why
+            fixed.append((slider, why))
         else:
             kept.append(slider)
     while isinstance(rules := _rules(kept, tried, first), Slider):
-        fixed[rules.key] = "it does not go together with the sliders before it"
+        fixed.append((rules, "it does not go together with the sliders before it"))
         kept.remove(rules)
     return {
         "parameters": [_described(mechanism, slider) for slider in kept],
-        "fixed": fixed,
+        "fixed": [_described(mechanism, slider) | {"why": why} for slider, why in fixed],
         "followed": [
             {
                 "array": array,
@@ -159,7 +162,8 @@ def _fitted(slider: Slider, tried: Callable, first: Found) -> str:
     ends = [_end(slider, slider.value * each, tried) for each in share]
     if None in ends:
         return "no other value near it gives a mechanism of the same kind"
-    slider.low, slider.high = sorted(ends)
+    slider.low, slider.high = sorted(_rounded(end, slider.value) for end in ends)
+    slider.refused = [end != slider.value * each for end, each in zip(ends, share, strict=True)]
     angles = np.cos(np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
     middle, half = (slider.high + slider.low) / 2, (slider.high - slider.low) / 2
     xs = [slider.low, slider.high, *(middle + half * angles)]
@@ -186,6 +190,13 @@ def _end(slider: Slider, x: float, tried: Callable) -> float | None:
         middle = (good + refused) / 2
         good, refused = (good, middle) if tried({slider: middle}) is None else (middle, refused)
     return None if good == slider.value else slider.value + WITHIN * (good - slider.value)
+
+
+def _rounded(end: float, value: float) -> float:
+    """An end of a range with the digits that are shown, towards the value."""
+    step = 10.0 ** (math.floor(math.log10(abs(end))) - 3)
+    whole = math.floor(end / step + 1e-6) if end > value else math.ceil(end / step - 1e-6)
+    return float(f"{whole * step:.4g}")
 
 
 def _allowed(place: Place, first: Found) -> tuple[float, bool]:
@@ -237,5 +248,6 @@ def _described(mechanism: Mechanism | TestSystem, slider: Slider) -> dict[str, A
         "value": slider.value,
         "min": slider.low,
         "max": slider.high,
+        "refused": slider.refused,
         "scale": "log" if slider.high > 8 * slider.low > 0 else "lin",
     }
