@@ -12,7 +12,7 @@ from jointplay.mechanism.positions import origins
 from jointplay.script import solver as solver_module
 from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import WITHIN, followed
-from jointplay.script.solver import solver, solver_text
+from jointplay.script.solver import RECORDED, solver, solver_text
 from tests.support.laws_grid import mechanism as grid
 
 from .in_node import needs_node, ran
@@ -72,7 +72,8 @@ def test_two_turns_are_the_compiled_ones(name, tmp_path):
     mechanism = SCENES[name]()
     section = jp.CrankAngle() if name in CUT else None
     rtol = FINE.get(name, RTOL)
-    script = solver(mechanism, rtol=rtol, section=section)
+    names = (*RECORDED, "eccentricity_ratio", "normal_velocity", "deflection")
+    script = solver(mechanism, rtol=rtol, section=section, names=names)
     found = ran(script.text, script.data, TURNS, tmp_path)
     names = list(dict.fromkeys(q["name"] for q in script.data["quantities"]))
     motion = jp.simulate(mechanism, turns=2, rtol=rtol, record=names, samples_per_turn=4, section=section)

@@ -23,14 +23,15 @@ if (jointplay.data.live) {
   let stamp = 0;
   let written = null; // timer of the address
 
+  live.views.forEach((each, number) => { each.section.columns = [2 * number, 2 * number + 1]; }); // of a section's rows
   const clearance = () => held[view.clearance] || view.circle;
-  const ahead = followed.made({ view: () => view, clearance, contacts: live.contacts || [] });
+  const ahead = followed.made({ view: () => view, clearance, contacts: live.solver.joints });
   const turn = watched.made({ scene: live.scene, view: () => view, clearance });
 
   // ---- the worker
 
   const source = URL.createObjectURL(new Blob([live.text], { type: "text/javascript" }));
-  const setup = { solver: live.solver, ideal: live.ideal, scene: live.scene, section: live.columns };
+  const setup = { solver: live.solver, ideal: live.ideal, scene: live.scene, section: live.views.flatMap((each) => each.section.of) };
 
   function solver(told) {
     const made = new Worker(source);

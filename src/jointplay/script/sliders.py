@@ -21,6 +21,7 @@ from jointplay.analysis import vary
 from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN, shown
 from jointplay.errors import InputError
+from jointplay.mechanism.paths import found as part
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.script import forms
 
@@ -38,6 +39,9 @@ RANGES = {  # of a slider over its stored value
 TRIED, NEARER, SAMPLES, JOINT = 12, 6, 9, 24
 WITHIN = 0.98  # of the way to where a mechanism begins to be refused
 SIDES = ("journal", "bearing")
+OF_A_JOINT = {"friction": "friction.coefficient"}
+OF_A_JOINT |= {word: f"contact.{word}" for word in ("stiffness", "damping", "restitution")}
+OF_A_LINK = ("mass", "inertia", "inertia_centre")
 Place = tuple[str, int]
 Found = dict[Place, float]
 Numbers = Callable[[Mechanism | TestSystem], Found | None]
@@ -127,32 +131,24 @@ def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
             if value and not isinstance(value, bool):
                 yield Slider(name, (name,), value)
         return
-    loose = {f"joints.{joint.name}": joint for joint in mechanism.clearance_joints}
-    found = [(f"clearance.{each.name}", f"{own}.clearance", each.clearance) for own, each in loose.items()]
-    drive = mechanism.drive
-    found += [(name, f"drive.{name}", getattr(drive, name, 0.0)) for name in ("gear_ratio", "speed")]
-    for own, joint in loose.items():
-        if joint.friction:
-            path = f"{own}.friction.coefficient"
-            found.append((f"friction.{joint.name}", path, joint.friction.coefficient))
-        for word in ("stiffness", "damping", "restitution"):
-            found.append((f"{word}.{joint.name}", f"{own}.contact.{word}", getattr(joint.contact, word, 0.0)))
+    loose = [joint.name for joint in mechanism.clearance_joints]
+    found = {f"clearance.{name}": [f"joints.{name}.clearance"] for name in loose}
+    found |= {name: [f"drive.{name}"] for name in ("gear_ratio", "speed")}
+    found |= {
+        f"{word}.{name}": [f"joints.{name}.{path}"] for name in loose for word, path in OF_A_JOINT.items()
+    }
     for link in mechanism.links:  # a length, with all joints at the far end
-        ends = [
-            f"joints.{joint.name}.{side}.at"
-            for joint in mechanism.joints
-            for side in SIDES
-            if getattr(joint, side).link == link.name and getattr(joint, side).at == link.length
-        ]
-        if ends:
-            found.append((f"length.{link.name}", (f"links.{link.name}.length", *ends), link.length))
-    for link in mechanism.links:
-        for word in ("mass", "inertia", "inertia_centre"):
-            found.append((f"{word}.{link.name}", f"links.{link.name}.{word}", getattr(link, word)))
-    found += [(name, f"drive.{name}", getattr(drive, name, 0.0)) for name in ("rated_torque", "efficiency")]
-    for key, path, value in (*found, ("gravity", "gravity", mechanism.gravity)):
-        if value:
-            yield Slider(key, path if isinstance(path, tuple) else (path,), value)
+        pairs = [(joint, side) for joint in mechanism.joints for side in SIDES]
+        pins = [(f"joints.{joint.name}.{side}.at", getattr(joint, side)) for joint, side in pairs]
+        ends = [path for path, pin in pins if (pin.link, pin.at) == (link.name, link.length)]
+        found |= {f"length.{link.name}": [f"links.{link.name}.length", *ends]} if ends else {}
+    names = [link.name for link in mechanism.links]
+    found |= {f"{word}.{name}": [f"links.{name}.{word}"] for name in names for word in OF_A_LINK}
+    found |= {name: [f"drive.{name}"] for name in ("rated_torque", "efficiency")} | {"gravity": ["gravity"]}
+    for key, paths in found.items():
+        value, missing = part(mechanism, paths[0], key)
+        if value and not missing:
+            yield Slider(key, tuple(paths), value)
 
 
 def _fitted(slider: Slider, tried: Callable, first: Found) -> str:

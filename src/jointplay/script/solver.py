@@ -40,10 +40,8 @@ from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import followed
 from jointplay.script.translate import Script, Unit, generated, unit_of
 
-SHOWN = (
-    *("angle", "angular_velocity", "journal_x", "journal_y", "eccentricity_ratio", "normal_velocity"),
-    *("normal_force", "slide_position", "deflection", "reaction", "state_value"),
-)
+RECORDED = ("angle", "angular_velocity", "journal_x", "journal_y", "normal_force", "reaction")
+RECORDED += ("slide_position", "state_value")
 NEEDED = ("angle", "journal_x", "journal_y", "slide_position", "eccentricity_ratio")  # for places, and `set`
 ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone")
 OPTIONS = ("h_max", "near", "rest", "hop", "play", "sharp")
@@ -73,7 +71,7 @@ def solver(
     initial: Any = None,
     section: Any = None,
     rtol: float = 1e-8,
-    names: tuple[str, ...] = SHOWN,
+    names: tuple[str, ...] = RECORDED,
 ) -> Solver:
     """Give the solver of a mechanism's motion.
 
