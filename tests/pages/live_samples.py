@@ -10,6 +10,7 @@ FAKE = Path(__file__).with_name("fake_solver.js").read_text(encoding="utf-8")
 
 def parameter(key, label, unit, factor, value, least, most, scale="lin"):
     ends = {"value": value, "min": least, "max": most, "scale": scale}
+    ends["refused"] = [False, key == "gear_ratio"]
     path = {"clearance": "joints.B.clearance", "damping": "joints.B.contact.damping"}.get(key.split(".")[0])
     named = {"key": key, "paths": [path or f"drive.{key}"], "label": label}
     return named | {"unit": unit, "factor": factor} | ends
@@ -25,8 +26,10 @@ def fake(mechanism, **_):
     if mechanism.clearance_joints:
         parameters.insert(0, parameter("clearance.B", "clearance of B", "µm", 1e6, 2.9e-4, 1e-5, 1e-3, "log"))
     lengths = [0.05, 0.14, 0.12, 0.15]
+    still = {"label": "length of link crank", "value": 0.05, "factor": 1e3, "unit": "mm"}
     data = {
         "parameters": parameters,
+        "fixed": [still | {"why": "where the motion begins is not known at other lengths"}],
         "state": ["s"],
         "joints": ["B"],
         "period": 0.075,

@@ -117,6 +117,20 @@ def test_what_is_refused_is_told_and_not_taken(chromium, page):
     assert "gear_ratio" not in text(chromium, "live-command")
 
 
+def test_what_cannot_be_moved_or_not_further_says_why(chromium, page):
+    opened(chromium, page)
+    until(chromium, f"{SETTLED}100")
+    why = "where the motion begins is not known at other lengths"
+    assert f"length of link crank, 50 mm, cannot be moved: {why}." in text(chromium, "live-more")
+    slider = chromium.find_element("id", "live-gear_ratio")
+    refused = "No more: beyond this, the mechanism's own checks refuse it."
+    for key, value, words in (("\ue010", "4", refused), ("\ue011", "2.5", "")):  # the ends of the range
+        slider.send_keys(key)
+        until(chromium, f"return document.getElementById('live-gear_ratio-exact').value === '{value}'")
+        assert text(chromium, "live-gear_ratio-end") == words
+        assert text(chromium, "live-gear_ratio-refused") == ""
+
+
 def test_numerical_trouble_is_said_and_mended_by_other_values(chromium, page):
     opened(chromium, page, "#live=damping.B:800")
     assert said(chromium, "Stopped", 0) == "Stopped: not converged."
@@ -188,6 +202,28 @@ def test_a_map_shows_the_periods_over_two_sliders(chromium, page):
     assert colour(3.533, 200) == [0x5B, 0x0F, 0x4F]  # every four
     assert colour(3.2, 800) == [0, 0, 0]
     assert complaints(chromium) == []
+
+
+def test_a_diagram_is_the_same_on_any_number_of_processors(chromium, page):
+    """The motion of this range is chaotic: other stretches would have other points."""
+    pictures = set()
+    for count in (1, 3):
+        opened(chromium, page)
+        until(chromium, f"{SETTLED}100")
+        chromium.execute_script(
+            "Object.defineProperty(navigator, 'hardwareConcurrency', { value: arguments[0] });"
+            "location.hash = 'live=gear_ratio:3.9'; document.getElementById('live-play').click();"
+            "document.getElementById('scan-key').value = 'gear_ratio';"
+            "document.getElementById('scan-key').dispatchEvent(new Event('change'));"
+            "document.getElementById('scan-from').value = 3.7; document.getElementById('scan-to').value = 4;"
+            "document.getElementById('scan-run').click()",
+            count,
+        )
+        until(chromium, "return document.getElementById('scan-said').textContent.startsWith('120 of 120')")
+        sleep(0.5)
+        pictures.add(canvas(chromium, "scan-canvas"))
+    assert len(pictures) == 1
+    assert pictures.pop() > 0
 
 
 def test_a_diagram_can_be_stopped(chromium, page):

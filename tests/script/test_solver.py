@@ -11,8 +11,8 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.positions import origins
 from jointplay.script import solver as solver_module
 from jointplay.script.expressions import UntranslatableError
-from jointplay.script.sliders import WITHIN
-from jointplay.script.solver import solver, solver_text
+from jointplay.script.sliders import WITHIN, followed
+from jointplay.script.solver import RECORDED, solver, solver_text
 from tests.support.laws_grid import mechanism as grid
 
 from .in_node import needs_node, ran
@@ -72,7 +72,8 @@ def test_two_turns_are_the_compiled_ones(name, tmp_path):
     mechanism = SCENES[name]()
     section = jp.CrankAngle() if name in CUT else None
     rtol = FINE.get(name, RTOL)
-    script = solver(mechanism, rtol=rtol, section=section)
+    names = (*RECORDED, "eccentricity_ratio", "normal_velocity", "deflection")
+    script = solver(mechanism, rtol=rtol, section=section, names=names)
     found = ran(script.text, script.data, TURNS, tmp_path)
     names = list(dict.fromkeys(q["name"] for q in script.data["quantities"]))
     motion = jp.simulate(mechanism, turns=2, rtol=rtol, record=names, samples_per_turn=4, section=section)
@@ -274,3 +275,20 @@ def test_equations_without_a_translation_are_refused_as_input(monkeypatch):
         jp.InputError, match=r"mechanism: .*JavaScript.* structure.py:7 in rate: the function gamma"
     ):
         solver(SCENES["A"]())
+
+
+def test_a_number_that_follows_in_no_simple_form_is_fixed_and_says_why():
+    pair = jp.catalog.impact_pair(gap=0.4, restitution=0.8)
+
+    def numbers(mechanism):
+        gap, r = mechanism.parameters["gap"], mechanism.parameters["restitution"]
+        return {("p", 0): abs(gap - 0.47), ("p", 1): r} if r < 0.95 else None
+
+    found = followed(pair, numbers)
+    fixed = {each["key"]: each["why"] for each in found["fixed"]}
+    assert fixed["gap"] == "a number of the equations follows it in no simple form"
+    (given,) = found["parameters"]
+    assert (given["key"], given["refused"]) == ("restitution", [False, True])
+    assert given["min"] == 0.08
+    assert 0.94 < given["max"] < 0.95
+    assert given["max"] == float(f"{given['max']:.4g}")  # what is shown is accepted

@@ -152,24 +152,12 @@ class Bundle:
 
     def rate(self) -> np.ndarray:
         """Rate of the state where the run stands."""
-        x, o = self.x, self.o
-        first = o.first + 1 + o.n_q + o.n
-        return np.concatenate([x.s[1 + o.n_q : 1 + 2 * o.n_q], self._rows()[first : first + o.n]])
+        return rate(self.model.structure, self.k, self.x, self.o)
 
     def powers(self) -> np.ndarray:
         """Rates of the works where the run stands, of a model without a section."""
         first = self.o.guards + len(self.x.fired)
-        return self._rows()[first : first + len(self.x.work)]
-
-    def _rows(self) -> np.ndarray:
-        """What the equations give where the run stands, by lane row."""
-        from jointplay.numerics.modes import mask, variant_of
-
-        module, x, w = cache.structure_module(self.model.structure), self.x, np.zeros_like(self.k.w)
-        module.trig(x.s, x.p)
-        mask(x.modes, x.m)
-        module.rate(variant_of(x.modes), w, x.s, x.p, x.m)
-        return w.reshape(-1, 8)[:, 7]
+        return _rows(self.model.structure, self.k, self.x)[first : first + len(self.x.work)]
 
     @property
     def recorded(self) -> np.ndarray:
@@ -191,6 +179,23 @@ class Bundle:
         """Derivatives of the works, of each tangent where there are directions; shape (vectors, works)."""
         whole = self.y.works[: len(self.y.works) // 2]
         return whole.reshape(len(self.y.alive), -1).copy()
+
+
+def rate(structure: Linkage | Oscillator, k, x, o) -> np.ndarray:
+    """Rate of the state where a run stands, by its arrays and options."""
+    first = o.first + 1 + o.n_q + o.n
+    return np.concatenate([x.s[1 + o.n_q : 1 + 2 * o.n_q], _rows(structure, k, x)[first : first + o.n]])
+
+
+def _rows(structure: Linkage | Oscillator, k, x) -> np.ndarray:
+    """What the equations give where a run stands, by lane row."""
+    from jointplay.numerics.modes import mask, variant_of
+
+    module, w = cache.structure_module(structure), np.zeros_like(k.w)
+    module.trig(x.s, x.p)
+    mask(x.modes, x.m)
+    module.rate(variant_of(x.modes), w, x.s, x.p, x.m)
+    return w.reshape(-1, 8)[:, 7]
 
 
 def warm_tangents(model: Model) -> None:

@@ -6,6 +6,8 @@ if (jointplay.data.live) {
   const { element, store } = jointplay;
   const KEPT = 64; // turns of each value that are drawn
   const MOST = 40000; // cells of a map
+  const STRETCHES = 8; // of a diagram, each begun anew: however many workers there are, the points are the same
+  const PACE = 250; // ms between two pictures of what is being computed
   const PERIODS = ["#7f7f7f", "#0072b2", "#56b4e9", "#f0d84a", "#5b0f4f"]; // those beyond 4 have the last colour
   const LOST = "#000000";
   const AXES = ["", "-second"]; // ends of the fields' names
@@ -80,20 +82,26 @@ if (jointplay.data.live) {
     store("scan", [asked.count, asked.transient, ...asked.axes.flatMap(({ key, from, to }) => [key, from, to])].join(" "));
     rows = [];
     const began = performance.now();
-    const [list, lines] = [values(asked.axes[0], asked.count), isMap() ? values(asked.axes[1], asked.count) : [null]];
-    const split = isMap() ? lines : list; // between the workers
-    const all = list.length * lines.length;
-    const size = Math.ceil(split.length / Math.min(4, navigator.hardwareConcurrency || 2, split.length));
+    const left = shares();
+    const all = left.reduce((sum, { list }) => sum + list.length, 0);
+    const [key, across] = [asked.axes[0].key, isMap() ? asked.axes[1].key : null];
+    const task = { what: "scan", values: { ...tools.held }, key, across, transient: asked.transient, kept: KEPT };
+    const next = (worker) => { if (left.length) worker.postMessage({ ...task, ...left.shift() }); };
+    running = Array.from({ length: Math.min(4, navigator.hardwareConcurrency || 2, left.length) }, () => {
+      const worker = tools.solver((answer) => (answer.what === "scan" ? next(worker) : answered(answer, all, began)));
+      return worker;
+    });
+    running.forEach(next);
     field("stop").disabled = false;
-    for (let first = 0; first < split.length; first += size) {
-      const part = split.slice(first, first + size);
-      const keys = { key: asked.axes[0].key, across: isMap() ? asked.axes[1].key : null };
-      const worker = tools.solver((answer) => answered(answer, all, began));
-      running.push(worker);
-      const share = isMap() ? { list, lines: part } : { list: part, lines };
-      worker.postMessage({ what: "scan", values: { ...tools.held }, ...keys, ...share, transient: asked.transient, kept: KEPT });
-    }
     draw();
+  }
+
+  // What a worker takes at a time: a line of a map, a stretch of a diagram.
+  function shares() {
+    const list = values(asked.axes[0], asked.count);
+    if (isMap()) return values(asked.axes[1], asked.count).map((line) => ({ list, line }));
+    const size = Math.ceil(list.length / STRETCHES);
+    return Array.from({ length: Math.ceil(list.length / size) }, (_, i) => ({ list: list.slice(i * size, (i + 1) * size), line: null }));
   }
 
   function answered(answer, all, began) {
@@ -106,7 +114,7 @@ if (jointplay.data.live) {
     const said = `${rows.length} of ${all} values, ${((performance.now() - began) / 1000).toFixed(1)} s${lost.length ? `; ${lost.length} ended early (${words})` : ""}`;
     field("said").textContent = said;
     if (rows.length === all) stop(said);
-    if (!waiting) requestAnimationFrame(draw);
+    if (!waiting) setTimeout(draw, PACE);
     waiting = true;
   }
 

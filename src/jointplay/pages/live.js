@@ -6,6 +6,7 @@ if (jointplay.data.live) {
   const live = data.live;
   const SAMPLES = 720; // of the watched turn
   const BUDGET = 10; // ms of a frame, for the motion that runs ahead
+  const REST = 80; // ms between two frames while a diagram needs the processor
 
   const nominal = {};
   const held = {}; // values as the solver has them
@@ -22,14 +23,15 @@ if (jointplay.data.live) {
   let stamp = 0;
   let written = null; // timer of the address
 
+  live.views.forEach((each, number) => { each.section.columns = [2 * number, 2 * number + 1]; }); // of a section's rows
   const clearance = () => held[view.clearance] || view.circle;
-  const ahead = followed.made({ view: () => view, clearance, contacts: live.contacts || [] });
+  const ahead = followed.made({ view: () => view, clearance, contacts: live.solver.joints });
   const turn = watched.made({ scene: live.scene, view: () => view, clearance });
 
   // ---- the worker
 
   const source = URL.createObjectURL(new Blob([live.text], { type: "text/javascript" }));
-  const setup = { solver: live.solver, ideal: live.ideal, scene: live.scene, section: live.columns };
+  const setup = { solver: live.solver, ideal: live.ideal, scene: live.scene, section: live.views.flatMap((each) => each.section.of) };
 
   function solver(told) {
     const made = new Worker(source);
@@ -91,12 +93,12 @@ if (jointplay.data.live) {
     const main = parameters.filter((each) => live.first.includes(each.key));
     const rest = parameters.filter((each) => !main.includes(each));
     element("live-sliders").replaceChildren(...main.map((each) => sliders.made(each, held, wish)));
-    element("live-more").replaceChildren(...rest.map((each) => sliders.made(each, held, wish)));
-    element("live-more").parentElement.hidden = rest.length === 0;
+    element("live-more").replaceChildren(...rest.map((each) => sliders.made(each, held, wish)), ...live.solver.fixed.map(sliders.fixed));
+    element("live-more").parentElement.hidden = element("live-more").childElementCount === 0;
     parameters.forEach((each) => { nominal[each.key] = held[each.key] = each.value; });
     parameters.forEach((each) => sliders.show(each, held));
     read(jointplay.view);
-    if (jointplay.diagram) jointplay.diagram.begin(parameters, { solver, held, wish, place: ahead.place, tolerance: ahead.tolerance, words: () => view.section.words });
+    jointplay.diagram.begin(parameters, { solver, held, wish, place: ahead.place, tolerance: ahead.tolerance, words: () => view.section.words });
     element("live").dataset.ready = "yes";
     requestAnimationFrame(frame);
   }
@@ -131,7 +133,7 @@ if (jointplay.data.live) {
     command();
     clearTimeout(written);
     written = setTimeout(write, 300); // an address that changes with every pixel is refused by browsers
-    if (jointplay.diagram) jointplay.diagram.draw();
+    jointplay.diagram.draw();
   }
 
   // ---- address, study and command
@@ -171,11 +173,12 @@ if (jointplay.data.live) {
   // ---- frames
 
   function frame(moment) {
+    requestAnimationFrame(frame);
+    if (jointplay.diagram.computes() && !Object.keys(pending).length && moment - last < REST) return;
     const passed = Math.min(0.1, (moment - last) / 1000);
     last = moment;
     if (playing && turn.shows() && turn.passed(passed, next)) next = null;
     if (!busy) work();
-    requestAnimationFrame(frame);
   }
 
   // One thing a frame: what a person waits for first.

@@ -23,8 +23,6 @@ FIRST = ("clearance", "gear_ratio", "speed", "friction", "length", "stiffness", 
 MOST = 8
 TURNS = 50  # of the study that a page gives
 RTOL = 1e-6  # of the page's motions: as those of a coarse study
-RECORDED = ("angle", "angular_velocity", "journal_x", "journal_y", "normal_force", "reaction")
-RECORDED += ("slide_position", "state_value")
 
 
 def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str, Any] | None, str]:
@@ -48,9 +46,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
         "solver": made.data,
         "ideal": None,
         "scene": moving.scene(mechanism) if linkage else None,
-        "views": (seen := views(mechanism, made.data["state"])),
-        "columns": [column for view in seen for column in view["section"]["of"]],
-        "contacts": made.data["joints"],
+        "views": views(mechanism, made.data["state"]),
         "first": [key for word in FIRST for key in keys if key.split(".")[0] == word][:MOST] or keys[:MOST],
         "paths": (paths := paths_of(mechanism, made.data["parameters"])),
         "varied": {
@@ -68,7 +64,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
 def solved(mechanism: Mechanism | TestSystem) -> Solver:
     """Return the solver of a mechanism, cut once a turn where it has turns."""
     turns = mechanism.drive if isinstance(mechanism, Mechanism) else mechanism.period
-    return solver(mechanism, section=CrankAngle() if turns else None, rtol=RTOL, names=RECORDED)
+    return solver(mechanism, section=CrankAngle() if turns else None, rtol=RTOL)
 
 
 def with_ideal(found: dict[str, Any], mechanism: Mechanism | TestSystem) -> dict[str, Any]:
@@ -85,10 +81,7 @@ def with_ideal(found: dict[str, Any], mechanism: Mechanism | TestSystem) -> dict
 def views(mechanism: Mechanism | TestSystem, states: list[str]) -> list[dict[str, Any]]:
     """Return what is drawn: of a linkage a view of each bearing with clearance, else one plane."""
     bearings = [joint for joint in getattr(mechanism, "clearance_joints", ()) if not joint.prismatic]
-    found = [of_bearing(joint) for joint in bearings] or [of_plane(mechanism, states)]
-    for number, view in enumerate(found):
-        view["section"]["columns"] = [2 * number, 2 * number + 1]
-    return found
+    return [of_bearing(joint) for joint in bearings] or [of_plane(mechanism, states)]
 
 
 def of_bearing(joint: Joint) -> dict[str, Any]:

@@ -35,17 +35,33 @@ const sliders = (() => {
       event.preventDefault();
       wish(key, valueAt(parameter, Math.max(0, Math.min(STEPS, along(parameter, held[key]) + step))));
     });
-    exact.addEventListener("change", () => wish(key, Number(exact.value) / parameter.factor));
+    exact.addEventListener("change", () => wish(key, Number((Number(exact.value) / parameter.factor).toPrecision(12))));
     const refusal = node("span", { className: "refused", id: name + "-refused" });
+    const end = node("span", { className: "note", id: name + "-end" });
     const ends = [parameter.min, parameter.max].map((each) => plots.text(each * parameter.factor)).join(" to ");
     const text = node("label", { htmlFor: name }, `${label} `, node("small", {}, `(${ends}${unit ? " " + unit : ""})`));
-    return node("div", { className: "slider" }, text, node("span", {}, range, exact, ` ${unit}`), refusal);
+    return node("div", { className: "slider" }, text, node("span", {}, range, exact, ` ${unit}`), refusal, end);
   }
 
   function show(parameter, held) {
-    document.getElementById("live-" + parameter.key).value = along(parameter, held[parameter.key]);
-    document.getElementById(`live-${parameter.key}-exact`).value = Number((held[parameter.key] * parameter.factor).toPrecision(6));
+    const { key, factor } = parameter;
+    document.getElementById("live-" + key).value = along(parameter, held[key]);
+    document.getElementById(`live-${key}-exact`).value = Number((held[key] * factor).toPrecision(6));
+    document.getElementById(`live-${key}-end`).textContent = atEnd(parameter, held[key]);
   }
 
-  return { made, show };
+  // Why a slider goes no further, where it stands at an end beyond which values are refused.
+  function atEnd({ key, min, max, refused }, value) {
+    const end = [min, max].indexOf(value);
+    if (end < 0 || !refused[end]) return "";
+    const why = key.startsWith("length") ? "the links do not close over the whole turn" : "the mechanism's own checks refuse it";
+    return `No ${end ? "more" : "less"}: beyond this, ${why}.`;
+  }
+
+  // A number that cannot be moved, and why.
+  function fixed({ label, value, factor, unit, why }) {
+    return node("p", { className: "note" }, `${label}, ${plots.text(value * factor)}${unit && ` ${unit}`}, cannot be moved: ${why}.`);
+  }
+
+  return { fixed, made, show };
 })();

@@ -110,25 +110,23 @@ function on({ budget, most }) {
   return found;
 }
 
-// For each value, its section points after a transient; the next value goes on from there. A map has a line of
-// values for each value of another slider, begun anew.
-function scan({ values, key, across, list, lines, transient, kept }) {
+// For each value, its section points after a transient; the next value goes on from there. In a map, `line` is the
+// value of the other slider.
+function scan({ values, key, across, list, line, transient, kept }) {
   set({ values });
-  for (const line of lines) {
-    const why = across === null ? "" : set({ values: { [across]: line } }).refused[across] || "";
-    if (across !== null) reset();
-    for (const value of list) {
-      const row = { value, across: line, section: [], status: why || set({ values: { [key]: value } }).refused[key] || "" };
-      const followed = (length) => {
-        const out = ahead.run(length, { samples: 0, tangent: false, budget_ms: BUDGET + PACE * length });
-        row.status = ended(out, length);
-        return row.status ? [] : out.section;
-      };
-      if (!row.status && transient) followed(transient);
-      if (!row.status) row.section = points(ahead, followed(kept));
-      if (row.status) reset();
-      postMessage({ what: "row", row });
-    }
+  const why = across === null ? "" : set({ values: { [across]: line } }).refused[across] || "";
+  reset();
+  for (const value of list) {
+    const row = { value, across: line, section: [], status: why || set({ values: { [key]: value } }).refused[key] || "" };
+    const followed = (length) => {
+      const out = ahead.run(length, { samples: 0, tangent: false, budget_ms: BUDGET + PACE * length });
+      row.status = ended(out, length);
+      return row.status ? [] : out.section;
+    };
+    if (!row.status && transient) followed(transient);
+    if (!row.status) row.section = points(ahead, followed(kept));
+    if (row.status) reset();
+    postMessage({ what: "row", row });
   }
   return {};
 }

@@ -3,7 +3,7 @@
 What is accepted: numbers, arithmetic, comparisons (in chains too), `and`, `or`, `not`, bit operations, calls
 of named functions, entries and slices of arrays. An array of two dimensions is a list of rows in JavaScript,
 so that both of x[i] and x[i, j] mean what they mean here; a slice is a view, as here. `and` and `or` give
-truth values.
+truth values. Operands that are operations themselves stand in parentheses.
 """
 
 from __future__ import annotations
@@ -11,23 +11,19 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from keyword import kwlist
 from string import ascii_letters
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from jointplay.numerics import lanes
 
-ATOM, UNARY, PRODUCT, SUM, COMPARISON, BITS, AND, OR, CHOICE = 20, 15, 13, 12, 10, 8, 5, 4, 3
-BINARY = {
-    ast.Add: ("+", SUM),
-    ast.Sub: ("-", SUM),
-    ast.Mult: ("*", PRODUCT),
-    ast.Div: ("/", PRODUCT),
-    ast.BitAnd: ("&", BITS),
-}
+OPERATIONS = ast.BinOp | ast.UnaryOp | ast.Compare | ast.BoolOp | ast.IfExp
+BINARY = {ast.BitAnd: ("&", 0), ast.Add: ("+", 1), ast.Sub: ("-", 1), ast.Mult: ("*", 2), ast.Div: ("/", 2)}
+CALLED = "", 3  # an operation that is a call here, which binds strongest
 COMPARISONS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 PLAIN = ("sqrt", "sin", "cos", "tan", "tanh", "exp", "log", "atan2")
 HELPERS = (
@@ -50,17 +46,6 @@ WORDS = {  # of the language; those of Python are more
 
 class UntranslatableError(Exception):
     """Something in a function that has no translation: where, and what."""
-
-
-class Text(NamedTuple):
-    """JavaScript of an expression, and how strongly it binds."""
-
-    code: str
-    binds: int = ATOM
-
-    def within(self, least: int) -> str:
-        """The code as an operand of what binds so strongly."""
-        return self.code if self.binds >= least else f"({self.code})"
 
 
 def safe(name: str) -> str:
@@ -89,6 +74,7 @@ def literal(value: Any) -> str | None:
     return None
 
 
+@dataclass(frozen=True)
 class Expressions:
     """Translation of the expressions of one function.
 
@@ -104,164 +90,161 @@ class Expressions:
         File and line of a node, for messages.
     """
 
-    def __init__(
-        self,
-        names: dict[str, str],
-        scope: Callable[[str], Any],
-        named: Callable[[Any], str | None],
-        where: Callable[[ast.AST], str],
-    ) -> None:
-        self._locals, self._scope, self._named, self._where = names, scope, named, where
+    names: dict[str, str]
+    scope: Callable[[str], Any]
+    named: Callable[[Any], str | None]
+    where: Callable[[ast.AST], str]
 
     def refuse(self, node: ast.AST, why: str = "") -> UntranslatableError:
         """Say what is not translated, and where."""
         what = why or f"{type(node).__name__} ({ast.unparse(node)})"
-        return UntranslatableError(f"{self._where(node)}: {what} is not in the subset that is translated")
+        return UntranslatableError(f"{self.where(node)}: {what} is not in the subset that is translated")
 
-    def __call__(self, node: ast.expr) -> Text:
+    def __call__(self, node: ast.expr) -> str:
         """Translate an expression."""
         found = getattr(self, f"_{type(node).__name__.lower()}", None)
         if found is None:
             raise self.refuse(node)
         return found(node)
 
-    def truth(self, node: ast.expr) -> Text:
+    def operand(self, node: ast.expr) -> str:
+        """Translate an expression that is part of an operation."""
+        return f"({self(node)})" if isinstance(node, OPERATIONS) else self(node)
+
+    def truth(self, node: ast.expr) -> str:
         """Translate an expression whose truth matters: NaN is true here, as it is there not."""
-        text = self(node)
-        logical = ast.Compare | ast.BoolOp
-        if isinstance(node, logical) or (isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not)):
-            return text
-        return Text(f"{text.within(COMPARISON + 1)} != 0", COMPARISON)
+        logical = isinstance(node, ast.Compare | ast.BoolOp) or isinstance(getattr(node, "op", None), ast.Not)
+        return self(node) if logical else f"{self.operand(node)} != 0"
 
     def value(self, node: ast.expr) -> Any:
         """Value of a name, or of names with dots, outside the function; KeyError if there is none."""
-        if isinstance(node, ast.Name) and node.id not in self._locals:
-            return self._scope(node.id)
+        if isinstance(node, ast.Name) and node.id not in self.names:
+            return self.scope(node.id)
         if isinstance(node, ast.Attribute) and isinstance(owner := self.value(node.value), ModuleType):
             return getattr(owner, node.attr)
         raise KeyError(ast.unparse(node))
 
-    def _constant(self, node: ast.Constant) -> Text:
-        if node.value is None:
-            return Text("null")
-        if (text := literal(node.value)) is None:
+    def _constant(self, node: ast.Constant) -> str:
+        text = "null" if node.value is None else literal(node.value)
+        if text is None:
             raise self.refuse(node)
-        return Text(text)
+        return text
 
-    def _name(self, node: ast.Name | ast.Attribute) -> Text:
-        if isinstance(node, ast.Name) and node.id in self._locals:
-            return Text(self._locals[node.id])
+    def _name(self, node: ast.Name | ast.Attribute) -> str:
+        if isinstance(node, ast.Name) and node.id in self.names:
+            return self.names[node.id]
         try:
             value = self.value(node)
         except KeyError:
             raise self.refuse(node, f"the name {ast.unparse(node)}") from None
-        text = literal(value) if np.ndim(value) == 0 else None
-        text = text or self._named(value)
+        text = (literal(value) if np.ndim(value) == 0 else None) or self.named(value)
         if text is None:
             raise self.refuse(node)
-        return Text(text, UNARY if text.startswith("-") else ATOM)
+        return f"({text})" if text.startswith("-") else text
 
-    def _attribute(self, node: ast.Attribute) -> Text:
-        if isinstance(node.value, ast.Name) and node.value.id in self._locals:
-            return Text(f"{self._locals[node.value.id]}.{node.attr}")
+    def _attribute(self, node: ast.Attribute) -> str:
+        if isinstance(node.value, ast.Name) and node.value.id in self.names:
+            return f"{self.names[node.value.id]}.{node.attr}"
         return self._name(node)
 
-    def _subscript(self, node: ast.Subscript) -> Text:
-        array = self(node.value).within(ATOM)
+    def _subscript(self, node: ast.Subscript) -> str:
+        array = self.operand(node.value)
         if isinstance(node.slice, ast.Slice):
             ends = [node.slice.lower or ast.Constant(0), node.slice.upper]
             if node.slice.step is not None:
                 raise self.refuse(node)
-            return Text(f"{array}.subarray({', '.join(self._place(e).code for e in ends if e is not None)})")
+            return f"{array}.subarray({', '.join(self._place(e) for e in ends if e is not None)})"
         places = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
-        return Text(array + "".join(f"[{self._place(place).code}]" for place in places))
+        return array + "".join(f"[{self._place(place)}]" for place in places)
 
-    def _place(self, node: ast.expr) -> Text:
+    def _place(self, node: ast.expr) -> str:
         if isinstance(node, ast.UnaryOp | ast.Slice | ast.Starred):
             raise self.refuse(node)
         return self(node)
 
-    def _unaryop(self, node: ast.UnaryOp) -> Text:
+    def _unaryop(self, node: ast.UnaryOp) -> str:
         if isinstance(node.op, ast.Not):
-            return Text(f"!{self.truth(node.operand).within(UNARY + 1)}", UNARY)
+            return f"!({self.truth(node.operand)})"
         if isinstance(node.op, ast.UAdd):
             return self(node.operand)
         if isinstance(node.op, ast.USub):
-            return Text(f"-{self(node.operand).within(UNARY + 1)}", UNARY)
+            return f"-{self.operand(node.operand)}"
         raise self.refuse(node)
 
-    def _binop(self, node: ast.BinOp) -> Text:
-        left, right = self(node.left), self(node.right)
+    def _binop(self, node: ast.BinOp) -> str:
         if isinstance(node.op, ast.Pow):
-            twice = isinstance(node.right, ast.Constant) and node.right.value == 2
-            called = f"runtime.square({left.code})" if twice else f"Math.pow({left.code}, {right.code})"
-            return Text(called)
+            if isinstance(node.right, ast.Constant) and node.right.value == 2:
+                return f"runtime.square({self(node.left)})"
+            return f"Math.pow({self(node.left)}, {self(node.right)})"
         if isinstance(node.op, ast.FloorDiv | ast.Mod):
             name = "quotient" if isinstance(node.op, ast.FloorDiv) else "remainder"
-            return Text(f"runtime.{name}({left.code}, {right.code})")
+            return f"runtime.{name}({self(node.left)}, {self(node.right)})"
         if type(node.op) not in BINARY:
             raise self.refuse(node)
         sign, binds = BINARY[type(node.op)]
-        return Text(f"{left.within(binds)} {sign} {right.within(binds + 1)}", binds)
+        return f"{self._side(node.left, binds)} {sign} {self._side(node.right, binds + 1)}"
 
-    def _compare(self, node: ast.Compare) -> Text:
+    def _side(self, node: ast.expr, least: int) -> str:
+        """One side of an operation, without parentheses where it binds at least so strongly."""
+        strong = isinstance(node, ast.BinOp) and BINARY.get(type(node.op), CALLED)[1] >= least
+        return self(node) if strong else self.operand(node)
+
+    def _compare(self, node: ast.Compare) -> str:
         operands, parts = [node.left, *node.comparators], []
         if any(isinstance(each, ast.Call) for middle in operands[1:-1] for each in ast.walk(middle)):
             raise self.refuse(node)  # it would be called twice
         for left, op, right in zip(operands, node.ops, operands[1:], strict=False):
             parts.append(self._pair(node, left, op, right))
-        return parts[0] if len(parts) == 1 else Text(" && ".join(p.within(AND) for p in parts), AND)
+        return parts[0] if len(parts) == 1 else " && ".join(f"({part})" for part in parts)
 
-    def _pair(self, node: ast.Compare, left: ast.expr, op: ast.cmpop, right: ast.expr) -> Text:
-        here = self(left).within(COMPARISON + 1)
+    def _pair(self, node: ast.Compare, left: ast.expr, op: ast.cmpop, right: ast.expr) -> str:
+        here = self.operand(left)
         if isinstance(op, ast.In) and isinstance(right, ast.Tuple) and isinstance(left, ast.Name):
-            equal = (f"{here} == {self(each).within(COMPARISON + 1)}" for each in right.elts)
-            return Text(" || ".join(equal), OR)
+            return " || ".join(f"{here} == {self.operand(each)}" for each in right.elts)
         none = isinstance(right, ast.Constant) and right.value is None
         if isinstance(op, ast.Is | ast.IsNot) and none:
-            return Text(f"{here} {'===' if isinstance(op, ast.Is) else '!=='} null", COMPARISON)
+            return f"{here} {'===' if isinstance(op, ast.Is) else '!=='} null"
         if type(op) not in COMPARISONS:
             raise self.refuse(node)
-        return Text(f"{here} {COMPARISONS[type(op)]} {self(right).within(COMPARISON + 1)}", COMPARISON)
+        return f"{here} {COMPARISONS[type(op)]} {self.operand(right)}"
 
-    def _boolop(self, node: ast.BoolOp) -> Text:
-        sign, binds = ("&&", AND) if isinstance(node.op, ast.And) else ("||", OR)
-        return Text(f" {sign} ".join(self.truth(each).within(binds + 1) for each in node.values), binds)
+    def _boolop(self, node: ast.BoolOp) -> str:
+        sign = " && " if isinstance(node.op, ast.And) else " || "
+        return sign.join(f"({self.truth(each)})" for each in node.values)
 
-    def _ifexp(self, node: ast.IfExp) -> Text:
-        test, then, other = self.truth(node.test), self(node.body), self(node.orelse)
-        return Text(f"{test.within(CHOICE + 1)} ? {then.within(CHOICE + 1)} : {other.within(CHOICE)}", CHOICE)
+    def _ifexp(self, node: ast.IfExp) -> str:
+        return f"{self.truth(node.test)} ? {self.operand(node.body)} : {self.operand(node.orelse)}"
 
-    def _call(self, node: ast.Call) -> Text:
+    def _call(self, node: ast.Call) -> str:
         if node.keywords or any(isinstance(each, ast.Starred) for each in node.args):
             raise self.refuse(node)
         if isinstance(node.func, ast.Name) and node.func.id in ("min", "max", "len", "float"):
             return self._built_in(node)
-        return Text(f"{self._called(node)}({', '.join(self(each).code for each in node.args)})")
+        return f"{self._called(node)}({', '.join(map(self, node.args))})"
 
-    def _built_in(self, node: ast.Call) -> Text:
+    def _built_in(self, node: ast.Call) -> str:
         name, first = node.func.id, node.args[0]
         if name == "float" and isinstance(first, ast.Constant) and isinstance(first.value, str):
-            return Text(literal(float(first.value)) or "NaN", UNARY)
-        text = self(first)
+            return f"({literal(float(first.value))})"
         if name == "float":
-            return text
+            return f"({self(first)})"
         if name == "len":
-            return Text(f"{text.within(ATOM)}.length")
+            return f"{self.operand(first)}.length"
+        text = self(first)
         for other in node.args[1:]:
-            text = Text(f"runtime.{name}({text.code}, {self(other).code})")
+            text = f"runtime.{name}({text}, {self(other)})"
         return text
 
     def _called(self, node: ast.Call) -> str:
         """Name of the function that is called."""
         owner = node.func.value if isinstance(node.func, ast.Attribute) else node.func
-        if isinstance(owner, ast.Name) and owner.id in self._locals:  # handed over
-            return self(node.func).code
+        if isinstance(owner, ast.Name) and owner.id in self.names:  # handed over
+            return self(node.func)
         try:
             function = self.value(node.func)
         except KeyError:
             raise self.refuse(node, f"the function {ast.unparse(node.func)}") from None
         name = CALLS.get(function) if callable(function) else None
-        if (name := name or self._named(function)) is None:
+        if (name := name or self.named(function)) is None:
             raise self.refuse(node, f"the function {ast.unparse(node.func)}")
         return name

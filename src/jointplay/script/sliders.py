@@ -10,6 +10,7 @@ structure, or not close over the turn (script.closing).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -20,6 +21,7 @@ from jointplay.analysis import vary
 from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN, shown
 from jointplay.errors import InputError
+from jointplay.mechanism.paths import found as part
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.script import forms
 
@@ -37,6 +39,9 @@ RANGES = {  # of a slider over its stored value
 TRIED, NEARER, SAMPLES, JOINT = 12, 6, 9, 24
 WITHIN = 0.98  # of the way to where a mechanism begins to be refused
 SIDES = ("journal", "bearing")
+OF_A_JOINT = {"friction": "friction.coefficient"}
+OF_A_JOINT |= {word: f"contact.{word}" for word in ("stiffness", "damping", "restitution")}
+OF_A_LINK = ("mass", "inertia", "inertia_centre")
 Place = tuple[str, int]
 Found = dict[Place, float]
 Numbers = Callable[[Mechanism | TestSystem], Found | None]
@@ -46,7 +51,8 @@ Numbers = Callable[[Mechanism | TestSystem], Found | None]
 class Slider:
     """A parameter, its range, and the form of each number that it changes, by that number's place.
 
-    `paths` lead to all numbers of the mechanism that it stands for.
+    `paths` lead to all numbers of the mechanism that it stands for; `refused` says whether there is nothing
+    below the range, or above it, that makes a mechanism of the same kind.
     """
 
     key: str
@@ -54,6 +60,7 @@ class Slider:
     value: float
     low: float = 0.0
     high: float = 0.0
+    refused: list[bool] = field(default_factory=list)
     forms: dict[Place, tuple[str, list[float]]] = field(default_factory=dict)
 
     def moved(self, place: Place, first: float, x: float) -> float:
@@ -80,9 +87,9 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
     -------
     dict
         ``parameters``, ``followed`` (numbers with their forms) and ``fixed`` (parameters without a slider,
-        and why).
+        each with ``why``).
     """
-    first, kept, fixed = numbers(mechanism) or {}, [], {}
+    first, kept, fixed = numbers(mechanism) or {}, [], []
 
     def tried(values: dict[Slider, float]) -> Found | None:
         try:
@@ -93,17 +100,17 @@ def followed(mechanism: Mechanism | TestSystem, numbers: Numbers, closes: bool =
 
     for slider in candidates(mechanism):
         if slider.key.startswith("length") and not closes:
-            fixed[slider.key] = "where the motion begins is not known at other lengths"
+            fixed.append((slider, "where the motion begins is not known at other lengths"))
         elif why := _fitted(slider, tried, first):
-            fixed[slider.key] = why
+            fixed.append((slider, why))
         else:
             kept.append(slider)
     while isinstance(rules := _rules(kept, tried, first), Slider):
-        fixed[rules.key] = "it does not go together with the sliders before it"
+        fixed.append((rules, "it does not go together with the sliders before it"))
         kept.remove(rules)
     return {
         "parameters": [_described(mechanism, slider) for slider in kept],
-        "fixed": fixed,
+        "fixed": [_described(mechanism, slider) | {"why": why} for slider, why in fixed],
         "followed": [
             {
                 "array": array,
@@ -124,32 +131,24 @@ def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
             if value and not isinstance(value, bool):
                 yield Slider(name, (name,), value)
         return
-    loose = {f"joints.{joint.name}": joint for joint in mechanism.clearance_joints}
-    found = [(f"clearance.{each.name}", f"{own}.clearance", each.clearance) for own, each in loose.items()]
-    drive = mechanism.drive
-    found += [(name, f"drive.{name}", getattr(drive, name, 0.0)) for name in ("gear_ratio", "speed")]
-    for own, joint in loose.items():
-        if joint.friction:
-            path = f"{own}.friction.coefficient"
-            found.append((f"friction.{joint.name}", path, joint.friction.coefficient))
-        for word in ("stiffness", "damping", "restitution"):
-            found.append((f"{word}.{joint.name}", f"{own}.contact.{word}", getattr(joint.contact, word, 0.0)))
+    loose = [joint.name for joint in mechanism.clearance_joints]
+    found = {f"clearance.{name}": [f"joints.{name}.clearance"] for name in loose}
+    found |= {name: [f"drive.{name}"] for name in ("gear_ratio", "speed")}
+    found |= {
+        f"{word}.{name}": [f"joints.{name}.{path}"] for name in loose for word, path in OF_A_JOINT.items()
+    }
     for link in mechanism.links:  # a length, with all joints at the far end
-        ends = [
-            f"joints.{joint.name}.{side}.at"
-            for joint in mechanism.joints
-            for side in SIDES
-            if getattr(joint, side).link == link.name and getattr(joint, side).at == link.length
-        ]
-        if ends:
-            found.append((f"length.{link.name}", (f"links.{link.name}.length", *ends), link.length))
-    for link in mechanism.links:
-        for word in ("mass", "inertia", "inertia_centre"):
-            found.append((f"{word}.{link.name}", f"links.{link.name}.{word}", getattr(link, word)))
-    found += [(name, f"drive.{name}", getattr(drive, name, 0.0)) for name in ("rated_torque", "efficiency")]
-    for key, path, value in (*found, ("gravity", "gravity", mechanism.gravity)):
-        if value:
-            yield Slider(key, path if isinstance(path, tuple) else (path,), value)
+        pairs = [(joint, side) for joint in mechanism.joints for side in SIDES]
+        pins = [(f"joints.{joint.name}.{side}.at", getattr(joint, side)) for joint, side in pairs]
+        ends = [path for path, pin in pins if (pin.link, pin.at) == (link.name, link.length)]
+        found |= {f"length.{link.name}": [f"links.{link.name}.length", *ends]} if ends else {}
+    names = [link.name for link in mechanism.links]
+    found |= {f"{word}.{name}": [f"links.{name}.{word}"] for name in names for word in OF_A_LINK}
+    found |= {name: [f"drive.{name}"] for name in ("rated_torque", "efficiency")} | {"gravity": ["gravity"]}
+    for key, paths in found.items():
+        value, missing = part(mechanism, paths[0], key)
+        if value and not missing:
+            yield Slider(key, tuple(paths), value)
 
 
 def _fitted(slider: Slider, tried: Callable, first: Found) -> str:
@@ -159,7 +158,8 @@ def _fitted(slider: Slider, tried: Callable, first: Found) -> str:
     ends = [_end(slider, slider.value * each, tried) for each in share]
     if None in ends:
         return "no other value near it gives a mechanism of the same kind"
-    slider.low, slider.high = sorted(ends)
+    slider.low, slider.high = sorted(_rounded(end, slider.value) for end in ends)
+    slider.refused = [end != slider.value * each for end, each in zip(ends, share, strict=True)]
     angles = np.cos(np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
     middle, half = (slider.high + slider.low) / 2, (slider.high - slider.low) / 2
     xs = [slider.low, slider.high, *(middle + half * angles)]
@@ -186,6 +186,13 @@ def _end(slider: Slider, x: float, tried: Callable) -> float | None:
         middle = (good + refused) / 2
         good, refused = (good, middle) if tried({slider: middle}) is None else (middle, refused)
     return None if good == slider.value else slider.value + WITHIN * (good - slider.value)
+
+
+def _rounded(end: float, value: float) -> float:
+    """An end of a range with the digits that are shown, towards the value."""
+    step = 10.0 ** (math.floor(math.log10(abs(end))) - 3)
+    whole = math.floor(end / step + 1e-6) if end > value else math.ceil(end / step - 1e-6)
+    return float(f"{whole * step:.4g}")
 
 
 def _allowed(place: Place, first: Found) -> tuple[float, bool]:
@@ -237,5 +244,6 @@ def _described(mechanism: Mechanism | TestSystem, slider: Slider) -> dict[str, A
         "value": slider.value,
         "min": slider.low,
         "max": slider.high,
+        "refused": slider.refused,
         "scale": "log" if slider.high > 8 * slider.low > 0 else "lin",
     }

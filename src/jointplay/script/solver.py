@@ -17,6 +17,7 @@ import numpy as np
 
 from jointplay.analysis import rates, rules
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.exponents.stretching import SOLVED, frame
 from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.tangents import scales, tolerated
@@ -32,22 +33,19 @@ from jointplay.numerics.codes import Row, Status
 from jointplay.numerics.control import FULL
 from jointplay.numerics.interface import Functions, Variations
 from jointplay.numerics.memory import COUNTERS, LEVEL, H
-from jointplay.numerics.modes import RELEASED, mask, variant_of
+from jointplay.numerics.modes import RELEASED
 from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
 from jointplay.script.closing import closing, ideal
 from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import followed
 from jointplay.script.translate import Script, Unit, generated, unit_of
 
-SHOWN = (
-    *("angle", "angular_velocity", "journal_x", "journal_y", "eccentricity_ratio", "normal_velocity"),
-    *("normal_force", "slide_position", "deflection", "reaction", "state_value"),
-)
+RECORDED = ("angle", "angular_velocity", "journal_x", "journal_y", "normal_force", "reaction")
+RECORDED += ("slide_position", "state_value")
 NEEDED = ("angle", "journal_x", "journal_y", "slide_position", "eccentricity_ratio")  # for places, and `set`
 ARRAYS = ("s", "p", "absolute", "relative", "margin", "clearance_squared", "cone")
 OPTIONS = ("h_max", "near", "rest", "hop", "play", "sharp")
 LOG_ROWS = 512
-LATER = 0.382  # of the period: another time, to see whether the rates depend on it
 HEADER = "from math import atan2, copysign, cos, exp, log, sin, sqrt, tan, tanh\n"
 
 
@@ -73,7 +71,7 @@ def solver(
     initial: Any = None,
     section: Any = None,
     rtol: float = 1e-8,
-    names: tuple[str, ...] = SHOWN,
+    names: tuple[str, ...] = RECORDED,
 ) -> Solver:
     """Give the solver of a mechanism's motion.
 
@@ -224,7 +222,7 @@ def _begun(model: Model, request: Request) -> dict[str, Any]:
         "work": {name: len(array) for name, array in k._asdict().items()},
         "trajectory": {n: _packed(a) for n, a in x._asdict().items() if n not in ("samples", "log")},
         "options": {name: _plain(value) for name, value in o._asdict().items()},
-        "tangents": _tangents(model, request, x, o),
+        "tangents": _tangents(model, request, o),
         "log_rows": LOG_ROWS,
         "period": model.period,
         "first_step": float(x.real[H]) / model.period,
@@ -235,30 +233,15 @@ def _begun(model: Model, request: Request) -> dict[str, Any]:
     }
 
 
-def _tangents(model: Model, request: Request, x: Any, o: Any) -> dict[str, Any]:
+def _tangents(model: Model, request: Request, o: Any) -> dict[str, Any]:
     """One tangent, and the motion's own direction before it where nothing outside keeps the time."""
-    neutral = _timeless(model, x, o)
+    neutral = timeless(model)
     wanted = frame(1 + neutral, scales(model), model.memories)
     y = tangents(wanted, scales(model), o.n, 0, 1)  # tangentRows, where it runs
     y.count[SALTATION], y.count[NEUTRAL] = 1, neutral
     y.real[GRAZING] = y.real[BLOCK] = y.real[NEXT] = np.inf
     y.real[TOLERANCE], y.real[LIMIT] = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
     return {name: _packed(array) for name, array in y._asdict().items() if name not in ("rows", "w")}
-
-
-def _timeless(model: Model, x: Any, o: Any) -> bool:
-    """Whether the rates do not depend on the time, so that one exponent of the flow is 0."""
-    if isinstance(model.structure, Oscillator):
-        return "phase" not in cache.structure_module(model.structure).OUTPUTS
-    module, found = cache.structure_module(model.structure), []
-    for time in (0.0, LATER * model.period):
-        s, w = x.s.copy(), np.zeros(8 * module.SIZES["rows"])
-        s[0] = time
-        module.trig(s, x.p)
-        mask(x.modes, x.m)
-        module.rate(variant_of(x.modes), w, s, x.p, x.m)
-        found.append(w[8 * (o.first + 1 + o.n_q + o.n) :][: 8 * o.n])
-    return np.array_equal(*found)
 
 
 def _packed(array: np.ndarray) -> int | list[Any]:

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.script.expressions import ATOM, Expressions, UntranslatableError, literal, safe, short
+from jointplay.script.expressions import Expressions, UntranslatableError, literal, safe, short
 
 WORDS = {ast.Pass: "", ast.Break: "break", ast.Continue: "continue"}
 STEPS = {ast.Add: "+=", ast.Sub: "-=", ast.Mult: "*=", ast.Div: "/="}
@@ -184,17 +184,15 @@ class Function:
             return []
         if not isinstance(node.value, ast.Call):
             raise self._translate.refuse(node)
-        return [f"{self._translate(node.value).code};"]
+        return [f"{self._translate(node.value)};"]
 
     def _return(self, node: ast.Return, depth: int) -> list[str]:
-        if node.value is None:
-            return ["return;"]
         if isinstance(node.value, ast.Tuple):
-            return [f"return [{', '.join(self._translate(each).code for each in node.value.elts)}];"]
-        return [f"return {self._translate(node.value).code};"]
+            return [f"return [{', '.join(map(self._translate, node.value.elts))}];"]
+        return [f"return {self._translate(node.value)};" if node.value else "return;"]
 
     def _if(self, node: ast.If, depth: int) -> list[str]:
-        lines = [f"if ({self._translate.truth(node.test).code}) {{", *self._block(node.body, depth + 1)]
+        lines = [f"if ({self._translate.truth(node.test)}) {{", *self._block(node.body, depth + 1)]
         if len(node.orelse) == 1 and isinstance(node.orelse[0], ast.If):
             first, *rest = self._if(node.orelse[0], depth)
             return [*lines, f"}} else {first}", *rest]
@@ -205,7 +203,7 @@ class Function:
     def _while(self, node: ast.While, depth: int) -> list[str]:
         if node.orelse:
             raise self._translate.refuse(node, "while … else")
-        test = self._translate.truth(node.test).code
+        test = self._translate.truth(node.test)
         return [f"while ({test}) {{", *self._block(node.body, depth + 1), "}"]
 
     def _for(self, node: ast.For, depth: int) -> list[str]:
@@ -213,35 +211,22 @@ class Function:
             raise self._translate.refuse(node, "this kind of for")
         name = self._temporary() if node.target.id == "_" else self._names[node.target.id]
         body = self._block(node.body, depth + 1)
-        called = (
-            node.iter.func.id
-            if isinstance(node.iter, ast.Call) and isinstance(node.iter.func, ast.Name)
-            else ""
-        )
-        if called == "range":
+        if isinstance(node.iter, ast.Call) and ast.unparse(node.iter.func) == "range":
             return [self._range(node.iter, name), *body, "}"]
         if not isinstance(node.iter, ast.Name | ast.Attribute):
             raise self._translate.refuse(node.iter)
-        array, at = self._translate(node.iter).code, self._temporary()
+        array, at = self._translate(node.iter), self._temporary()
         head = f"for (let {at} = 0; {at} < {array}.length; {at} += 1) {{"
         return [head, "  " * (depth + 1) + f"const {name} = {array}[{at}];", *body, "}"]
 
     def _range(self, node: ast.Call, name: str) -> str:
         ends = [self._translate(each) for each in node.args]
-        begin, end = ("0", ends[0]) if len(ends) == 1 else (ends[0].code, ends[1])
-        by = node.args[2] if len(ends) == 3 else ast.Constant(1)
-        down = isinstance(by, ast.UnaryOp) and isinstance(by.op, ast.USub)
-        size = by.operand if down else by
-        if (
-            not (isinstance(size, ast.Constant) and isinstance(size.value, int) and size.value > 0)
-            or node.keywords
-        ):
+        begin, end = ("0", ends[0]) if len(ends) == 1 else ends[:2]
+        by, last = ends[2] if len(ends) == 3 else "1", self._temporary()
+        if node.keywords or not re.fullmatch(r"-?[1-9]\d*", by):
             raise self._translate.refuse(node)
-        last = self._temporary()
-        change, sign = ("-=", ">") if down else ("+=", "<")
-        head = (
-            f"let {name} = {begin}, {last} = {end.code}; {name} {sign} {last}; {name} {change} {size.value}"
-        )
+        change, sign = ("-=", ">") if by[0] == "-" else ("+=", "<")
+        head = f"let {name} = {begin}, {last} = {end}; {name} {sign} {last}; {name} {change} {by.lstrip('-')}"
         return f"for ({head}) {{"
 
     def _temporary(self) -> str:
@@ -251,7 +236,7 @@ class Function:
     def _augassign(self, node: ast.AugAssign, depth: int) -> list[str]:
         if type(node.op) not in STEPS:
             raise self._translate.refuse(node)
-        return [f"{self._target(node.target)} {STEPS[type(node.op)]} {self._translate(node.value).code};"]
+        return [f"{self._target(node.target)} {STEPS[type(node.op)]} {self._translate(node.value)};"]
 
     def _assign(self, node: ast.Assign, depth: int) -> list[str]:
         first, *more = node.targets
@@ -259,7 +244,7 @@ class Function:
             if more:
                 raise self._translate.refuse(node)
             return self._unpacked(node, first.elts)
-        value = self._translate(node.value).code
+        value = self._translate(node.value)
         return [f"{' = '.join(map(self._target, node.targets))} = {value};"]
 
     def _unpacked(self, node: ast.Assign, targets: list[ast.expr]) -> list[str]:
@@ -268,19 +253,19 @@ class Function:
         if isinstance(node.value, ast.Tuple) and len(node.value.elts) == len(targets):
             names = [self._temporary() for _ in targets]
             values = zip(names, map(self._translate, node.value.elts), strict=True)
-            lines = [f"const {name} = {value.code};" for name, value in values]
+            lines = [f"const {name} = {value};" for name, value in values]
             return lines + [f"{self._target(t)} = {names[i]};" for i, t in wanted]
         if not isinstance(node.value, ast.Call):
             raise self._translate.refuse(node)
         found = self._temporary()
-        lines = [f"const {found} = {self._translate(node.value).code};"]
+        lines = [f"const {found} = {self._translate(node.value)};"]
         return lines + [f"{self._target(t)} = {found}[{i}];" for i, t in wanted]
 
     def _target(self, node: ast.expr) -> str:
         whole = isinstance(node, ast.Subscript) and not isinstance(node.slice, ast.Slice)
         if not isinstance(node, ast.Name) and not whole:
             raise self._translate.refuse(node)
-        return self._translate(node).within(ATOM)
+        return self._translate(node)
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.analysis.exponents import batch_means
-from jointplay.analysis.tangents import Bundle
-from jointplay.analysis.trajectory import Request
+from jointplay.analysis.tangents import rate
+from jointplay.analysis.trajectory import Request, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Oscillator
 from jointplay.mechanism.model import Model
@@ -36,10 +36,10 @@ def timeless(model: Model) -> bool:
     """Whether nothing outside keeps the time, so that one exponent of the flow is 0."""
     if isinstance(model.structure, Oscillator):
         return "phase" not in cache.structure_module(model.structure).OUTPUTS
-    bundle = Bundle(model, Request(model.period), np.zeros((1, len(model.state))))
-    now = bundle.rate()
-    bundle.x.s[0] += LATER * model.period
-    return bool(np.array_equal(now, bundle.rate()))
+    k, x, o = memory(model, Request(model.period))
+    now = rate(model.structure, k, x, o)
+    x.s[0] += LATER * model.period
+    return bool(np.array_equal(now, rate(model.structure, k, x, o)))
 
 
 def moves(start: float, end: float) -> bool:
