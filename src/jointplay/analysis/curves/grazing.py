@@ -27,7 +27,7 @@ from jointplay.mechanism.model import Model
 SHORT = 1e-10  # of the margin's size
 NEAR = 3e-3  # of a multiplier from +1 or -1 where a curve of folds or doublings is met
 EARLIER = 1e-4  # of the time between samples: a run to the minimum itself may fire the guard by rounding
-PART = 1e-6  # of the scales: differences of a margin
+PART = 1e-7  # of the scales, small beside a clearance: differences of a margin
 
 
 class Meeting:

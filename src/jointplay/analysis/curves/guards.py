@@ -50,8 +50,9 @@ class Guards:
 
         x, width = self._x, 1 + len(self.model.state)
         modes = rows[:, width : width + len(x.modes)].astype(x.modes.dtype)
-        sides = [[side_of(g, row, x.flags) or np.nan for g in range(len(x.fired))] for row in modes]
-        return np.reshape(sides, (len(rows), len(x.fired))) * self.values(rows)
+        each, which = np.unique(modes, axis=0, return_inverse=True)
+        sides = [[side_of(g, row, x.flags) or np.nan for g in range(len(x.fired))] for row in each]
+        return np.reshape(sides, (-1, len(x.fired)))[which.ravel()] * self.values(rows)
 
     def values(self, rows: np.ndarray) -> np.ndarray:
         """The guards' numbers with their signs, as the modes of each row give them; shape (rows, guards)."""
