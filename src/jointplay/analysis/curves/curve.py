@@ -40,6 +40,7 @@ from jointplay.analysis.orbits.orbit_search import Search, lost, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT
 from jointplay.analysis.orbits.section_map import FAILED, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
+from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.starts import placed
 from jointplay.analysis.trajectory import INTERRUPTED
@@ -62,6 +63,7 @@ def _two(plane: dict[str, Any]) -> dict[str, Any]:
 Ranges = Annotated[dict[str, Range], AfterValidator(_two), accepts(_PLANE)]
 Labels = several(Count, "a list of numbers of special points,")
 Kinds = several(Literal[KINDS], f"a list of {', '.join(KINDS)},")
+Grazed = several(Literal[EVENTS], f"a list of {', '.join(EVENTS)},")
 
 
 def _plane_fits(
@@ -87,6 +89,7 @@ def curve(
     *,
     plane: Ranges,
     of: Kinds = BIFURCATIONS,
+    grazing_events: Grazed = EVENTS,
     branches: Branches = None,
     labels: Labels | None = None,
     start: Number | None = None,
@@ -115,6 +118,8 @@ def curve(
     of : sequence of str
         Kinds of curves: fold, period_doubling, neimark_sacker, symmetry_breaking, and grazing, which is not
         among those that are followed if this is left out; with it also the grazings that other curves meet.
+    grazing_events : sequence of str
+        Of `of`'s grazing: which events are to appear or vanish on the curves; all if left out.
     branches : xarray.Dataset, optional
         What `continuation` returned for one of the two parameters, of this mechanism: curves start from its
         special points. In Python only.
@@ -190,8 +195,10 @@ def curve(
         starts = [replace(begin, q=fractions(key, value)) for begin, value in labelled]
         requested = placed_at(key, float(sum(plane[key]) / 2), None, period)
         orbit = starts[0].orbit if starts else lost(requested, FAILED)
+    kinds = [-1, *map(EVENTS.index, grazing_events)] if "grazing" in of else []  # -1: one that is not told
+    starts = [each for each in starts if each.kind != "grazing" or each.event[1] in kinds]
     found = []
-    for each in Curves(family, step, max_points, visit, "grazing" in of).traced(starts):
+    for each in Curves(family, step, max_points, visit, kinds).traced(starts):
         found.append(each)
         if len(found) == max_curves:
             break

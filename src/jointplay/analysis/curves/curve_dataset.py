@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.curves.tracing import KINDS, Curve, whole
+from jointplay.analysis.curves.tracing import FOLLOWED, Curve, whole
 from jointplay.analysis.evaluate import joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import orbit_dataset
@@ -92,12 +92,12 @@ def _curves(curves: Sequence[Curve], model: Model) -> dict[str, Any]:
     ends = np.reshape([[ENDS.index(end) for end in curve.branch.ends] for curve in curves], (-1, 2))
     why = coded(("curve", "end"), ends, "why a curve ends there", ENDS)
     why[2]["comment"] = "; ".join(f"{end}: {text}" for end, text in WHY.items())
-    kinds = [KINDS.index(curve.kind) for curve in curves]
+    kinds = [FOLLOWED.index(curve.kind) for curve in curves]
     counts = np.array([len(curve.branch.points) for curve in curves], dtype=int)
     return {
         **labelled({"n_points": (counts, "1", "points of the curve")}, "curve"),
         **_events("curve", [curve.event for curve in curves], "begins beyond a grazing", model),
-        "curve_kind": coded("curve", np.array(kinds, dtype=int), "what changes on the curve", KINDS),
+        "curve_kind": coded("curve", np.array(kinds, dtype=int), "what changes on the curve", FOLLOWED),
         "curve_end": why,
     }
 

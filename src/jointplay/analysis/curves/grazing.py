@@ -27,11 +27,27 @@ from jointplay.mechanism.model import Model
 SHORT = 1e-10  # of the margin's size
 NEAR = 3e-3  # of a multiplier from +1 or -1 where a curve of folds or doublings is met
 EARLIER = 1e-4  # of the time between samples: a run to the minimum itself may fire the guard by rounding
-PART = 1e-6  # of the scales: differences of a margin
+PART = 1e-7  # of the scales, small beside a clearance: differences of a margin
+
+
+class Meeting:
+    """Where a curve on which an event vanishes meets others."""
+
+    def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
+        """Zeros where the orbit that grazes also folds or doubles."""
+        return {
+            "fold_grazing": lambda point: floquet.unit_test(point.multipliers),
+            "doubling_grazing": lambda point: floquet.doubling_test(point.multipliers),
+        }
+
+    def genuine(self, kind: str, point: Point) -> bool:
+        """Whether a zero of a test is what its name says."""
+        wanted = 1.0 if kind == "fold_grazing" else -1.0
+        return bool(np.any(np.abs(np.asarray(point.multipliers) - wanted) < NEAR))
 
 
 @dataclass(frozen=True)
-class Grazing:
+class Grazing(Meeting):
     """A guard that nearly fires.
 
     Parameters
@@ -56,29 +72,16 @@ class Grazing:
 
     def gradient(self, family: Family, trial: Trial, like: Point) -> np.ndarray:
         """Its derivatives in the coordinates x/c and the fractions of the ranges."""
-        section, state, directions = trial.section, trial.state, trial.directions
-        lost = np.full(len(section.free) + family.count, np.nan)
         found = self._least(trial, like)
+        if found is not None:
+            before = found[1] - EARLIER * trial.image.time / (SAMPLES * trial.section.turns)
+            found = slopes(family, trial, like, before, self._margin)
         if found is None:
-            return lost
-        before = found[1] - EARLIER * trial.image.time / (SAMPLES * section.turns)
-        bundle, _, status = section.run(state, section.request(before), np.eye(len(state)), directions)
-        if status:
-            return lost
-        here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])
-        steps = np.zeros((2 * len(state), len(here)))
-        for i, part in enumerate(PART * section.scale):
-            steps[2 * i, 1 + i], steps[2 * i + 1, 1 + i] = part, -part
-        margins = Guards(section.model).margins(here + steps)[:, self.guard]
-        slopes = (margins[::2] - margins[1::2]) / (2 * PART * section.scale)
-        row = slopes @ bundle.vectors.T
-        own = [
-            np.diff([Guards(moved).margins(here[None])[0, self.guard] for moved in sides])[0]
-            / (2 * PART * unit)
-            for sides, unit in zip(_beside(section.model, directions), directions.units, strict=True)
-        ]
-        coordinates = like.unit * (row[: len(state)] * section.scale)[section.free]
-        return np.append(coordinates, (row[len(state) :] + own) * (family.high - family.low)) / self.size
+            return np.full(len(trial.section.free) + family.count, np.nan)
+        return found[1][0] / self.size
+
+    def _margin(self, model: Model, rows: np.ndarray) -> np.ndarray:
+        return Guards(model).margins(rows)[:, [self.guard]]
 
     def _least(self, trial: Trial, like: Point) -> tuple[float, float] | None:
         guards, image = Guards(trial.section.model), trial.image
@@ -92,17 +95,40 @@ class Grazing:
         near = found[1][self.guard]
         return guards.minimum(trial.section, trial.state, self.guard, near, spacing, image.time)
 
-    def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
-        """Zeros where the orbit that grazes also folds or doubles."""
-        return {
-            "fold_grazing": lambda point: floquet.unit_test(point.multipliers),
-            "doubling_grazing": lambda point: floquet.doubling_test(point.multipliers),
-        }
 
-    def genuine(self, kind: str, point: Point) -> bool:
-        """Whether a zero of a test is what its name says."""
-        wanted = 1.0 if kind == "fold_grazing" else -1.0
-        return bool(np.any(np.abs(np.asarray(point.multipliers) - wanted) < NEAR))
+def slopes(
+    family: Family, trial: Trial, like: Point, time: float, of: Callable[[Model, np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+    """Numbers of a state at a fixed time of an orbit, their derivatives, and their rates; None if it fails.
+
+    `of`: the numbers, by a model and rows of time, state, modes. Derivatives are rows: in the coordinates x/c
+    and the fractions of the ranges.
+    """
+    section, state, directions = trial.section, trial.state, trial.directions
+    bundle, _, status = section.run(state, section.request(time), np.eye(len(state)), directions)
+    if status:
+        return None
+    here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])
+    steps = np.zeros((2 * len(state), len(here)))
+    for i, part in enumerate(PART * section.scale):
+        steps[2 * i, 1 + i], steps[2 * i + 1, 1 + i] = part, -part
+    values = of(section.model, here + steps)
+    gradients = (values[::2] - values[1::2]).T / (2 * PART * section.scale)
+    rows = gradients @ bundle.vectors.T
+    own = [
+        np.diff([of(moved, here[None])[0] for moved in sides], axis=0)[0] / (2 * PART * unit)
+        for sides, unit in zip(_beside(section.model, directions), directions.units, strict=True)
+    ]
+    rate, later = (
+        np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.x.modes]),
+        EARLIER / SAMPLES * trial.image.time,
+    )
+    rates = (of(section.model, (here + later * rate)[None]) - of(section.model, (here - later * rate)[None]))[
+        0
+    ]
+    coordinates = like.unit * (rows[:, : len(state)] * section.scale)[:, section.free]
+    ranges = (rows[:, len(state) :] + np.transpose(own)) * (family.high - family.low)
+    return of(section.model, here[None])[0], np.hstack([coordinates, ranges]), rates / (2 * later)
 
 
 def _beside(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
@@ -114,10 +140,10 @@ def _beside(model: Model, directions: Directions) -> Iterator[tuple[Model, Model
         yield replace(model, numbers=model.numbers - change), replace(model, numbers=model.numbers + change)
 
 
-def grazed(orbit: Orbit, event: tuple[int, int]) -> Grazing | None:
-    """The guard of an event's contact that nearly fires on an orbit; None where none comes near.
+def grazed(orbit: Orbit, event: tuple[int, int]) -> tuple[float, Grazing] | None:
+    """The guard of an event's contact that nearly fires on an orbit, and its margin over its size.
 
-    On half a symmetric orbit it may be the mirror image's.
+    None where none comes near. On half a symmetric orbit it may be the mirror image's.
     """
     section, guards = orbit.map, Guards(orbit.map.model)
     found = guards.nearest(section, orbit.state, orbit.image.time, orbit.image.events)
@@ -129,4 +155,4 @@ def grazed(orbit: Orbit, event: tuple[int, int]) -> Grazing | None:
     if not owned:
         return None
     guard = min(owned, key=lambda g: least[g] / sizes[g])
-    return Grazing(guard, float(sizes[guard]), event)
+    return float(least[guard] / sizes[guard]), Grazing(guard, float(sizes[guard]), event)

@@ -47,21 +47,28 @@ class Guards:
     def margins(self, rows: np.ndarray) -> np.ndarray:
         """Margins at rows of time, state, modes; shape (rows, guards); NaN where a guard is not watched."""
         from jointplay.numerics.events import side_of
+
+        x, width = self._x, 1 + len(self.model.state)
+        modes = rows[:, width : width + len(x.modes)].astype(x.modes.dtype)
+        each, which = np.unique(modes, axis=0, return_inverse=True)
+        sides = [[side_of(g, row, x.flags) or np.nan for g in range(len(x.fired))] for row in each]
+        return np.reshape(sides, (-1, len(x.fired)))[which.ravel()] * self.values(rows)
+
+    def values(self, rows: np.ndarray) -> np.ndarray:
+        """The guards' numbers with their signs, as the modes of each row give them; shape (rows, guards)."""
         from jointplay.numerics.modes import mask, variant_of
 
         k, x, o = self._k, self._x, self._o
-        width, count = 1 + len(self.model.state), len(x.fired)
-        found = np.full((len(rows), count), np.nan)
-        for row, margins in zip(rows, found, strict=True):
+        width, last = 1 + len(self.model.state), 8 * (o.guards + np.arange(len(x.fired))) + 7
+        found = np.empty((len(rows), len(x.fired)))
+        for row, numbers in zip(rows, found, strict=True):
             x.s[:width] = row[:width]
             x.modes[:] = row[width : width + len(x.modes)]
             self._module.trig(x.s, x.p)
             mask(x.modes, x.m)
             k.w[:] = 0.0
             self._module.rate(variant_of(x.modes), k.w, x.s, x.p, x.m)
-            for g in range(count):
-                if side := side_of(g, x.modes, x.flags):
-                    margins[g] = side * k.w[8 * (o.guards + g) + 7]
+            numbers[:] = k.w[last]
         return found
 
     def owner(self, guard: int) -> int:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from jointplay.analysis.curves.coincidence import Coincidence, coincident
 from jointplay.analysis.curves.conditions import Critical, Torus
-from jointplay.analysis.curves.grazing import Grazing, grazed
+from jointplay.analysis.curves.grazing import grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.orbits.arclength import Family, Point, first, solve
 from jointplay.analysis.orbits.branch import Branch, Tracer, alike
@@ -21,6 +22,7 @@ from jointplay.analysis.orbits.shooting import Orbit
 
 BIFURCATIONS = ("fold", "period_doubling", "neimark_sacker", "symmetry_breaking")
 KINDS = (*BIFURCATIONS, "grazing")
+FOLLOWED = (*KINDS, "coincidence")  # which begins as a grazing does
 FROM = {"branch_point": "symmetry_breaking"}  # by the special point that it starts from, where not its own
 CONDITIONS: dict[str, Condition] = {
     "fold": Critical(1.0),
@@ -44,8 +46,7 @@ class Curve:
     @property
     def event(self) -> tuple[int, int]:
         """Contact and kind of the event that begins at a grazing; (-1, -1) of other curves."""
-        condition = self.family.condition
-        return condition.event if isinstance(condition, Grazing) else (-1, -1)
+        return getattr(self.family.condition, "event", (-1, -1))
 
 
 @dataclass
@@ -62,22 +63,23 @@ class Curves:
         Points of a curve, at most.
     visit : callable
         Called with each point.
-    onward : bool
-        Whether the grazings are followed too that other curves meet.
+    onward : collection of int
+        Kinds of the events whose grazings are followed too where other curves meet them.
     """
 
     family: Family
     step: float
     max_points: int
     visit: Callable[[Point], None]
-    onward: bool = False
+    onward: Collection[int] = ()
 
     def traced(self, starts: Sequence[Begin]) -> Iterator[Curve]:
         """The curve of each start, but for those already passed; then those of the grazings on them."""
         found: list[Curve] = []
         waiting = list(starts)
         for start in waiting:  # which grows
-            kind, (family, begin, trouble) = start.kind, self._begun(start)
+            family, begin, trouble = self._begun(start)
+            kind = "coincidence" if isinstance(family.condition, Coincidence) else start.kind
             branch = Branch([begin], [], (trouble, trouble))
             if any(_passes(each, Curve(kind, branch, family)) for each in found):
                 continue
@@ -87,8 +89,9 @@ class Curves:
             yield found[-1]
             if "interrupted" in found[-1].branch.ends:
                 return
-            if self.onward and kind != "grazing":
-                waiting += starts_of(found[-1].branch, ["grazing"], lambda q: q)
+            if self.onward and start.kind != "grazing":
+                met = starts_of(found[-1].branch, ["grazing"], lambda q: q)
+                waiting += [each for each in met if each.event[1] in self.onward]
 
     def _begun(self, begin: Begin) -> tuple[Family, Point, str]:
         """The family of a kind of curve, its first point, and why there is no other, if there is none."""
@@ -101,10 +104,11 @@ class Curves:
         elif kind == "symmetry_breaking":
             return family, point, "not_symmetric"
         if kind == "grazing":
-            nearly = grazed(start, begin.event)
-            if nearly is None:
+            nearly = [each(start, begin.event) for each in (grazed, coincident)]
+            if not any(nearly):
                 return family, point, "not_converged"
-            family = replace(family, condition=nearly)
+            condition = min(filter(None, nearly), key=lambda each: each[0])[1]
+            family = replace(family, condition=condition)
         guess = first(family, start, q, np.array([0.0, 1.0]))
         found = solve(family, guess, guess.z, guess.tangent)
         return (family, point, "not_converged") if found is None else (family, found, "")

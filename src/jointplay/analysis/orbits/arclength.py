@@ -33,7 +33,8 @@ CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink
 GAIN = 0.3  # factor by which a correction below the tolerance must reduce the residual
 ROUNDING = 1e-14
-TRIES, AWAY = 10, 1e-6  # to come back from beyond a curve; the first distance off it, by its condition
+BACK = (1e-3, 1e-2, 0.1, 0.5, 0.75, 0.9, 0.99, 0.999)  # shares of a correction that ends beyond a curve
+AWAY = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1)  # distances off a curve, by its condition, from a guess beyond it
 KEPT = 1e-9  # singular values below it, relative to the largest, are not divided by
 
 
@@ -236,14 +237,16 @@ def _drawn_back(family: Family, like: Point, z: np.ndarray, last: np.ndarray | N
 
     From unknowns z beyond it towards the last ones, or off the curve by its normal at the point `like`.
     """
+    if last is not None:
+        others = [z + share * (last - z) for share in BACK]
+    elif like.inward is not None:
+        others = [z + distance * like.inward / (like.inward @ like.inward) for distance in AWAY]
+    else:
+        others = []
     trial = family.trial(z, like)
-    for n in range(1, TRIES):
-        if np.isfinite(trial.size(like.unit)) or (last is None and like.inward is None):
+    for other in others:
+        if np.isfinite(trial.size(like.unit)):
             break
-        if last is None:
-            other = z + AWAY * 4**n * like.inward / (like.inward @ like.inward)
-        else:
-            other = last + (z - last) / 2**n
         trial = family.trial(other, like)
     return trial
 

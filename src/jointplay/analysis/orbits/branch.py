@@ -42,7 +42,7 @@ DEVIATION = 0.5  # of a step: farther from its prediction a point may be on anot
 TURN, SMALL = 0.8, 1e-4  # least cosine of the turn in a step; steps so small that any turn is accepted
 ENCLOSED = 1e-9  # bracket of a grazing
 NEARLY = 1e-6  # of the arc: a wider bracket of a grazing is narrowed from its other side
-GAP = 1e-3  # on the arc: beyond a wider gap at a grazing a branch is another one
+GAP = 1e-3, 2e-2  # on the arc: beyond a wider gap at a grazing a branch, or a curve, is another one
 STALLED = 1e-2  # of the longest step: where a shorter one fails, an orbit beyond a grazing is looked for
 LEAPS = (8.0, 64.0, 512.0)  # at so many times its length
 PROBES = (1e-8, 1e-6, 1e-4)  # distances beyond a failure at which events are compared
@@ -180,7 +180,7 @@ class Tracer:
         if width > NEARLY:  # Newton's method failed at the kink: enclose from the other side
             (beyond, width, _), narrowed = self._back(beyond, before), True
         self._between(last, before)
-        if apart(before, beyond) > GAP:
+        if apart(before, beyond) > GAP[self.family.condition is not None]:
             gap = float(np.max(np.abs(beyond.q - before.q)))
             self._note_grazing(before, beyond.orbit.image, before.q, gap)
             return before, length, "grazing"

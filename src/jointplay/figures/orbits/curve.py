@@ -20,6 +20,7 @@ LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
     "neimark_sacker": ("#7b3294", (0, (4, 1, 1, 1))),
     "symmetry_breaking": ("#007a53", (0, (2, 1))),
     "grazing": (style.WARNING, (0, (1, 1))),
+    "coincidence": ("#8c510a", (0, (3, 1, 1, 1, 1, 1))),
 }
 MARKED = {"linestyle": "none", "markerfacecolor": "white", "color": style.BLACK, "markersize": 4.0}
 MARKED |= {"markeredgewidth": 0.9, "zorder": 3.2}

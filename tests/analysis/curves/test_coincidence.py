@@ -1,0 +1,47 @@
+"""Curves along which a slip reversal and the beginning of its contact are at one time."""
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay import catalog
+
+CONTACTS = ("contact", "separation")
+
+
+def reversals(linkage, point, share):
+    """Slip reversals of the orbit beside a point of a curve, and the least time from one to the contact's."""
+    clearance, ratio = share * float(point["clearance"]), float(point["gear_ratio"])
+    start = {"initial": list(point["orbit_state"].values), "transient": 0}
+    orbit = jp.words(jp.periodic_orbit(linkage.replace(clearance=clearance, gear_ratio=ratio), **start))
+    kinds, times = orbit["event_kind"].values, orbit["event_time"].values / float(orbit["period_time"])
+    slips, others = times[kinds == "slip_reversal"], times[np.isin(kinds, CONTACTS)]
+    return len(slips), min(np.abs(np.subtract.outer(slips, others)).ravel(), default=np.inf)
+
+
+@pytest.mark.long
+def test_a_slip_reversal_vanishes_into_flight():
+    """Beside the curve orbits differ by one reversal, the nearer to the curve the closer to the contact."""
+    linkage = catalog.chunmei2002(4.11e-5, gear_ratio=3.0)
+    plane = {"clearance": (4.1e-5, 4.16e-5), "gear_ratio": (2.97, 3.02)}
+    given = {"of": "grazing", "grazing_events": "slip_reversal", "step": 0.1, "max_points": 16}
+    found = jp.words(jp.curve(linkage, plane=plane, **given))
+    assert list(found["curve_kind"].values) == 2 * ["coincidence"]
+    assert list(found["curve_event_kind"].values) == 2 * ["slip_reversal"]
+    for number in range(2):
+        one = found.isel(curve=number, point=slice(0, int(found["n_points"][number])))
+        assert one.sizes["point"] > 8
+        middle = one.sizes["point"] // 2
+        chord = [np.diff(one[name].values[middle : middle + 2])[0] for name in plane]
+        slope = [one[f"{name}_tangent"].values[middle : middle + 2].mean() for name in plane]
+        assert chord[0] / chord[1] == pytest.approx(slope[0] / slope[1], rel=1e-3)
+        for point in (1, middle, one.sizes["point"] - 2):
+            at, apart = one.isel(point=point), []
+            for distance in (1e-6, 1e-7):
+                (few, _), (many, near) = sorted(
+                    reversals(linkage, at, 1 + side * distance) for side in (-1, 1)
+                )
+                assert many == few + 1
+                apart.append(near)
+            assert apart[1] == pytest.approx(apart[0] / 10, rel=0.05)
+            assert apart[1] < 1e-6
