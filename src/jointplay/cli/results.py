@@ -94,8 +94,10 @@ def report_result(arguments: Namespace) -> int:
     from jointplay.study.file import moving_of
 
     given = Path(arguments.result)
-    target = arguments.out or given.with_suffix(".html")
-    for path in report((moving_of if given.suffix == ".toml" else open_result)(given), target):
+    target = Path(arguments.out or given.with_suffix(".html"))
+    with Progress(target.name):  # clicked points are computed: that may compile
+        paths = report((moving_of if given.suffix == ".toml" else open_result)(given), target)
+    for path in paths:
         print(f"written {path}")
     return DONE
 

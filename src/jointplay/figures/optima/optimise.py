@@ -11,9 +11,8 @@ from jointplay.figures.drawing.select import require
 from jointplay.figures.registry import picture
 
 LOOKS = {"before": (style.AMBER, "before"), "after": ("black", "after")}
-
 BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22)}  # of a legend: under the label of the x axis
-SIGNS = "os^Dv"
+SIGNS, SHOWN = "os^Dv", 40  # markers of lines, and how many a line has at most
 
 
 @picture()
@@ -54,8 +53,8 @@ def _way(ax: Axes, dataset: Dataset) -> None:
     steps = np.arange(1, len(share) + 1)
     opened = np.flatnonzero(np.diff(dataset["tried_share"].values))
     for i, name in enumerate(dataset["parameter"].values):
-        sign = SIGNS[i % len(SIGNS)]
-        ax.plot(steps, share[:, i], f"{sign}-", markersize=2.5, linewidth=0.8, label=str(name))
+        look = {"marker": SIGNS[i % len(SIGNS)], "markevery": max(len(steps) // SHOWN, 1), "markersize": 2.5}
+        ax.plot(steps, share[:, i], "-", linewidth=0.8, label=str(name), **look)
     for place, label in zip(opened + 1.5, ["play changes here"] + [None] * len(opened), strict=False):
         ax.axvline(place, color=style.GREY, linestyle="--", linewidth=0.8, label=label)
     ax.set(xlabel="Design tried", ylabel="Place between the bounds", ylim=(-0.05, 1.05))
