@@ -119,16 +119,12 @@ def slopes(
         np.diff([of(moved, here[None])[0] for moved in sides], axis=0)[0] / (2 * PART * unit)
         for sides, unit in zip(_beside(section.model, directions), directions.units, strict=True)
     ]
-    rate, later = (
-        np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.x.modes]),
-        EARLIER / SAMPLES * trial.image.time,
-    )
-    rates = (of(section.model, (here + later * rate)[None]) - of(section.model, (here - later * rate)[None]))[
-        0
-    ]
+    later = EARLIER / SAMPLES * trial.image.time
+    ahead = later * np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.x.modes])
+    after, ago = of(section.model, np.stack([here + ahead, here - ahead]))
     coordinates = like.unit * (rows[:, : len(state)] * section.scale)[:, section.free]
     ranges = (rows[:, len(state) :] + np.transpose(own)) * (family.high - family.low)
-    return of(section.model, here[None])[0], np.hstack([coordinates, ranges]), rates / (2 * later)
+    return of(section.model, here[None])[0], np.hstack([coordinates, ranges]), (after - ago) / (2 * later)
 
 
 def _beside(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
