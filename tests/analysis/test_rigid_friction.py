@@ -11,11 +11,13 @@ import pytest
 import jointplay as jp
 from jointplay.analysis import trajectory
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.gradients import wanted
 from jointplay.analysis.quantities import EVENTS
 from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
 from tests.analysis.test_flat_landing import MASS, PLAY, STILL, block
 from tests.numerics.test_tangent import differences, scaled
+from tests.support import driven
 
 F, R, G = 0.3, 0.5, 9.81
 A, B, INERTIA = 0.02, 0.01, 2e-4  # half sizes, and inertia about the mass centre
@@ -193,3 +195,23 @@ def test_tangents_are_those_of_neighbours(start, restitution, duration, kinds):
             assert {EVENTS[kind] for _, kind in events} == kinds
             apart.append(np.abs(found - exact).max() / np.abs(exact).max())
     assert min(apart) < 1e-6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("slope", "friction"), [(0.6, F), (0.1, 2.0)])
+def test_derivatives_in_numbers_are_those_of_neighbours(slope, friction):
+    """Through two impacts at a corner each: slipping, or stopped, where friction does not count."""
+    block, start = rough(slope, friction), STILL | {"angle": {"block": 0.002}}
+    keys = [
+        *("gravity_direction", "links.block.mass", "links.block.inertia_centre"),
+        *("joints.G.clearance", "joints.G.half_length", "joints.G.half_height"),
+        *("joints.G.contact.parameters.restitution", "joints.G.friction.coefficient"),
+    ]
+    values, model = {key: wanted.value_of(block, key) for key in keys}, assemble(block, start)
+    exact = dict(zip(keys, driven.by_tangents(block, values, 0.006, start), strict=True))
+    assert [EVENTS[int(kind)] for _, kind in driven.end(model, 0.006)[1]] == ["impact", "impact"]
+    if friction == 2.0:
+        assert np.all(exact.pop(keys[-1]) == 0.0)
+    for key, row in exact.items():
+        tried = [driven.by_differences(block, key, values[key], 0.006, h, start) for h in (1e-6, 1e-5, 1e-4)]
+        assert min(driven.distance(row, one, model) for one in tried if one is not None) < 1e-6, key

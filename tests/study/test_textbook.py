@@ -198,7 +198,9 @@ def test_rimless_wheel_comes_to_its_speed():
         squares.append(c**2 * (squares[-1] + gain))
     assert found.state_value.sel(state="rate").values ** 2 == pytest.approx(squares[1:], abs=1e-9)
     steady = math.sqrt(gain * c**2 / (1 - c**2))
-    upright = math.sqrt(steady**2 + 2 * math.cos(slope - half) - 2)  # rate²/2 + cos(tilt) is kept
+    upright = math.sqrt(
+        steady**2 + 2 * math.cos(slope - half) - 2
+    )  # rate²/2 + cos(tilt) is kept between steps
     model = assemble(wheel, (0.0, upright))  # five steps from here end far from an impact
     times = events(wheel, 60.0, "impact", initial=(slope - half, steady))
     step = times[0]

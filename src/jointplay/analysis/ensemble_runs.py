@@ -4,7 +4,7 @@ The method is Radau IIA with five stages, each lane of the processor's vectors a
 numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
 Differential Equations II, section IV.8. Validity: structures that codegen.ensemble knows (rigid links, one to
 three joints with clearance; small systems of own equations), rtol from 1e-8 up. Whatever else is asked for is
-followed one by one, and so is a body that comes to rest on a wall.
+followed one by one, and so is a body that comes to rest on a wall, and a motion that lanes cannot finish.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from jointplay.errors import InputError, Problem
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.structure import linkage
-from jointplay.numerics.codes import Row
+from jointplay.numerics.codes import Row, Status
 from jointplay.numerics.ensemble import PHASE
 
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
@@ -127,9 +127,9 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Carried:
-    """A motion with its tangent: records, rows of growth, the closest grazing."""
+    """A motion with its tangent: records (None: it was not finished), rows of growth, the closest grazing."""
 
-    records: Records
+    records: Records | None
     rows: np.ndarray
     grazing: float
 
@@ -141,7 +141,7 @@ def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequen
 
 def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
     """Motions of one structure in lanes, and their tangents."""
-    from jointplay.numerics.ensemble.layout import ASIDE, C_STATUS, LOGGED, PASSED_BY, PAUSE
+    from jointplay.numerics.ensemble.layout import C_STATUS, LOGGED, PASSED_BY, PAUSE
     from jointplay.numerics.interface import direct
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
@@ -174,8 +174,10 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     each, logs = (time.perf_counter() - began) / len(models), _by_motion(parts, len(models))
     found = []
     for n, (model, request) in enumerate(asked):
-        if jobs.count[n, C_STATUS] == ASIDE:
-            found.append(follow(model, request))
+        if (
+            jobs.count[n, C_STATUS] != Status.OK
+        ):  # it steps aside, or failed: then what it is like by itself counts
+            found.append(None if tangents else follow(model, request))
         else:
             found.append(_records(jobs, n, logs[n], each, form, len(request.at) > 1))
     if y is None:

@@ -53,6 +53,30 @@ def test_a_sweep_in_lanes_is_that_one_by_one():
     assert np.isfinite(found.smallest_impact_speed).any()
 
 
+@pytest.mark.parametrize(
+    ("gear", "clearance"), [(9.835, 2.1867241478865552e-05), (18.1, 2.659147948472494e-05)]
+)
+def test_what_lanes_cannot_finish_goes_on_by_itself(gear, clearance):
+    """At two points of a map the iteration in lanes does not converge, and that of one motion does."""
+    each, over = catalog.chunmei2002(gear_ratio=gear), {"clearance": [clearance]}
+    how = SWEEP | {"turns": 70, "transient": 150, "exponents": 1, "lyapunov_turns": 60, "rtol": 1e-5}
+    found = jp.bifurcation(each, over=over, n_jobs=1, ensemble=True, **how)
+    assert not found.cell_status.any()
+    assert not found.followed.any()
+
+
+def test_periods_are_found_at_a_loose_tolerance():
+    """What counts as one section point grows with rtol: period 1 is found at any."""
+    each, over = catalog.chunmei2002(gear_ratio=18.0), {"clearance": np.geomspace(1e-4, 4e-4, 4)}
+    how, tight = SWEEP | {"turns": 16, "transient": 300, "n_jobs": 1}, {"rtol": 1e-7}
+    wanted = jp.bifurcation(each, over=over, **how | tight)
+    assert float(wanted.period_tolerance) == 1e-4
+    found = jp.bifurcation(each, over=over, **how | {"rtol": 1e-5, "ensemble": True})
+    assert float(found.period_tolerance) == pytest.approx(1e-2)
+    assert found.period.values.tolist() == wanted.period.values.tolist()
+    assert found.period.values.max() == 1
+
+
 def test_a_point_of_a_sweep_does_not_depend_on_the_others(monkeypatch):
     each = catalog.chunmei2002(gear_ratio=3.0)
     keywords = SWEEP | {"ensemble": True, "exponents": 1, "lyapunov_turns": 5}

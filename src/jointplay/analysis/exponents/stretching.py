@@ -122,8 +122,8 @@ def grown(
 def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[Stretched]:
     """Follow motions as `grown` does, eight at once where that can be; the others one by one.
 
-    Motions of one structure share lanes. A motion that comes to rest, or whose tangent an ensemble cannot
-    follow, is followed anew by itself.
+    Motions of one structure share lanes. A motion that comes to rest, that fails there, or whose tangent an
+    ensemble cannot follow, is followed anew by itself.
     """
     groups: dict[Any, list[int]] = {}
     for n, (model, one) in enumerate(zip(models, asked, strict=True)):
@@ -160,7 +160,12 @@ def _stretched(model: Model, run: Carried) -> Stretched | None:
     """A motion in lanes as one of `grown`; None where it has to be followed by itself."""
     rows, records = run.rows, run.records
     logs = slice(batch_means.SUMS.stop, rows.shape[1] - len(model.state))
-    if not len(rows) or np.isnan(rows).any() or not section_exponents.moves(*rows[[0, -1], logs.start]):
+    if (
+        records is None
+        or not len(rows)
+        or np.isnan(rows).any()
+        or not section_exponents.moves(*rows[[0, -1], logs.start])
+    ):
         return None
     ended = {name: getattr(records, name) for name in ("status", "wall_time", "counts", "way")}
     return Stretched(model, rows, logs, True, False, run.grazing, **ended)

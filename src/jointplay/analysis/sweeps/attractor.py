@@ -30,8 +30,9 @@ from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
-TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one
 RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
+TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one
+SPREAD = 1000  # times rtol: what they spread over at most; more than TOLERANCE where rtol is looser than RTOL
 ALIGN = 20  # turns in which the tangents find their directions
 UNKNOWN = -1  # a period that could not be looked for
 ROW = contacts.ROW
@@ -57,12 +58,17 @@ class Plan:
     turns: int
     transient: int
     keep: int
-    tolerance: float = TOLERANCE
+    tolerance: float | None = None
     exponents: int = 0
     lyapunov_turns: int = 200
     rtol: float = RTOL
     max_steps: int | None = None
     ensemble: bool | None = False
+
+    @property
+    def spread(self) -> float:
+        """Spread of section points that count as one: as asked, or what `rtol` resolves."""
+        return max(TOLERANCE, SPREAD * self.rtol) if self.tolerance is None else self.tolerance
 
 
 def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[str, Any]:
@@ -90,14 +96,15 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
         If the start or the section does not fit the mechanism; numerical trouble is a status instead.
     """
     model = placed(mechanism, start, plan.section)
-    steps = 0
+    steps, way = 0, 1
     if plan.transient:
         dropped = _run(model, plan, plan.transient, watched=False)
         if dropped.status:
             return _failed(dropped, f"in the {plan.transient} turns dropped", 0)
         model = moved(model, _state(model, plan, _last(model, plan, dropped)))
-        steps = dropped.counts["n_steps"]
+        steps, way = dropped.counts["n_steps"], dropped.way
     records = _run(model, plan, plan.turns, watched=True)
+    records = replace(records, way=min(way, records.way))
     if records.status:
         return _failed(records, f"in the {plan.turns} turns looked at", steps)
     result = _described(model, plan, records)
@@ -165,7 +172,7 @@ def _described(model: Model, plan: Plan, records: Records) -> dict[str, Any]:
     if crank is not None:
         turns = round(abs(last[1 + crank] - model.state[crank]) / math.tau, 9)
     bounds = np.concatenate([[0.0], rows[:, 0]]) if whole else _evenly(last[0], turns)
-    repeats = _period(model, records, plan.tolerance)
+    repeats = _period(model, records, plan.spread)
     values = {"period": ((), repeats), "turn_period": ((), last[0] / turns)}
     if model.joints or model.resets:
         words = contacts.words(model, records, last, bounds, repeats if whole else 0)

@@ -37,7 +37,7 @@ from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, quantity
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import gather
-from jointplay.analysis.sweeps.attractor import RTOL, TOLERANCE, Plan
+from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
 from jointplay.analysis.sweeps.refine import adaptive, refine_fits
 from jointplay.analysis.vary import axes, checked_axes, largest
@@ -147,7 +147,7 @@ def bifurcation(
     starts: Starts | None = None,
     exponents: Count = 0,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
-    tolerance: Annotated[Positive, unit("tolerance of a period", "1")] = TOLERANCE,
+    tolerance: Annotated[Positive, unit("tolerance of a period", "1")] | None = None,
     keep: Natural = KEEP,
     rtol: Rtol = RTOL,
     initial: Start | None = None,
@@ -185,9 +185,10 @@ def bifurcation(
         How many leading Lyapunov exponents are computed at each point, from its end on.
     lyapunov_turns : int
         Nominal turns over which they are averaged.
-    tolerance : float
+    tolerance : float, optional
         Spread of section points that count as one: of journals, as a fraction of the clearance; of a linkage
         without clearance, in radians (longest links) and nominal speeds; of a test system, in its own units.
+        If left out, 1e-4, or 1000 `rtol` where that is more.
     keep : int
         Section points stored of each point: the last ones.
     rtol : float
@@ -282,7 +283,7 @@ def assembled(sweep: Sweep, keys: Sequence[str], read: Read) -> xr.Dataset:
     """Make the dataset of `bifurcation` of the answers of its points, each under the key of one."""
     result = gather.dataset("bifurcation", sweep, keys, read)
     spread = {"units": "1", "long_name": "spread of section points that count as one"}
-    result["period_tolerance"] = ((), float(sweep.plan.tolerance), spread)
+    result["period_tolerance"] = ((), float(sweep.plan.spread), spread)
     counts = numbered("point", sweep.plan.keep, "section point")
     counts |= numbered("exponent", sweep.plan.exponents, "number of the exponent", 1)
     counts |= numbered("multiplier", result.sizes.get("multiplier", 0), section_exponents.NUMBER, 1)

@@ -69,7 +69,7 @@ def parameter_map(
     wanted = [v for v in usual if v in known] if maps is None else listed(maps, known)
     part = sweep_axes.chosen(dataset, select.label(dataset, "direction", direction), start).isel(direction=0)
     part = part.isel(start=0) if "start" in part.dims else part
-    columns = min(len(wanted), 3)
+    columns = 2 if len(wanted) == 4 else min(len(wanted), 3)
     rows = -(-len(wanted) // columns)
     figure = style.sheet(180.0 if columns > 1 else 88.0, 78.0 * rows)
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
@@ -82,6 +82,10 @@ def parameter_map(
         panel(ax, part, array, names, f"({'abcdefgh'[number % 8]})")
         if number % columns:
             ax.set_ylabel("")
+        lowest = number + columns >= len(wanted)
+        ax.tick_params(labelbottom=lowest)
+        if not lowest:
+            ax.set_xlabel("")
     for ax in axes[len(wanted) :]:
         ax.set_axis_off()
     return artists.finish(figure, dataset)
