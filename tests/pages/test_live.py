@@ -11,6 +11,7 @@ from jointplay.pages import live
 from jointplay.study.file import validate
 from jointplay.study.toml_text import override, parse
 from tests.pages.live_samples import fake, linkage
+from tests.pages.samples import diagram, turning
 
 
 @pytest.mark.parametrize("mechanism", [linkage(), jp.catalog.slider_crank(), jp.catalog.duffing()], ids=repr)
@@ -75,11 +76,26 @@ def test_without_scripts_picture_and_numbers_are_there(monkeypatch, tmp_path, ca
     assert re.search(r'<section id="live" hidden>', html)
 
 
-def test_a_mechanism_that_has_no_solver_gets_a_page_that_says_so(monkeypatch, tmp_path):
-    def unsolved(mechanism, **_):
+@pytest.fixture
+def unsolved(monkeypatch):
+    """No mechanism has a solver."""
+
+    def refused(mechanism, **_):
         raise refuse("x", "a law that the page knows is accepted", "contact.law")
 
-    monkeypatch.setattr(live, "solver", unsolved)
+    monkeypatch.setattr(live, "solver", refused)
+
+
+@pytest.mark.parametrize(("result", "part"), [(turning, 'id="motion"'), (diagram, 'id="cell"')])
+def test_a_report_whose_mechanism_has_no_solver_stays_one_and_says_so(unsolved, result, part, tmp_path):
+    html = jp.report(result(), tmp_path / "report.html", mechanism=linkage())[0].read_text(encoding="utf-8")
+    assert "This page does not compute: contact.law" in html
+    assert "docs_json" in html  # of the live charts
+    assert part in html
+    assert 'id="live"' not in html
+
+
+def test_a_mechanism_that_has_no_solver_gets_a_page_that_says_so(unsolved, tmp_path):
     (path,) = jp.report(linkage(), tmp_path / "plain.html")
     html = path.read_text(encoding="utf-8")
     assert "This page does not compute: contact.law" in html

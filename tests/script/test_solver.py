@@ -288,7 +288,19 @@ def test_a_number_that_follows_in_no_simple_form_is_fixed_and_says_why():
     fixed = {each["key"]: each["why"] for each in found["fixed"]}
     assert fixed["gap"] == "a number of the equations follows it in no simple form"
     (given,) = found["parameters"]
-    assert (given["key"], given["refused"]) == ("restitution", [False, True])
+    assert (given["key"], given["refused"]) == ("restitution", (False, True))
     assert given["min"] == 0.08
     assert 0.94 < given["max"] < 0.95
     assert given["max"] == float(f"{given['max']:.4g}")  # what is shown is accepted
+
+
+def test_ends_of_a_negative_number_are_in_order():
+    gears = jp.catalog.gear_backlash(mean_load=-0.1, amplitude=0.2, frequency=0.5, damping=0.05)
+
+    def numbers(mechanism):
+        load = mechanism.parameters["mean_load"]
+        return {("p", 0): load} if load > -0.2 else None
+
+    (given,) = followed(gears, numbers)["parameters"]
+    assert -0.2 < given["min"] < -0.19
+    assert (given["max"], given["refused"]) == (-0.02, (True, False))

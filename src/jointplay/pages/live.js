@@ -72,7 +72,6 @@ if (jointplay.data.live) {
       if (ahead.add(answer)) joined = false;
     },
     reset() {},
-    scan() {},
   };
 
   function renew() {

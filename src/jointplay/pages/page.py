@@ -163,12 +163,13 @@ def point_charts(number: int, view: dict[str, Any]) -> str:
 
 
 def motion_section(content: Any) -> str:
-    """Return the stage of the mechanism in motion, or why there is none."""
+    """Return the stage of the mechanism in motion, and what the page has not, and why."""
+    note = f'<p class="note">{escape(content.note)}</p>' if content.note else ""
     if not content.motion:
-        return f'<p class="note">{escape(content.note)}</p>'
+        return note
     insets = "".join(inset(number, each) for number, each in enumerate(content.motion["bearings"]))
     insets += "".join(guide_inset(number, each) for number, each in enumerate(content.motion["guides"]))
-    return f"""
+    return f"""{note}
 <section id="motion"><h2>The mechanism in motion</h2>
 <div class="stage"><canvas id="linkage" role="img" aria-label="The mechanism in motion"></canvas>
 <div>{insets}</div></div>

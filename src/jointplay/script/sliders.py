@@ -60,7 +60,7 @@ class Slider:
     value: float
     low: float = 0.0
     high: float = 0.0
-    refused: list[bool] = field(default_factory=list)
+    refused: tuple[bool, ...] = ()
     forms: dict[Place, tuple[str, list[float]]] = field(default_factory=dict)
 
     def moved(self, place: Place, first: float, x: float) -> float:
@@ -158,8 +158,9 @@ def _fitted(slider: Slider, tried: Callable, first: Found) -> str:
     ends = [_end(slider, slider.value * each, tried) for each in share]
     if None in ends:
         return "no other value near it gives a mechanism of the same kind"
-    slider.low, slider.high = sorted(_rounded(end, slider.value) for end in ends)
-    slider.refused = [end != slider.value * each for end, each in zip(ends, share, strict=True)]
+    pairs = zip(ends, share, strict=True)
+    both = sorted((_rounded(end, slider.value), end != slider.value * each) for end, each in pairs)
+    (slider.low, slider.high), slider.refused = zip(*both, strict=True)
     angles = np.cos(np.pi * (np.arange(SAMPLES) + 0.5) / SAMPLES)
     middle, half = (slider.high + slider.low) / 2, (slider.high - slider.low) / 2
     xs = [slider.low, slider.high, *(middle + half * angles)]

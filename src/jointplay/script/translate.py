@@ -24,10 +24,9 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.script.expressions import Expressions, UntranslatableError, literal, safe, short
+from jointplay.script.expressions import BINARY, Expressions, UntranslatableError, literal, safe, short
 
 WORDS = {ast.Pass: "", ast.Break: "break", ast.Continue: "continue"}
-STEPS = {ast.Add: "+=", ast.Sub: "-=", ast.Mult: "*=", ast.Div: "/="}
 
 
 @dataclass(frozen=True)
@@ -132,14 +131,14 @@ class Function:
 
     def _value(self, name: str) -> Any:
         if name in self._unit.functions:
-            return _Own(name)
+            return self._unit.functions[name]
         if name in self._unit.scope:
             return self._unit.scope[name]
         built_in = self._unit.scope.get("__builtins__") or __builtins__
         return (built_in if isinstance(built_in, dict) else vars(built_in))[name]
 
     def _named(self, value: Any) -> str | None:
-        if isinstance(value, _Own):
+        if isinstance(value, ast.FunctionDef):  # of the unit that is being translated
             return self._script.function(self._unit, value.name)
         return None if isinstance(value, ModuleType) else self._script.named(self._unit, value)
 
@@ -234,9 +233,10 @@ class Function:
         return f"t${self._temporaries}"
 
     def _augassign(self, node: ast.AugAssign, depth: int) -> list[str]:
-        if type(node.op) not in STEPS:
+        if type(node.op) not in BINARY:
             raise self._translate.refuse(node)
-        return [f"{self._target(node.target)} {STEPS[type(node.op)]} {self._translate(node.value)};"]
+        sign, _ = BINARY[type(node.op)]
+        return [f"{self._target(node.target)} {sign}= {self._translate(node.value)};"]
 
     def _assign(self, node: ast.Assign, depth: int) -> list[str]:
         first, *more = node.targets
@@ -244,8 +244,7 @@ class Function:
             if more:
                 raise self._translate.refuse(node)
             return self._unpacked(node, first.elts)
-        value = self._translate(node.value)
-        return [f"{' = '.join(map(self._target, node.targets))} = {value};"]
+        return [f"{' = '.join(map(self._target, node.targets))} = {self._translate(node.value)};"]
 
     def _unpacked(self, node: ast.Assign, targets: list[ast.expr]) -> list[str]:
         """Several targets: of a call's results, or of as many values, all of them found before any is set."""
@@ -266,13 +265,6 @@ class Function:
         if not isinstance(node, ast.Name) and not whole:
             raise self._translate.refuse(node)
         return self._translate(node)
-
-
-@dataclass(frozen=True)
-class _Own:
-    """A function of the unit that is being translated."""
-
-    name: str
 
 
 def _dense(line: str) -> str:
