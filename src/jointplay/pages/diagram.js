@@ -113,7 +113,11 @@ if (jointplay.data.live) {
     const words = [...new Set(lost.map((each) => each.status))].slice(0, 3).join("; ");
     const said = `${rows.length} of ${all} values, ${((performance.now() - began) / 1000).toFixed(1)} s${lost.length ? `; ${lost.length} ended early (${words})` : ""}`;
     field("said").textContent = said;
-    if (rows.length === all) stop(said);
+    if (rows.length === all) {
+      stop(said);
+      draw();
+      return;
+    }
     if (!waiting) setTimeout(draw, PACE);
     waiting = true;
   }
