@@ -102,6 +102,7 @@ def test_with_clearance_only_short_windows_settle():
     assert found.status == 0
 
 
+@pytest.mark.long
 def test_where_nothing_settles_the_status_says_so():
     found = jp.scheme_comparison(
         ELASTIC, clearance=2.9e-5, start_turn=0, windows_per_turn=1, passes=30, **SHORT

@@ -48,13 +48,20 @@ SINGLE = {
     "attractors",
 }
 ENDS = ("wall_time", "status", "trouble")
+LONGEST = "tipping"
 
 
 def test_every_kind_is_looked_at():
     assert ANALYSIS.keys() | SINGLE == set(KINDS)
 
 
-@pytest.mark.parametrize(("kind", "system"), [*((kind, PAIR) for kind in ANALYSIS), ("spectrum", GEAR)])
+@pytest.mark.parametrize(
+    ("kind", "system"),
+    [
+        *((kind, PAIR) for kind in ANALYSIS if kind != LONGEST),
+        *(("spectrum", GEAR), pytest.param(LONGEST, PAIR, marks=pytest.mark.long)),
+    ],
+)
 def test_a_cell_is_the_analysis_by_itself(kind, system, tmp_path):
     study = loaded(f'kind = "{kind}"\nname = "a"\n{system}[analysis]\n{ANALYSIS[kind]}\n')
     found = ran(study, tmp_path)
