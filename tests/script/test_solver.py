@@ -13,6 +13,7 @@ from jointplay.script import solver as solver_module
 from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import WITHIN, followed
 from jointplay.script.solver import RECORDED, solver, solver_text
+from tests.support.driven_scenes import written
 from tests.support.laws_grid import mechanism as grid
 
 from .in_node import needs_node, ran
@@ -43,8 +44,10 @@ SCENES = {  # the paper's cases by their letters; those in `LONG` have structure
     "soft impacts": lambda: jp.catalog.soft_impact_pair(gap=0.4, stiffness=100.0, damping=1.0, tension=False),
     "impacts": lambda: jp.catalog.impact_pair(gap=0.4, restitution=0.8),
     "rests": lambda: jp.catalog.impact_pair(gap=0.4, restitution=0.6),
+    "own equations": lambda: written("impact_oscillator"),
 }
 LONG = {
+    "own equations",
     "two joints",
     "slider-crank",
     "elastic",
