@@ -174,9 +174,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     each, logs = (time.perf_counter() - began) / len(models), _by_motion(parts, len(models))
     found = []
     for n, (model, request) in enumerate(asked):
-        if (
-            jobs.count[n, C_STATUS] != Status.OK
-        ):  # it steps aside, or failed: then what it is like by itself counts
+        if jobs.count[n, C_STATUS] != Status.OK:  # it steps aside, or failed: by itself it may go on
             found.append(None if tangents else follow(model, request))
         else:
             found.append(_records(jobs, n, logs[n], each, form, len(request.at) > 1))

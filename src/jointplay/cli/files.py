@@ -50,20 +50,20 @@ def list_studies(arguments: Namespace) -> int:
     here = arguments.folder is None and not os.path.isdir(STUDIES)  # where other files of the name are too
     folder, out = Path("." if here else arguments.folder or STUDIES), Path(arguments.out)
     if not os.path.isdir(folder):
-        raise InputError(
-            [Problem("folder", str(folder), "a folder with study files; there is no such folder")]
-        )
+        raise _no_studies(folder, "there is no such folder")
     paths = sorted(folder.glob("*.toml") if here else folder.rglob("*.toml"))
     rows = [_row(path, out, path.parent.relative_to(folder)) for path in paths]
     rows = [row for row in rows if not here or row[1] != UNKNOWN or row[3]]
     if not rows:
-        raise InputError(
-            [Problem("folder", str(folder), "a folder with study files; `jointplay new` writes one")]
-        )
+        raise _no_studies(folder, "`jointplay new` writes one")
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
     return DONE
+
+
+def _no_studies(folder: Path, why: str) -> InputError:
+    return InputError([Problem("folder", str(folder), f"a folder with study files; {why}")])
 
 
 def _row(path: Path, out: Path, inside: Path) -> tuple[str, str, str, str]:

@@ -15,8 +15,8 @@ from functools import partial
 
 import numpy as np
 
-from jointplay.analysis.curves.grazing import EARLIER, SHORT, Meeting, slopes
-from jointplay.analysis.curves.guards import OF_SLIDING, PLACES, SAMPLES, SLIDE, Guards
+from jointplay.analysis.curves.grazing import EARLIER, SHORT, Meeting, slopes, spacing
+from jointplay.analysis.curves.guards import OF_SLIDING, PLACES, SLIDE, Guards
 from jointplay.analysis.orbits.arclength import Family, Point, Trial
 from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, PLACE, TIME
 from jointplay.analysis.orbits.shooting import Orbit
@@ -60,8 +60,7 @@ class Coincidence(Meeting):
         row = self._row(trial.section.model, trial.image.events, like)
         found = None
         if row is not None:
-            before = row[0] - EARLIER * trial.image.time / (SAMPLES * trial.section.turns)
-            found = slopes(family, trial, like, before, partial(sliding, contact=self.contact))
+            found = slopes(family, trial, like, row[0], partial(sliding, contact=self.contact))
         if found is None:
             return np.full(len(trial.section.free) + family.count, np.nan)
         values, rows, rates = found
@@ -102,7 +101,7 @@ def coincident(orbit: Orbit, event: tuple[int, int]) -> tuple[float, Coincidence
         return None
     speeds = np.abs(sliding(model, own[:, TIME:], contact)[:, 0])
     row = own[int(np.argmin(speeds))]
-    beside = EARLIER * orbit.image.time / (SAMPLES * section.turns) * np.array([-1.0, 1.0])
+    beside = EARLIER * spacing(section, orbit.image) * np.array([-1.0, 1.0])
     rows, status = section.sampled(orbit.state, row[TIME] + beside, False)
     modes = rows[:, 1 + len(model.state) + contact].astype(int)
     sides = [SIDES[mode] for mode in modes if mode in SIDES]

@@ -20,6 +20,8 @@ from jointplay.analysis.curves.half_map import HalfMap
 from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.arclength import Family, Point, Trial
+from jointplay.analysis.orbits.section_image import Image
+from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.codegen import cache
 from jointplay.mechanism.model import Model
@@ -74,8 +76,7 @@ class Grazing(Meeting):
         """Its derivatives in the coordinates x/c and the fractions of the ranges."""
         found = self._least(trial, like)
         if found is not None:
-            before = found[1] - EARLIER * trial.image.time / (SAMPLES * trial.section.turns)
-            found = slopes(family, trial, like, before, self._margin)
+            found = slopes(family, trial, like, found[1], self._margin)
         if found is None:
             return np.full(len(trial.section.free) + family.count, np.nan)
         return found[1][0] / self.size
@@ -91,21 +92,26 @@ class Grazing(Meeting):
         found = guards.nearest(trial.section, trial.state, image.time, image.events)
         if found is None or not np.isfinite(found[0][self.guard]):
             return None
-        spacing = image.time / (SAMPLES * trial.section.turns)
-        near = found[1][self.guard]
-        return guards.minimum(trial.section, trial.state, self.guard, near, spacing, image.time)
+        near, apart = found[1][self.guard], spacing(trial.section, image)
+        return guards.minimum(trial.section, trial.state, self.guard, near, apart, image.time)
+
+
+def spacing(section: SectionMap, image: Image) -> float:
+    """Time between the samples of an orbit, s."""
+    return image.time / (SAMPLES * section.turns)
 
 
 def slopes(
     family: Family, trial: Trial, like: Point, time: float, of: Callable[[Model, np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Numbers of a state at a fixed time of an orbit, their derivatives, and their rates; None if it fails.
+    """Numbers of a state just before a time of an orbit, their derivatives, their rates; None if it fails.
 
     `of`: the numbers, by a model and rows of time, state, modes. Derivatives are rows: in the coordinates x/c
     and the fractions of the ranges.
     """
     section, state, directions = trial.section, trial.state, trial.directions
-    bundle, _, status = section.run(state, section.request(time), np.eye(len(state)), directions)
+    later = EARLIER * spacing(section, trial.image)
+    bundle, _, status = section.run(state, section.request(time - later), np.eye(len(state)), directions)
     if status:
         return None
     here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])
@@ -119,7 +125,6 @@ def slopes(
         np.diff([of(moved, here[None])[0] for moved in sides], axis=0)[0] / (2 * PART * unit)
         for sides, unit in zip(_beside(section.model, directions), directions.units, strict=True)
     ]
-    later = EARLIER / SAMPLES * trial.image.time
     ahead = later * np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.x.modes])
     after, ago = of(section.model, np.stack([here + ahead, here - ahead]))
     coordinates = like.unit * (rows[:, : len(state)] * section.scale)[:, section.free]

@@ -64,6 +64,7 @@ def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
     """Return each direction and start of a sweep with its line style, in the order of drawing."""
     ways, found = select.labels(dataset, "direction"), []
     starts = dataset.sizes.get("start", 1)
+    several = len(ways) * starts > 1
     for way in sorted(ways, key=ORDER.index):
         for s in reversed(range(starts)):
             one = dataset.sel(direction=way)
@@ -72,10 +73,8 @@ def motions(dataset: Dataset) -> list[tuple[Dataset, dict]]:
             if len(ways) == 1 and starts > 1:
                 number = int(dataset["start"].values[s])
                 look = {"color": STARTS[number % len(STARTS)], "label": f"start {number}"}
-            look["size"] = 1.0 if found else 1.6  # seen around those drawn over it
+            look["size"] = 1.6 if several and not found else 1.0  # seen around those drawn over it
             found.append((one, look | ({"label": "_"} if len(ways) > 1 and s else {})))
-    if len(found) == 1:
-        found[0][1]["size"] = 1.0
     return found
 
 

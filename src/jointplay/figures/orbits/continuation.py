@@ -17,12 +17,7 @@ from jointplay.figures.drawing import artists, hermite, select, style, sweep_axe
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
 
-COLOURS = (
-    style.BLUE,
-    style.WARNING,
-    "#2f9e44",
-    style.AMBER,
-)  # of branches, by period
+COLOURS = (style.BLUE, style.WARNING, "#2f9e44", style.AMBER)  # of branches, by period
 STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}
 MARKS = {  # kind of special point: marker, name
     "fold": ("s", "fold"),
@@ -164,12 +159,8 @@ def smooth(
 def marker(kind: str) -> dict[str, Any]:
     """Return the marker style of a special point."""
     small = {"color": style.GREY, "markersize": 5.0, "markeredgewidth": 0.6, "zorder": 2.7}
-    large = {
-        "color": style.BLACK,
-        "markersize": 4.2,
-        "markeredgewidth": 0.9,
-        "zorder": 3.2 + 0.1 * list(MARKS).index(kind),
-    }
+    large = {"color": style.BLACK, "markersize": 4.2, "markeredgewidth": 0.9}
+    large["zorder"] = 3.2 + 0.1 * list(MARKS).index(kind)
     return {"linestyle": "none", "markerfacecolor": "white"} | (small if kind == "grazing" else large)
 
 
