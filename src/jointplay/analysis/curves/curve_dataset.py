@@ -12,9 +12,9 @@ from jointplay.analysis.curves.tracing import FOLLOWED, Curve, whole
 from jointplay.analysis.evaluate import joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import orbit_dataset
-from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.branch import ENDS, WHY
 from jointplay.analysis.orbits.branch_points import Special
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import EVENTS

@@ -29,6 +29,7 @@ from jointplay.analysis.exponents.stretching import (
     followed_together,
     grown,
     of_the_flow,
+    of_the_section,
 )
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded
@@ -206,7 +207,7 @@ def lyapunov(
 def _variables(run: Stretched, count: int) -> dict[str, Any]:
     turn, model = run.turn_period, run.model
     variables = batch_means.variables(*of_the_flow(run, count), turn, len(model.state))
-    section = section_exponents.estimates(run, turn)
+    section = of_the_section(run, turn)
     variables |= described({key: ("multiplier", *each) for key, each in section.items()})
     if run.status not in USABLE:
         variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}

@@ -12,10 +12,10 @@ import numpy as np
 from jointplay.analysis.evaluate import Quantities, joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import branch_tangents, orbit_dataset
-from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.branch import ENDS, WHY, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
 from jointplay.analysis.orbits.branch_tangents import Motion, Slopes
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
