@@ -8,7 +8,8 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.coexisting.identity import EVENTS, identities
-from jointplay.analysis.coexisting.lasting import UNSETTLED, Lasting, Motions
+from jointplay.analysis.coexisting.lasting import UNSETTLED, Motions
+from jointplay.analysis.coexisting.recognised import Lasting, along
 from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.orbits.branch_dataset import KINDS
 from jointplay.analysis.states.ends import Observation
@@ -91,16 +92,14 @@ def test_a_chaotic_motion_lasts_and_a_chaotic_transient_does_not():
 
 
 def test_a_motion_is_recognised_by_points_that_run_along_it_in_its_order():
-    base = Starts(PAIR, None, ("y", "v")).model
     cycle = np.array([[0.0, 1.0], [1.0, 0.0], [-1.0, 0.0]])
-    motions = Motions(base, Observation(0, 8, 0, 1e-3, 1e-7), [Lasting(3, cycle, cycle)])
-    assert motions._along(np.tile(cycle, (2, 1)) + 1e-4) == 0
-    assert motions._along(np.tile(cycle[::-1], (2, 1))) == -1
-    assert motions._along(cycle) == -1
-    away = np.tile(cycle, (2, 1)) + np.linspace(1e-4, 9e-4, 6)[:, None]
-    assert motions._along(away) == -1
-    assert motions._along(away[::-1][:, ::1] * 1.0) == -1  # another order
-    assert motions._along(np.tile(cycle, (2, 1)) + np.linspace(9e-4, 1e-4, 6)[:, None]) == 0
+    twice, far = np.tile(cycle, (2, 1)), np.linspace(9e-4, 1e-4, 6)[:, None]
+    away, near = twice + far[::-1], twice + far
+    runs = [twice + 1e-4, twice[::-1], away, away[::-1], near, twice + 5 * far]
+    found = along(np.array(runs), Lasting(3, cycle, cycle), 1e-3, 1e-4)
+    assert found.tolist() == [True, False, False, False, True, False]
+    assert not along(np.array([cycle]), Lasting(3, cycle, cycle), 1e-3, 1e-4).any()
+    assert not along(np.array(runs), Lasting(0, cycle, cycle), 1e-3, 1e-4).any()
 
 
 def points(*rows, period=None):
