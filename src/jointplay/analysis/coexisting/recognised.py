@@ -24,7 +24,7 @@ from jointplay.analysis.states.ends import STRICTER
 from jointplay.analysis.states.matching import SHARED, histograms
 
 AFAR = 10  # tolerances within which a start that comes nearer is bound for a periodic motion
-AMONG, NEAR = 16, 0.99  # last points that lie among others; of whose distances so large a share is no larger
+AMONG, NEAR = 8, 0.99  # last points that lie among others; of whose distances so large a share is no larger
 ENOUGH = 16
 TAIL = 48  # section points by which a motion is recognised
 
