@@ -14,8 +14,8 @@ from jointplay.lab.paper import claims as module
 from jointplay.lab.paper import peaks as peaks_module
 from jointplay.lab.paper.claims import claims, starts
 from jointplay.lab.paper.grades import CLAIMS, GRADES, Ratio, grade, graded
-from jointplay.lab.paper.peaks import irregularity, mean, peaks, vibration
 from jointplay.lab.paper.reading_list import PANELS
+from jointplay.lab.paper.response_peaks import irregularity, mean, peaks, vibration
 
 PRINTED = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 

@@ -8,7 +8,7 @@ import jointplay as jp
 from jointplay.errors import InputError, ModelWarning
 from jointplay.mechanism import catalog
 from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.doubts import FAST, HURRY, MAINS, SUNK, WIDE, doubts
+from jointplay.mechanism.misreadings import FAST, HURRY, MAINS, SUNK, WIDE, doubts
 from jointplay.mechanism.records import CrankAngle, Mechanism, Plane
 
 USUAL = catalog.chunmei2002()

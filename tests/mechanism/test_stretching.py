@@ -9,7 +9,7 @@ import pytest
 import jointplay as jp
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.shapes import hermites, sines
-from jointplay.mechanism.stretching import along
+from jointplay.mechanism.stretch import along
 
 SOFT = {"rod": 3e-4}
 

@@ -11,7 +11,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay import figures
 from jointplay.cli import main
-from jointplay.pages import cells, moving, packed, panels, report, texts, thin
+from jointplay.pages import moving, packed, panels, report, sweep_points, texts, thin
 from jointplay.results.store import write_result
 from jointplay.study.file import validate
 from jointplay.study.toml_text import parse
@@ -90,7 +90,7 @@ def test_a_thinned_curve_keeps_its_extremes_and_gaps_and_a_page_says_so():
 
 def test_cells_hold_what_is_stored_of_each():
     data = diagram()
-    found = cells.cells(data, {"name": "s", "vary": {"joints.B.clearance": [1.0]}}, 10**6)
+    found = sweep_points.cells(data, {"name": "s", "vary": {"joints.B.clearance": [1.0]}}, 10**6)
     (axis,) = found["parameters"]
     assert axis["stored"] == data.clearance.values.tolist()
     assert axis["key"] == "joints.B.clearance"
@@ -101,12 +101,12 @@ def test_cells_hold_what_is_stored_of_each():
     (chart,) = found["charts"]
     np.testing.assert_allclose(values(chart["y"]), 1e6 * data.journal_x.values[..., 0], rtol=1e-6)
     strange = {"vary": {"a'; rm -rf . #.clearance": [1.0]}}
-    assert cells.cells(data, strange, 10**6)["parameters"][0]["key"] == ""
+    assert sweep_points.cells(data, strange, 10**6)["parameters"][0]["key"] == ""
 
 
 def test_without_room_points_are_thinned_to_the_last_ones_and_numbers_left_out():
     data = diagram()
-    found = cells.cells(data, {}, 8 * 2 * 10 * 2)
+    found = sweep_points.cells(data, {}, 8 * 2 * 10 * 2)
     np.testing.assert_allclose(values(found["charts"][0]["y"]), 1e6 * data.journal_x.values[..., 2:, 0])
     assert found["note"].startswith(
         "2 of 4 section points of each point of the sweep are drawn here; in the result"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.pages import frame
+from jointplay.pages import template
 from tests.script.in_node import needs_node, ran
 
 pytestmark = needs_node
@@ -21,7 +21,7 @@ def words(tmp_path, growth, points=(), **more):
     given = [str(each).replace("inf", "Infinity") if math.isinf(each) else each for each in growth]
     given = [None if isinstance(each, float) and math.isnan(each) else each for each in given]
     data = {"growth": given, "points": [*map(list, points)], **more}
-    return ran(frame.own("verdict.js"), data, PROGRAM, tmp_path)
+    return ran(template.own("verdict.js"), data, PROGRAM, tmp_path)
 
 
 def test_chaos_is_growth_beyond_three_errors(tmp_path):

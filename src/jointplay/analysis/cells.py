@@ -18,7 +18,7 @@ import xarray as xr
 
 from jointplay.analysis.company import side_by_side
 from jointplay.analysis.ensemble_runs import follow_ensemble
-from jointplay.analysis.exponents.stretching import followed_together
+from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.looks import from_progress, look, reported
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.errors import InputError

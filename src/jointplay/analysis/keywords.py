@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 from jointplay.analysis.looks import reported
-from jointplay.analysis.written import in_own_units
+from jointplay.analysis.own_units import in_own_units
 from jointplay.errors import refuse, warn
 from jointplay.jobs.origin import version
 from jointplay.mechanism.base import (
@@ -40,7 +40,7 @@ from jointplay.mechanism.base import (
     measured,
     unit,
 )
-from jointplay.mechanism.doubts import doubts
+from jointplay.mechanism.misreadings import doubts
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import Rule, checked
 

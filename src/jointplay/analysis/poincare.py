@@ -12,7 +12,7 @@ from jointplay.analysis import rates, rules
 from jointplay.analysis.company import beside, in_company
 from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.evaluate import beyond_the_model, dataset, described, flags, joint_flags, scalars
-from jointplay.analysis.exponents.stretching import followed_together
+from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import (
     Before,
     Duration,

@@ -10,7 +10,7 @@ from argparse import Action, ArgumentParser
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from jointplay.cli import files, results, studies
+from jointplay.cli import results, studies, study_files
 from jointplay.cli.verb import DONE, FAILED, VERBS
 from jointplay.errors import InputError
 from jointplay.terminal import harmless_output
@@ -19,7 +19,7 @@ WRONG_INPUT, INTERRUPTED = 2, 130
 COLLECTED = (
     1_000_000  # objects between collections; at Python's 700 a sixth of a short command's time goes there
 )
-GROUPS = [module.__name__ for module in (studies, results, files)]
+GROUPS = [module.__name__ for module in (studies, results, study_files)]
 
 
 @harmless_output()

@@ -154,7 +154,7 @@ def ensemble_module(structure) -> ModuleType:
 
 def ensemble_tangents(structure, positions: int) -> tuple[ModuleType, ModuleType]:
     """What carries a tangent beside each of eight trajectories: code for the size, and for the structure."""
-    algebra = _module(f"ensemble tangents {positions}", lambda: _writer("ensemble.tangents").text(positions))
+    algebra = _module(f"ensemble tangents {positions}", lambda: _writer("ensemble.tangent").text(positions))
     own = f"ensemble held {structure!r}"
     return algebra, _module(own, lambda: _from_equations("ensemble.equations", structure, of="held"))
 

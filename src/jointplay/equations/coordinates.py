@@ -33,6 +33,7 @@ class Direction:
 
     @property
     def value(self) -> Expr:
+        """The angle itself, rad."""
         return atan2(self.sin, self.cos)
 
 

@@ -27,14 +27,17 @@ class Angle:
 
     @property
     def sin(self) -> Symbol:
+        """Its sine, as a symbol."""
         return Symbol(f"s_{self.name}", real=True)
 
     @property
     def cos(self) -> Symbol:
+        """Its cosine, as a symbol."""
         return Symbol(f"c_{self.name}", real=True)
 
     @property
     def value(self) -> Expr:
+        """The angle itself, rad."""
         return (self.position if self.position is not None else Integer(0)) + self.rate * TIME + self.offset
 
 
@@ -75,6 +78,7 @@ class Contact:
 
     @property
     def sticks(self) -> bool:
+        """Whether its friction has true sticking."""
         return self.limit is not None
 
     @property

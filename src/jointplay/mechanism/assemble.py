@@ -22,7 +22,7 @@ from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.section import Section
 from jointplay.mechanism.start import approaches, start
-from jointplay.mechanism.stretching import along
+from jointplay.mechanism.stretch import along
 from jointplay.mechanism.structure import linkage
 
 

@@ -80,7 +80,7 @@ class Beam(Record):
     gauge : float
         Where the deflection is recorded, as a fraction of the length between 0 and 1.
     axial : bool
-        Whether the link stretches too, in two quadratic shapes (`jointplay.mechanism.stretching`): a joint at
+        Whether the link stretches too, in two quadratic shapes (`jointplay.mechanism.stretch`): a joint at
         its far end moves along with it.
     """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from jointplay.equations.structure import Linkage
-from jointplay.mechanism import actions, stretching
+from jointplay.mechanism import actions, stretch
 from jointplay.mechanism.bases import Bases
 from jointplay.mechanism.beam import Link, modal
 from jointplay.mechanism.kinematic_chains import Forest, Place
@@ -47,7 +47,7 @@ def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bas
         values |= {f"mu_{pin.name}_{k}": forest.moment(k, pin.links) for k in pin.arms}
     for beam in structure.beams:
         values |= _beam(links[beam.link], forest.places[beam.link])
-        values |= stretching.numbers(links[beam.link]) if beam.axial else {}
+        values |= stretch.numbers(links[beam.link]) if beam.axial else {}
     values |= loop_numbers(forest, bases)
     angles = bases.state.angles
     return values | (mechanism.drive.numbers(angles[mechanism.drive.link]) if mechanism.drive else {})

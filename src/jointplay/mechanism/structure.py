@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from jointplay.equations.structure import CORNERS, Beam, Clearance, Closure, Linkage, Pin, Slide
 from jointplay.errors import InputError, Problem
-from jointplay.mechanism import actions, stretching
+from jointplay.mechanism import actions, stretch
 from jointplay.mechanism.base import DOWNWARDS
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.dyads import Unknown
@@ -63,7 +63,7 @@ def linkage(
         loads=actions.loads(mechanism, forest),
         course=mechanism.drive.structure if mechanism.drive else None,
     )
-    stretched = stretching.problems(mechanism, forest, structure.beams, structure.order)
+    stretched = stretch.problems(mechanism, forest, structure.beams, structure.order)
     if problems := [*_unwound(mechanism, structure), *stretched]:
         raise InputError(problems, "mechanism")
     return structure

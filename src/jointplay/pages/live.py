@@ -14,7 +14,7 @@ from jointplay import figures
 from jointplay.display.units import measure
 from jointplay.errors import InputError
 from jointplay.mechanism.records import CrankAngle, Joint, Mechanism, TestSystem
-from jointplay.pages import frame, moving, texts
+from jointplay.pages import moving, template, texts
 from jointplay.results.store import write_figure
 from jointplay.script.solver import Solver, solver
 from jointplay.study import toml_text
@@ -42,7 +42,7 @@ def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str
     keys = [each["key"] for each in made.data["parameters"]]
     linkage = isinstance(mechanism, Mechanism)
     found = {
-        "text": f"{made.text}\n{frame.own('worker.js')}",
+        "text": f"{made.text}\n{template.own('worker.js')}",
         "solver": made.data,
         "ideal": None,
         "scene": moving.scene(mechanism) if linkage else None,
@@ -156,7 +156,7 @@ def section(found: dict[str, Any]) -> str:
     choice = "".join(f"<option>{escape(each['name'])}</option>" for each in found["views"])
     several = f'<label>bearing <select id="live-view">{choice}</select></label>'
     ideal = "; in the other colour the same mechanism without clearance" if found["ideal"] else ""
-    return Template(frame.own("live.html")).substitute(
+    return Template(template.own("live.html")).substitute(
         linkage='<canvas id="live-linkage" role="img" aria-label="The mechanism in motion"></canvas>'
         if found["scene"]
         else "",
@@ -177,9 +177,9 @@ def page(mechanism: Mechanism | TestSystem) -> str:
     still = ""
     if isinstance(mechanism, Mechanism):
         with TemporaryDirectory() as folder:
-            still = frame.picture(write_figure(figures.draw(mechanism), Path(folder) / "mechanism.png"))
+            still = template.picture(write_figure(figures.draw(mechanism), Path(folder) / "mechanism.png"))
     data = {"live": found, "cells": None, "motion": None, "panels": []}
-    return frame.filled(
+    return template.filled(
         mechanism.name,
         data,
         kind="A mechanism; its motion is computed in this page",

@@ -14,7 +14,7 @@ from bokeh.plotting import figure as new_chart
 from bokeh.resources import Resources
 
 from jointplay.display.units import measure
-from jointplay.pages import cells, frame, live, panels, texts, thin
+from jointplay.pages import live, panels, sweep_points, template, texts, thin
 from jointplay.results.summary import Summary
 
 SELECTED = "#d55e00"
@@ -27,8 +27,8 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
     script, divs, library = embedded([*(panel.chart for _, panel in made), *detail])
     data = {"cells": content.cells, "motion": content.motion, "live": content.live}
     data["panels"] = [{"over": panel.over, "factors": panel.factors} for _, panel in made]
-    seen = "".join(map(frame.picture, still))
-    return frame.filled(
+    seen = "".join(map(template.picture, still))
+    return template.filled(
         str(content.dataset.attrs.get("title") or answer.title),
         data,
         kind=escape(answer.title),
@@ -38,7 +38,7 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
         shown=sections(made, divs) if made else seen,
         cell=cell_section(content, divs[len(made) :]),
         motion=motion_section(content),
-        numbers=texts.numbers(content.dataset, cells.parameters(content.dataset)),
+        numbers=texts.numbers(content.dataset, sweep_points.parameters(content.dataset)),
         origin=texts.origin(content.origin),
         library=library,
         charts=script,
@@ -48,7 +48,7 @@ def html(content: Any, answer: Summary, *still: Path) -> str:
 def embedded(charts: list[Any]) -> tuple[str, tuple[str, ...], str]:
     """Return the script that draws charts and begins the page, their places, and the library they need."""
     if not charts:
-        return frame.START, (), ""
+        return template.START, (), ""
     document = Document()
     for chart in charts:
         document.add_root(chart)
@@ -59,7 +59,7 @@ def embedded(charts: list[Any]) -> tuple[str, tuple[str, ...], str]:
 
 def charts(content: Any) -> list[tuple[str, panels.Panel]]:
     """Return the live charts, each with the kind of its figure, and let them tell the page what is done."""
-    known = [*cells.parameters(content.dataset), *(["time"] if content.motion else [])]
+    known = [*sweep_points.parameters(content.dataset), *(["time"] if content.motion else [])]
     most = thin.limit(thin.sizes(content.figures.values()))
     found: list[tuple[str, panels.Panel]] = []
     for kind, figure in content.figures.items():

@@ -19,7 +19,7 @@ from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import checked
-from jointplay.pages import cells, live, moving, thin
+from jointplay.pages import live, moving, sweep_points, thin
 from jointplay.results import provenance
 from jointplay.results.store import check_writable, write_figure
 from jointplay.results.summary import summary
@@ -125,9 +125,9 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
         mechanism = mechanism or build_mechanism(study.get("mechanism"))
     motion, note = moving.moving(dataset, mechanism if isinstance(mechanism, Mechanism) else None)
     swept = amid(mechanism, dataset, list(study.get("vary") or {})) if mechanism else None
-    computing, why = live.live(swept, cells.parameters(dataset)) if swept else (None, "")
+    computing, why = live.live(swept, sweep_points.parameters(dataset)) if swept else (None, "")
     drawn, trouble = pictures(dataset)
-    found = cells.cells(dataset, study, thin.room(drawn.values()))
+    found = sweep_points.cells(dataset, study, thin.room(drawn.values()))
     notes = " ".join(filter(None, (note, trouble, why)))
     return Content(dataset, origin, drawn, found, motion, computing, notes)
 
@@ -135,7 +135,7 @@ def content_of(dataset: Dataset, mechanism: Mechanism | None) -> Content:
 def amid(mechanism: Mechanism | TestSystem, dataset: Dataset, keys: list[str]) -> Mechanism | TestSystem:
     """Return what moves in the middle of a sweep, from where sliders reach most of its points."""
     middle = {}
-    for name in cells.parameters(dataset):
+    for name in sweep_points.parameters(dataset):
         if dataset[name].dtype.kind not in "fiu":
             continue
         ends = dataset[name].values[[0, -1]]
@@ -163,7 +163,7 @@ def pictures(dataset: Dataset) -> tuple[dict[str, Any], str]:
         with suppress(InputError):  # this result lacks what that figure needs
             found |= {} if kind in found else {kind: figures.draw(dataset, {"kind": kind})}
     maps = {kind: each for kind, each in found.items() if any(map(is_map, each.axes))}
-    one_row = maps and len(cells.parameters(dataset)) > 1  # says less than the map
+    one_row = maps and len(sweep_points.parameters(dataset)) > 1  # says less than the map
     return (maps if one_row else found), trouble
 
 

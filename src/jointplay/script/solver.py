@@ -17,8 +17,8 @@ import numpy as np
 
 from jointplay.analysis import rates, rules
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.exponents.frame_growth import SOLVED, frame
 from jointplay.analysis.exponents.section_exponents import timeless
-from jointplay.analysis.exponents.stretching import SOLVED, frame
 from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.tangents import scales, tolerated
 from jointplay.analysis.trajectory import Request, memory

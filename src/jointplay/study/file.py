@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import xarray as xr
 from pydantic import Field, TypeAdapter
 
-from jointplay.analysis.written import in_own_units
+from jointplay.analysis.own_units import in_own_units
 from jointplay.described import descriptions
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS, Kind

@@ -16,7 +16,7 @@ import xarray as xr
 
 from jointplay.analysis.cells import DIGITS, Beside, Cell, Read, Steps, Work, driven, in_memory, warm
 from jointplay.analysis.ensemble_runs import in_lanes
-from jointplay.analysis.exponents.stretching import Stretch, followed_together
+from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.chains import TOGETHER, groups

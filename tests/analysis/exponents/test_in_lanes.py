@@ -9,7 +9,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.exponents.stretching import Stretch, grown, grown_together
+from jointplay.analysis.exponents.frame_growth import Stretch, grown, grown_together
 from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.assemble import assemble
 

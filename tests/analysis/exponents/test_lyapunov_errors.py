@@ -8,7 +8,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents import batch_means
-from jointplay.analysis.exponents.stretching import Stretch, grown
+from jointplay.analysis.exponents.frame_growth import Stretch, grown
 from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.assemble import assemble
 

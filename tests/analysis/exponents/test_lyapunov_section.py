@@ -9,9 +9,9 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
+from jointplay.analysis.exponents.frame_growth import frame, framed
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.exponents.section_exponents import timeless
-from jointplay.analysis.exponents.stretching import frame, framed
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.assemble import assemble

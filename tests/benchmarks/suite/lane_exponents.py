@@ -2,7 +2,7 @@
 
 from statistics import median
 
-from jointplay.analysis.exponents.stretching import Stretch, grown, grown_together
+from jointplay.analysis.exponents.frame_growth import Stretch, grown, grown_together
 from jointplay.analysis.trajectory import Request
 
 from . import ensembles

@@ -12,7 +12,7 @@ from statistics import median
 
 import numpy as np
 
-from jointplay.analysis.exponents.stretching import framed
+from jointplay.analysis.exponents.frame_growth import framed
 from jointplay.analysis.trajectory import Request, counts, functions, memory
 from jointplay.codegen import cache
 from jointplay.mechanism import catalog

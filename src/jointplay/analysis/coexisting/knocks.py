@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointplay.analysis.coexisting.impulses import Blow, Impulse
+from jointplay.analysis.coexisting.point_impulses import Blow, Impulse
 from jointplay.analysis.starts import state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.mass_matrix import at_speeds, evaluated, mass_matrix

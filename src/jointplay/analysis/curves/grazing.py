@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointplay.analysis.curves.guards import SAMPLES, Guards
 from jointplay.analysis.curves.half_map import HalfMap
+from jointplay.analysis.curves.margins import SAMPLES, Guards
 from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits import floquet
 from jointplay.analysis.orbits.family import Family, Point, Trial

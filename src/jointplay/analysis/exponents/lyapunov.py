@@ -22,7 +22,7 @@ from jointplay.analysis.company import beside, in_company
 from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.evaluate import dataset, described, scalars, status_code
 from jointplay.analysis.exponents import batch_means, growth, section_exponents
-from jointplay.analysis.exponents.stretching import (
+from jointplay.analysis.exponents.frame_growth import (
     USABLE,
     Stretch,
     Stretched,

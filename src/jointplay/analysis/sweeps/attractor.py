@@ -20,7 +20,7 @@ from jointplay.analysis import contacts, rates, rules
 from jointplay.analysis.cells import guarded
 from jointplay.analysis.company import side_by_side
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.exponents.stretching import Stretch, followed_together, grown
+from jointplay.analysis.exponents.frame_growth import Stretch, followed_together, grown
 from jointplay.analysis.period import REPEATS, period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names

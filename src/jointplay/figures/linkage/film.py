@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from jointplay.display.units import measure
 from jointplay.figures.drawing import artists, style
 from jointplay.figures.linkage import enlarged, guide, symbols
-from jointplay.figures.linkage.linkage import gravity
 from jointplay.figures.linkage.scene import Loose, Scene, spread
+from jointplay.figures.linkage.sketch import gravity
 
 DPI = 120
 LONGEST = 14.0  # mm: the arrow of the largest force at a joint

@@ -10,7 +10,7 @@ from jointplay.display.units import shown
 from jointplay.errors import NOTHING, Problem
 from jointplay.figures.drawing import lent, select, style
 from jointplay.figures.linkage import enlarged
-from jointplay.figures.linkage.linkage import Sketch, gravity
+from jointplay.figures.linkage.sketch import Sketch, gravity
 from jointplay.figures.registry import picture
 from jointplay.mechanism.pose import Pose, start_pose
 from jointplay.mechanism.records import Mechanism

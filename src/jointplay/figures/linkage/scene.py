@@ -12,7 +12,7 @@ from xarray import Dataset
 from jointplay.display.units import measure
 from jointplay.figures.drawing import select, timebase
 from jointplay.figures.linkage import guide
-from jointplay.figures.linkage.linkage import Sketch
+from jointplay.figures.linkage.sketch import Sketch
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.pose import Pose
 from jointplay.mechanism.records import Mechanism

@@ -19,9 +19,9 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.lab.paper.character import character, variables
 from jointplay.lab.paper.grades import CLAIMS, GRADES, graded
-from jointplay.lab.paper.peaks import WINDOWS, peaks
 from jointplay.lab.paper.reading_list import PANELS
 from jointplay.lab.paper.readings import panel_coordinates, printed_fits
+from jointplay.lab.paper.response_peaks import WINDOWS, peaks
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural

@@ -1,6 +1,6 @@
 """A tangent beside each trajectory of an ensemble: in its lane, through events, with its growth recorded.
 
-Within a step as numerics.tangent has it, in lanes (codegen.ensemble.tangents). A lane carries one tangent;
+Within a step as numerics.tangent has it, in lanes (codegen.ensemble.tangent). A lane carries one tangent;
 the rate F of the state itself, which the motion has anyway, takes the part of the frame's first. What of the
 tangent lies along F is taken away where a row is due, and before it hides the rest; between, nothing need be
 done, since the flow takes F to F, and so does a jump (numerics.saltation).

@@ -1,10 +1,19 @@
-"""No files of the package import each other in a circle: not inside functions, nor for types alone."""
+"""Files of the package import each other in no circle; one is named like another where it mirrors that."""
 
 import ast
+from collections import defaultdict
 from graphlib import CycleError, TopologicalSorter
 
 from tests.test_docstrings import FILES
 
+# folders in which files of one name stand for one thing
+MIRRORS = (
+    {"mechanism", "equations"},
+    {"analysis", "figures", "results.answers"},
+    {"lab", "figures.lab"},
+    {"codegen", "codegen.ensemble", "numerics", "numerics.ensemble"},
+    {"display", "numerics"},
+)
 MODULES = {".".join(["jointplay", *name.split(".")]).removesuffix(".__init__"): name for name in FILES}
 
 
@@ -33,3 +42,21 @@ def test_no_files_import_each_other_in_a_circle():
     arrows = {name: {*imported(module, name)} - {name} for module, name in MODULES.items()}
     assert sum(map(len, arrows.values())) > 1500
     assert not circle(arrows)
+
+
+def home(name):
+    """Folder of a file, as `MIRRORS` names it."""
+    known = {each for mirrors in MIRRORS for each in mirrors if name.startswith(f"{each}.")}
+    return max(known, key=len, default=name.partition(".")[0])
+
+
+def test_a_file_has_the_name_of_another_where_it_mirrors_it():
+    places = defaultdict(list)
+    for name in FILES:
+        places[name.rpartition(".")[2]].append(name)
+    several = {stem: each for stem, each in places.items() if len(each) > 1 and not stem.startswith("__")}
+    assert len(several) > 30
+    for stem, names in several.items():
+        homes = [home(name) for name in names]
+        assert len({*homes}) == len(homes), (stem, names)
+        assert any({*homes} <= mirrors for mirrors in MIRRORS), (stem, names)
