@@ -146,3 +146,24 @@ def test_one_special_point_by_its_label(branches):
     assert [problem.key for problem in caught.value.problems] == ["start", "labels[1]"]
     with pytest.raises(jp.InputError, match="a result of continuation is accepted"):
         jp.curve(BALL, plane=plane, branches=found)
+    for labels, key in ((None, "branches"), (kinds.index("fold"), "labels")):
+        with pytest.raises(jp.InputError, match="a curve of neimark_sacker can start") as caught:
+            jp.curve(BALL, plane=plane, branches=branches, labels=labels, of="neimark_sacker")
+        assert [problem.key for problem in caught.value.problems] == [key]
+    with pytest.raises(jp.InputError, match="max_branches"):
+        jp.curve(BALL, plane=plane, branches=branches, max_branches=2)
+
+
+def test_curves_start_on_the_branches_that_leave():
+    """The ball's doubled motion doubles once more."""
+    plane = {"acceleration": (1.0, 1.75), "restitution": (0.45, 0.55)}
+    given = {"of": "period_doubling", "step": 0.1, "max_points": 30, "max_branches": 2}
+    found = jp.curve(BALL, plane=plane, **given)
+    counts = found["n_points"].values
+    assert [set(found["period"].values[i, :n]) for i, n in enumerate(counts)] == [{1}, {2}]
+    multipliers = found["floquet_multiplier"].values @ [1, 1j]
+    for number, n in enumerate(counts):
+        assert np.max(np.min(np.abs(multipliers[number, :n] + 1), axis=1)) < 1e-5
+    last = found.isel(curve=1, point=slice(0, int(counts[1])))
+    limits = [ball_doubling(a) for a in last["restitution"].values]
+    assert np.all(last["acceleration"].values > limits)

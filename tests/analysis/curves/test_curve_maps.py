@@ -46,7 +46,7 @@ def curves(rule, start, p, low, high, of, step=0.04, most=200):
     assert orbit.status == 0
     branch = Explorer(line, step, most, 1).explore(orbit, line.fraction(p[0]))[0]
     second = family.fraction(p)[1]
-    starts = starts_of(branch, of, lambda first: np.array([first, second]))
+    starts = starts_of([branch], of, lambda first: np.array([first, second]))
     found = []
     for each in Curves(family, step, most, lambda point: None).traced(starts):
         places = np.array([family.parameter(point.q) for point in each.branch.points])

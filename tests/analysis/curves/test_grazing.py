@@ -22,28 +22,50 @@ def found_curve(found, kind="grazing", event=None):
     return words.isel(curve=number, point=slice(0, int(found["n_points"][number])))
 
 
+ZETA, LOAD = 0.05, 0.1
+
+
+def limit(W):
+    """Amplitude from which on gears that oscillate steadily on one flank lose contact."""
+    return LOAD * abs(1 - W**2 + 2j * ZETA * W) / W**2
+
+
+GEARS = catalog.gear_backlash(LOAD, 0.95 * limit(1.6), 1.6, ZETA)
+PLANE = {"amplitude": (0.8 * limit(1.6), 1.2 * limit(1.6)), "frequency": (1.5, 1.7)}
+ON_ONE_FLANK = {"initial": [1 + LOAD, 0.0], "transient": 200}
+
+
 @pytest.mark.long
 def test_the_gears_lose_contact():
     """Steady oscillation on one flank loses contact where its amplitude is the mean deflection."""
-    zeta, load = 0.05, 0.1
-
-    def limit(W):
-        return load * abs(1 - W**2 + 2j * zeta * W) / W**2
-
-    found = jp.curve(
-        catalog.gear_backlash(load, 0.95 * limit(1.6), 1.6, zeta),
-        plane={"amplitude": (0.8 * limit(1.6), 1.2 * limit(1.6)), "frequency": (1.5, 1.7)},
-        initial=[1 + load, 0.0],
-        transient=200,
-        of="grazing",
-        step=0.2,
-        max_curves=1,
-    )
+    found = jp.curve(GEARS, plane=PLANE, **ON_ONE_FLANK, of="grazing", step=0.2, max_curves=1)
     one = found_curve(found)
     assert one["curve_event_kind"] == "separation"
     assert one["amplitude"].values == pytest.approx(limit(one["frequency"].values), rel=1e-9)
     assert list(one["curve_end"]) == ["range", "range"]
     assert sorted(one["frequency"].values[[0, -1]]) == [1.5, 1.7]
+    h, at = 1e-5, one["frequency"].values
+    slopes = one["amplitude_tangent"].values / one["frequency_tangent"].values
+    assert slopes == pytest.approx((limit(at + h) - limit(at - h)) / (2 * h), rel=1e-6)
+
+
+@pytest.mark.long
+def test_a_grazing_starts_from_a_branch_whose_points_beside_it_are_on_one_side():
+    """Found again on another section, an orbit a hair beside a grazing may have the event or not."""
+    branches = jp.continuation(
+        GEARS, parameter="amplitude", range=PLANE["amplitude"], **ON_ONE_FLANK, step=0.01
+    )
+    words = jp.words(branches)
+    label = int(np.flatnonzero(words["special_event_kind"].values == "separation")[0])
+    p = int(branches["special_point"][label])
+    few, many = sorted((p, p + 1), key=lambda i: int(branches["impacts"].values[0, i]))
+    assert int(branches["impacts"].values[0, many]) == 1 + int(branches["impacts"].values[0, few])
+    for name in ("amplitude", "orbit_state"):
+        branches[name].values[0, few] = branches[name].values[0, many]
+    found = jp.curve(GEARS, plane=PLANE, branches=branches, labels=label, of="grazing", step=0.2)
+    one = found_curve(found)
+    assert one.sizes["point"] > 4
+    assert one["amplitude"].values == pytest.approx(limit(one["frequency"].values), rel=1e-9)
 
 
 def nearly_missed(gap, restitution, state, periods):
@@ -142,6 +164,8 @@ def test_a_doubling_meets_a_grazing_where_the_grazing_meets_a_doubling():
     assert doubling["gear_ratio"].values.min() < 2.955  # beyond the grazing it turns
     multipliers = doubling["floquet_multiplier"].values @ [1, 1j]
     assert np.max(np.min(np.abs(multipliers + 1), axis=1)) < 1e-5
+    corner = found.isel(meeting=found["meeting_curve"] == int(doubling["curve"]))
+    assert corner["meeting_gear_ratio"].values == pytest.approx([2.968314], abs=2e-6)
     met = words.isel(meeting=np.flatnonzero(words["meeting_kind"] == "doubling_grazing"))
     kinds = found["curve_kind"].values[met["meeting_curve"].values]
     assert len(set(kinds)) == 2

@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache, partial
-from itertools import count
+from itertools import count, islice
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -71,8 +71,11 @@ def _plane_fits(
     plane: dict[str, tuple[float, float]],
     start: float | None,
     branches: xr.Dataset | None,
+    max_branches: int,
 ) -> Iterator[Problem]:
     """Yield the problems of both parameters and their ranges."""
+    if branches is not None and max_branches > 1:
+        yield Problem("max_branches", max_branches, "accepted only without branches, which are all there are")
     if branches is not None and start is not None:
         yield Problem("start", start, "accepted only without branches, which have starts of their own")
     for number, (name, ends) in enumerate(plane.items()):
@@ -99,6 +102,7 @@ def curve(
     step: Annotated[Small, unit("longest step", "1")] = STEP,
     max_points: Natural = MAX_POINTS,
     max_curves: Natural = MAX_CURVES,
+    max_branches: Natural = 1,
     rtol: Rtol = RTOL,
     tolerance: Tolerance = TOLERANCE,
     max_steps: Natural | None = None,
@@ -135,6 +139,8 @@ def curve(
         Points of a curve, and of the branch on which curves start, at most (of that 200, if it is less).
     max_curves : int
         Curves, at most.
+    max_branches : int
+        Branches on which curves start, at most: that of the first orbit, then those that leave it.
     progress : callable, optional
         Called with the fraction done, of at most `max_curves` curves of `max_points` points.
 
@@ -172,7 +178,7 @@ def curve(
 
     def visit(point: Point) -> None:
         if progress is not None:
-            progress(min(1.0, next(visited) / (most + max_points * max_curves)))
+            progress(min(1.0, next(visited) / (most * max_branches + max_points * max_curves)))
 
     def placed_at(name: str, value: float, state: Any, turns: int) -> SectionMap:
         there = placed(changed(mechanism, {name: value}), state, section)
@@ -181,14 +187,15 @@ def curve(
     def fractions(name: str, value: float) -> np.ndarray:
         return family.fraction(np.array(list((own | {name: value}).values())))
 
-    ends: tuple[str, ...] = ()
+    ends: list[str] = []
     if branches is None:
         value = own[first] if start is None else start
         requested = placed_at(first, value, initial, period)
         orbit = search(requested, Search(transient, tolerance, ITERATIONS))
         line = Family(lambda v: maps(np.array([v, own[second]])), *plane[first], tolerance)
-        branch = Explorer(line, step, most, 1, visit).explore(orbit, line.fraction(value))[0]
-        starts, ends = starts_of(branch, of, lambda q: fractions(first, line.parameter(q))), branch.ends
+        found = Explorer(line, step, most, max_branches, visit).explore(orbit, line.fraction(value))
+        starts = starts_of(found, of, lambda q: fractions(first, line.parameter(q)))
+        ends = [end for branch in found for end in branch.ends]
     else:
         key = key_of(branches)
         labelled = starts_in(branches, labels, of, partial(placed_at, key), tolerance)
@@ -197,14 +204,10 @@ def curve(
         orbit = starts[0].orbit if starts else lost(requested, FAILED)
     kinds = [-1, *map(EVENTS.index, grazing_events)] if "grazing" in of else []  # -1: one that is not told
     starts = [each for each in starts if each.kind != "grazing" or each.event[1] in kinds]
-    found = []
-    for each in Curves(family, step, max_points, visit, kinds).traced(starts):
-        found.append(each)
-        if len(found) == max_curves:
-            break
+    curves = list(islice(Curves(family, step, max_points, visit, kinds).traced(starts), max_curves))
     linkage = isinstance(mechanism, Mechanism)
-    variables, coords = curve_dataset.variables(found, family, both, orbit, requested.phase, linkage)
-    stopped = "interrupted" in (*ends, *(end for each in found for end in each.branch.ends))
+    variables, coords = curve_dataset.variables(curves, family, both, orbit, requested.phase, linkage)
+    stopped = "interrupted" in (*ends, *(end for each in curves for end in each.branch.ends))
     variables |= outcome(INTERRUPTED if stopped else orbit.status, began, "how the search ended")
     return dataset(orbit.map.model, variables, coords, "curve").assign_attrs(
         parameters=" ".join(axis.name for axis in both)

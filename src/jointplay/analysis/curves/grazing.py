@@ -104,14 +104,22 @@ def spacing(section: SectionMap, image: Image) -> float:
 def slopes(
     family: Family, trial: Trial, like: Point, time: float, of: Callable[[Model, np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-    """Numbers of a state just before a time of an orbit, their derivatives, their rates; None if it fails.
+    """Numbers of a state at a time of an orbit, their derivatives, their rates; None if it fails.
 
     `of`: the numbers, by a model and rows of time, state, modes. Derivatives are rows: in the coordinates x/c
-    and the fractions of the ranges.
+    and the fractions of the ranges. Extrapolated from two times just before.
     """
+    later = EARLIER * spacing(trial.section, trial.image)
+    found = [_slopes(family, trial, like, time - ago, later, of) for ago in (later, 2 * later)]
+    if None in found:
+        return None
+    near, far = found
+    return tuple(2 * one - other for one, other in zip(near, far, strict=True))
+
+
+def _slopes(family: Family, trial: Trial, like: Point, time: float, later: float, of: Callable):
     section, state, directions = trial.section, trial.state, trial.directions
-    later = EARLIER * spacing(section, trial.image)
-    bundle, _, status = section.run(state, section.request(time - later), np.eye(len(state)), directions)
+    bundle, _, status = section.run(state, section.request(time), np.eye(len(state)), directions)
     if status:
         return None
     here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])

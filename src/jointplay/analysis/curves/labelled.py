@@ -11,13 +11,14 @@ from pydantic import PlainValidator
 
 from jointplay.analysis.curves.tracing import FROM, Begin
 from jointplay.analysis.orbits.branch_points import KINDS
+from jointplay.analysis.orbits.orbit_events import changed_event
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.base import accepts
 
-BESIDE = 1e-6  # of the range: points of a branch on both sides of a grazing
+BESIDE = 1e-2  # of the branch: how far from a grazing an orbit on its other side may be
 ACCEPTED = "a result of continuation"
 
 
@@ -31,7 +32,7 @@ Branches = Annotated[Any, PlainValidator(_branches), accepts(ACCEPTED)]
 
 
 def labels_fit(
-    plane: dict[str, Any], branches: xr.Dataset | None, labels: Sequence[int] | None
+    plane: dict[str, Any], branches: xr.Dataset | None, labels: Sequence[int] | None, of: Sequence[str]
 ) -> Iterator[Problem]:
     """Yield the problems of labels of special points, and of the parameter that their branches are over."""
     if branches is None:
@@ -40,10 +41,15 @@ def labels_fit(
         return
     if (key := key_of(branches)) not in plane:
         yield Problem("plane", list(plane), f"{key}, the parameter of the branches, has to be one of the two")
-    most = branches.sizes["special"] - 1
-    for i, label in enumerate(labels or ()):
-        if label > most:
-            yield Problem(f"labels[{i}]", label, f"the number of a special point, 0 to {most}, is accepted")
+    known = [FROM.get(KINDS[kind], KINDS[kind]) for kind in branches["special_kind"].values]
+    wrong = [i for i, label in enumerate(labels or ()) if label >= len(known)]
+    for i in wrong:
+        told = f"the number of a special point, 0 to {len(known) - 1}, is accepted"
+        yield Problem(f"labels[{i}]", labels[i], told if known else "the branches have no special points")
+    chosen = known if labels is None else [known[label] for label in labels if label < len(known)]
+    if not wrong and not any(kind in of for kind in chosen):
+        told = f"a special point is needed there from which a curve of {', '.join(of)} can start"
+        yield Problem("branches" if labels is None else "labels", list(dict.fromkeys(chosen)), told)
 
 
 def key_of(branches: xr.Dataset) -> str:
@@ -68,31 +74,38 @@ def starts_in(
         kind = KINDS[int(special["special_kind"])]
         if FROM.get(kind, kind) not in kinds:
             continue
-        orbits = [
+        event = int(special["special_event_joint"]), int(special["special_event_kind"])
+        orbits = (
             (search(at(value, state, turns), Search(0, tolerance)), value)
             for value, state, turns in _candidates(branches, special, kind)
-        ]
-        orbit, value = min(orbits, key=lambda each: _events(each[0]))
-        if not orbit.status:
-            event = int(special["special_event_joint"]), int(special["special_event_kind"])
-            found.append((Begin(FROM.get(kind, kind), orbit, np.zeros(2), event), value))
+        )
+        if start := _beside((each for each in orbits if not each[0].status), event):
+            found.append((Begin(FROM.get(kind, kind), start[0], np.zeros(2), event), start[1]))
     return sorted(found, key=lambda each: each[0].kind == "grazing")
 
 
-def _events(orbit: Orbit) -> float:
-    return np.inf if orbit.status else len(orbit.image.events)
+def _beside(orbits: Iterator[tuple[Orbit, float]], event: tuple[int, int]) -> tuple[Orbit, float] | None:
+    """Of the first two orbits that differ by an event the one with fewer; without an event, the first one."""
+    known: list[tuple[Orbit, float]] = []
+    for orbit, value in orbits:
+        for other in known:
+            if changed_event(orbit.image.events, other[0].image.events) == event:
+                return min((orbit, value), other, key=lambda each: len(each[0].image.events))
+        known.append((orbit, value))
+    return known[0] if known else None
 
 
 def _candidates(
     branches: xr.Dataset, special: xr.Dataset, kind: str
 ) -> Iterator[tuple[float, np.ndarray, int]]:
-    """Parameter, state and turns of a special point; at a grazing, of the points on both its sides."""
+    """Parameter, state and turns of a special point; at a grazing, of points on both its sides."""
     b, p = int(special["special_branch"]), int(special["special_point"])
     values = branches[branches.attrs["parameter"]].values[b, : int(branches["n_points"][b])]
-    turns, span = int(branches["period"].values[b, p]), np.ptp(values)
+    turns = int(branches["period"].values[b, p])
     if kind != "grazing":
         yield float(special["special_parameter"]), special["special_state"].values, turns
         return
-    for i in (p - 1, p, p + 1):
-        if 0 <= i < len(values) and abs(values[i] - values[p]) <= BESIDE * span:
+    away = np.abs(values - values[p])
+    for i in sorted(range(max(p - 2, 0), min(p + 3, len(values))), key=lambda i: (away[i], abs(i - p))):
+        if away[i] <= BESIDE * np.ptp(values):
             yield float(values[i]), branches["orbit_state"].values[b, i], turns

@@ -10,6 +10,7 @@ import numpy as np
 
 from jointplay.analysis.curves.coincidence import Coincidence, coincident
 from jointplay.analysis.curves.conditions import Critical, Torus
+from jointplay.analysis.curves.corners import MEETING, corner
 from jointplay.analysis.curves.grazing import grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.orbits.arclength import first, solve
@@ -84,13 +85,13 @@ class Curves:
             if any(_passes(each, Curve(kind, branch, family)) for each in found):
                 continue
             found.append(
-                Curve(kind, branch if trouble else _cut(kind, self._both_ways(family, begin)), family)
+                Curve(kind, branch if trouble else _cut(kind, self._both_ways(family, begin, start)), family)
             )
             yield found[-1]
             if "interrupted" in found[-1].branch.ends:
                 return
             if self.onward and start.kind != "grazing":
-                met = starts_of(found[-1].branch, ["grazing"], lambda q: q)
+                met = starts_of([found[-1].branch], ["grazing"], lambda q: q)
                 waiting += [each for each in met if each.event[1] in self.onward]
 
     def _begun(self, begin: Begin) -> tuple[Family, Point, str]:
@@ -113,14 +114,18 @@ class Curves:
         found = solve(family, guess, guess.z, guess.tangent)
         return (family, point, "not_converged") if found is None else (family, found, "")
 
-    def _both_ways(self, family: Family, begin: Point) -> Branch:
-        back = self._follow(family, replace(begin, tangent=-begin.tangent), self.max_points // 2)
+    def _both_ways(self, family: Family, begin: Point, start: Begin) -> Branch:
+        def ahead(last: Point) -> tuple[Special, Point] | None:
+            return corner(family, start, last, self._begun, self._follow)
+
+        more = {"corner": ahead} if start.kind in MEETING else {}
+        back = self._follow(family, replace(begin, tangent=-begin.tangent), self.max_points // 2, **more)
         if back.ends[1] in ("interrupted", "closed"):
             return back.reversed()
-        return joined(back, self._follow(family, begin, self.max_points - len(back.points) + 1))
+        return joined(back, self._follow(family, begin, self.max_points - len(back.points) + 1, **more))
 
-    def _follow(self, family: Family, start: Point, most: int) -> Branch:
-        return Tracer(family, self.step, max(most, 2), self.visit).follow(start)
+    def _follow(self, family: Family, start: Point, most: int, **more: Any) -> Branch:
+        return Tracer(family, self.step, max(most, 2), self.visit, **more).follow(start)
 
 
 @dataclass(frozen=True)
@@ -133,15 +138,18 @@ class Begin:
     event: tuple[int, int] = (-1, -1)
 
 
-def starts_of(branch: Branch, kinds: Sequence[str], where: Callable[[Any], np.ndarray]) -> list[Begin]:
-    """The special points of a branch where curves of some kinds start, grazings last."""
+def starts_of(
+    branches: Sequence[Branch], kinds: Sequence[str], where: Callable[[Any], np.ndarray]
+) -> list[Begin]:
+    """The special points of branches where curves of some kinds start, grazings last."""
     found = []
-    for special in branch.specials:
-        kind = FROM.get(special.kind, special.kind)
-        point = _before(branch, special) if kind == "grazing" else special.point
-        q = special.q if kind != "grazing" else point.q
-        if kind in kinds:
-            found.append(Begin(kind, whole(point.orbit), where(q), special.event))
+    for branch in branches:
+        for special in branch.specials:
+            kind = FROM.get(special.kind, special.kind)
+            point = _before(branch, special) if kind == "grazing" else special.point
+            q = special.q if kind != "grazing" else point.q
+            if kind in kinds:
+                found.append(Begin(kind, whole(point.orbit), where(q), special.event))
     return sorted(found, key=lambda each: each.kind == "grazing")
 
 

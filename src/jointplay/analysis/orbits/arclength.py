@@ -28,7 +28,8 @@ CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink
 GAIN = 0.3  # factor by which a correction below the tolerance must reduce the residual
 ROUNDING = 1e-14
-BACK = (1e-3, 1e-2, 0.1, 0.5, 0.75, 0.9, 0.99, 0.999)  # shares of a correction that ends beyond a curve
+SHORT = 0.1  # share of a condition that the first correction leaves on the side where it has a meaning
+BACK = (0.1, 0.5, 0.75, 0.9, 0.99, 0.999)  # shares of a correction that ends beyond a curve
 AWAY = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 0.1)  # distances off a curve, by its condition, from a guess beyond it
 KEPT = 1e-9  # singular values below it, relative to the largest, are not divided by
 
@@ -53,11 +54,13 @@ def solve(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) ->
 
 def _newton(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) -> Point | None:
     z, size, count, last = np.array(guess), np.inf, 0, None
+    sided = family.condition is not None and family.condition.sided
+    A = _known(like) if sided else None
     while count <= CORRECTIONS:
         here = family.trial(z, like)
-        if family.condition is not None and family.condition.sided and not np.isfinite(here.size(like.unit)):
-            here = _drawn_back(family, like, z, last)
-        z = last = here.z
+        if sided and not np.isfinite(here.size(like.unit)):
+            here = _drawn_back(family, like, z, last.z if last else None)
+        z = here.z
         before, size = size, here.size(like.unit)
         if not np.isfinite(size) or (count > PATIENCE and size > max(before, family.tolerance)):
             return None
@@ -67,22 +70,31 @@ def _newton(family: Family, like: Point, guess: np.ndarray, normal: np.ndarray) 
         directions = like.directions  # good enough for corrections
         if done or directions is None:
             directions = family.directions(family.place(z), like.orbit.map)
-        if done or count == 0:  # between these, the other derivatives are accurate enough
-            A = jacobian(family, like, here, directions)
         free = len(here.section.free)
+        if done or A is None:  # between these, the other derivatives are accurate enough
+            A = jacobian(family, like, here, directions)
+        elif last is not None and family.condition is not None:  # Broyden's update
+            by = z - last.z
+            A[free] += (here.r[free] - last.r[free] - A[free] @ by) * by / (by @ by)
         A[:free, :free] = here.image.derivative - np.eye(free)
         if done:
             orbit = Orbit(0, here.section, here.state, here.image, size, count)
-            inward = A[free] if len(A) > free else None
-            tangent = _tangent(A, normal)
-            return Point(orbit, family.place(z), like.unit, tangent, count, inward, directions)
+            return Point(orbit, family.place(z), like.unit, _tangent(A, normal), count, A, directions)
         if not np.all(np.isfinite(A)):
             return None
         rows = np.vstack([A, normal])
         left = np.append(-here.r, normal @ (guess - z))
+        count, last = count + 1, here
+        if sided and here.r[free] > 0:
+            left[free] *= 1 - SHORT**count
         z = z + np.linalg.lstsq(rows, left, rcond=KEPT)[0]
-        count += 1
     return None
+
+
+def _known(like: Point) -> np.ndarray | None:
+    """The derivatives at a point of a curve, if it has them: for corrections nearby."""
+    known = like.directions is not None and np.all(np.isfinite(like.jacobian))
+    return like.jacobian.copy() if known else None
 
 
 def _drawn_back(family: Family, like: Point, z: np.ndarray, last: np.ndarray | None) -> Trial:
@@ -92,8 +104,9 @@ def _drawn_back(family: Family, like: Point, z: np.ndarray, last: np.ndarray | N
     """
     if last is not None:
         others = [z + share * (last - z) for share in BACK]
-    elif like.inward is not None:
-        others = [z + distance * like.inward / (like.inward @ like.inward) for distance in AWAY]
+    elif like.jacobian is not None:
+        inward = like.jacobian[-1]
+        others = [z + distance * inward / (inward @ inward) for distance in AWAY]
     else:
         others = []
     trial = family.trial(z, like)
@@ -143,7 +156,7 @@ def first(family: Family, orbit: Orbit, q: Any, sense: Any = 1.0) -> Point:
     of_parameters = max(np.linalg.norm(along[-family.count :]), 1e-12)
     unit = float(np.clip(size / of_parameters, 1e-6, 1e6)) if size > 0 else 1.0
     tangent = np.append(along[: -family.count] / unit, along[-family.count :])
-    inward = None
-    if family.condition is not None:
-        inward = A[-1] * np.append(np.full(len(along) - family.count, unit), np.ones(family.count))
-    return Point(orbit, q, unit, tangent / np.linalg.norm(tangent), 0, inward, directions)
+    free = len(along) - family.count
+    A[:free, free:] /= unit
+    A[free:, :free] *= unit
+    return Point(orbit, q, unit, tangent / np.linalg.norm(tangent), 0, A, directions)

@@ -45,6 +45,7 @@ ENCLOSED = 1e-9  # bracket of a grazing
 NEARLY = 1e-6  # of the arc: a wider bracket of a grazing is narrowed from its other side
 GAP = 1e-3, 2e-2  # on the arc: beyond a wider gap at a grazing a branch, or a curve, is another one
 STALLED = 1e-2  # of the longest step: where a shorter one fails, an orbit beyond a grazing is looked for
+SOONER = 0.1  # factor of the length of steps at which a corner is sought once more
 LEAPS = (8.0, 64.0, 512.0)  # at so many times its length
 PROBES = (1e-8, 1e-6, 1e-4)  # distances beyond a failure at which events are compared
 
@@ -81,11 +82,23 @@ class Tracer:
     doubled : bool
         Whether the branch left at a period doubling: where both halves of the orbit become one, it has joined
         its parent.
+    corner : callable, optional
+        Of a curve: the grazing ahead of a point beside which steps become short, and where the curve goes on.
     """
 
-    def __init__(self, family: Family, step: float, max_points: int, visit: Callable, doubled: bool = False):
+    def __init__(
+        self,
+        family: Family,
+        step: float,
+        max_points: int,
+        visit: Callable,
+        doubled: bool = False,
+        corner: Callable[[Point], tuple[Special, Point] | None] = lambda last: None,
+    ):
         self.family, self.step, self.max_points = family, step, max_points
-        self.visit, self.doubled = visit, doubled
+        self.visit, self.doubled, self.corner = visit, doubled, corner
+        self.sought = STALLED * step  # length of steps from which on a corner is sought
+        self.bend: np.ndarray | float = 0.0  # half the derivative of the tangent of a curve, along it
         self.points: list[Point] = []
         self.specials: list[Special] = []
 
@@ -108,7 +121,10 @@ class Tracer:
     def _away_from_events(self, point: Point) -> Point:
         """The point on a section away from events."""
         ahead = shift_from_events(point.orbit.map, point.orbit.image.events)
-        return shifted(self.family, point, ahead) if ahead else point
+        if not ahead:
+            return point
+        self.bend = 0.0  # in coordinates of another section
+        return shifted(self.family, point, ahead)
 
     def _advance(self, last: Point, length: float) -> tuple[Point, float, str | None]:
         """One attempt: the point to go on from, the next step's length, and the end if it is one."""
@@ -117,6 +133,10 @@ class Tracer:
         new = self._try(last, length, DEVIATION * length)
         if new is None and length <= STALLED * self.step and (beyond := self._leap(last, length)) is not None:
             return self._go_on(last, *beyond)
+        if new is None and length <= self.sought:
+            self.sought = SOONER * length
+            if (met := self.corner(last)) is not None:
+                return self._turn(*met)
         if new is None:
             return (last, length / 2, None) if length > 2 * SHORTEST else (last, length, self._failure(last))
         if len(outside(new.q)):
@@ -131,12 +151,14 @@ class Tracer:
             return self._graze(last, new, length)
         self._between(last, new)
         self._take(new)
+        if self.family.condition is not None:
+            self.bend = (new.tangent - last.tangent) / (2 * length)
         factor = LONGER if new.iterations <= EASY else SHORTER if new.iterations >= HARD else 1.0
         return self._away_from_events(new), min(self.step, factor * length), end
 
     def _try(self, last: Point, length: float, deviation: float, kinks: bool = False) -> Point | None:
         """The point a step on; None if it is not found within a `deviation` of its prediction."""
-        guess = last.z + length * last.tangent
+        guess = last.z + length * last.tangent + length**2 * self.bend
         new = solve(self.family, last, guess, last.tangent)
         if new is None or np.linalg.norm(new.z - guess) > deviation:
             return None
@@ -169,6 +191,9 @@ class Tracer:
 
     def _graze(self, last: Point, new: Point, length: float) -> tuple[Point, float, str | None]:
         """Enclose a change of events within a step, and go on beyond it."""
+        fewer = len(new.orbit.image.events) < len(last.orbit.image.events)
+        if fewer and (met := self.corner(last)) is not None:
+            return self._turn(*met)
         low, high, before, beyond = 0.0, length, last, new
         while high - low > ENCLOSED:
             middle = (low + high) / 2
@@ -207,7 +232,16 @@ class Tracer:
         """Note a grazing and go on beyond it; `narrowed`: it is known from that side."""
         self._note_grazing(before, beyond.orbit.image, beyond.q if narrowed else before.q, width)
         self._take(beyond)
+        self.bend = 0.0
         return self._away_from_events(beyond), max(FIRST * self.step / 4, SMALL * self.step), None
+
+    def _turn(self, met: Special, onward: Point) -> tuple[Point, float, str | None]:
+        """Note a corner at a grazing, and go on from it."""
+        self._take(met.point)
+        self.specials.append(met)
+        self._take(onward)
+        self.bend = 0.0
+        return self._away_from_events(onward), FIRST * self.step / 4, None
 
     def _back(self, beyond: Point, before: Point) -> tuple[Point, float, Image | None]:
         """The point with the events of `beyond` that is nearest to `before`.

@@ -1,0 +1,87 @@
+"""Where a curve of folds or doublings meets a grazing that it is tangent to, and goes on with a corner.
+
+Beside a contact that begins multipliers change with the root of its depth d. On that side the curve keeps
+a s = b sqrt(d), s along the grazing from where both meet: it nears the grazing with s^2, and its steps shrink
+with s. The meeting is sought from the other side, where the map is smooth: along the grazing, as the point
+with the critical multiplier. From there the curve goes on into that side.
+Reference: di Bernardo et al., Piecewise-smooth Dynamical Systems (2008), chapter 7.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointplay.analysis.orbits.arclength import Family, Point
+from jointplay.analysis.orbits.branch import Branch
+from jointplay.analysis.orbits.branch_points import Special
+from jointplay.analysis.orbits.orbit_events import OF_GAPS, changed_event
+from jointplay.analysis.orbits.shooting import Orbit, newton
+
+if TYPE_CHECKING:
+    from jointplay.analysis.curves.tracing import Begin
+
+AWAY = (1e-5, 1e-4, 1e-3, 1e-2)  # of the ranges, across the curve: where an orbit without the event is sought
+NEAR = 0.2  # of the ranges: how far ahead the meeting may be
+POINTS = 6  # of the grazing's curve on the way there
+MEETING = {"fold": "fold_grazing", "period_doubling": "doubling_grazing"}
+
+
+def corner(
+    family: Family,
+    begin: Begin,
+    last: Point,
+    begun: Callable[[Begin], tuple[Family, Point, str]],
+    follow: Callable[[Family, Point, int], Branch],
+) -> tuple[Special, Point] | None:
+    """The meeting with a grazing ahead of a point, as a special point of its curve, and where that goes on.
+
+    Parameters
+    ----------
+    family : Family
+        Of the curve.
+    begin : Begin
+        Its start.
+    last : Point
+        Where its steps have become short.
+    begun : callable
+        The family and the first point of a curve, and what is wrong, by its start.
+    follow : callable
+        A curve's branch from a point on, of some points.
+    """
+    for orbit, q, event in _across(family, last):
+        grazing, first, trouble = begun(replace(begin, kind="grazing", orbit=orbit, q=q, event=event))
+        if trouble:
+            continue
+        if first.tangent[-2:] @ last.tangent[-2:] < 0:
+            first = replace(first, tangent=-first.tangent)
+        for met in follow(grazing, first, POINTS).specials:
+            if met.kind != MEETING[begin.kind] or np.linalg.norm(met.q - last.q) > NEAR:
+                continue
+            _, onward, trouble = begun(replace(begin, orbit=met.point.orbit, q=met.q))
+            if trouble:
+                continue
+            scales = np.append(np.full(len(last.tangent) - 2, onward.unit / met.point.unit), np.ones(2))
+            if met.point.jacobian[-1] @ (scales * onward.tangent) < 0:  # the margin grows from there on
+                onward = replace(onward, tangent=-onward.tangent)
+            return replace(met, kind="grazing", event=event), onward
+    return None
+
+
+def _across(family: Family, last: Point) -> Iterator[tuple[Orbit, np.ndarray, tuple[int, int]]]:
+    """Orbits beside a curve that lack an event of a gap, the nearest first; where they are, and the event."""
+    along = last.tangent[-2:] / np.linalg.norm(last.tangent[-2:])
+    events = last.orbit.image.events
+    for away in AWAY:
+        for side in (-away, away):
+            q = last.q + side * along[::-1] * (1, -1)
+            orbit = newton(family.at(q, last.orbit.map), last.orbit.state, family.tolerance)
+            if orbit.status or len(orbit.image.events) >= len(events):
+                continue
+            event = changed_event(orbit.image.events, events)
+            if event[1] in OF_GAPS:
+                yield orbit, q, event
+                return
