@@ -226,10 +226,12 @@ class Expressions:
         return f"{self._called(node)}({', '.join(map(self, node.args))})"
 
     def _fields_of(self, node: ast.expr) -> tuple[str, ...]:
+        """Fields of the kind of named tuple that is made here; none of any other function."""
         try:
-            return getattr(self.value(node), "_fields", ())
+            kind = self.value(node)
         except KeyError:
             return ()
+        return kind._fields if isinstance(kind, type) and issubclass(kind, tuple) else ()
 
     def _built_in(self, node: ast.Call) -> str:
         name, first = node.func.id, node.args[0]
