@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from contextvars import ContextVar
 
 import pytest
 
@@ -67,6 +68,27 @@ def test_calls_end_when_nobody_answers():
         thread.join(5)
     assert ended == [1, 1]
     assert threading.active_count() == before
+
+
+def test_calls_that_ask_for_nothing_share_a_thread():
+    def asks():
+        return asked("x") and threading.get_ident()
+
+    calls = [threading.get_ident, threading.get_ident, asks, threading.get_ident, threading.get_ident]
+    first, *others = side_by_side(calls, lambda questions: [1] * len(questions))
+    assert others[:2] == [first, first]
+    assert others[2] == others[3] != first
+    assert first != threading.get_ident()
+
+
+def test_what_a_call_sets_in_its_context_is_its_own():
+    own = ContextVar("own", default=0)
+
+    def count():
+        own.set(own.get() + 1)
+        return own.get()
+
+    assert side_by_side([count, count], lambda questions: questions) == [1, 1]
 
 
 def test_company_is_asked_for_once():

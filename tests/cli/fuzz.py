@@ -1,9 +1,9 @@
-"""Mutated study files: `python -m tests.cli.fuzz [FILES] [SEED]` (10 000 files take some minutes).
+"""Mutated study files: `python -m tests.cli.fuzz [FILES] [SEED] [KIND …]` (10 000 files take some minutes).
 
 Every shipped study and the samples of the tests are changed at random (mutations.py). `jointplay check` has
 to accept each, in silence or with doubts, or refuse it by lines of a key path, what was given and what is
 accepted; soon, and nothing else. A share of what is accepted is planned and run too, each motion over a few
-hundred steps.
+hundred steps. Where kinds are named, files of these alone are changed, and all that are accepted are run.
 """
 
 import contextlib
@@ -27,6 +27,8 @@ RUN_SHARE = 0.25  # of what is accepted
 LINE = re.compile(r"  ((?P<key>\S.*?): got (?P<given>.*?); (?P<accepted>.+)|and [\d,]+ more)")
 ROOTS = re.compile(r"(kind|name|title|mechanism|vary|integrator|analysis|figure|study file|--set)\b")
 CELLS = 12  # at most, of what is run
+SETTLED = ["analysis.starts=3", "analysis.turns=8", "analysis.transient=2", "analysis.patience=1"]
+KNOCKS = [f"analysis.{name}=2" for name in ("steps", "phases", "directions", "edge_turns")]
 BRIEF = {  # kinds that are run, and what makes them short
     "response": ["analysis.turns=2"],
     "section": ["analysis.turns=2"],
@@ -40,6 +42,10 @@ BRIEF = {  # kinds that are run, and what makes them short
     "curve": ["analysis.max_points=3", "analysis.max_curves=1"],
     "bifurcation": ["analysis.turns=3", "analysis.transient=1", "analysis.lyapunov_turns=2"],
     "sensitivity": ["analysis.turns=2", "analysis.neighbours=2"],
+    "gradient": ["analysis.turns=1", "analysis.transient=2"],
+    "optimise": ["analysis.transient=2", "analysis.max_iterations=2"],
+    "attractors": [*SETTLED, "analysis.lyapunov_turns=2"],
+    "tipping": SETTLED + KNOCKS,
 }
 
 
@@ -103,9 +109,9 @@ def ran(path, table, folder):
     return (None if code in (0, 1) else f"run ended with {code}\n{err}"), True
 
 
-def mutated(dice):
+def mutated(dice, numbers):
     """A text, its table where it is one still, and words for the command line."""
-    i = dice.randrange(len(mutations.TEXTS))
+    i = dice.choice(numbers)
     if dice.random() < 0.2:
         return mutations.changed_text(mutations.TEXTS[i], dice), {}, []
     table = mutations.changed_table(mutations.TABLES[i], dice)
@@ -113,24 +119,25 @@ def mutated(dice):
     return mutations.dumped(table), table, words
 
 
-def main(files=10_000, seed=0):
+def main(files=10_000, seed=0, *kinds):
     """Try so many files; tell what was wrong, and how long the slowest took."""
+    numbers = [n for n, table in enumerate(mutations.TABLES) if not kinds or table.get("kind") in kinds]
     signal.signal(signal.SIGPROF, _alarm)
     counts, slow, faults, began = Counter(), [], [], time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "study.toml")
-        for text in mutations.TEXTS:  # what checking compiles, so that none is slow for that
-            Path(path).write_text(text)
-            assert called(["check", path], 10 * RUN_LIMIT)[0] == 0, text
+        for n in numbers:  # what checking compiles, so that none is slow for that
+            Path(path).write_text(mutations.TEXTS[n])
+            assert called(["check", path], 10 * RUN_LIMIT)[0] == 0, mutations.TEXTS[n]
         for number in range(files):
             dice = random.Random(f"{seed} {number}")
-            text, table, words = mutated(dice)
+            text, table, words = mutated(dice, numbers)
             Path(path).write_bytes(text.encode("utf-8", "surrogatepass"))
             code, out, err, took = called(["check", path, *words], LIMIT)
             wrong = fault(code, out, err)
             counts[code if isinstance(code, int) else "traceback"] += 1
             slow = sorted([*slow, (took, number)])[-5:]
-            if code == 0 and not words and dice.random() < RUN_SHARE:
+            if code == 0 and not words and (kinds or dice.random() < RUN_SHARE):
                 wrong, tried = ran(path, table, os.path.join(folder, "out"))
                 counts["run"] += tried
             if wrong:
@@ -144,4 +151,4 @@ def main(files=10_000, seed=0):
 
 
 if __name__ == "__main__":
-    sys.exit(main(*map(int, sys.argv[1:])))
+    sys.exit(main(*map(int, sys.argv[1:3]), *sys.argv[3:]))

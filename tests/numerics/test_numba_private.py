@@ -9,6 +9,7 @@ import numba
 import pytest
 
 import jointplay
+from jointplay.numerics import numba_private
 
 PACKAGE = Path(jointplay.__file__).parent
 FILE = PACKAGE / "numerics" / "numba_private.py"
@@ -26,8 +27,12 @@ def imported():
 
 def options():
     """Compiler options that the file names."""
-    values = [node.value for node in ast.parse(FILE.read_text()).body if isinstance(node, ast.Assign)]
-    return {option: value for each in values for option, value in ast.literal_eval(each).items()}
+    return {
+        option: value
+        for name, each in vars(numba_private).items()
+        if name.isupper()
+        for option, value in each.items()
+    }
 
 
 def test_they_stand_in_one_file():

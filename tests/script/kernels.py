@@ -1,12 +1,18 @@
 """Small kernels for the translator's tests: every construct that differs between the two languages."""
 
 from math import log
+from typing import NamedTuple
 
 import numpy as np
 
 TABLE = np.array([1.5, -2.0, 4.0])
 COUNTS = np.array([3, 1], dtype=np.int64)
 LAST = 2
+
+
+class Pair(NamedTuple):
+    first: float
+    second: float
 
 
 def whole_numbers(x, out):
@@ -75,7 +81,8 @@ def two(x):
 def handed(function, x, out):
     new, _ = two(x[0])
     first, second = two(new)
-    out[0], out[1] = function(first), log(second * second)
+    both = Pair(first, second)
+    out[0], out[1] = function(both.first), log(both.second * both.second)
     out[2] = float("-inf")
     for j in range(2):
         kind = j in (0, LAST)

@@ -80,11 +80,11 @@ def test_what_is_not_in_the_subset_is_refused_by_line(name):
 def test_every_kernel_of_the_method_is_in_the_subset(name):
     cache.method("tangent_flow")
     unit = unit_of(f"jointplay.numerics.{name}")
-    kernel = {"compiled", "inner", "inlined", "spliced"}
+    kernel, entries = {"compiled", "inner", "inlined", "spliced"}, {"run", "at_wall"}
     names = [
         each.name
         for each in unit.functions.values()
-        if kernel & {d.id for d in each.decorator_list if isinstance(d, ast.Name)} or each.name == "run"
+        if kernel & {d.id for d in each.decorator_list if isinstance(d, ast.Name)} or each.name in entries
     ]
     assert names
     script = Script()

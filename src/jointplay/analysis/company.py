@@ -1,16 +1,17 @@
 """Calls side by side: each as if it were alone, and the motions that all of them wait for followed at once.
 
 An analysis asks for its motions one after another, from anywhere in its code. Beside others it runs in a
-thread of its own, one at a time and always in the same order: where it asks for a motion it waits, and the
-next one goes on. When none can go on, the motions are followed together (`side_by_side`), as by an ensemble.
+thread, one at a time and always in the same order: where it asks for a motion it waits, its thread with it,
+and the next one goes on in another. When none can go on, the motions are followed together (`side_by_side`),
+as by an ensemble. Calls that ask for nothing share a thread.
 """
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
-from contextvars import ContextVar
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable, Iterator, Sequence
+from contextvars import Context, ContextVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
@@ -21,34 +22,41 @@ class _DroppedError(BaseException):
     """Ends a call whose answer nobody waits for any more."""
 
 
-class _Seat(threading.Thread, Generic[T]):
-    """A call, and what it waits for."""
+class _Seat(threading.Thread):
+    """Makes calls one after the other, until one asks; what that waits for.
 
-    def __init__(self, call: Callable[[], T]):
+    `left` numbers calls that nobody has begun; by these numbers, results and errors are kept.
+    """
+
+    def __init__(self, left: Iterator[tuple[int, Callable[[], Any]]], results: dict, errors: dict):
         super().__init__(daemon=True)
-        self.call, self.question, self.answer = call, None, None
-        self.result: T | None = None
-        self.error: BaseException | None = None
-        self.dropped = False
+        self.left, self.results, self.errors = left, results, errors
+        self.question: Question | None = None
+        self.answer: Any = None
+        self.asked = self.dropped = False
         self.mine, self.others = threading.Semaphore(0), threading.Semaphore(0)
         self.start()
 
     def run(self) -> None:
         """Call, once it is its turn."""
         self.mine.acquire()
-        _seat.set(self)
-        try:
-            if not self.dropped:
-                self.result = self.call()
-        except _DroppedError:
-            pass
-        except BaseException as error:
-            self.error = error
+        while not (self.asked or self.dropped) and (each := next(self.left, None)):
+            number, call = each
+            try:
+                self.results[number] = Context().run(self._called, call)
+            except _DroppedError:
+                pass
+            except BaseException as error:
+                self.errors[number] = error
         self.others.release()
+
+    def _called(self, call: Callable[[], Any]) -> Any:
+        _seat.set(self)
+        return call()
 
     def ask(self, question: Question) -> Any:
         """Wait for an answer, while others go on."""
-        self.question = question
+        self.question, self.asked = question, True
         self.others.release()
         self.mine.acquire()
         if self.dropped:
@@ -108,10 +116,11 @@ def side_by_side(
     BaseException
         What the first call raised that raised anything.
     """
-    seats = [_Seat(call) for call in calls]
+    left, results, errors, seats = iter(enumerate(calls)), {}, {}, []
     try:
-        for seat in seats:
-            seat.go_on()
+        while not seats or seats[-1].asked:
+            seats.append(_Seat(left, results, errors))
+            seats[-1].go_on()
         while waiting := [seat for seat in seats if seat.question is not None]:
             found = answers([seat.question for seat in waiting])
             for seat, answer in zip(waiting, found, strict=True):
@@ -119,7 +128,6 @@ def side_by_side(
     finally:
         for seat in seats:
             seat.drop()
-    for seat in seats:
-        if seat.error is not None:
-            raise seat.error
-    return [seat.result for seat in seats]
+    if errors:
+        raise errors[min(errors)]
+    return [results[number] for number in range(len(calls))]

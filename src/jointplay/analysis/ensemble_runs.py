@@ -207,13 +207,13 @@ def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
 
 def _kernels(model: Model, form: Form, loop: str) -> tuple:
     """The loop; functions of a structure at a point, and in lanes; rows of these."""
-    from jointplay.numerics.ensemble.layout import SIGNATURES, AtPoint, Functions
-    from jointplay.numerics.interface import pointers
+    from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
+    from jointplay.numerics.interface import AtPoint, pointers
 
     cache.prepare(loop)
     module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
     algebra = cache.ensemble_algebra(form.turning, len(form.flags), form.jumps)
-    f = pointers(own, kind=AtPoint, signatures=SIGNATURES)
+    f = pointers(own, kind=AtPoint)
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
     return cache.method(loop), f, g, module.ROWS
 

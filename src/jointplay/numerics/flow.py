@@ -6,7 +6,7 @@ never an exception.
 """
 
 import numpy as np
-from numba import float64, int64, typeof, types, void
+from numba import float64, int64, types, void
 
 from .codes import Section
 from .control import (
@@ -34,7 +34,7 @@ from .control import (
 )
 from .doubts import again, doubt, doubtful
 from .events import accept_until_event, passes_centre, state_at
-from .interface import FUNCTIONS, entry, inlined, inner, spliced
+from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, AtPoint, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
     CONTRACTION,
@@ -61,23 +61,16 @@ from .memory import (
     T_SECTION,
     TOGETHER,
     H,
-    Options,
-    trajectory,
-    work,
 )
-from .modes import FREE, REMEMBERS, REST, SEPARATION, follow, mask, start, variant_of
+from .modes import FREE, REMEMBERS, follow, mask, start, variant_of
 from .polynomial import interpolate
 from .record import closest_approaches, gains, note, sample
 from .saltation import before_event, begin_tangents, jump
 from .sections import count_event, sections
-from .sliding import rub, walls_of
+from .sliding import walls_of
 from .step import attempt, keep
 from .tangent import NEUTRAL, ROWS, log_block, propagate, renew
-from .walls import begin, hold, stay, strike
-
-WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
-TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
-OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
+from .walls import START, STEP, resting
 
 _, BY_LEVEL, _ = Section.numbers()
 ROOM = 24  # log rows that one step may need
@@ -105,6 +98,11 @@ def _commit(w, s, gain, work, b, at, n_x, place, time):
         gain[i] = 0.0
 
 
+@inlined
+def _at_wall(f, guard, at, k, x, o):
+    f.at_wall(AtPoint(f.rate, f.contacts, f.trig, f.reset), guard, at, k, x, o)
+
+
 @inner
 def _event(f, k, x, o, guard):
     """Change mode, or jump, at the base point; count events that crowd."""
@@ -116,7 +114,7 @@ def _event(f, k, x, o, guard):
     at, logged = count[LOGGED], o.log_events and time >= o.log_from
     if logged:
         note(k, x, o, EVENT_ROW, -1.0, 0.0, time, 0.0)
-    j, kind, lasting = guard // 4, SEPARATION, -1.0
+    j = guard // 4
     if j < len(x.flags):
         before = x.modes[j]
         if before == FREE and x.flags[j] & REMEMBERS:
@@ -124,23 +122,11 @@ def _event(f, k, x, o, guard):
         kind = follow(f.contacts, j, guard % 4, x.flags, x.modes, x.fired, x.m, x.s, x.p, o.rest, k.contact)
         if before != FREE and x.modes[j] == FREE and x.flags[j] & REMEMBERS:
             f.reset(2 * walls_of(x) + len(x.flags) + j, x.s, x.p)
-    else:
-        j = guard - 4 * len(x.flags)
-        if j < walls_of(x):
-            kind, lasting = strike(f, j, k, x, o)
-        else:
-            j -= walls_of(x)
-            kind = rub(f, j, k, x, o)
-        j += len(x.flags)
-    if logged:
-        x.log[at, 1], x.log[at, 2] = j, kind
-    count_event(k, x, o, j, kind, time)
-    if lasting >= 0.0:
-        hold(f, j - len(x.flags), k, x, o)
-        count[EVENTS] += 1
         if logged:
-            note(k, x, o, EVENT_ROW, float(j), float(REST), time + lasting, 0.0)
-        count_event(k, x, o, j, REST, time + lasting)
+            x.log[at, 1], x.log[at, 2] = j, kind
+        count_event(k, x, o, j, kind, time)
+    else:
+        _at_wall(f, guard, at if logged else -1, k, x, o)
     count[SMOOTH], real[CONTRACTION], real[H_LIMIT], real[H_REJECTED] = 0, 1.0, np.inf, 0.0
     variant = variant_of(x.modes)
     real[H] = restarted(real[H], real[H_VARIANT + variant], real[H_START + variant])
@@ -184,7 +170,8 @@ def _start(f, k, x, o):
     f.trig(x.s, x.p)
     for j in range(len(x.flags)):
         start(f.contacts, j, x.flags, x.modes, x.m, x.s, x.p, o.rest, k.contact)
-    begin(f, k, x, o)
+    if walls_of(x) > 0:
+        _at_wall(f, START, START, k, x, o)
     x.real[T_EVENT] = x.real[T_SECTION] = -np.inf
     x.real[H_LIMIT] = np.inf
     x.count[STARTED] = 1
@@ -213,7 +200,8 @@ def _take(f, variant, k, x, o, g, y, h, error):
         if y is not None:
             renew(f, variant, x, o, y, length * root)
     if guard < 0:
-        stay(f, x)
+        if resting(x) > 0:
+            _at_wall(f, STEP, STEP, k, x, o)
         after_whole(real, count, variant, h, error)
         if y is not None and strain > 0.0:
             real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))

@@ -47,8 +47,8 @@ def _reduce(d, i, width, weight, alive):
 def orthonormalise(d, width, weight, alive, norms, logs, lossy):
     """Make the frame orthonormal; lengths go to `norms`, their logarithms are added to `logs`.
 
-    `lossy`: the frame comes from a map that may have lost a dimension; what is left of a vector by rounding
-    alone is then given up, with the logarithm -inf.
+    `lossy`, if 1: the frame comes from a map that may have lost a dimension; what is left of a vector by
+    rounding alone is then given up, with the logarithm -inf.
     """
     for i in range(len(norms)):
         norms[i] = 1.0
@@ -57,7 +57,7 @@ def orthonormalise(d, width, weight, alive, norms, logs, lossy):
         at = i * width
         whole, left = _reduce(d, i, width, weight, alive)
         norms[i] = left
-        if not left > (LOST * whole if lossy else 0.0):
+        if not left > (LOST * whole if lossy > 0.0 else 0.0):
             alive[i], left = 0, 0.0
         logs[i] += log(left) if left > 0.0 else float("-inf")
         factor = 1.0 / left if left > 0.0 else 0.0

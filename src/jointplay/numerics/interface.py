@@ -14,11 +14,13 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numba
-from numba import float64, int64, types, void
+import numpy as np
+from numba import float64, int64, typeof, types, void
 
 from jointplay import numerics
 
 from . import numba_private
+from .memory import Options, trajectory, work
 
 POLICY = {
     "nogil": True,
@@ -28,6 +30,9 @@ POLICY = {
 }
 
 vector = float64[::1]
+WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
+TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
+OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
 
 SIGNATURES = {
     "rate": void(int64, vector, vector, vector, vector),
@@ -53,6 +58,7 @@ class Functions(NamedTuple):
     """Functions that the flow calls: a structure's (codegen.module), and the method's algebra for its size.
 
     The algebra is written out by size (codegen.algebra), or goes by a plan (codegen.elimination).
+    What happens at rigid walls (walls.at_wall) is compiled only for structures that have some.
     """
 
     rate: Callable
@@ -66,6 +72,16 @@ class Functions(NamedTuple):
     factor: Callable
     newton: Callable
     estimate: Callable
+    at_wall: Callable
+
+
+class AtPoint(NamedTuple):
+    """Functions of a structure at one point, for events (codegen.module)."""
+
+    rate: Callable
+    contacts: Callable
+    trig: Callable
+    reset: Callable
 
 
 class Variations(NamedTuple):
@@ -82,6 +98,8 @@ def _typed(kind):
     return types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in kind._fields], kind)
 
 
+AT_POINT = _typed(AtPoint)
+SIGNATURES["at_wall"] = void(AT_POINT, int64, int64, WORK, TRAJECTORY, OPTIONS)
 FUNCTIONS, VARIATIONS = _typed(Functions), _typed(Variations)
 
 
@@ -133,15 +151,16 @@ def _compiles(**options):
 
 compiled = _compiles()
 inner = _compiles(**numba_private.INNER)  # called by compiled code alone
+handed = _compiles(**numba_private.HANDED)  # the same by address
 inlined = _compiles(**numba_private.INLINED, **numba_private.INNER)  # what is called once an attempt
 spliced = _compiles(inline="always")  # the same before types are known: long bodies compile faster
 
 
-def entry(signature):
+def entry(signature, how=compiled):
     """Compile at import, with an explicit signature: what a structure and the method call of each other."""
 
     def compile_now(function):
-        made = compiled(function)
+        made = how(function)
         if not numba.config.DISABLE_JIT:
             made.compile(signature)
             made.disable_compile()

@@ -28,7 +28,6 @@ from typing import NamedTuple
 import numpy as np
 
 from .codes import Row
-from .polynomial import STACK
 
 # Places in Trajectory.count
 STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS, SECTIONS, SAMPLES, LOGGED = range(8)
@@ -41,6 +40,8 @@ H_VARIANT, H_START, DOUBTED, NUMBERS = 10, 13, 16, 17
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
 JOINTS = 1  # place of the joints' work among the integrals of a linkage
 COLUMNS = 3
+HALVINGS = 40  # of an interval, to isolate roots
+STACK = 10 * (HALVINGS + 2) + 8
 IMPACT = 210  # numbers of an impact on up to four walls (impacts), before the state that they meet
 
 

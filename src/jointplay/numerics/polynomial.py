@@ -13,11 +13,10 @@ import numpy as np
 
 from .interface import compiled
 from .lanes import matvec
+from .memory import HALVINGS, STACK
 from .radau import NODES
 
 DEGREE = 7
-HALVINGS = 40
-STACK = 10 * (HALVINGS + 2) + 8
 
 
 def to_bernstein(nodes: np.ndarray) -> np.ndarray:

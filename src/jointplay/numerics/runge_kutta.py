@@ -15,8 +15,7 @@ import numpy as np
 from numba import float64, int64
 
 from .control import DIVERGED, HUGE, OK
-from .flow import OPTIONS, TRAJECTORY, WORK
-from .interface import FUNCTIONS, compiled, entry, inlined
+from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, compiled, entry, inlined
 from .memory import EVALUATIONS, STEPS
 from .modes import (
     CONTACT,

@@ -78,7 +78,7 @@ def jump(f, g, k, x, o, y, guard):
     reset = turned == 1 or turned == ENTERS or leaves
     rests = reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED
     if rests and not plastic(k, wall):
-        project_at_rest(f, g, x, o, y, False)
+        project_at_rest(f, g, x, o, y, 0.0)
         return
     several = reset and wall >= 0 and k.impact[MEMBERS] > 0.0
     if several:
@@ -101,23 +101,23 @@ def jump(f, g, k, x, o, y, guard):
     for i in range(len(y.alive)):
         if y.alive[i]:
             d = y.d[i * width : (i + 1) * width]
-            delay = _through(y, d, o.n_q, n_x, slope, reset, y.count[SALTATION])
+            delay = _through(y, d, o.n_q, n_x, slope, 1.0 if reset else 0.0, float(y.count[SALTATION]))
             _add_works(y, i, delay)
     if y.count[NEUTRAL]:
         along(y, n_x)
     if y.count[HELD] == 0:
-        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, lossy)
+        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0 if lossy else 0.0)
     if rests:
-        project_at_rest(f, g, x, o, y, False)
+        project_at_rest(f, g, x, o, y, 0.0)
 
 
 @inner
 def begin_tangents(f, g, x, o, y):
     """Take from the tangents what neighbours of a start that sticks, or rests on a wall, lose at once."""
-    held = False
+    held = 0.0
     for j in range(len(x.flags)):
         if x.modes[j] == STICK:
-            held = True
+            held = 1.0
             _project_at_stick(f, g, x, o, y, j)
     project_at_rest(f, g, x, o, y, held)
 
@@ -139,31 +139,31 @@ def _project_at_stick(f, g, x, o, y, j):
     for i in range(len(y.alive)):
         if y.alive[i]:
             d = y.d[i * width : (i + 1) * width]
-            _add_works(y, i, _through(y, d, o.n_q, n_x, slope, False, y.count[SALTATION]))
+            _add_works(y, i, _through(y, d, o.n_q, n_x, slope, 0.0, float(y.count[SALTATION])))
 
 
 @inner
 def project_at_rest(f, g, x, o, y, held):
     """Take from the tangents what lies across the walls on which a body rests.
 
-    `held`: something has been taken already.
+    `held`: 1, where something has been taken already.
     """
     width, walls = 1 + o.n_q + o.n, len(x.modes) - len(x.flags)
     for j in range(walls):
         if x.modes[len(x.flags) + j] > RELEASED:
-            held = True
+            held = 1.0
             g.turned(walls + j, x.s, x.p, y.D)
             for i in range(len(y.alive)):
                 if y.alive[i]:
                     _project(y, y.d[i * width : (i + 1) * width], o.n_q, o.n)
-    if held:
+    if held > 0.0:
         y.count[JUMPS] += 1
         y.real[VOLUME] = -np.inf
         if y.count[NEUTRAL]:
             rates(f, variant_of(x.modes), x, o, y, y.after)
             along(y, o.n_q + o.n)
         if y.count[HELD] == 0:
-            orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, True)
+            orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0)
 
 
 @inner
@@ -214,13 +214,13 @@ def _add_works(y, i, delay):
 def _through(y, d, n_q, n_x, slope, reset, saltation):
     """Replace a tangent by what the jump makes of it; by how much it comes earlier to the event."""
     width, delay = 1 + n_x, 0.0
-    if saltation:
+    if saltation > 0.0:
         for r in range(n_x):
             delay += y.gradient[1 + r] * d[1 + r]
         if d[0] > 0.0:
             delay += y.gradient[n_x + int(d[0])]
         delay /= slope
-    if not reset:
+    if reset == 0.0:
         for r in range(n_q, n_x):
             d[1 + r] += (y.after[r] - y.before[r]) * delay
         return delay
@@ -250,7 +250,7 @@ def _volume(y, n_q, n_x, slope, later, reset, lossy):
     for i in range(n_x):  # columns of S are the jumps of unit vectors
         for r in range(1 + n_x):
             y.unit[r] = 1.0 if r == 1 + i else 0.0
-        _through(y, y.unit, n_q, n_x, slope, True, True)
+        _through(y, y.unit, n_q, n_x, slope, 1.0, 1.0)
         for r in range(n_x):
             y.S[r * n_x + i] = y.unit[1 + r]
     found = abs(determinant(y.S, n_x))

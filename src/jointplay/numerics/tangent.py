@@ -131,7 +131,7 @@ def propagate(f, g, variant, k, x, o, y, h, root):
         for r in range(o.n):
             y.after[o.n_q + r] = k.w[8 * (o.first + width + r) + 7]
         along(y, n_x)
-        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, False)
+        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 0.0)
     for i in range(8 * (o.first + width)):  # the factored matrices, and the state's increments
         w[i] = k.w[i]
     g.variation(variant, w, x.s, x.p, x.m)
@@ -184,7 +184,7 @@ def renew(f, variant, x, o, y, span):
         f.trig(x.s, x.p)
         rates(f, variant, x, o, y, y.after)
         along(y, o.n_q + o.n)
-    orthonormalise(y.d, 1 + o.n_q + o.n, y.weight, y.alive, y.norms, y.logs, False)
+    orthonormalise(y.d, 1 + o.n_q + o.n, y.weight, y.alive, y.norms, y.logs, 0.0)
     _by_volume(y, o.n_q + o.n, before, span)
 
 

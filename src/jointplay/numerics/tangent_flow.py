@@ -3,8 +3,8 @@
 import numpy as np
 from numba import int64, typeof
 
-from .flow import OPTIONS, TRAJECTORY, WORK, run
-from .interface import FUNCTIONS, VARIATIONS, entry
+from .flow import run
+from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, VARIATIONS, WORK, entry
 from .tangent import tangents
 
 TANGENTS = typeof(tangents(np.zeros((1, 1)), np.ones(1), 1, 1, 1))

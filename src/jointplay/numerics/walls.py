@@ -15,11 +15,12 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 from .impacts import rough, together
 from .impulses import MEMBERS
 from .interface import inner
-from .memory import EVALUATIONS, JAMMED, JOINTS, H
+from .memory import EVALUATIONS, EVENT_ROW, EVENTS, JAMMED, JOINTS, H
 from .modes import (
     FREE,
     IMPACT,
     RELEASED,
+    REST,
     RESTING,
     SEPARATION,
     SLIP_NEGATIVE,
@@ -30,8 +31,11 @@ from .modes import (
     touch,
     variant_of,
 )
-from .sliding import grip, sliding, walls_of
+from .record import note
+from .sections import count_event
+from .sliding import grip, rub, sliding, walls_of
 
+START, STEP = -1, -2  # in the place of a guard
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 STEADY = 0.1  # share of a by which it may change until the last impact
 LEAP = 1e4  # of events that crowd: length of a step in which an opening gap exceeds rounding
@@ -209,7 +213,7 @@ def hold(f, j, k, x, o):
     x.margin[guard] = 0.0
     pressed = k.contact[6 * at + 5] < 0.0
     x.modes[at] = RESTING
-    if _resting(x) > 1:
+    if resting(x) > 1:
         stay(f, x)
     if rough(x, j):
         grip(f, j, k, x, o)
@@ -222,7 +226,7 @@ def stay(f, x):
 
     Of several it is taken away in turn, until what one gives to the others is small.
     """
-    for _ in range(1 if _resting(x) < 2 else SWEEPS):
+    for _ in range(1 if resting(x) < 2 else SWEEPS):
         for j in range(walls_of(x)):
             if x.modes[len(x.flags) + j] > RELEASED:
                 f.trig(x.s, x.p)
@@ -230,7 +234,7 @@ def stay(f, x):
 
 
 @inner
-def _resting(x):
+def resting(x):
     """Number of walls on which a body rests."""
     held = 0
     for j in range(len(x.flags), len(x.modes)):
@@ -257,3 +261,32 @@ def begin(f, k, x, o):
             x.real[H] = max(x.real[H], LEAP * o.near)
             if _lasting(f, j, k, x, o, 0.0) >= 0.0:
                 hold(f, j, k, x, o)
+
+
+def at_wall(f, guard, at, k, x, o):
+    """Do what an event of a wall's guard asks for at the base point, or the start, or the end of a step.
+
+    `at`: the event's row in the log, or -1.
+    """
+    if guard == START:
+        begin(f, k, x, o)
+        return
+    if guard == STEP:
+        stay(f, x)
+        return
+    j, time, lasting = guard - 4 * len(x.flags), x.s[0], -1.0
+    if j < walls_of(x):
+        kind, lasting = strike(f, j, k, x, o)
+    else:
+        j -= walls_of(x)
+        kind = rub(f, j, k, x, o)
+    contact = len(x.flags) + j
+    if at >= 0:
+        x.log[at, 1], x.log[at, 2] = contact, kind
+    count_event(k, x, o, contact, kind, time)
+    if lasting >= 0.0:
+        hold(f, j, k, x, o)
+        x.count[EVENTS] += 1
+        if at >= 0:
+            note(k, x, o, EVENT_ROW, float(contact), float(REST), time + lasting, 0.0)
+        count_event(k, x, o, contact, REST, time + lasting)

@@ -220,7 +220,18 @@ class Expressions:
             raise self.refuse(node)
         if isinstance(node.func, ast.Name) and node.func.id in ("min", "max", "len", "float"):
             return self._built_in(node)
+        if fields := self._fields_of(node.func):  # a named tuple
+            pairs = (f"{name}: {self(each)}" for name, each in zip(fields, node.args, strict=True))
+            return f"{{ {', '.join(pairs)} }}"
         return f"{self._called(node)}({', '.join(map(self, node.args))})"
+
+    def _fields_of(self, node: ast.expr) -> tuple[str, ...]:
+        """Fields of the kind of named tuple that is made here; none of any other function."""
+        try:
+            kind = self.value(node)
+        except KeyError:
+            return ()
+        return kind._fields if isinstance(kind, type) and issubclass(kind, tuple) else ()
 
     def _built_in(self, node: ast.Call) -> str:
         name, first = node.func.id, node.args[0]

@@ -26,7 +26,7 @@ def henon_exponents(steps, weight=(1.0, 1.0)):
         if step == 0:
             logs[:] = 0.0
         d[1], d[2], d[4], d[5] = -2.8 * x * d[1] + d[2], 0.3 * d[1], -2.8 * x * d[4] + d[5], 0.3 * d[4]
-        orthonormalise(d, 3, weight, alive, norms, logs, False)
+        orthonormalise(d, 3, weight, alive, norms, logs, 0.0)
         x, y = 1 - 1.4 * x * x + y, 0.3 * x
     return logs / steps
 

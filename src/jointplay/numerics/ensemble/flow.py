@@ -8,9 +8,8 @@ import numpy as np
 from numba import int64, typeof, types
 
 from ..control import FULL, OK
-from ..interface import entry, inlined
-from ..memory import lane_rows, trajectory
-from ..polynomial import STACK
+from ..interface import AT_POINT, entry, inlined
+from ..memory import STACK, lane_rows, trajectory
 from . import CONTACTS, tangent
 from . import layout as rows
 from .attempts import special
@@ -172,4 +171,4 @@ _NONE = np.zeros(1, dtype=np.int64)
 JOBS = typeof(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
 _SIZES = dict.fromkeys(("positions", "speeds", "angles", "resets"), 1)
 LANES = typeof(lanes(1, 1, np.zeros(1), 0, _NONE, _SIZES))
-flow = entry(int64(rows.AT_POINT, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)
+flow = entry(int64(AT_POINT, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)

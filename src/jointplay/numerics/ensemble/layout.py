@@ -76,14 +76,6 @@ class Functions(NamedTuple):
     settle: Callable
 
 
-class AtPoint(NamedTuple):
-    """Functions of a structure at one point, for events (codegen.module)."""
-
-    contacts: Callable
-    trig: Callable
-    reset: Callable
-
-
 class Variations(NamedTuple):
     """Functions that carry a tangent: of its size, of the structure, and the gradient of its guards."""
 
@@ -101,14 +93,14 @@ class Variations(NamedTuple):
 
 SIGNATURES = dict.fromkeys(Functions._fields + Variations._fields, CALL)
 SIGNATURES |= {"point": STAGE_CALL, "keep": STAGE_CALL}
-SIGNATURES |= {name: ONE_BY_ONE[name] for name in (*AtPoint._fields, "gradient")}
+SIGNATURES["gradient"] = ONE_BY_ONE["gradient"]
 
 
 def _typed(kind):
     return types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in kind._fields], kind)
 
 
-FUNCTIONS, AT_POINT, VARIATIONS = _typed(Functions), _typed(AtPoint), _typed(Variations)
+FUNCTIONS, VARIATIONS = _typed(Functions), _typed(Variations)
 
 # Places in Jobs.real, of one trajectory each
 J_END, J_TOLERANCE, J_REST, J_NEAR, J_HOP, J_PLAY, J_H, J_SWIFT, J_LEVEL, J_PERIOD, J_FLOORS = range(11)
