@@ -28,6 +28,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .codes import Row
+from .impulses import STATE
 from .polynomial import STACK
 
 # Places in Trajectory.count
@@ -41,7 +42,6 @@ H_VARIANT, H_START, DOUBTED, NUMBERS = 10, 13, 16, 17
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
 JOINTS = 1  # place of the joints' work among the integrals of a linkage
 COLUMNS = 3
-IMPACT = 210  # numbers of an impact on up to four walls (impacts), before the state that they meet
 
 
 class Work(NamedTuple):
@@ -76,7 +76,7 @@ class Trajectory(NamedTuple):
     fired: np.ndarray  # multiplicity with which each guard starts at zero
     margin: np.ndarray  # of each guard: values up to it are within the tolerance of zero; 0: none
     clearance_squared: np.ndarray  # square of each contact's clearance; inf: it has no centre
-    group: np.ndarray  # of each rigid wall: walls of one number are met together, if at one instant
+    group: np.ndarray  # of each rigid wall: those of one number slide as one; below 0: it has no impulses
     cone: np.ndarray  # margin of each contact's cone over its normal force; of a wall's, over its square
     count: np.ndarray
     real: np.ndarray
@@ -143,7 +143,7 @@ def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n
         b=lane_rows(2),
         stack=np.zeros(STACK),
         contact=np.zeros(max(6 * n_touch, 1)),
-        impact=np.zeros(IMPACT + n_s),
+        impact=np.zeros(STATE + n_s),
     )
 
 

@@ -13,7 +13,7 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 """
 
 from .impacts import rough, together
-from .impulses import MEMBERS
+from .impulses import MEMBERS, TARGET, WALL
 from .interface import inner
 from .memory import EVALUATIONS, JAMMED, JOINTS, H
 from .modes import (
@@ -105,17 +105,16 @@ def _lasting(f, j, k, x, o, before):
         return -1.0
     for i in range(len(x.flags), len(x.modes)):
         near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
-        if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, x, o, at, i):
+        if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, o, i):
             return -1.0
     return lasts
 
 
 @inner
-def _settles_too(k, x, o, at, i):
-    """Whether what lies near wall `at`, wall i of the same guide, has rebounds as low, which end likewise."""
-    same = x.group[i - len(x.flags)] == x.group[at - len(x.flags)]
+def _settles_too(k, o, i):
+    """Whether what lies near wall i has rebounds as low, which end likewise."""
     v, a = k.contact[6 * i + 2], k.contact[6 * i + 5]
-    return same and a < 0.0 and (v * v <= 2.0 * ROOM * o.hop * -a or abs(v) <= o.rest)
+    return a < 0.0 and (v * v <= 2.0 * ROOM * o.hop * -a or abs(v) <= o.rest)
 
 
 @inner
@@ -155,6 +154,8 @@ def strike(f, j, k, x, o):
     if not several:
         _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
     throw_off(k, x, o)
+    if several:
+        _stay_on(f, j, k, x, o)
     _slide_on(f, k, x, o)
     return IMPACT, _lasting(f, j, k, x, o, before)
 
@@ -189,6 +190,20 @@ def throw_off(k, x, o):
 
 
 @inner
+def _stay_on(f, j, k, x, o):
+    """After an impact on wall j, put back on their walls what rebounds from others less than is tolerated.
+
+    Else two bodies that come to rest on two walls might throw each other off without end.
+    """
+    q = k.impact
+    for i in range(int(q[MEMBERS])):
+        wall = int(q[WALL + i])
+        left = wall != j and q[TARGET + i] == 0.0 and x.modes[len(x.flags) + wall] == FREE
+        if left and _lasting(f, wall, k, x, o, 0.0) >= 0.0:
+            hold(f, wall, k, x, o)
+
+
+@inner
 def _slide_on(f, k, x, o):
     """After a jump of speeds, decide how bodies slide that rest on rough walls."""
     for j in range(walls_of(x)):
@@ -209,7 +224,7 @@ def hold(f, j, k, x, o):
     x.margin[guard] = 0.0
     pressed = k.contact[6 * at + 5] < 0.0
     x.modes[at] = RESTING
-    if _resting(x) > 1:
+    if resting(x) > 1:
         stay(f, x)
     if rough(x, j):
         grip(f, j, k, x, o)
@@ -222,7 +237,7 @@ def stay(f, x):
 
     Of several it is taken away in turn, until what one gives to the others is small.
     """
-    for _ in range(1 if _resting(x) < 2 else SWEEPS):
+    for _ in range(1 if resting(x) < 2 else SWEEPS):
         for j in range(walls_of(x)):
             if x.modes[len(x.flags) + j] > RELEASED:
                 f.trig(x.s, x.p)
@@ -230,7 +245,7 @@ def stay(f, x):
 
 
 @inner
-def _resting(x):
+def resting(x):
     """Number of walls on which a body rests."""
     held = 0
     for j in range(len(x.flags), len(x.modes)):
