@@ -35,7 +35,7 @@ PAIRS = [
     *[(law, "none") for law in FACTORS if law not in ("flores", "hu_guo", "gonthier")],
 ]
 ROUND = ("johnson", "dubowsky_freudenstein", "liu")  # of a journal in its bearing: no corner has them
-GUIDED = [pair for pair in PAIRS if pair[0] not in ROUND and pair[1] != "none" or pair[0] == "restitution"]
+GUIDED = [pair for pair in PAIRS if (pair[0] not in ROUND and pair[1] != "none") or pair[0] == "restitution"]
 GUIDED += [("lee_wang", "andersson"), ("zhiying_qishao", "brown_mcphee"), ("lankarani_nikravesh", "lugre")]
 GUIDED += [(law, "none") for law in ("herbert_mcwhannell", "hunt_crossley_restitution")]
 BEAM = jp.Beam(shapes="sine", modes=1, damping_ratio=0.01)
