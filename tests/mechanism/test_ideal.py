@@ -143,6 +143,9 @@ def test_what_a_prismatic_joint_refuses():
     assert "kind = 'prismatic' only" in problems_of(Joint, **flat)["joint.half_height"].expected
     line = {"name": "G", "journal": slider | {"direction": 0.3}, "bearing": guide}
     assert "'prismatic' only" in problems_of(Joint, **line)["joint.journal.direction"].expected
+    round = {"half_length": 0.02, "half_height": 0.01}
+    round["contact"] = {"law": "liu", "parameters": {"length": 0.02}}
+    assert "whose faces are flat" in problems_of(Joint, **loose | round)["joint.contact.law"].expected
     assert Pin(link="slider", direction=0.3).direction == 0.3
 
 

@@ -1,4 +1,4 @@
-"""Laws at revolute joints with play, of a four-bar and a slider-crank: tangents through contact."""
+"""Laws at bearings and guides with play, of a four-bar and a slider-crank: tangents through contact."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.mechanism.assemble import assemble
 from tests.numerics.test_tangent import differences, scaled
-from tests.support.laws_grid import PAIRS, SCENES, mechanism
+from tests.support.laws_grid import GUIDED, PAIRS, SCENES, mechanism
 
 QUICK = [("four_bar", ("kelvin_voigt", "coulomb"), False)]
-BENT = {"four_bar": (2, 4, 7), "slider_crank": (0, 1, 6)}  # pairs of laws beside an elastic link
-CELLS = [(scene, pair, False) for scene in SCENES for pair in PAIRS]
-CELLS += [(scene, PAIRS[i], True) for scene, places in BENT.items() for i in places]
+LAWS = {scene: GUIDED if scene == "guide" else PAIRS for scene in SCENES}
+BENT = {"four_bar": (2, 4, 7), "slider_crank": (0, 1, 6), "guide": (1, 10)}  # beside an elastic link
+CELLS = [(scene, pair, False) for scene, pairs in LAWS.items() for pair in pairs]
+CELLS += [(scene, LAWS[scene][i], True) for scene, places in BENT.items() for i in places]
 STARTS, SHARE = 4, 0.04  # of a turn that tangents are followed for: some contacts
 LONGER = {("slider_crank", "herbert_mcwhannell"): 0.06, ("slider_crank", "zhiying_qishao"): 0.3}
 TOLERANCE = 1e-5

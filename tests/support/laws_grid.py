@@ -34,10 +34,15 @@ PAIRS = [
     *[("flores", "ramp"), ("hu_guo", "ambrosio"), ("gonthier", "threlfall")],
     *[(law, "none") for law in FACTORS if law not in ("flores", "hu_guo", "gonthier")],
 ]
+ROUND = ("johnson", "dubowsky_freudenstein", "liu")  # of a journal in its bearing: no corner has them
+GUIDED = [pair for pair in PAIRS if (pair[0] not in ROUND and pair[1] != "none") or pair[0] == "restitution"]
+GUIDED += [("lee_wang", "andersson"), ("zhiying_qishao", "brown_mcphee"), ("lankarani_nikravesh", "lugre")]
+GUIDED += [(law, "none") for law in ("herbert_mcwhannell", "hunt_crossley_restitution")]
 BEAM = jp.Beam(shapes="sine", modes=1, damping_ratio=0.01)
 SCENES = {  # the elastic link, and the mechanism
     "four_bar": ("coupler", lambda: catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)),
     "slider_crank": ("rod", lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81)),
+    "guide": ("rod", lambda: catalog.slider_crank(clearance={"G": 1e-4}, gravity=9.81)),
 }
 
 

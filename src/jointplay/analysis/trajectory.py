@@ -230,8 +230,11 @@ def memory(model: Model, request: Request):
 
 
 def _groups(model: Model, n_resets: int) -> np.ndarray:
-    """A number of each rigid wall, the same for the corners of one slider."""
-    owners = [joint.owner for joint in model.structure.rigid_joints] if model.links else range(n_resets)
+    """A number of each rigid wall, the same for the corners of one slider; below 0 without a restitution."""
+    if not model.links:
+        newton = [k for k, wall in enumerate(model.structure.impacts) if wall.restitution]
+        return np.array([k if k in newton else -1 - k for k in range(n_resets)], dtype=np.int64)
+    owners = [joint.owner for joint in model.structure.rigid_joints]
     place = {owner: at for at, owner in enumerate(dict.fromkeys(owners))}
     return np.array([place[owner] for owner in owners], dtype=np.int64)
 

@@ -33,9 +33,10 @@ def _jumping(system: System, k: int) -> Program:
 
 
 def pushes(system: System) -> dict[int, tuple[int, bool]]:
-    """Walls that need unit impulses, and whether along T, by their numbers: shared ones, and rough ones."""
+    """Walls that need unit impulses, and whether along T, by their numbers: several, and rough ones."""
     first, walls = 2 * len(system.resets) + 2 * len(system.contacts), [*enumerate(system.resets)]
-    found = {first + k: (k, False) for k, wall in walls if wall.shared or wall.rough}
+    newton = [k for k, wall in walls if wall.restitution is not None]
+    found = {first + k: (k, False) for k in newton if len(newton) > 1 or system.resets[k].rough}
     return found | {first + len(walls) + k: (k, True) for k, wall in walls if wall.rough}
 
 

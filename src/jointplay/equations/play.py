@@ -63,7 +63,7 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
 def wall(joint: Clearance, g: Geometry, c: Coordinates) -> Reset:
     """A rigid bearing, or face of a guide."""
     own = joint.owner
-    plain = Reset(joint.name, g.wall, restitution=number(f"r_{own}"), shared=joint.corner is not None)
+    plain = Reset(joint.name, g.wall, restitution=number(f"r_{own}"))
     if joint.friction not in FRICTIONS:
         return plain
     f = number(f"{FRICTIONS[joint.friction].limit_letter}_{own}")

@@ -92,17 +92,16 @@ class Reset:
     """A jump of the state: where `guard` falls through zero, each speed of `speeds` takes its new value.
 
     With a `restitution` r the jump is that of an impulse along the gap's gradient N instead, after which the
-    gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N). `shared`
-    says that others may be met with it. One that `moves` the state is no wall: nothing rests on it, and any
-    speed may stand in its guard. A wall with a friction coefficient `coulomb` has the sliding speed v_t, its
-    row `tangential` and `drift` as a contact has them; corners of a slider have a `guide` in common.
+    gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N). One that
+    `moves` the state is no wall: nothing rests on it, and any speed may stand in its guard. A wall with a
+    friction coefficient `coulomb` has the sliding speed v_t, its row `tangential` and `drift` as a contact
+    has them; corners of a slider have a `guide` in common.
     """
 
     name: str
     guard: Expr
     speeds: dict[Symbol, Expr] = field(default_factory=dict)
     restitution: Expr | None = None
-    shared: bool = False
     moves: bool = False
     coulomb: Expr | None = None
     v_t: Symbol | None = None

@@ -144,6 +144,9 @@ class Joint(Record):
                 "contact data: a table of stiffness (N/m), damping (N s/m), or of another law and its numbers"
             )
             raise refuse(NOTHING, f"a joint with clearance needs {needed}")
+        if contact and info.data.get("kind") == "prismatic" and "R" in LAWS[contact.law].joint:
+            flat = "a law that needs no journal's radius is accepted at a guide, whose faces are flat"
+            raise refuse(contact.law, flat, "law")
         return contact
 
     @property

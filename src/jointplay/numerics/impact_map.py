@@ -10,24 +10,9 @@ equation of its own. It is a function of time, state and directions, as `turned`
 """
 
 from .impacts import push
-from .impulses import (
-    CHOICE,
-    EQUATIONS,
-    MEMBERS,
-    PUSH,
-    SEPARATES,
-    SHARE,
-    SIZE,
-    STATE,
-    STICKS,
-    TARGET,
-    WALL,
-    drawn,
-    eliminate,
-    equations,
-    unknown,
-)
+from .impulses import SEPARATES, STICKS, drawn, eliminate, equations, unknown
 from .interface import inner
+from .memory import CHOICE, EQUATIONS, MEMBERS, PUSH, SHARE, SIZE, STATE, TARGET, WALL
 
 
 @inner

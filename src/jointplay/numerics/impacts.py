@@ -1,32 +1,32 @@
-"""Impacts on several walls of one rigid guide at one instant, and impacts with friction.
+"""Impacts on several rigid walls at one instant, and impacts with friction.
 
-Two corners of a slider meet a face together, or one meets it while another rests there. Newton's and
-Coulomb's laws (numerics.impulses) hold for all walls of the group at once that rest, or are that near: within
-what they move in the time in which events crowd. A wall that opens, or at which a body rests, counts with
-r = 0. Single impacts in a row would not do: two corners of a light slider hand the impulse to each other
-almost without end, ever faster.
+Two corners of a slider meet a face together, or a journal meets its bearing while another rests in its own.
+Newton's and Coulomb's laws (numerics.impulses) hold for all walls at once on which bodies rest, or that are
+that near: within what they move in the time in which events crowd. A wall that opens, or at which a body
+rests, counts with r = 0. Single impacts in a row would not do: two corners of a light slider hand the impulse
+to each other almost without end, ever faster.
 """
 
-from .impulses import (
+from .impulses import ROUNDING, gain, lower, size, solve
+from .interface import inner
+from .memory import (
     BEFORE,
+    EVENT_ROW,
+    EVENTS,
     FRICTION,
+    JAMMED,
+    JOINTS,
     MATRIX,
     MEMBERS,
     MOST,
     PUSH,
-    ROUNDING,
     SHARE,
     SIZE,
     STATE,
     TARGET,
+    TOGETHER,
     WALL,
-    gain,
-    lower,
-    size,
-    solve,
 )
-from .interface import inner
-from .memory import EVENT_ROW, EVENTS, JOINTS, TOGETHER
 from .modes import FREE, IMPACT, RELEASED, look
 from .record import note
 from .sections import count_event
@@ -47,7 +47,9 @@ def together(f, j, k, x, o):
     walls, q, members = len(x.modes) - len(x.flags), k.impact, 0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     for i in range(walls):
-        if i == j or (members < MOST and _met(k, x, o, i, j)):
+        if i == j or _met(k, x, o, i):
+            x.count[JAMMED] += members == MOST
+            members = min(members, MOST - 1)
             q[WALL + members] = i
             members += 1
     if members == 1 and not rough(x, j):
@@ -68,11 +70,11 @@ def together(f, j, k, x, o):
 
 
 @inner
-def _met(k, x, o, i, j):
-    """Whether wall i takes part in an impact on wall j."""
+def _met(k, x, o, i):
+    """Whether wall i takes part in an impact on another."""
     at = len(x.flags) + i
     near = k.contact[6 * at] <= abs(k.contact[6 * at + 2]) * o.near
-    return x.group[i] == x.group[j] and (x.modes[at] > RELEASED or near)
+    return x.group[i] >= 0 and (x.modes[at] > RELEASED or near)
 
 
 @inner

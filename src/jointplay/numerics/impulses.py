@@ -16,13 +16,21 @@ restitution, one instant for normal and tangential impulses.
 """
 
 from .interface import inner
+from .memory import (
+    AFTER,
+    BEFORE,
+    BEST,
+    CHOICE,
+    CHOSEN,
+    EQUATIONS,
+    FRICTION,
+    MATRIX,
+    PUSH,
+    SHARE,
+    SIZE,
+    TARGET,
+)
 
-MOST = 4  # walls of a group
-SIZE = 2 * MOST  # unknowns: p and q of each
-# Places in Work.impact: rates that unit impulses make, then rows of SIZE, a system of equations, the share of
-# restitution, and the state before.
-MATRIX, BEFORE, AFTER, PUSH, BEST, TARGET, WALL, FRICTION, CHOICE, CHOSEN = (0, *range(64, 136, 8))
-EQUATIONS, MEMBERS, SHARE, STATE = 136, 208, 209, 210
 SEPARATES, PUSHES, STICKS, SLIPS_UP, SLIPS_DOWN = range(5)  # what a wall may do
 ROUNDING, SINGULAR = 1e-12, 1e-10
 HALVINGS = 50
@@ -147,8 +155,9 @@ def eliminate(E, n):
         for r in range(n):
             if r != c:
                 ratio = E[width * r + c] / E[width * c + c]
-                for i in range(c, width):
+                for i in range(c, n):
                     E[width * r + i] -= ratio * E[width * c + i]
+                E[width * r + SIZE] -= ratio * E[width * c + SIZE]
     for r in range(n):
         E[width * r + SIZE] /= E[width * r + r]
     return True

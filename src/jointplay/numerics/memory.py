@@ -42,7 +42,15 @@ JOINTS = 1  # place of the joints' work among the integrals of a linkage
 COLUMNS = 3
 HALVINGS = 40  # of an interval, to isolate roots
 STACK = 10 * (HALVINGS + 2) + 8
-IMPACT = 210  # numbers of an impact on up to four walls (impacts), before the state that they meet
+# Places in Work.impact: rates that unit impulses make, then rows of SIZE, a system of equations, the share of
+# restitution, and the state before.
+MOST = 6  # walls at once
+SIZE = 2 * MOST  # unknowns of an impact: impulses along both directions of each
+MATRIX, BEFORE, AFTER, PUSH, BEST, TARGET, WALL, FRICTION, CHOICE, CHOSEN = (
+    SIZE * at for at in (0, *range(SIZE, SIZE + 9))
+)
+EQUATIONS = SIZE * (SIZE + 9)
+MEMBERS, SHARE, STATE = range(EQUATIONS + SIZE * (SIZE + 1), EQUATIONS + SIZE * (SIZE + 1) + 3)
 
 
 class Work(NamedTuple):
@@ -77,7 +85,7 @@ class Trajectory(NamedTuple):
     fired: np.ndarray  # multiplicity with which each guard starts at zero
     margin: np.ndarray  # of each guard: values up to it are within the tolerance of zero; 0: none
     clearance_squared: np.ndarray  # square of each contact's clearance; inf: it has no centre
-    group: np.ndarray  # of each rigid wall: walls of one number are met together, if at one instant
+    group: np.ndarray  # of each rigid wall: those of one number slide as one; below 0: it has no impulses
     cone: np.ndarray  # margin of each contact's cone over its normal force; of a wall's, over its square
     count: np.ndarray
     real: np.ndarray
@@ -144,7 +152,7 @@ def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n
         b=lane_rows(2),
         stack=np.zeros(STACK),
         contact=np.zeros(max(6 * n_touch, 1)),
-        impact=np.zeros(IMPACT + n_s),
+        impact=np.zeros(STATE + n_s),
     )
 
 

@@ -13,9 +13,9 @@ Several mode changes at one event are one jump from F- to F+. Onset of sticking 
 the beginning and the end of a contact that a law remembers: what it remembered before is of no account. A
 start that sticks is an onset too: neighbours that slide come to stick at once, by the same projection from
 either side. Coming to rest on a rigid wall loses two, those of the gap and of its rate: both are projected
-away along the wall's impulse. The time at which that happens is of no account: on average over the rebounds
-before it, the wall pushes as it does afterwards. References: Leine and Nijmeijer (2004), chapter 7; Kong et
-al., arXiv 2306.06862.
+away along the wall's impulse, of several walls in turn, as the body itself is put there. The time at which
+that happens is of no account: on average over the rebounds before it, the wall pushes as it does afterwards.
+References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv 2306.06862.
 """
 
 from math import log
@@ -24,11 +24,12 @@ import numpy as np
 
 from .frame import determinant, orthonormalise
 from .impact_map import impact_map, loses, plastic
-from .impulses import MEMBERS
 from .interface import inner
+from .memory import MEMBERS
 from .modes import FREE, RELEASED, REMEMBERS, SLIDE, SLIP_POSITIVE, STICK, variant_of
 from .sliding import walls_of
 from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
+from .walls import SWEEPS, resting
 
 # What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
 ENTERS, MAY_LEAVE = 2, 3
@@ -107,7 +108,7 @@ def jump(f, g, k, x, o, y, guard):
         along(y, n_x)
     if y.count[HELD] == 0:
         orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0 if lossy else 0.0)
-    if rests:
+    if rests or (several and resting(x) > 0):
         project_at_rest(f, g, x, o, y, 0.0)
 
 
@@ -149,7 +150,8 @@ def project_at_rest(f, g, x, o, y, held):
     `held`: 1, where something has been taken already.
     """
     width, walls = 1 + o.n_q + o.n, len(x.modes) - len(x.flags)
-    for j in range(walls):
+    for n in range(walls if resting(x) < 2 else walls * SWEEPS):
+        j = n % walls
         if x.modes[len(x.flags) + j] > RELEASED:
             held = 1.0
             g.turned(walls + j, x.s, x.p, y.D)

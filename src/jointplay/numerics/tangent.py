@@ -21,9 +21,8 @@ import numpy as np
 
 from .driven import add_works, integral, size_of
 from .frame import orthonormalise
-from .impulses import SIZE
 from .interface import inlined, inner
-from .memory import lane_rows
+from .memory import SIZE, lane_rows
 from .modes import mask
 from .polynomial import basis, interpolate
 from .step import keep

@@ -13,9 +13,8 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 """
 
 from .impacts import rough, together
-from .impulses import MEMBERS
 from .interface import inner
-from .memory import EVALUATIONS, EVENT_ROW, EVENTS, JAMMED, JOINTS, H
+from .memory import EVALUATIONS, EVENT_ROW, EVENTS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
 from .modes import (
     FREE,
     IMPACT,
@@ -109,17 +108,16 @@ def _lasting(f, j, k, x, o, before):
         return -1.0
     for i in range(len(x.flags), len(x.modes)):
         near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
-        if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, x, o, at, i):
+        if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, o, i):
             return -1.0
     return lasts
 
 
 @inner
-def _settles_too(k, x, o, at, i):
-    """Whether what lies near wall `at`, wall i of the same guide, has rebounds as low, which end likewise."""
-    same = x.group[i - len(x.flags)] == x.group[at - len(x.flags)]
+def _settles_too(k, o, i):
+    """Whether what lies near wall i has rebounds as low, which end likewise."""
     v, a = k.contact[6 * i + 2], k.contact[6 * i + 5]
-    return same and a < 0.0 and (v * v <= 2.0 * ROOM * o.hop * -a or abs(v) <= o.rest)
+    return a < 0.0 and (v * v <= 2.0 * ROOM * o.hop * -a or abs(v) <= o.rest)
 
 
 @inner
@@ -159,6 +157,8 @@ def strike(f, j, k, x, o):
     if not several:
         _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
     throw_off(k, x, o)
+    if several:
+        _stay_on(f, j, k, x, o)
     _slide_on(f, k, x, o)
     return IMPACT, _lasting(f, j, k, x, o, before)
 
@@ -190,6 +190,20 @@ def throw_off(k, x, o):
         if x.modes[i] > RELEASED and abs(k.contact[6 * i + 2]) > o.rest:
             guard = 3 * len(x.flags) + i
             x.modes[i], x.fired[guard], x.margin[guard] = FREE, 1, o.play
+
+
+@inner
+def _stay_on(f, j, k, x, o):
+    """After an impact on wall j, put back on their walls what rebounds from others less than is tolerated.
+
+    Else two bodies that come to rest on two walls might throw each other off without end.
+    """
+    q = k.impact
+    for i in range(int(q[MEMBERS])):
+        wall = int(q[WALL + i])
+        left = wall != j and q[TARGET + i] == 0.0 and x.modes[len(x.flags) + wall] == FREE
+        if left and _lasting(f, wall, k, x, o, 0.0) >= 0.0:
+            hold(f, wall, k, x, o)
 
 
 @inner

@@ -152,8 +152,18 @@ def _aside(k, j, i):
 
 
 @inner
+def _met_too(k, o, c):
+    """Whether another wall was met at the instant at which the state has left wall c."""
+    for at in range(len(k.flags), len(k.modes)):
+        near = k.contact[6 * at] <= abs(k.contact[6 * at + 2]) * o.near
+        if at != c and near and k.contact[6 * at + 3] <= 0.0:
+            return True
+    return False
+
+
+@inner
 def _jump(f, k, j, i, c):
-    """The state jumps, as at a wall (numerics.walls); where it may come to rest on that, it steps aside."""
+    """The state jumps, as at a wall (numerics.walls); where it may rest, or meets two, it steps aside."""
     w, x, number, fired, o = k.w, k.x, c - len(k.flags), 1.0, _settings(j.real[k.whole[8 * rows.JOB + i]])
     look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
     if k.contact[6 * c + 3] > 0.0:
@@ -163,7 +173,7 @@ def _jump(f, k, j, i, c):
         f.reset(number, k.s, k.p)
         look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
         throw_off(k, x, o)
-        if low(k.contact[6 * c + 2], k.contact[6 * c + 5], o):
+        if low(k.contact[6 * c + 2], k.contact[6 * c + 5], o) or _met_too(k, o, c):
             _aside(k, j, i)
     else:
         _aside(k, j, i)
