@@ -10,9 +10,10 @@ from pydantic import Field, model_validator
 from jointplay.equations import written
 from jointplay.equations.grammar import number, parse
 from jointplay.errors import InputError, join, refuse, unknown
+from jointplay.mechanism import own_modes
 from jointplay.mechanism.base import Few, Flag, Name, Number, Positive, Record
 from jointplay.mechanism.measures import coherent, in_si
-from jointplay.mechanism.own_parts import Impact, Jump, Rubbing, Switch, Text, Touch
+from jointplay.mechanism.own_parts import Exit, Impact, Jump, Rubbing, Switch, Text, Touch
 from jointplay.mechanism.signature import checked
 
 _VALUE = {
@@ -42,7 +43,10 @@ class System(Record):
     friction : tuple of Rubbing
         Dry friction.
     switches : tuple of Switch
-        Modes: numbers 0 or 1 in the equations.
+        Numbers 0 or 1 in the equations, by the sign of a guard.
+    modes : dict of str to tuple of Exit
+        Modes, of which the system is in one at a time, with the ways out of each; the first one at time 0.
+        Each is a state too: 1 in the mode, else 0.
     impacts : tuple of Impact
         Rigid walls.
     jumps : tuple of Jump
@@ -69,6 +73,7 @@ class System(Record):
     contacts: Few[Touch] = ()
     friction: Few[Rubbing] = ()
     switches: Few[Switch] = ()
+    modes: dict[Name, Few[Exit]] = Field({}, json_schema_extra={"accepts": "a table of modes"})
     impacts: Few[Impact] = ()
     jumps: Few[Jump] = ()
     outputs: dict[Name, Text] = Field({})
@@ -119,19 +124,26 @@ class System(Record):
     @property
     def order(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Positions, and speeds, the first of them theirs: states as results and lists have them."""
-        moved, found = {state for each in self.jumps for state in each.jump}, {}
-        for state in self.states:
-            tree = parse(self.rates[state])
+        flat = self.flat
+        moved, found = {state for each in flat.jumps for state in each.jump}, {}
+        for state in flat.states:
+            tree = parse(flat.rates[state])
             free = tree.value not in {state, *found, *found.values()} and state not in found.values()
-            if tree.operation == "name" and tree.value in self.states and free and state not in moved:
+            if tree.operation == "name" and tree.value in flat.states and free and state not in moved:
                 found[state] = tree.value
         positions, speeds = tuple(found), tuple(found.values())
-        return positions, (*speeds, *(s for s in self.states if s not in positions + speeds))
+        return positions, (*speeds, *(s for s in flat.states if s not in positions + speeds))
+
+    @property
+    def flat(self) -> System:
+        """The system with its modes as states and jumps."""
+        return own_modes.flat(self) if self.modes else self
 
     @property
     def initial(self) -> tuple[float, ...]:
         """State at time 0, in `order`."""
-        return tuple(number(self.states[name], self.numbers) for names in self.order for name in names)
+        states = self.flat.states
+        return tuple(number(states[name], self.numbers) for names in self.order for name in names)
 
     @property
     def period(self) -> float | None:
@@ -140,7 +152,7 @@ class System(Record):
 
     def structure(self, section: str | None = None) -> written.Oscillator:
         """The equations without their numbers."""
-        (positions, speeds), flags = self.order, self.flags
+        (positions, speeds), flags, flat = self.order, self.flags, self.flat
         free = [name for name in speeds if name not in self.mass] if self.mass else ()
         mass = {name: {name: "1"} for name in free} | self.mass
         entries = (
@@ -150,7 +162,7 @@ class System(Record):
             positions=positions,
             speeds=speeds,
             parameters=tuple(self.numbers),
-            rates=tuple(self.rates[name] for name in speeds),
+            rates=tuple(flat.rates[name] for name in speeds),
             mass=tuple((max(i, j), min(i, j), text) for i, j, text in entries),
             period=self.forcing or "",
             contacts=tuple(
@@ -161,13 +173,15 @@ class System(Record):
                 written.Rubbing(each.name, each.speed, each.normal, each.coefficient, each.static or "")
                 for each in self.friction
             ),
-            switches=tuple(written.Switch(each.name, each.on, each.off or "") for each in self.switches),
+            switches=tuple(
+                written.Switch(each.name, each.on, each.off or "", each.slides) for each in self.switches
+            ),
             impacts=tuple(
                 written.Wall(each.name, each.gap, each.restitution or "", tuple(each.jump.items()))
                 for each in self.impacts
             ),
             jumps=tuple(
-                written.Trigger(each.name, each.guard, tuple(each.jump.items())) for each in self.jumps
+                written.Trigger(each.name, each.guard, tuple(each.jump.items())) for each in flat.jumps
             ),
             outputs=tuple(self.outputs.items()),
             section=section,
