@@ -220,7 +220,8 @@ def _take(f, variant, k, x, o, g, y, h, error):
     else:
         if y is not None:
             follows = len(y.alive) > 0 and root == 0.0 and x.s[0] == real[T_EVENT]
-            count[TOGETHER] += follows and begins_beyond(k.w, o.guards + guard)
+            if follows and begins_beyond(k.w, o.guards + guard):
+                count[TOGETHER] += 1
             before_event(f, g, variant, x, o, y, guard)
         _event(f, k, x, o, guard)
         if y is not None:

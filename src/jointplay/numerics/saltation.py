@@ -32,7 +32,7 @@ from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, T
 
 # What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
 ENTERS, MAY_LEAVE = 2, 3
-ROUNDED = 1e-13  # of a determinant's bound: what is less is rounding of 0
+DEGENERATE = 1e-13  # of a determinant's bound: what is less is rounding of 0
 
 
 @inner
@@ -261,4 +261,4 @@ def _volume(y, n_q, n_x, slope, later, reset, lossy):
             row += abs(y.S[r * n_x + i]) * y.weight[r] / y.weight[i]
         size *= row
     found = abs(determinant(y.S, n_x))
-    return log(found) if found > ROUNDED * size else -np.inf
+    return log(found) if found > DEGENERATE * size else -np.inf
