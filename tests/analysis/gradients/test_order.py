@@ -15,6 +15,7 @@ from jointplay.numerics.codes import Status
 STATES = ("x", "y", "v", "w")
 PLAIN, COUPLED = {"m": 1.3, "n": 0.7, "j": 0.0, "r": 0.8}, {"m": 1.3, "n": 0.7, "j": 0.4, "r": 0.8}
 END = 2.0
+pytestmark = pytest.mark.long
 
 
 def bodies(numbers):
