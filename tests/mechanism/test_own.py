@@ -157,6 +157,121 @@ def test_badly_posed(tables, key, said):
     assert said in str(places[key].expected)
 
 
+PUMP = {  # fills, waits, and empties
+    "states": {"x": 0.5, "clock": 0},
+    "parameters": {"pause": 1.0},
+    "rates": {"x": "fills - 2*empties", "clock": "waits"},
+    "modes": {
+        "fills": [{"to": "waits", "guard": "1 - x", "jump": {"clock": "0"}}],
+        "waits": [{"to": "empties", "guard": "pause - clock"}],
+        "empties": [{"to": "fills", "guard": "x - 0.1"}],
+    },
+}
+
+
+def pump(**changes):
+    return PUMP | {"modes": {**PUMP["modes"], **changes}}
+
+
+def test_modes_are_states_of_which_one_is_1():
+    found = System(**PUMP)
+    assert found.order == ((), ("x", "clock", "fills", "waits", "empties"))
+    assert found.initial == (0.5, 0, 1, 0, 0)
+    later = found.replace(initial=[0.5, 0, 0, 0, 1])
+    assert later.initial == (0.5, 0, 0, 0, 1)
+    assert later == System(**json.loads(later.model_dump_json()))
+    assert "one of fills, waits, empties is 1" in str(
+        problems_of(found.replace, initial=[0.5, 0, 1, 0, 1]).popitem()[1].expected
+    )
+    with pytest.raises(jp.InputError, match="a start in one mode"):
+        jp.simulate(found, duration=1.0, initial=[0.5, 0, 0.5, 0.5, 0])
+
+
+def test_modes_follow_each_other():
+    """Full at 0.5, then a pause of 1, empty 0.45 later, full again after 0.9."""
+    found = jp.simulate(System(**PUMP), duration=4.0, rtol=1e-11)
+    expected = [0.5, 1.5, 1.95, 2.85, 3.85]
+    assert found.event_time.values == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("modes", "key", "said"),
+    [
+        ({"waits": []}, "modes.waits", "at least one way out"),
+        ({"waits": [{"to": "emptys", "guard": "1 - clock"}]}, "modes.waits[0].to", "did you mean 'empties'"),
+        ({"waits": [{"to": "waits", "guard": "1 - clock"}]}, "modes.waits[0].to", "or a jump beside it"),
+        ({"waits": [{"to": "fills", "guard": "pause"}]}, "modes.waits[0].guard", "never changes"),
+        ({"waits": [{"to": "fills", "guard": "pauze - x"}]}, "modes.waits[0].guard", "did you mean 'pause'"),
+        (
+            {"waits": [{"to": "empties", "guard": "x", "jump": {"y": 1}}]},
+            "modes.waits[0].jump.y",
+            "no such state",
+        ),
+        (
+            {"waits": [{"to": "empties", "guard": "x", "jump": {"fills": 1}}]},
+            "modes.waits[0].jump.fills",
+            "the way to it",
+        ),
+        (
+            {"waits": [{"to": "waits", "guard": "x - 1", "jump": {"x": "1"}}, *PUMP["modes"]["waits"]]},
+            "modes.waits[0].jump",
+            "guard is above zero",
+        ),
+        ({"rests": [{"to": "fills", "guard": "x"}]}, "modes.rests", "some way leads to"),
+        ({"x": [{"to": "fills", "guard": "x"}]}, "modes.x", "a state already"),
+        ({"pause": [{"to": "fills", "guard": "x"}]}, "parameters.pause", "a state already"),
+        (
+            {
+                "fills": [*PUMP["modes"]["fills"], {"to": "sin", "guard": "x + 9"}],
+                "sin": [{"to": "fills", "guard": "x"}],
+            },
+            "modes.sin",
+            "a function already",
+        ),
+    ],
+)
+def test_badly_posed_modes(modes, key, said):
+    places = {
+        place.removeprefix("system."): each for place, each in problems_of(System, **pump(**modes)).items()
+    }
+    assert key in places, places
+    assert said in str(places[key].expected)
+
+
+RELAY = {
+    "states": {"x": 1.0, "y": 0.0},
+    "rates": {"x": "1 - 2*s", "y": "-y"},
+    "switches": [{"name": "s", "on": "x", "slides": True}],
+}
+
+
+@pytest.mark.parametrize(
+    ("tables", "key", "said"),
+    [
+        ({"rates": {"x": "1 - 2*s", "y": "s**2"}}, "rates.y", "straight in all that slides"),
+        ({"rates": {"x": "-x", "y": "s"}}, "switches[0].on", "nothing could keep it at 0"),
+        (
+            {"switches": [{"name": "s", "on": "x", "off": "-1 - x", "slides": True}]},
+            "switches[0].off",
+            "beside slides",
+        ),
+        ({"rates": {"x": "y", "y": "-s"}}, "switches[0].on", "depends on one of y"),
+        ({"jumps": [{"name": "j", "guard": "y + s", "jump": {"y": "3"}}]}, "jumps[0].guard", "no such name"),
+        (
+            {"friction": [{"name": "f", "speed": "y", "normal": "s", "coefficient": 1}]},
+            "friction[0].normal",
+            "no such name",
+        ),
+    ],
+)
+def test_badly_posed_sliding(tables, key, said):
+    places = {
+        place.removeprefix("system."): each for place, each in problems_of(System, **RELAY | tables).items()
+    }
+    assert key in places, places
+    assert said in str(places[key].expected)
+
+
 def test_numbers_are_looked_at_also_where_the_equations_are_known():
     valve = System(**VALVE)
     found = problems_of(valve.replace, restitution=1.5)

@@ -265,3 +265,70 @@ def test_two_masses_slide_as_modes_until_one_turns_and_rest_where_friction_holds
     x1, x2, v1, v2 = states(chain, [5.0])[0]
     assert [v1, v2] == pytest.approx([0, 0], abs=1e-8)
     assert max(abs(K @ [x1, x2])) <= F + 1e-9
+
+
+def test_buck_with_idle_times_against_its_exact_pieces():
+    """Each piece is linear: exponentials of matrices, and the root of the current."""
+    buck = system("buck_discontinuous")
+    p, cycles = buck.parameters, 5
+    T, on = p["cycle"], p["duty"] * p["cycle"]
+    leak = -1 / p["load"] / p["capacity"]
+    A = np.array([[leak, 1 / p["capacity"]], [-1 / p["coil"], 0.0]])
+    rest = -np.linalg.solve(A, [0.0, p["source"] / p["coil"]])  # where conduction leads to
+    x, ends, jumps = np.array([7.0, 0.0]), [], []
+    for n in range(cycles):
+        x = rest + expm(A * on) @ (x - rest)
+        until = brentq(lambda t, x=x: (expm(A * t) @ x)[1], 1e-8, T - on, xtol=1e-20)
+        x = expm(A * until) @ x
+        ends.append(n * T + on + until)
+        # neighbours whose current ends later freewheel for longer, and idle for less
+        saltation = np.eye(2) + np.outer([leak * x[0], 0.0] - A @ x, [0.0, 1.0]) / (A @ x)[1]
+        decay = math.exp(leak * (T - on - until))
+        jumps.append(np.diag([decay, 1.0]) @ saltation @ expm(A * (on + until)))
+        x = np.array([x[0] * decay, 0.0])
+    found = jp.simulate(buck, duration=cycles * T * (1 - 1e-12), at=[cycles * T * (1 - 1e-12)], rtol=1e-11)
+    assert found.state_value.values[0] == pytest.approx([*x, 1.0, 0.0, 0.0, 1.0], abs=1e-9)
+    times = np.sort([*ends, *(np.arange(cycles) * T + on), *(np.arange(1, cycles) * T)])
+    assert found.event_time.values == pytest.approx(times, abs=1e-16)
+    mapped = tangents.tangent_map(assemble(buck), T * (1 - 1e-12), 1e-12)
+    assert mapped[:2, :2] == pytest.approx(jumps[0], abs=1e-8)
+
+
+def test_a_relay_slides_to_rest_whatever_the_load():
+    """v' = load - force up to line x + v = 0; along it x decays at the rate line, whatever the load."""
+    relay = system("sliding_control")
+    line, force, load = (relay.parameters[name] for name in ("line", "force", "load"))
+    a = force - load  # line (1 - a t²/2) = a t
+    meets = (-1 + math.sqrt(1 + 2 * line**2 / a)) / line
+    x = 1 - a * meets**2 / 2
+    found = jp.simulate(relay, duration=4.0, at=[0.5 * meets, 2.0, 4.0], rtol=1e-11)
+    expected = [[1 - a * meets**2 / 8, -a * meets / 2]]
+    expected += [[x * math.exp(-line * (t - meets)) * factor for factor in (1, -line)] for t in (2.0, 4.0)]
+    assert found.state_value.values == pytest.approx(np.array(expected), abs=1e-10)
+    assert found.event_time.values == pytest.approx([meets], abs=1e-11)
+    h = 1e-200j  # by the load: a' = -1
+
+    def end(a, line=line):
+        meets = (-1 + (1 + 2 * line**2 / a) ** 0.5) / line
+        return (1 - a * meets**2 / 2) * np.exp(-line * (4 - meets))
+
+    slopes = [-end(a + h).imag / 1e-200, end(a, line + h).imag / 1e-200]
+    known = jp.gradient(relay, of=["end:state:x"], by=["load", "line"], turns=4)
+    assert known["derivative"].values[0] == pytest.approx(slopes, abs=1e-9)
+
+
+def test_sliding_ends_where_one_side_no_longer_pushes_back():
+    """x' = z + 1 - 2 s, z' = 1: from x = 0.3 to 0 at 1.5 - sqrt(1.65), along it until z = 1, then off it."""
+    relay = jp.System(
+        states={"x": 0.3, "z": -0.5},
+        rates={"x": "z + 1 - 2*s", "z": "1"},
+        switches=[{"name": "s", "on": "x", "slides": True}],
+        outputs={"share": "s"},
+    )
+    found = jp.simulate(relay, duration=2.5, at=[1.0, 2.5], rtol=1e-11)
+    assert found.event_time.values == pytest.approx([1.5 - math.sqrt(1.65), 1.5], abs=1e-11)
+    assert found.state_value.values == pytest.approx(np.array([[0.0, 0.5, 0.75], [0.5, 2.0, 1.0]]), abs=1e-10)
+    known = jp.gradient(relay, of=["end:state:x"], by=["initial.x", "initial.z"], turns=2)
+    assert known["derivative"].values == pytest.approx(np.array([[0.0, 0.5]]), abs=1e-9)
+    lost = jp.lyapunov(relay.replace(), turns=2, transient=0, exponents="all")
+    assert lost.lyapunov_exponent.values[-1] == -math.inf

@@ -10,18 +10,24 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 import jointplay as jp
-from jointplay.analysis.gradients.directions import along, stacked
-from jointplay.analysis.gradients.wanted import value_of
+from jointplay.analysis import rules
+from jointplay.analysis.gradients.directions import Directions, along, stacked
+from jointplay.analysis.gradients.evaluated import Run
+from jointplay.analysis.gradients.wanted import quantity, value_of
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Request
 from jointplay.analysis.vary import changed
+from jointplay.codegen import cache
+from jointplay.equations.structure import powers
 from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.paths import WITH_PARTS, below
 from jointplay.numerics.codes import Event
 from tests.support.driven import distance, end, quotient
@@ -29,7 +35,9 @@ from tests.support.driven_scenes import LINKAGES, SYSTEMS
 
 SHARES = (1e-6, 1e-5, 1e-4, 1e-3, 1e-7, 1e-8)
 ENOUGH = 3e-8
+ROUGHLY = 1e-6  # a share of each parameter, by which its influence is judged
 HARDLY = 1e-6  # a share of the largest influence, below which a parameter has none
+RTOL = 1e-12
 
 
 class Found(NamedTuple):
@@ -77,25 +85,34 @@ def directions(system: Any, start: Any) -> tuple[list[str], Any]:
     return list(found), stacked(list(found.values()))
 
 
+def combined(parts: Directions, weights: np.ndarray, model: Model) -> Directions:
+    """One direction along which all parameters change, each by its weight: a third of the code of all."""
+    rates = dict.fromkeys(cache.structure_module(model.structure).PARAMETERS, 0.0)
+    for names, own, weight in zip(parts.names, parts.rates_of, weights, strict=True):
+        for name, rate in zip(names, own, strict=True):
+            rates[name] += weight * rate
+    changed_names = {name for names in parts.names for name in names}
+    moved = {name: rate for name, rate in rates.items() if name in changed_names}
+    sums = ((weights @ each)[None] for each in (parts.starts, parts.begins, parts.periods))
+    return Directions((tuple(moved),), np.array([*moved.values()]), *sums, np.ones(1), np.zeros(1))
+
+
+def by_tangents(model: Model, direction: Directions, duration: float) -> np.ndarray:
+    """Derivatives of the state and of the works, as `gradient` has them: by the balance at rigid walls."""
+    bundle = Bundle(model, Request(duration, RTOL), np.zeros((0, len(model.state))), directions=direction)
+    assert bundle.advance() == 0
+    run = Run(model, direction, duration, 0.0, None, RTOL, rules.steps(None))
+    works = run.quantities([quantity(f"work:{name}") for name in powers(model.structure)])[1]
+    return np.append(bundle.vectors[0], works)
+
+
 def error(system: Any, start: Any, duration: float, seed: int = 1) -> Found:
     """Error of the derivative along all parameters, of the best of several differences; NaN: none was fit."""
     model = assemble(system, start, powers=True)
-    names, along_all = directions(system, start)
-    request = Request(duration, 1e-12)
-    bundle = Bundle(model, request, np.zeros((0, len(model.state))), directions=along_all)
-    assert bundle.advance() == 0
-    found = np.hstack([bundle.vectors, bundle.works])
-    n_x = len(model.state)
-    largest = np.abs(found[:, n_x:] * along_all.units[:, None]).max(initial=1e-300)
-    unit = np.append(scales(model), np.full(found.shape[1] - n_x, largest))
-    values = np.array([value_of(system, key) for key in names])
-    moves = np.linalg.norm(found / unit, axis=1) * along_all.units
-    moving = moves > HARDLY * moves.max()
-    sizes = np.minimum(np.quantile(moves[moving], 0.25) / np.where(moving, moves, np.inf), 1.0)
-    signs = np.where(np.random.default_rng(seed).uniform(size=len(names)) < 0.5, -1.0, 1.0)
-    weights, errors, events = sizes * along_all.units * signs, [], []
+    names, parts = directions(system, start)
+    values, events = np.array([value_of(system, key) for key in names]), []
 
-    def state(at):
+    def state(weights, at):
         changes = {
             key: float(v) for key, v, w in zip(names, values + at * weights, weights, strict=True) if w
         }
@@ -103,11 +120,22 @@ def error(system: Any, start: Any, duration: float, seed: int = 1) -> Found:
         events.append(happened)
         return reached
 
+    singly = np.diag(parts.units)
+    influences = np.array([(state(w, ROUGHLY) - state(w, -ROUGHLY)) / (2 * ROUGHLY) for w in singly])
+    n_x = len(model.state)
+    largest = np.abs(influences[:, n_x:]).max(initial=1e-300)
+    unit = np.append(scales(model), np.full(influences.shape[1] - n_x, largest))
+    moves = np.linalg.norm(influences / unit, axis=1)
+    moving = moves > HARDLY * moves.max()
+    sizes = np.minimum(np.quantile(moves[moving], 0.25) / np.where(moving, moves, np.inf), 1.0)
+    signs = np.where(np.random.default_rng(seed).uniform(size=len(names)) < 0.5, -1.0, 1.0)
+    weights, errors = sizes * parts.units * signs, []
+    exact = by_tangents(model, combined(parts, weights, model), duration)
     for share in SHARES:
         events.clear()
-        estimate = quotient(state, 0.0, share)
+        estimate = quotient(partial(state, weights), 0.0, share)
         if all(sorted(each) == sorted(events[0]) for each in events):
-            errors.append(distance(weights @ found, estimate, model))
+            errors.append(distance(exact, estimate, model))
         if min(errors, default=np.inf) < ENOUGH:
             break
     words = [Event(int(kind)).name.lower() for _, kind in events[0]]

@@ -80,7 +80,9 @@ def _vector(model: Model, start: Any) -> np.ndarray:
 
 
 def state_names(model: Model) -> tuple[str, ...]:
-    """Names of positions and speeds, as the equations call them."""
+    """Names of positions and speeds: of a linkage as the equations call them, else as they were given."""
+    if not model.links:
+        return (*model.structure.positions, *model.structure.speeds)
     return tuple(cache.structure_module(model.structure).STATE[1:])
 
 

@@ -19,8 +19,9 @@ their forces alone. Where both stick, v_t,i' = EASE S_ii c_i (c_i F_t,i - c_j F_
 their rows, (c_i, c_j) along (F_n,j, -F_n,i): so they share the force as they share the load, and v_t,i' is 0
 to rounding. Tilted by more than sqrt(EASE) or so, they stick each for itself.
 
-A rough wall on which a body slips has the unknown force along N - sigma f T instead of N: S is T M^-1 T'^T
-then, with T' the directions of the forces, T the rows of what they hold.
+A rough wall on which a body slips has the unknown force along N - sigma f T instead of N, and a switch that
+slides along what it changes in the rates: S is T M^-1 T'^T then, with T' the directions of the forces, T the
+rows of what they hold.
 """
 
 from collections.abc import Iterator
@@ -104,7 +105,7 @@ class Dynamics:
         for j, contact in enumerate(self.contacts):
             pairs = [(contact.normal, self.F_n[j])]
             if j not in self.held:
-                pairs.append((contact.tangential, self.slipping[j]))
+                pairs.append((contact.way or contact.tangential, self.slipping[j]))
             for row, F in pairs:
                 Q = [q - entry * F for q, entry in zip(Q, row, strict=True)] if row else Q
             for symbol, rate in contact.rates.items():
@@ -128,10 +129,10 @@ class Dynamics:
         return self.contacts[j].tangential
 
     def _direction(self, j: int) -> tuple[Expr, ...]:
-        """Direction of the force of a held contact: its row, with friction where it is a rough wall's."""
+        """Direction of the force of a held contact: its way, or its row, with friction at a rough wall."""
         wall = dict(enumerate(self.system.resets, start=len(self.system.contacts))).get(j)
         if wall is None or not wall.rough:
-            return self._row(j)
+            return self.contacts[j].way or self._row(j)
         drawn = variants.slipping(wall, self.variant) * wall.coulomb
         pairs = zip(self._row(j), wall.tangential, strict=True)
         return tuple(self.tape.let(f"dir{j}_{i}", n - drawn * t) for i, (n, t) in enumerate(pairs))
@@ -144,7 +145,7 @@ class Dynamics:
     @cached_property
     def _ways(self) -> list[list[Expr]]:
         """M^-1 T_j of the held contacts."""
-        if not self.guides:
+        if not self.guides and not any(contact.way for contact in self.contacts):
             return self._columns
         return [self.inverse_mass(list(self._row(j)), f"row{j}") for j in self.held]
 

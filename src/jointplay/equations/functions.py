@@ -4,9 +4,11 @@
 delta functions into slopes, and branches into the loops over lanes.
 """
 
-from sympy import Expr, Function, Integer, exp, log, sqrt, tanh
+from sympy import Expr, Float, Function, Integer, exp, log, sqrt, tanh
 
 __all__ = ["exp", "lambert", "log", "power", "side", "sqrt", "tanh"]
+
+TINY = Float(1e-300)  # its logarithm is a number
 
 
 class side(Function):
@@ -28,9 +30,9 @@ class power(Function):
     nargs = 2
 
     def fdiff(self, argindex: int = 1) -> Expr:
-        """Slope by x; exponents are numbers, and have none."""
+        """Slope by x, or by n: x^n ln x, which is 0 at x = 0."""
         x, n = self.args
-        return n * power(x, n - 1) if argindex == 1 else Integer(0)
+        return n * power(x, n - 1) if argindex == 1 else self * log(x + TINY)
 
 
 class lambert(Function):

@@ -8,7 +8,7 @@ The force F of a contact acts as its depth says, -F d depth/d q, and friction li
 speed. Switches are contacts without a force, whose mode, 0 or 1, is a number in the equations. So are |g|,
 the sign of g, and the larger and the smaller of two, of an argument g that moves: each of their kinks is an
 event, located, with its saltation. In what is evaluated at events alone (jumps, restitution, gaps) the sign
-of g is taken there and then.
+of g is taken there and then. A switch that slides is friction (equations.filippov).
 
 A sine or cosine of a phase (a rate times t, and an offset) is turned from step to step; of any other argument
 it is a function as all others are.
@@ -26,10 +26,11 @@ from sympy import E, Expr, Float, Integer, Symbol, cos, exp, log, pi, sin, sqrt,
 from sympy.printing.str import StrPrinter
 
 from ..errors import InputError, unknown
+from . import filippov
 from .functions import side
 from .grammar import parse
 from .system import TIME, Angle, Contact, Reset, System, traction
-from .written import Jump, Oscillator, Rubbing, Switch, Touch, Trigger, Wall
+from .written import Jump, Oscillator, Rubbing, Switch, Touch, Wall
 
 # Names that generated code has for itself: what is called so is called otherwise there.
 _LETTERS = {*"wspmidJktNSEI", "out", "dd", "ds", "dc", "rate", "jacobian", "contacts", "trig", "reset", "own"}
@@ -103,8 +104,10 @@ class _Writer:
             period = parse(structure.period).made_of(self.names, _SMOOTH, _numeral)
             self.angles.append(Angle("phase", None, (2 * pi / period).xreplace(_NUMBERS)))
         self.names |= {each.name: _mode(each.name) for each in structure.switches}
+        self.names |= {each.name: filippov.share(each) for each in structure.switches if each.slides}
         for each in structure.switches:
-            self.switches[each.name] = self._switch(each)
+            if not each.slides:
+                self.switches[each.name] = self._switch(each)
 
     def system(self) -> System:
         """All of the equations."""
@@ -112,6 +115,11 @@ class _Writer:
         force = tuple(map(self.moving, given.rates))
         contacts = [self._touch(each) for each in given.contacts]
         contacts += [self._rubbing(each) for each in given.friction]
+        for i, each in enumerate(given.switches):
+            if each.slides:
+                guard = self.moving(each.on)
+                row = tuple(guard.diff(z) for z in self.z)
+                contacts.append(filippov.sliding(given, i, guard, row, force))
         resets = [self._wall(each) for each in given.impacts]
         resets += [
             Reset(each.name, self.moving(each.guard), self._jump(each.jump), moves=True)
@@ -129,7 +137,7 @@ class _Writer:
             parameters=self.parameters,
             definitions=(),
             mass=mass,
-            force=force,
+            force=tuple(filippov.middle(rate, given.switches) for rate in force),
             angles=tuple(self.angles),
             contacts=(*contacts, *(self._watched(name, force) for name in self.switches)),
             resets=tuple(resets),
@@ -225,9 +233,6 @@ class _Writer:
         if not given.jump:
             return Reset(given.name, gap, restitution=self.at_once(given.restitution))
         return Reset(given.name, gap, self._jump(given.jump))
-
-    def _trigger(self, given: Trigger) -> Reset:
-        return Reset(given.name, self.moving(given.guard), self._jump(given.jump), moves=True)
 
     def _jump(self, given: Jump) -> dict[Symbol, Expr]:
         return {self.names[name]: self.at_once(text) for name, text in given}

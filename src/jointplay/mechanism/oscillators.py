@@ -13,6 +13,7 @@ from jointplay.equations.written import Oscillator
 from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 from jointplay.mechanism.own import System
+from jointplay.mechanism.own_modes import in_one_mode, one_mode
 
 PLAY = 1e-9  # by how much the state of a body at rest on a wall may be recorded beyond it
 TURN = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
@@ -41,6 +42,8 @@ def model(system: System, initial: Any = None, section: str | None = None) -> Mo
     names = (*structure.positions, *structure.speeds)
     state = _state(system.initial if initial is None else initial, names)
     given = _given(module, numbers, state)
+    if system.modes and not in_one_mode(system.modes, dict(zip(names, state, strict=True))):
+        raise refuse(state.tolist(), one_mode(system.modes), "initial")
     _check_gaps(structure, module, given, state)
     state, rates = inside(module, given, state), _phase_rates(module, given)
     rate = rates.get("phase", 0.0)

@@ -36,7 +36,10 @@ class System(Equations):
     friction : tuple of Rubbing
         Dry friction.
     switches : tuple of Switch
-        Modes: numbers 0 or 1 in the equations.
+        Numbers 0 or 1 in the equations, by the sign of a guard.
+    modes : dict of str to tuple of Exit
+        Modes, of which the system is in one at a time, with the ways out of each; the first one at time 0.
+        Each is a state too: 1 in the mode, else 0.
     impacts : tuple of Impact
         Rigid walls.
     jumps : tuple of Jump

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 from pydantic import Field, model_validator
 
 from jointplay.equations import written
 from jointplay.equations.grammar import number, parse
 from jointplay.errors import InputError, join
+from jointplay.mechanism import own_modes
 from jointplay.mechanism.base import Few, Flag, Name, Number, Positive, Record
 from jointplay.mechanism.measures import coherent
-from jointplay.mechanism.own_parts import Impact, Jump, Rubbing, Switch, Text, Touch
+from jointplay.mechanism.own_parts import Exit, Impact, Jump, Rubbing, Switch, Text, Touch
 
 _VALUE = {
     "accepts": "a table of finite numbers, with their units as '0.3 mm', or true and false for switches,"
@@ -31,6 +32,7 @@ class Equations(Record):
     contacts: Few[Touch] = ()
     friction: Few[Rubbing] = ()
     switches: Few[Switch] = ()
+    modes: dict[Name, Few[Exit]] = Field({}, json_schema_extra={"accepts": "a table of modes"})
     impacts: Few[Impact] = ()
     jumps: Few[Jump] = ()
     outputs: dict[Name, Text] = Field({})
@@ -70,22 +72,31 @@ class Equations(Record):
         """Parameters that are numbers."""
         return {key: float(value) for key, value in self.parameters.items() if not isinstance(value, bool)}
 
+    def flat(self, masked: bool = True) -> Self:
+        """The system with states and jumps in the place of modes; `masked` False: with guards as given."""
+        if not self.modes:
+            return self
+        tables = own_modes.flat(self.modes, self.states, self.rates, masked)
+        return self.model_copy(update=tables | {"jumps": self.jumps + tables["jumps"]})
+
     @property
     def order(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Positions, and speeds, the first of them theirs: states as results and lists have them."""
-        moved, found = {state for each in self.jumps for state in each.jump}, {}
-        for state in self.states:
-            tree = parse(self.rates[state])
+        flat = self.flat()
+        moved, found = {state for each in flat.jumps for state in each.jump}, {}
+        for state in flat.states:
+            tree = parse(flat.rates[state])
             free = tree.value not in {state, *found, *found.values()} and state not in found.values()
-            if tree.operation == "name" and tree.value in self.states and free and state not in moved:
+            if tree.operation == "name" and tree.value in flat.states and free and state not in moved:
                 found[state] = tree.value
         positions, speeds = tuple(found), tuple(found.values())
-        return positions, (*speeds, *(s for s in self.states if s not in positions + speeds))
+        return positions, (*speeds, *(s for s in flat.states if s not in positions + speeds))
 
     @property
     def initial(self) -> tuple[float, ...]:
         """State at time 0, in `order`."""
-        return tuple(number(self.states[name], self.numbers) for names in self.order for name in names)
+        states = self.flat().states
+        return tuple(number(states[name], self.numbers) for names in self.order for name in names)
 
     @property
     def period(self) -> float | None:
@@ -94,7 +105,7 @@ class Equations(Record):
 
     def structure(self, section: str | None = None) -> written.Oscillator:
         """The equations without their numbers."""
-        (positions, speeds), flags = self.order, self.flags
+        (positions, speeds), flags, flat = self.order, self.flags, self.flat()
         free = [name for name in speeds if name not in self.mass] if self.mass else ()
         mass = {name: {name: "1"} for name in free} | self.mass
         entries = (
@@ -104,7 +115,7 @@ class Equations(Record):
             positions=positions,
             speeds=speeds,
             parameters=tuple(self.numbers),
-            rates=tuple(self.rates[name] for name in speeds),
+            rates=tuple(flat.rates[name] for name in speeds),
             mass=tuple((max(i, j), min(i, j), text) for i, j, text in entries),
             period=self.forcing or "",
             contacts=tuple(
@@ -115,13 +126,15 @@ class Equations(Record):
                 written.Rubbing(each.name, each.speed, each.normal, each.coefficient, each.static or "")
                 for each in self.friction
             ),
-            switches=tuple(written.Switch(each.name, each.on, each.off or "") for each in self.switches),
+            switches=tuple(
+                written.Switch(each.name, each.on, each.off or "", each.slides) for each in self.switches
+            ),
             impacts=tuple(
                 written.Wall(each.name, each.gap, each.restitution or "", tuple(each.jump.items()))
                 for each in self.impacts
             ),
             jumps=tuple(
-                written.Trigger(each.name, each.guard, tuple(each.jump.items())) for each in self.jumps
+                written.Trigger(each.name, each.guard, tuple(each.jump.items())) for each in flat.jumps
             ),
             outputs=tuple(self.outputs.items()),
             section=section,

@@ -86,11 +86,33 @@ class Switch(Record):
         Guard that rises through zero where the switch goes to 1.
     off : str, optional
         Guard that rises through zero where it goes to 0; where ``on`` falls if left out.
+    slides : bool
+        Whether it lies between 0 and 1, such that ``on`` stays zero, where both modes lead back to that
+        (Filippov's motion); rates are straight in it, and nothing else depends on it.
     """
 
     name: Name = named("name of the switch")
     on: Text
     off: Text | None = None
+    slides: Flag = False
+
+
+class Exit(Record):
+    """A way out of a mode, where ``guard`` falls through zero.
+
+    Parameters
+    ----------
+    to : str
+        The mode that follows.
+    guard : str
+        Above zero while the mode lasts.
+    jump : dict of str to str
+        New values of states, of the old ones; the others go on.
+    """
+
+    to: Name
+    guard: Text
+    jump: dict[Name, Text] = Field({})
 
 
 class Impact(Record):

@@ -80,8 +80,11 @@ def at_the_start(system: Equations) -> Iterator[Problem]:
         yield from _singular(system, here)
         for i, each in enumerate(system.impacts):
             yield from _restitution(f"impacts[{i}].restitution", each.restitution, here)
-        for i, each in enumerate(system.jumps):
-            yield from _comes_back(f"jumps[{i}]", each, here)
+        jumps = {f"jumps[{i}]": each for i, each in enumerate(system.jumps)}
+        for mode, exits in system.modes.items():
+            jumps |= {f"modes.{mode}[{i}]": each for i, each in enumerate(exits) if each.to == mode}
+        for place, each in jumps.items():
+            yield from _comes_back(place, each, here)
     except InputError:
         return  # it has no number at the start alone
 

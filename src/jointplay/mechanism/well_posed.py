@@ -7,6 +7,7 @@ from typing import Any
 
 from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, is_name
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.mechanism import posed_modes
 from jointplay.mechanism.own_equations import Equations
 from jointplay.mechanism.start_numbers import at_the_start, names_in, values
 
@@ -22,8 +23,11 @@ def problems(system: Equations) -> list[Problem]:
     others = {"name", "parameters", "states", "system"}
     told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
     equations = repr(told)
-    if equations not in _right:  # else it differs by numbers alone, as the cells of a sweep do
-        if found := _of_the_equations(system):
+    found = [*posed_modes.problems(system)] if system.modes else []
+    if found or equations not in _right:  # else it differs by numbers alone, as the cells of a sweep do
+        flat = system.flat(masked=False)
+        found += [posed_modes.under_modes(system, each) for each in _of_the_equations(flat)]
+        if found:
             return found
         if len(_right) == MOST:
             _right.clear()
@@ -37,7 +41,7 @@ def _of_the_equations(system: Equations) -> list[Problem]:
     texts = [] if found else [*_texts(system)]
     for key, text, known in texts:
         found += _wrong_text(key, text, known)
-    return found or [*_forced(system, texts), *_parts(system)]
+    return found or [*_forced(system, texts), *_parts(system)] or [*_sliding(system)]
 
 
 def _names(system: Equations) -> Iterator[Problem]:
@@ -89,6 +93,7 @@ def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
     numbers, flags = system.numbers, system.flags
     moving = {*system.states, *numbers, "t"}
     modes = moving | {each.name for each in system.switches}
+    located = modes - {each.name for each in system.switches if each.slides}
     for name, text in system.states.items():
         yield f"states.{name}", text, numbers
     if system.forcing is not None:
@@ -102,12 +107,12 @@ def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
     for table in PARTS:
         for i, part in enumerate(getattr(system, table)):
             for key, value in part:
-                place, known = f"{table}[{i}].{key}", moving if table in ("impacts", "jumps") else modes
+                place, known = f"{table}[{i}].{key}", moving if table in ("impacts", "jumps") else located
                 if key == "tension" and isinstance(value, str) and value not in flags:
                     yield place, value, flags
                 elif key == "jump":
                     yield from ((f"{place}.{state}", text, known) for state, text in value.items())
-                elif key not in ("name", "tension") and value is not None:
+                elif key not in ("name", "tension", "slides") and value is not None:
                     yield place, value, {*known, *IN_LAWS.get(key, ())}
 
 
@@ -139,6 +144,10 @@ def _parts(system: Equations) -> Iterator[Problem]:
         guards = {"on": each.on} | ({"off": each.off} if each.off is not None else {})
         for key, text in guards.items():
             yield from _fixed(f"switches[{i}].{key}", text, moving, "a state or on t")
+        if each.slides and each.off is not None:
+            yield Problem(f"switches[{i}].off", each.off, "nothing is accepted beside slides")
+        if each.slides:
+            yield from _fixed(f"switches[{i}].on", each.on, speeds, f"one of {', '.join(speeds)}")
     for i, each in enumerate(system.contacts):
         yield from _fixed(f"contacts[{i}].depth", each.depth, positions, _of(positions))
     for i, each in enumerate(system.friction):
@@ -166,6 +175,17 @@ def _parts(system: Equations) -> Iterator[Problem]:
                 yield Problem(
                     f"mass.{name}.{key}", row[key], f"it stands in mass.{key}.{name} too: one is accepted"
                 )
+
+
+def _sliding(system: Equations) -> Iterator[Problem]:
+    """What only the written equations show of switches that slide."""
+    if any(each.slides for each in system.switches):
+        from jointplay.equations.own import system as equations
+
+        try:
+            equations(system.structure())
+        except InputError as error:
+            yield from error.problems
 
 
 def _of(positions: Collection[str]) -> str:

@@ -124,6 +124,6 @@ class Status(Code):
     INTERRUPTED = 8, "it was stopped before its end", "run it again; this is what was computed up to there"
     NO_DERIVATIVE = (
         9,
-        "no derivative: corners met rigid faces at once, as neighbours do not, or restitutions were lowered",
-        "start the slider tilted a little, give the faces a law with stiffness, or ask for the motion alone",
+        "no derivative: rigid faces were met at one time, or a jump ended beyond another guard",
+        "start tilted a little, give faces a stiffness, end jumps within guards, or ask for the motion alone",
     )

@@ -16,6 +16,7 @@ from .step import converge, keep
 
 REFINEMENTS = 8
 TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
+FOLLOWING = 1e-6  # share of what a guard comes to in a step
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
 CENTRE_RATIO = 4.0  # ratio of r^2 among the stages, from which on the journal may have passed
 
@@ -115,6 +116,18 @@ def first_event(w, row, modes, flags, fired, margin, doubt, b, stack):
             if place < earliest:
                 which, earliest = g, place
     return which, earliest
+
+
+@inner
+def begins_beyond(w, row):
+    """Whether the guard in a lane row has left its side before the step, by more than a root's rounding.
+
+    An event has put it there; the next, at the same time, follows from that one and not from its own guard.
+    """
+    most = 0.0
+    for i in range(7):
+        most = max(most, abs(w[8 * row + i]))
+    return abs(w[8 * row + 7]) > FOLLOWING * most
 
 
 @inner

@@ -33,7 +33,7 @@ from .control import (
     shorter,
 )
 from .doubts import again, doubt, doubtful
-from .events import accept_until_event, passes_centre, state_at
+from .events import accept_until_event, begins_beyond, passes_centre, state_at
 from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, AtPoint, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
@@ -207,6 +207,9 @@ def _take(f, variant, k, x, o, g, y, h, error):
             real[H] = min(real[H], 0.9 * h * strain ** (-1.0 / ORDER))
     else:
         if y is not None:
+            follows = len(y.alive) > 0 and root == 0.0 and x.s[0] == real[T_EVENT]
+            if follows and begins_beyond(k.w, o.guards + guard):
+                count[TOGETHER] += 1
             before_event(f, g, variant, x, o, y, guard)
         _event(f, k, x, o, guard)
         if y is not None:

@@ -33,6 +33,7 @@ from .walls import SWEEPS, resting
 
 # What Tangents.count[TURNED] says of a contact that a law remembers; 1: a wall is met; 0: neither
 ENTERS, MAY_LEAVE = 2, 3
+DEGENERATE = 1e-13  # of a determinant's bound: what is less is rounding of 0
 
 
 @inner
@@ -107,7 +108,7 @@ def jump(f, g, k, x, o, y, guard):
     if y.count[NEUTRAL]:
         along(y, n_x)
     if y.count[HELD] == 0:
-        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0 if lossy else 0.0)
+        orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0 if lossy or reset else 0.0)
     if rests or (several and resting(x) > 0):
         project_at_rest(f, g, x, o, y, 0.0)
 
@@ -255,5 +256,11 @@ def _volume(y, n_q, n_x, slope, later, reset, lossy):
         _through(y, y.unit, n_q, n_x, slope, 1.0, 1.0)
         for r in range(n_x):
             y.S[r * n_x + i] = y.unit[1 + r]
+    size = 1.0  # the product of the rows' sizes bounds the determinant
+    for r in range(n_x):
+        row = 0.0
+        for i in range(n_x):
+            row += abs(y.S[r * n_x + i]) * y.weight[r] / y.weight[i]
+        size *= row
     found = abs(determinant(y.S, n_x))
-    return log(found) if found > 0.0 else -np.inf
+    return log(found) if found > DEGENERATE * size else -np.inf

@@ -150,7 +150,8 @@ def gradient(
     except ArithmeticError as stop:
         status = int(stop.args[0])
     verdict = gradient_dataset.verdict(near, rests, equal)
-    if run is not None and status == Status.CHATTER:  # the motion goes through, its derivatives do not
+    through = status == Status.NO_DERIVATIVE or (run is not None and status == Status.CHATTER)
+    if through:  # the motion goes on, its derivatives do not
         status, verdict = 0, VERDICTS.index("simultaneous_events")
     if verdict and not status:
         warn(f"there is hardly a derivative here: {WHY[VERDICTS[verdict]]}")

@@ -17,7 +17,7 @@ def known(structure: Linkage | Oscillator) -> bool:
     Each law of contact that has a force is known, and up to three joints with play; springs, and loads and
     torques that stay the same; loops of ideal joints. Corners of sliders, rigid bearings, bristles, elastic
     links, imposed speeds and what varies with time or an angle are not. Systems of somebody's own are known
-    that have few states, phases, contacts, switches and jumps.
+    that have few states, phases, contacts, switches and jumps, and no switch that slides.
     """
     if isinstance(structure, Oscillator):
         return _few(structure)
@@ -40,7 +40,8 @@ def _few(structure: Oscillator) -> bool:
     sizes = structure_module(structure).SIZES
     clock = int(not structure.period)
     fit = clock + sizes["angles"] + sizes["speeds"] <= N and sizes["contacts"] + sizes["resets"] <= CONTACTS
-    return fit and structure.section in (None, "phase")
+    slides = any(switch.slides for switch in structure.switches)
+    return fit and not slides and structure.section in (None, "phase")
 
 
 def _positions(structure: Linkage) -> int:
