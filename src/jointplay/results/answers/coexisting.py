@@ -64,7 +64,7 @@ def _knock(one: Dataset) -> str:
     """The smallest knock of each kind of a motion."""
     parts = []
     for k, name in enumerate(one["knock"].values.tolist()):
-        size, end = float(one["knock_size"].values[k]), int(one["above_reaches"].values[k])
+        size, end = float(one["knock_size"].values[k]), int(one["knock_reaches"].values[k])
         if np.isfinite(size):
             units = str(one["knock_units"].values[k])
             sure = "" if int(one["knock_confirmed"].values[k]) else _unsure(one, k, units)
@@ -78,6 +78,14 @@ def _knock(one: Dataset) -> str:
 
 def _unsure(one: Dataset, k: int, units: str) -> str:
     """What is known of a knock that is not confirmed."""
-    safe = float(one["knock_safe"].values[k]) if "knock_safe" in one else 0.0
-    below = f"; each that was tried up to {measure(safe, units, 3)} returns" if safe > 0 else ""
-    return f" (not confirmed{below})"
+    safe, sure, share = (
+        float(one[name].values[k]) for name in ("knock_safe", "confirmed_size", "tipping_share")
+    )
+    told = ["not confirmed, as where the boundary is fractal"]
+    told += [f"each that was tried up to {measure(safe, units, 3)} returns"] if safe > 0 else []
+    told += [f"of knocks from it to 1.2 times it {plain(100 * share, 2)} % tip"]
+    known = np.isfinite(sure)
+    told += [
+        f"the smallest confirmed is {measure(sure, units, 3)}" if known else "none of these is confirmed"
+    ]
+    return f" ({'; '.join(told)})"
