@@ -44,7 +44,7 @@ def tipping(dataset: Dataset) -> Figure:
 
 
 def bars(ax: Axes, dataset: Dataset, name: str) -> None:
-    """Draw a bar for each motion and knock, and the motion that it leads to, in brackets if unconfirmed."""
+    """Draw a bar for each motion and knock, where it leads, and `?` if unconfirmed."""
     sizes = dataset["knock_size"].transpose("knock", "number").values
     unit = shown(sizes[np.isfinite(sizes)], str(dataset["knock_units"].values[0]))
     width = WIDE / max(dataset.sizes["number"], 1)
@@ -53,8 +53,8 @@ def bars(ax: Axes, dataset: Dataset, name: str) -> None:
         ax.bar(x, sizes[:, n] * unit.factor, width, **band(number - 1))
         ends, sure = (dataset[key].sel(number=number).values for key in ("knock_reaches", "knock_confirmed"))
         for place, size, end, confirmed in zip(x, sizes[:, n], ends, sure, strict=True):
-            reached = f"\N{RIGHTWARDS ARROW}{end if end > 0 else '?'}"
-            word = "none" if np.isnan(size) else reached if confirmed else f"({reached})"
+            reached = f"\N{RIGHTWARDS ARROW}{end if end > 0 else ''}{'' if confirmed else '?'}"
+            word = "none" if np.isnan(size) else reached
             height = np.nan_to_num(size * unit.factor)
             ax.annotate(word, (place, height), (0, 1), textcoords="offset points", ha="center", fontsize=6)
     labels = [str(each).partition(":")[2] for each in dataset["knock"].values]

@@ -8,6 +8,7 @@ from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 
 LISTED = 3  # motions named in a line
+CLOSE = 0.99  # of a knock: up to there it is as good as safe
 
 
 def attractors(dataset: Dataset) -> str:
@@ -56,7 +57,7 @@ def tipping(dataset: Dataset) -> str:
     if count < 2:
         return f"{_several(count, 'motion')}: there is no other to be thrown into"
     lines = [_knock(dataset.isel(number=n)) for n in range(min(count, LISTED))]
-    lines += [f"{count - LISTED} more motions"] if count > LISTED else []
+    lines += [_several(count - LISTED, "more motion")] if count > LISTED else []
     return "\n".join(lines)
 
 
@@ -78,14 +79,10 @@ def _knock(one: Dataset) -> str:
 
 def _unsure(one: Dataset, k: int, units: str) -> str:
     """What is known of a knock that is not confirmed."""
-    safe, sure, share = (
-        float(one[name].values[k]) for name in ("knock_safe", "confirmed_size", "tipping_share")
-    )
-    told = ["not confirmed, as where the boundary is fractal"]
-    told += [f"each that was tried up to {measure(safe, units, 3)} returns"] if safe > 0 else []
-    told += [f"of knocks from it to 1.2 times it {plain(100 * share, 2)} % tip"]
-    known = np.isfinite(sure)
-    told += [
-        f"the smallest confirmed is {measure(sure, units, 3)}" if known else "none of these is confirmed"
-    ]
-    return f" ({'; '.join(told)})"
+    names = ("knock_size", "knock_safe", "confirmed_size", "tipping_share")
+    size, safe, sure, share = (float(one[name].values[k]) for name in names)
+    below = "all smaller ones" if safe >= CLOSE * size else f"those up to {measure(safe, units, 3)}"
+    told = [f"{below} that were tried return"] if safe > 0 else []
+    told.append(f"{plain(100 * share, 2)} % of those up to 1.2 times it tip, as at a fractal boundary")
+    told.append(f"{measure(sure, units, 3) if np.isfinite(sure) else 'none'} is confirmed")
+    return f" (not confirmed: {', '.join(told)})"
