@@ -241,6 +241,25 @@ def test_basins():
     ]
 
 
+def test_a_knock_that_is_not_confirmed_says_why():
+    dims, word = ("number", "knock"), "impulse:rocker"
+    numbers = {"knock_size": 3e-4, "knock_safe": 2.99e-4, "confirmed_size": 3.1e-4, "tipping_share": 0.73}
+    numbers |= {"knock_reaches": 2, "knock_confirmed": 0, "edge_period": 0}
+
+    def answer(**changes):
+        table = {name: var(dims, [[value]] * 2) for name, value in (numbers | changes).items()}
+        table |= {"period": var("number", [1, 0]), "knock_units": var("knock", ["N m s"])}
+        return said(result("tipping", table, {"number": [1, 2], "knock": [word]}))[0]
+
+    assert answer() == (
+        f"1 (period 1): {word} 0.0003 N m s to 2 (not confirmed: all smaller ones that were tried return, "
+        "73 % of those up to 1.2 times it tip, as at a fractal boundary, 0.00031 N m s is confirmed)"
+    )
+    assert "those up to 0.0001 N m s that were tried return" in answer(knock_safe=1e-4)
+    assert "boundary, none is confirmed" in answer(confirmed_size=np.nan)
+    assert answer(knock_confirmed=1) == f"1 (period 1): {word} 0.0003 N m s to 2"
+
+
 def test_the_test_for_chaos_says_that_it_is_a_test():
     quartiles = var("quartile", [0.99, 0.995, 1.0])
     variables = {"chaos_indicator_quartile": quartiles}

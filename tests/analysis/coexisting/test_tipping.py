@@ -11,7 +11,7 @@ from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
 from jointplay.analysis.coexisting.lasting import FAILED, Motions
 from jointplay.analysis.coexisting.point_impulses import Impulse
 from jointplay.analysis.coexisting.recognised import Lasting
-from jointplay.analysis.coexisting.smallest import ABOVE, BELOW, Knocked, Place, smallest
+from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, Knocked, Place, smallest
 from jointplay.analysis.coexisting.tipping import returned
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.states.ends import Observation
@@ -158,7 +158,8 @@ def test_the_search_finds_the_smallest_of_a_known_boundary():
 def test_failed_knocks_tip_nothing_and_an_island_is_not_confirmed():
     assert smallest(told(lambda place, size: FAILED), 4, 4, np.array([0.5, 1.0])) is None
     island = smallest(told(lambda place, size: int(0.5 < size < 0.502), False), 1, 2, np.array([0.501, 1.0]))
-    assert not any(island.ends)
+    assert np.flatnonzero(island.ends).tolist() == [AT]
+    assert math.isnan(island.confirmed)
 
 
 def test_the_search_goes_on_below_an_island_of_smaller_knocks():
@@ -179,8 +180,28 @@ def test_what_is_safe_below_bands_that_go_on_is_told():
     )
     assert 0.5 <= bands.high <= 1.0
     assert bands.safe <= bands.high
+    assert bands.ends[AT] == 1
     if bands.ends[BELOW]:
         assert bands.safe < 0.98 * bands.high
+
+
+def bands(*edges):
+    """Knocks that tip from the first edge to the second, from the third to the fourth, and so on."""
+    case = told(lambda place, size: int(np.searchsorted(edges, size, side="left") % 2), False)
+    return smallest(case, 1, 2, np.array([1.003]))
+
+
+def test_beyond_a_narrow_band_the_smallest_knock_that_is_confirmed_is_told():
+    """Two bands are 0.4 % wide, the third 3 %; beyond 1.2 times the first none is looked for."""
+    found = bands(1.0005, 1.0045, 1.0545, 1.0585, 1.1, 1.13)
+    assert (found.high, found.safe) == pytest.approx((1.0005, 1.0005), rel=1e-3)
+    assert (found.ends[BELOW], found.ends[AT], found.ends[ABOVE]) == (0, 1, 0)
+    assert found.confirmed == pytest.approx(1.1, rel=1e-4)
+    assert found.share == pytest.approx(0.038 / 0.2, abs=0.04)
+    assert math.isnan(bands(1.0005, 1.0045, 1.25, 1.5).confirmed)
+    wide = bands(1.0005, 1.5)
+    assert wide.confirmed == wide.high
+    assert math.isnan(wide.share)
 
 
 def test_there_is_no_return_to_what_has_no_period_nor_from_a_knock_that_cannot_be():

@@ -234,7 +234,7 @@ def tipped():
     data = {
         "knock_size": (dims, np.array([[0.2, 0.1, 3e-5], [0.4, np.nan, 5e-5]]), {"units": "1"}),
         "knock_units": ("knock", np.array(["N m s", "N m s", "m"])),
-        "above_reaches": (dims, np.array([[2, 1, 2], [1, -1, 1]]), {"units": "1"}),
+        "knock_reaches": (dims, np.array([[2, 2, 2], [1, -1, 1]]), {"units": "1"}),
         "knock_confirmed": (dims, np.array([[1, 0, 1], [1, 0, 1]]), {"units": "1"}),
         "period": ("number", np.array([1, 0]), {"units": "1"}),
         "fraction_reached": (("number", "within"), np.array([[0.1, 0.5], [0.0, 0.4]]), {"units": "1"}),
@@ -249,6 +249,6 @@ def test_knocks_have_a_bar_for_each_motion_in_their_units():
     heights = [bar.get_height() for bar in impulses.patches]
     assert heights == pytest.approx([0.2, 0.1, 0.4, np.nan], nan_ok=True)
     assert [bar.get_height() for bar in shifts.patches] == pytest.approx([30, 50])
-    assert [text.get_text() for text in impulses.texts] == ["\u21922", "?", "\u21921", "none"]
+    assert [text.get_text() for text in impulses.texts] == ["\u21922", "\u21922?", "\u21921", "none"]
     assert [label.get_text() for label in impulses.get_xticklabels()] == ["crank", "coupler"]
     assert [line.get_ydata().tolist() for line in times.lines] == [[0.1, 0.5], [0.0, 0.4]]

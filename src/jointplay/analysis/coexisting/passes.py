@@ -27,7 +27,7 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
 
-PILOTS = 256  # starts that are followed until they have arrived
+PILOTS = 192  # starts that are followed until they have arrived
 CLOUD = 4  # points of a motion without a period from which it is carried on
 Given = Mechanism | TestSystem
 

@@ -5,8 +5,9 @@ are tried. Where the first of them ends in another motion than one came from, th
 smallest is improved by turning direction and phase a little. Then shares of it are tried, from half to 1.2.
 Where a smaller one tips, the search goes on below that. It is confirmed: at 0.99 of the size the motion
 returns, at 1.01 it does not. Where boundaries are fractal that may fail however small the knock: both happen
-in bands. What is known then is the largest size up to which every one tried there returned, and where each
-share leads. Validity: islands of another basin narrower than the steps of size, phase and direction are not
+in bands. What is known then is the largest size up to which every one tried there returned, where each share
+leads, how many of even sizes up to 1.2 of it tip, and the smallest beginning of a band of these that is
+confirmed. Validity: islands of another basin narrower than the steps of size, phase and direction are not
 seen, so that the true smallest knock may be smaller.
 """
 
@@ -27,8 +28,9 @@ from jointplay.mechanism.model import Model
 
 BEST, HALVINGS, ROUNDS = 6, 12, 5  # candidates halved in, how often; improvements of the best
 NEARER = 0.98  # of the size, that a neighbour must beat
-SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 1.01, 1.02, 1.05, 1.1, 1.2)
-BELOW, ABOVE = SHARES.index(0.99), SHARES.index(1.01)
+SHARES = (0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.98, 0.99, 1.0, 1.01, 1.02, 1.05, 1.1, 1.2)
+BELOW, AT, ABOVE = (SHARES.index(share) for share in (0.99, 1.0, 1.01))
+LARGER = np.linspace(1.0, SHARES[-1], 41)  # shares tried of a knock that is not confirmed
 DESCENTS = 4  # how often the search goes on below an island of smaller sizes
 
 
@@ -113,7 +115,8 @@ class Knocked:
 class Smallest:
     """A knock that just tips: where, sizes below and above in units, and where `SHARES` of it lead.
 
-    Every size up to `safe` that was tried there returned.
+    Every size up to `safe` that was tried there returned. `confirmed` is the smallest that is, or NaN. Where
+    it is not this one, a `share` tips of the sizes up to 1.2 times it; else that is NaN.
     """
 
     place: Place
@@ -121,6 +124,8 @@ class Smallest:
     high: float
     ends: tuple[int, ...]
     safe: float
+    confirmed: float
+    share: float
 
 
 def smallest(knocked: Knocked, phases: int, directions: int, sizes: np.ndarray) -> Smallest | None:
@@ -151,13 +156,30 @@ def _checked(knocked: Knocked, place: Place, low: float, high: float) -> Smalles
         ends = knocked.ends([(place, size) for size in shares * high])
         over = knocked.tipped(ends)
         first = int(over.argmax())
-        if descent == DESCENTS or not over.any() or first >= ABOVE:
+        if descent == DESCENTS or not over.any() or first >= AT:
             break
         below = shares[first - 1] * high if first else 0.0
         some_low, some_high = knocked.halved([place], np.array([below]), np.array([shares[first] * high]))
         low, high = float(some_low[0]), float(some_high[0])
-    safe = low if first >= ABOVE or not over.any() else shares[first - 1] * high if first else 0.0
-    return Smallest(place, low, high, tuple(ends.tolist()), float(safe))
+    safe = low if first >= AT or not over.any() else shares[first - 1] * high if first else 0.0
+    settled = ends[BELOW] == knocked.own and over[ABOVE] and ends[ABOVE] >= 0
+    confirmed, share = (high, math.nan) if settled else _larger(knocked, place, high)
+    return Smallest(place, low, high, tuple(ends.tolist()), float(safe), confirmed, share)
+
+
+def _larger(knocked: Knocked, place: Place, size: float) -> tuple[float, float]:
+    """The smallest larger knock that is confirmed, or NaN; and the share that tips of those up to 1.2."""
+    sizes = size * LARGER
+    over = knocked.tips([(place, each) for each in sizes])
+    begin = np.flatnonzero(~over[:-1] & over[1:])
+    share = float(over.mean())
+    if not begin.size:
+        return math.nan, share
+    _, edges = knocked.halved([place] * len(begin), sizes[begin], sizes[begin + 1])
+    ends = knocked.ends([(place, share * edge) for edge in edges for share in (SHARES[BELOW], SHARES[ABOVE])])
+    below, above = ends.reshape(-1, 2).T
+    good = (below == knocked.own) & knocked.tipped(above) & (above >= 0)
+    return (float(edges[good].min()) if good.any() else math.nan), share
 
 
 def _improved(knocked: Knocked, best: tuple[Place, float, float], steps: tuple[float, float]):

@@ -116,8 +116,10 @@ def tipping(
         ``section_state`` over ``point`` and ``state``; ``fraction_reached`` over ``within``, turns. Over
         ``number`` and ``knock``: ``knock_size`` (NaN: none up to the largest tips) and ``knock_safe``, up to
         which each knock tried at that place returned, in ``knock_units``; ``knock_phase`` (rad),
-        ``knock_direction`` (rad; 0 and pi are the two signs), ``knock_point``, ``below_reaches`` and
-        ``above_reaches`` at 0.99 and 1.01 of it (-1: not settled), ``knock_confirmed``; ``tried_reaches``
+        ``knock_direction`` (rad; 0 and pi are the two signs), ``knock_point``; ``knock_reaches``, and
+        ``below_reaches`` and ``above_reaches`` at 0.99 and 1.01 of it (-1: not settled), by which it is
+        ``knock_confirmed``; ``confirmed_size``, the smallest there that is, up to 1.2 of it (NaN: none);
+        ``tipping_share`` of even sizes from it to 1.2 of it (NaN if it is confirmed); ``tried_reaches``
         over ``tried_share``; ``return_turns`` over ``knock_share``. Of each, the ``edge_period`` (0: none
         found) of the state on the boundary that it crosses, ``edge_state``, ``edge_multiplier`` over
         ``part``, ``edge_residual``.
@@ -202,6 +204,8 @@ def knocked(
         "status": 0,
         "size": found.high * kind.unit,
         "safe": found.safe * kind.unit,
+        "confirmed": found.confirmed * kind.unit,
+        "share": found.share,
         "place": list(found.place),
         "ends": list(found.ends),
     }

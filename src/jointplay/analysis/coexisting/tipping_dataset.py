@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.coexisting.knocks import UNITS, Knock
-from jointplay.analysis.coexisting.smallest import ABOVE, BELOW
+from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW
 from jointplay.analysis.coexisting.smallest import SHARES as TRIED
 from jointplay.analysis.labels import labelled
 from jointplay.analysis.orbits.floquet import multipliers
@@ -121,6 +121,17 @@ class Table:
             "knock_point": (place[..., 0], "1", "section point of the motion, from 0"),
             "knock_phase": (place[..., 1], "rad", "angle of a turn after it"),
             "knock_direction": (place[..., 2], "rad", "direction of the knock; 0 and pi are its two signs"),
+            "confirmed_size": (
+                self._filled(answers, "confirmed", np.nan),
+                "1",
+                "smallest knock there that is confirmed, up to 1.2 of knock_size; see knock_units",
+            ),
+            "tipping_share": (
+                self._filled(answers, "share", np.nan),
+                "1",
+                "fraction that tips of sizes from knock_size to 1.2 of it; NaN if that is confirmed",
+            ),
+            "knock_reaches": (reaches[..., AT], "1", "motion that the knock leads to; -1: none"),
             "below_reaches": (ends[..., 0], "1", "motion that 0.99 of the knock leads to; -1: none"),
             "above_reaches": (ends[..., 1], "1", "motion that 1.01 of the knock leads to; -1: none"),
             "knock_confirmed": (

@@ -44,16 +44,17 @@ def tipping(dataset: Dataset) -> Figure:
 
 
 def bars(ax: Axes, dataset: Dataset, name: str) -> None:
-    """Draw a bar for each motion and knock, and the motion that it leads to, if that is sure."""
+    """Draw a bar for each motion and knock, where it leads, and `?` if unconfirmed."""
     sizes = dataset["knock_size"].transpose("knock", "number").values
     unit = shown(sizes[np.isfinite(sizes)], str(dataset["knock_units"].values[0]))
     width = WIDE / max(dataset.sizes["number"], 1)
     for n, number in enumerate(dataset["number"].values.tolist()):
         x = np.arange(len(sizes)) + (n + 0.5) * width - WIDE / 2
         ax.bar(x, sizes[:, n] * unit.factor, width, **band(number - 1))
-        ends, sure = (dataset[key].sel(number=number).values for key in ("above_reaches", "knock_confirmed"))
+        ends, sure = (dataset[key].sel(number=number).values for key in ("knock_reaches", "knock_confirmed"))
         for place, size, end, confirmed in zip(x, sizes[:, n], ends, sure, strict=True):
-            word = "none" if np.isnan(size) else f"\N{RIGHTWARDS ARROW}{end}" if confirmed else "?"
+            reached = f"\N{RIGHTWARDS ARROW}{end if end > 0 else ''}{'' if confirmed else '?'}"
+            word = "none" if np.isnan(size) else reached
             height = np.nan_to_num(size * unit.factor)
             ax.annotate(word, (place, height), (0, 1), textcoords="offset points", ha="center", fontsize=6)
     labels = [str(each).partition(":")[2] for each in dataset["knock"].values]

@@ -8,6 +8,7 @@ from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 
 LISTED = 3  # motions named in a line
+CLOSE = 0.99  # of a knock: up to there it is as good as safe
 
 
 def attractors(dataset: Dataset) -> str:
@@ -56,7 +57,7 @@ def tipping(dataset: Dataset) -> str:
     if count < 2:
         return f"{_several(count, 'motion')}: there is no other to be thrown into"
     lines = [_knock(dataset.isel(number=n)) for n in range(min(count, LISTED))]
-    lines += [f"{count - LISTED} more motions"] if count > LISTED else []
+    lines += [_several(count - LISTED, "more motion")] if count > LISTED else []
     return "\n".join(lines)
 
 
@@ -64,7 +65,7 @@ def _knock(one: Dataset) -> str:
     """The smallest knock of each kind of a motion."""
     parts = []
     for k, name in enumerate(one["knock"].values.tolist()):
-        size, end = float(one["knock_size"].values[k]), int(one["above_reaches"].values[k])
+        size, end = float(one["knock_size"].values[k]), int(one["knock_reaches"].values[k])
         if np.isfinite(size):
             units = str(one["knock_units"].values[k])
             sure = "" if int(one["knock_confirmed"].values[k]) else _unsure(one, k, units)
@@ -78,6 +79,10 @@ def _knock(one: Dataset) -> str:
 
 def _unsure(one: Dataset, k: int, units: str) -> str:
     """What is known of a knock that is not confirmed."""
-    safe = float(one["knock_safe"].values[k]) if "knock_safe" in one else 0.0
-    below = f"; each that was tried up to {measure(safe, units, 3)} returns" if safe > 0 else ""
-    return f" (not confirmed{below})"
+    names = ("knock_size", "knock_safe", "confirmed_size", "tipping_share")
+    size, safe, sure, share = (float(one[name].values[k]) for name in names)
+    below = "all smaller ones" if safe >= CLOSE * size else f"those up to {measure(safe, units, 3)}"
+    told = [f"{below} that were tried return"] if safe > 0 else []
+    told.append(f"{plain(100 * share, 2)} % of those up to 1.2 times it tip, as at a fractal boundary")
+    told.append(f"{measure(sure, units, 3) if np.isfinite(sure) else 'none'} is confirmed")
+    return f" (not confirmed: {', '.join(told)})"
