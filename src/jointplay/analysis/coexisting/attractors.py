@@ -115,7 +115,8 @@ def attractors(
     carry : bool
         Whether motions are carried to neighbouring values, which finds those with narrow basins.
     turns, transient, patience, tolerance
-        As in `basins`. A start ends earlier where it runs along a periodic motion that is known already.
+        As in `basins`. A start is left earlier where it has reached a motion that is known already, or where
+        others show that it is bound for one.
     reach : float
         Largest distance of section points of motions at neighbouring values that are one, in the units of
         `tolerance`.
