@@ -15,7 +15,7 @@ from xarray import Dataset
 from jointplay.display import codes
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, missing_cells, select, style, sweep_axes
-from jointplay.figures.sweeps.parameter_map import shades as coloured
+from jointplay.figures.sweeps.parameter_map import colour_scale
 
 PANELS = 9  # at most
 HEIGHT = 78.0  # mm, height of one
@@ -83,7 +83,7 @@ def shades(part: Dataset) -> tuple[dict[str, Any], str, str, dict[int, str]]:
         colours = colormaps["viridis"](np.linspace(0.1, 0.9, len(numbers)))
         look = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(borders, len(numbers))}
         return look, select.title(value), "neither", words
-    values, label, extend, look = coloured(value)
+    values, label, extend, look = colour_scale(value)
     finite = values[np.isfinite(values)]
     usual = Normalize(finite.min(), finite.max()) if finite.size else Normalize(0, 1)
     return {"norm": usual} | look, label, extend, {}
