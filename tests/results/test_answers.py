@@ -7,7 +7,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.analysis.labels import flags
 from jointplay.analysis.orbits.branch import ENDS
-from jointplay.analysis.orbits.branch_points import SPECIAL
+from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.orbit_dataset import STABILITY
 from jointplay.analysis.quantities import STATUS
 from jointplay.kinds import KINDS

@@ -21,7 +21,7 @@ from numba.experimental.function_type import _get_wrapper_address
 # No reference counting, which takes a third of a kernel's time and which no kernel needs. Without the option
 # all is right, and slower.
 UNCOUNTED = {"_nrt": False}
-# No entries from Python and C for what compiled code alone calls: they are a third of the time to compile.
+# No doors to Python and C for what compiled code alone calls: they are a third of the time to compile.
 INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 # The compiler's own judgement would leave calls that hand over seven numbers for each array.
 INLINED = {"forceinline": True}

@@ -11,7 +11,7 @@ from jointplay.analysis.coexisting.identity import EVENTS, identities
 from jointplay.analysis.coexisting.lasting import UNSETTLED, Motions
 from jointplay.analysis.coexisting.recognised import AMONG, ENOUGH, Cloud, FromAfar, Lasting, along
 from jointplay.analysis.coexisting.region import drawn
-from jointplay.analysis.orbits.branch_points import SPECIAL
+from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.errors import InputError
@@ -189,7 +189,7 @@ def test_the_loss_of_symmetry_is_found_on_the_branch_at_its_closed_form():
     assert found["special_identity"].values[np.abs(places - exact).argmin()] == stays
     born = [each for each in changes(found) if each[0] in ("merger", "death")]
     assert [low for _, _, low in born] == [2.88]
-    assert SPECIAL[int(found["change_bifurcation"].values[0])] == "branch_point"
+    assert KINDS[int(found["change_bifurcation"].values[0])] == "branch_point"
 
 
 def test_what_is_wrong_is_said_by_its_key():

@@ -9,7 +9,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_dataset import Passages, point_row
-from jointplay.analysis.orbits.branch_points import SPECIAL
+from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import section_map
@@ -21,7 +21,7 @@ from tests.analysis.exact_maps import Symmetric, symmetry_lost
 
 def specials(found, kind, branch=0):
     """Parameters of special points of one kind on one branch."""
-    chosen = (found.special_kind.values == SPECIAL.index(kind)) & (found.special_branch.values == branch)
+    chosen = (found.special_kind.values == KINDS.index(kind)) & (found.special_branch.values == branch)
     return found.special_parameter.values[chosen]
 
 
@@ -193,7 +193,7 @@ def test_a_branch_ends_where_a_rigid_impact_appears():
     gaps, missed = along(found, 0, "gap"), along(found, 0, "closest_approach")
     assert limit == gaps[0]
     assert missed[0] < 1e-5
-    (met,) = found.special_event_kind.values[found.special_kind.values == SPECIAL.index("grazing")]
+    (met,) = found.special_event_kind.values[found.special_kind.values == KINDS.index("grazing")]
     assert EVENTS[met] == "impact"
     assert np.all(missed[1:] > missed[0])
 

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.assessment.settled import CHANGES, ONCE_A_TURN, Settled, Unsettled, followed, settled
-from jointplay.analysis.orbits.branch_points import SPECIAL
+from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.orbits.orbit_events import OF_GAPS
 from jointplay.analysis.orbits.orbit_request import present

@@ -15,13 +15,13 @@ import numpy as np
 
 from jointplay.analysis.coexisting.identity import Change
 from jointplay.analysis.labels import coded, labelled
-from jointplay.analysis.orbits.branch_points import SPECIAL
+from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.vary import Axis
 from jointplay.jobs.job import Entry
 
 TRANSIENT, STEP, MOST = 20, 0.05, 200  # turns to the orbit; longest step, and points of a branch
-NONE = len(SPECIAL)
+NONE = len(KINDS)
 # seen from a branch that ends at a branch point, that is a fold too
 TOLD = ("branch_point", "period_doubling", "neimark_sacker", "fold", "grazing")
 
@@ -99,8 +99,8 @@ def variables(
         **labelled(table, "special"),
         **labelled(orbits, "branch"),
         "branch_status": coded("branch", ended, "how the search for the orbit ended"),
-        "special_kind": coded("special", kind, "what changes there", SPECIAL),
-        "change_bifurcation": coded("change", of, "bifurcation found there", (*SPECIAL, "none")),
+        "special_kind": coded("special", kind, "what changes there", KINDS),
+        "change_bifurcation": coded("change", of, "bifurcation found there", (*KINDS, "none")),
     }
 
 
@@ -109,4 +109,4 @@ def _between(axis: Axis, change: Change, rows: Sequence[tuple[int, float, int, i
     low, high = (axis.values[i] for i in change.between)
     those = (change.identity, change.other) if change.kind in ("split", "merger") else (change.identity,)
     found = [kind for kind, value, identity, _ in rows if identity in those and low <= value <= high]
-    return min(found, key=lambda kind: TOLD.index(SPECIAL[kind]), default=NONE)
+    return min(found, key=lambda kind: TOLD.index(KINDS[kind]), default=NONE)

@@ -10,7 +10,7 @@ import xarray as xr
 from pydantic import PlainValidator
 
 from jointplay.analysis.curves.tracing import FROM, Begin
-from jointplay.analysis.orbits.branch_points import SPECIAL
+from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
@@ -65,7 +65,7 @@ def starts_in(
     found = []
     for label in range(branches.sizes["special"]) if labels is None else labels:
         special = branches.isel(special=label)
-        kind = SPECIAL[int(special["special_kind"])]
+        kind = KINDS[int(special["special_kind"])]
         if FROM.get(kind, kind) not in kinds:
             continue
         orbits = [

@@ -13,7 +13,7 @@ from jointplay.analysis.evaluate import Quantities, joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import branch_tangents, orbit_dataset
 from jointplay.analysis.orbits.branch import ENDS, WHY, Branch
-from jointplay.analysis.orbits.branch_points import SPECIAL, Special
+from jointplay.analysis.orbits.branch_points import KINDS, Special
 from jointplay.analysis.orbits.branch_tangents import Motion, Slopes
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import at_phase
@@ -265,7 +265,7 @@ def _specials(branches: Sequence[Branch], family: Family, axis: Axis, phase: flo
     parameters = [family.parameter(special.q) for special in specials]
     widths = [abs(special.width * (family.high - family.low)) for special in specials]
     events = [special.event for special in specials]
-    kinds = [SPECIAL.index(special.kind) for special in specials]
+    kinds = [KINDS.index(special.kind) for special in specials]
     states = np.array([at_phase(special.point.orbit, phase)[0] for special in specials])
     states = states.reshape(-1, len(branches[0].points[0].orbit.state))
     parts = np.array([[special.multiplier.real, special.multiplier.imag] for special in specials])
@@ -282,5 +282,5 @@ def _specials(branches: Sequence[Branch], family: Family, axis: Axis, phase: flo
         **grazed("special", events, "appears or vanishes at a grazing", model),
         **labelled({"special_state": (states, "1", "state on the section there")}, ("special", "state")),
         **labelled(multipliers, ("special", "part")),
-        "special_kind": coded("special", kinds, "what changes there", SPECIAL),
+        "special_kind": coded("special", kinds, "what changes there", KINDS),
     }

@@ -26,7 +26,7 @@ from jointplay.analysis.orbits.arclength import solve
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import same_events
 
-SPECIAL = ("fold", "branch_point", "period_doubling", "neimark_sacker", "grazing")
+KINDS = ("fold", "branch_point", "period_doubling", "neimark_sacker", "grazing")
 ZERO = 1e-3  # tolerance of a critical multiplier, or of the tangent at a fold
 REAL = 1e-6  # imaginary part below which a pair counts as real
 PRECISE = 1e-11  # of the arc; the parameter is then found by interpolation
@@ -48,7 +48,7 @@ class Special:
     Parameters
     ----------
     kind : str
-        One of `SPECIAL`.
+        One of `KINDS`.
     point : Point
         On the branch, there or next to it.
     q : float
