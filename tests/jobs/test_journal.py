@@ -185,7 +185,7 @@ def test_cells_of_other_code_are_not_mixed(journal, harm, monkeypatch):
 
 
 def test_the_code_counts_analyses_and_mechanisms_beside_kernels(tmp_path, monkeypatch):
-    for room in (*origin.ROOMS, "figures"):
+    for room in (*origin.FOLDERS, "figures"):
         (tmp_path / room).mkdir()
         (tmp_path / room / "a.py").write_text("1")
     monkeypatch.setattr(origin, "PACKAGE", tmp_path)
@@ -193,7 +193,7 @@ def test_the_code_counts_analyses_and_mechanisms_beside_kernels(tmp_path, monkey
     first = digest()
     (tmp_path / "figures" / "a.py").write_text("2")
     assert digest() == first
-    for room in origin.ROOMS:
+    for room in origin.FOLDERS:
         (tmp_path / room / "a.py").write_text("2")
         assert digest() not in (first, None)
         first = digest()

@@ -11,7 +11,7 @@ from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.errors import InputError
 from jointplay.lab.paper import claims as module
-from jointplay.lab.paper import peaks as peaks_module
+from jointplay.lab.paper import response_peaks
 from jointplay.lab.paper.claims import claims, starts
 from jointplay.lab.paper.grades import CLAIMS, GRADES, Ratio, grade, graded
 from jointplay.lab.paper.reading_list import PANELS
@@ -25,7 +25,7 @@ def brief(monkeypatch):
     """One panel and few turns."""
     monkeypatch.setattr(module, "PANELS", {"b": PANELS["b"]})
     monkeypatch.setattr(module, "STEADY", {"b": 3})
-    monkeypatch.setattr(peaks_module, "DROPPED", 8)
+    monkeypatch.setattr(response_peaks, "DROPPED", 8)
 
 
 def run(**options):

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.evaluate import flags
+from jointplay.analysis.labels import flags
 from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.orbit_dataset import STABILITY

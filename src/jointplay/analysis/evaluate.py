@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from jointplay.analysis.guard_tolerances import ends
-from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, STATUS, WORDS, WORK
+from jointplay.analysis.labels import coded, described, flags
+from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, WORDS, WORK
 from jointplay.codegen import cache, outputs
 from jointplay.equations.structure import powers
 from jointplay.errors import warn
@@ -146,27 +147,11 @@ def beyond_the_model(history: Quantities) -> dict[str, str]:
     return {"warning": text}
 
 
-def described(table: Mapping[str, tuple[Any, Any, str, str]]) -> dict[str, Any]:
-    """Variables of a dataset from their dimensions, values, units and long names."""
-    return {key: (dims, v, {"units": u, "long_name": text}) for key, (dims, v, u, text) in table.items()}
-
-
-def status_code(status: int, name: str = "how the run ended") -> tuple[tuple, np.int8, dict[str, Any]]:
-    """A variable that holds a status."""
-    return (), np.int8(status), {"long_name": name} | flags(STATUS)
-
-
 def attributes(name: str) -> dict[str, Any]:
     """Attributes of a variable: units, long name, flags."""
     word = WORDS[name]
     result = {"units": word.units, "long_name": word.long_name}
     return result | flags(MODES) if name == "mode" else result
-
-
-def flags(meanings: tuple[str, ...]) -> dict[str, Any]:
-    """CF attributes of an integer code."""
-    values = np.arange(len(meanings), dtype=np.int8)
-    return {"units": "1", "flag_values": values, "flag_meanings": " ".join(meanings)}
 
 
 def joint_flags(model: Model) -> dict[str, Any]:
@@ -201,7 +186,7 @@ def scalars(model: Model, records) -> dict[str, Any]:
     table |= {name: ((), np.int64(records.counts[name]), "1", text) for name, text in COUNTERS.items()}
     if model.clearances:
         table["clearance"] = ("joint", np.array(model.clearances), "m", "radial clearance")
-    return {"status": status_code(records.status)} | described(table)
+    return {"status": coded((), records.status)} | described(table)
 
 
 def dataset(

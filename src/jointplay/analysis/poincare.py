@@ -11,7 +11,7 @@ import xarray as xr
 from jointplay.analysis import rates, rules
 from jointplay.analysis.company import beside, in_company
 from jointplay.analysis.ensemble_runs import ensemble_fits
-from jointplay.analysis.evaluate import beyond_the_model, dataset, described, flags, joint_flags, scalars
+from jointplay.analysis.evaluate import beyond_the_model, dataset, joint_flags, scalars
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import (
     Before,
@@ -24,7 +24,7 @@ from jointplay.analysis.keywords import (
     Start,
     analysis,
 )
-from jointplay.analysis.labels import coded
+from jointplay.analysis.labels import coded, described
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import FOLLOWED, WAYS, Request, follow
 from jointplay.mechanism.base import Flag, Natural
@@ -105,7 +105,6 @@ def poincare(
         }
     )
     variables["section_joint"][2].update(joint_flags(model))
-    kinds = {"long_name": "kind of event"} | flags(EVENTS)
-    variables["section_event"] = ("turn", rows[:, 1].astype(np.int8), kinds)
+    variables["section_event"] = coded("turn", rows[:, 1], "kind of event", EVENTS)
     coords = described({"turn": ("turn", np.arange(len(rows)), "1", "section point")})
     return dataset(model, variables, coords, "section", **beyond_the_model(points))

@@ -16,8 +16,6 @@ from jointplay.analysis.evaluate import (
     attributes,
     beyond_the_model,
     dataset,
-    described,
-    flags,
     joint_flags,
     scalars,
 )
@@ -33,6 +31,7 @@ from jointplay.analysis.keywords import (
     analysis,
     listed,
 )
+from jointplay.analysis.labels import coded, described, labelled
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
@@ -203,14 +202,13 @@ def _dataset(
 
 def _events(model: Model, records: Records) -> dict[str, Any]:
     """Variables of the events: time, joint and kind, and the speeds at the contact of a linkage."""
-    rows, kinds = records.events, {"long_name": "kind of event"} | flags(EVENTS)
-    joint, kind = rows[:, 0].astype(np.int16), rows[:, 1].astype(np.int8)
-    variables = described(
-        {
-            "event_time": ("event", rows[:, 2], "s", "time of the event"),
-            "event_joint": ("event", joint, "1", "joint of the event, counted from 0"),
-        }
-    ) | {"event_kind": ("event", kind, kinds)}
+    rows = records.events
+    joint, kinds = rows[:, 0].astype(np.int16), coded("event", rows[:, 1], "kind of event", EVENTS)
+    table = {
+        "event_time": (rows[:, 2], "s", "time of the event"),
+        "event_joint": (joint, "1", "joint of the event, counted from 0"),
+    }
+    variables = labelled(table, "event") | {"event_kind": kinds}
     variables["event_joint"][2].update(joint_flags(model))
     if model.links and model.joints:
         speeds = Quantities(model, rows[:, 2:], records.start).variables(_SPEEDS, "event")

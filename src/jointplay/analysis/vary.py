@@ -17,7 +17,7 @@ from jointplay.errors import InputError, Problem, join, refuse, unknown
 from jointplay.mechanism.base import is_number
 from jointplay.mechanism.changes import Changes
 from jointplay.mechanism.courses import FORCES
-from jointplay.mechanism.paths import as_counted, below, found, is_path, steps
+from jointplay.mechanism.paths import as_counted, below, is_path, part_at, steps
 from jointplay.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
@@ -182,7 +182,7 @@ def _key_problems(mechanism: Any, key: Any, place: str) -> Iterator[Problem]:
 
 def _path_problems(mechanism: Mechanism, key: str, place: str) -> Iterator[Problem]:
     """Problem of a key path that leads to no number of the record."""
-    number, problem = found(mechanism, key, place)
+    number, problem = part_at(mechanism, key, place)
     if problem:
         yield problem
     elif number is not None and (not isinstance(number, Real) or isinstance(number, bool)):

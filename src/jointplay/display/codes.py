@@ -6,6 +6,12 @@ from xarray import DataArray
 STRANGE = "?"  # of a code that has no word
 
 
+def flags(array: DataArray) -> dict[int, str]:
+    """Return the word of each code that a variable's flags name; none of one without flags."""
+    values = np.atleast_1d(array.attrs.get("flag_values", []))
+    return dict(zip(map(int, values), str(array.attrs.get("flag_meanings", "")).split(), strict=False))
+
+
 def words(array: DataArray) -> DataArray:
     """Return the codes of a variable as words; a code without one as ``?``.
 
@@ -14,7 +20,7 @@ def words(array: DataArray) -> DataArray:
     array : DataArray
         With the attributes ``flag_values`` and ``flag_meanings``.
     """
-    known = dict(zip(np.atleast_1d(array.attrs["flag_values"]).tolist(), meanings(array), strict=True))
+    known = flags(array)
     found, inverse = np.unique(array.values, return_inverse=True)
     named = np.array([known.get(code, STRANGE) for code in found.tolist()], dtype=str)
     result = array.copy(data=named[inverse].reshape(array.shape))
@@ -25,11 +31,6 @@ def words(array: DataArray) -> DataArray:
 def coded(array: DataArray) -> bool:
     """Whether words stand behind a variable's numbers."""
     return "flag_meanings" in array.attrs
-
-
-def meanings(array: DataArray) -> list[str]:
-    """Return the words of a variable's flags."""
-    return str(array.attrs["flag_meanings"]).split()
 
 
 def counted(names: np.ndarray) -> str:

@@ -33,7 +33,7 @@ def below(record: Any) -> dict[str, Any]:
     return dict(record) if isinstance(record, Record) else {}
 
 
-def found(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
+def part_at(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
     """The part at the end of a path, or the problem, whose key is `place`, of one that leads to none."""
     for step in steps(path):
         parts = below(record)
@@ -62,7 +62,7 @@ def with_parts(record: R, changes: Mapping[str, Any]) -> R:
 def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Those of the changes that are by path; `InputError` naming every path that leads nowhere."""
     by_path = {key: value for key, value in changes.items() if is_path(key)}
-    problems = [problem for key in by_path if (problem := found(record, key, key)[1])]
+    problems = [problem for key in by_path if (problem := part_at(record, key, key)[1])]
     if problems:
         raise InputError(problems)
     return by_path

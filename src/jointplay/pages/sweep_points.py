@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, cell_quantity, select, sweep_axes
@@ -113,7 +114,7 @@ def entries(array: DataArray, grid: list[str]) -> Iterator[dict[str, Any]]:
     for place in product(*(range(array.sizes[dim]) for dim in own)):
         one = flat.isel(dict(zip(own, place, strict=True)))
         which = [str(one[dim].values) for dim in own if dim in one.coords and array.sizes[dim] > 1]
-        flags = {str(code): word.replace("_", " ") for code, word in select.flags(array).items()}
+        flags = {str(code): word.replace("_", " ") for code, word in codes.flags(array).items()}
         flags = flags or WORDS.get(str(array.name), {})
         label = ", ".join([select.title(array), *which])
         yield {

@@ -87,8 +87,7 @@ def animate(
     >>> motion = jp.simulate(jp.catalog.slider_crank(clearance=1e-4), turns=2)  # doctest: +SKIP
     >>> jp.animate(motion, "slider_crank.mp4")  # doctest: +SKIP
     """
-    from jointplay.figures.linkage.film import film_sheet
-    from jointplay.figures.linkage.film import frames as drawn
+    from jointplay.figures.linkage.film import film_frames, film_sheet
     from jointplay.figures.linkage.scene import scene
 
     path = Path(path)
@@ -101,7 +100,7 @@ def animate(
     if ending not in FILMS:
         return write_figure(film_sheet(shown, frames), path)
     count = _count(shown, seconds, rate)
-    pictures = _told(drawn(shown, count), count, progress)
+    pictures = _told(film_frames(shown, count), count, progress)
     with replaced(path) as temporary:
         (_gif if ending == ".gif" else _mp4)(pictures, temporary, rate)
     return path

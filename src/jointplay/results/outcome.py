@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from jointplay.display import codes
 from jointplay.errors import NOTHING, refuse
 from jointplay.jobs.files import replaced
 from jointplay.kinds import KINDS, load
@@ -19,8 +20,7 @@ def name_of(dataset: xr.Dataset) -> str:
     """The status of a result by name, such as ``ok`` or ``step_limit``; `InputError` where it has not one."""
     status = dataset.get("status", xr.DataArray())
     try:
-        names = dict(zip(status.attrs["flag_values"], status.attrs["flag_meanings"].split(), strict=True))
-        return names[status.item()]
+        return codes.flags(status)[status.item()]
     except (KeyError, ValueError, TypeError, AttributeError):
         several = f"{status.size} of them, over {', '.join(map(str, status.dims))}" if status.dims else None
         given = several or (status.item() if "status" in dataset else NOTHING)

@@ -21,7 +21,7 @@ from jointplay.analysis import vary
 from jointplay.display.number_text import raised
 from jointplay.display.units import PLAIN, shown
 from jointplay.errors import InputError
-from jointplay.mechanism.paths import found as part
+from jointplay.mechanism.paths import part_at
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.script import forms
 
@@ -146,7 +146,7 @@ def candidates(mechanism: Mechanism | TestSystem) -> Iterator[Slider]:
     found |= {f"{word}.{name}": [f"links.{name}.{word}"] for name in names for word in OF_A_LINK}
     found |= {name: [f"drive.{name}"] for name in ("rated_torque", "efficiency")} | {"gravity": ["gravity"]}
     for key, paths in found.items():
-        value, missing = part(mechanism, paths[0], key)
+        value, missing = part_at(mechanism, paths[0], key)
         if value and not missing:
             yield Slider(key, tuple(paths), value)
 

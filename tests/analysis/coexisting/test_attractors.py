@@ -11,7 +11,7 @@ from jointplay.analysis.coexisting.identity import EVENTS, identities
 from jointplay.analysis.coexisting.lasting import UNSETTLED, Motions
 from jointplay.analysis.coexisting.recognised import AMONG, ENOUGH, Cloud, FromAfar, Lasting, along
 from jointplay.analysis.coexisting.region import drawn
-from jointplay.analysis.orbits.branch_dataset import KINDS
+from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.errors import InputError

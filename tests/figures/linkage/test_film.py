@@ -45,7 +45,7 @@ def test_a_frame_shows_links_journal_and_force_of_its_moment(motion, shown):
 
 
 def test_frames_are_even_sized_and_differ(shown):
-    first, *_, last = pictures = list(film.frames(shown, 3))
+    first, *_, last = pictures = list(film.film_frames(shown, 3))
     assert len(pictures) == 3
     assert all(size % 2 == 0 for size in first.shape[:2])
     assert first.shape[2] == 3

@@ -26,7 +26,7 @@ from jointplay.analysis.cells import Read, Steps, Work, divided, first_bad, hand
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
-from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
+from jointplay.analysis.ensemble_runs import in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.looks import part
@@ -34,7 +34,7 @@ from jointplay.analysis.period import REPEATS
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import section_of
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
-from jointplay.analysis.sweeps.bifurcation import Over, names
+from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, changed, checked_axes, largest
 from jointplay.errors import InputError
@@ -49,16 +49,8 @@ ROUNDS = 200  # of carrying, at most
 SHARES = (0.0, 0.7, 0.8, 1.0)  # of the progress: seeding, carrying, describing
 
 
-def _record_fits(varied: Mechanism | TestSystem, record: Sequence[str] | None) -> None:
-    names(record, varied)
-
-
 def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
     rules.assembled_at(varied, initial)
-
-
-def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list:
-    return ensemble_fits(varied, ensemble, rtol)
 
 
 @divided
@@ -66,9 +58,9 @@ def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: 
     one_parameter,
     rules.each_alike,
     region_fits,
-    _record_fits,
+    record_fits,
     _start_fits,
-    _ensemble_fits,
+    lanes_fit,
     varied=at_largest,
 )
 def attractors(

@@ -15,7 +15,7 @@ import numpy as np
 
 from jointplay.analysis.coexisting.identity import Change
 from jointplay.analysis.labels import coded, labelled
-from jointplay.analysis.orbits.branch_dataset import KINDS
+from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.continuation import continuation
 from jointplay.analysis.vary import Axis
 from jointplay.jobs.job import Entry

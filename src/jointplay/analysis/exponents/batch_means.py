@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.evaluate import described
+from jointplay.analysis.labels import described
 
 BATCHES = 40
 BLOCKS = 400  # rows of a whole record; a multiple of BATCHES

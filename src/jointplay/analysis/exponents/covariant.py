@@ -21,13 +21,14 @@ import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
-from jointplay.analysis.evaluate import dataset, described, scalars
+from jointplay.analysis.evaluate import dataset, scalars
 from jointplay.analysis.exponents.covariant_dataset import Findings, Vectors
 from jointplay.analysis.exponents.covariant_record import Block, Recorder
 from jointplay.analysis.exponents.covariant_vectors import angles_between, backward, start
 from jointplay.analysis.exponents.frame_growth import frame
 from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
+from jointplay.analysis.labels import described
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
 from jointplay.analysis.trajectory import Request, counts
 from jointplay.mechanism.base import Natural

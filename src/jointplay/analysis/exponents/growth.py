@@ -21,8 +21,8 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis import rules
-from jointplay.analysis.evaluate import described, status_code
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
+from jointplay.analysis.labels import coded, described
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.trajectory import Records, Request, follow
@@ -224,7 +224,7 @@ def _dataset(logs: np.ndarray, duration: float, status: int) -> xr.Dataset:
     }
     coords = described({"turn": ("turn", np.arange(len(logs)), "1", "turn")})
     attributes = {"Conventions": "CF-1.11", "kind": "growth"}
-    return xr.Dataset(described(variables) | {"status": status_code(status)}, coords, attributes)
+    return xr.Dataset(described(variables) | {"status": coded((), status)}, coords, attributes)
 
 
 def twin(
@@ -251,4 +251,4 @@ def beside(value: float, error: float, growth: dict[str, Any]) -> dict[str, Any]
         "growth_difference": (apart, "growth less the section map's exponent, in combined standard errors"),
     }
     variables = described({key: ((), value, "1", text) for key, (value, text) in table.items()})
-    return variables | {"growth_status": status_code(growth["status"], "how the second estimate ended")}
+    return variables | {"growth_status": coded((), growth["status"], "how the second estimate ended")}

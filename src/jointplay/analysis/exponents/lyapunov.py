@@ -20,7 +20,7 @@ from pydantic import BeforeValidator
 from jointplay.analysis import rules
 from jointplay.analysis.company import beside, in_company
 from jointplay.analysis.ensemble_runs import ensemble_fits
-from jointplay.analysis.evaluate import dataset, described, scalars, status_code
+from jointplay.analysis.evaluate import dataset, scalars
 from jointplay.analysis.exponents import batch_means, growth, section_exponents
 from jointplay.analysis.exponents.frame_growth import (
     USABLE,
@@ -32,7 +32,7 @@ from jointplay.analysis.exponents.frame_growth import (
     of_the_section,
 )
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
-from jointplay.analysis.labels import coded
+from jointplay.analysis.labels import coded, described
 from jointplay.analysis.looks import part
 from jointplay.analysis.trajectory import FOLLOWED, INTERRUPTED, WAYS, Request
 from jointplay.errors import Problem, refuse
@@ -196,7 +196,7 @@ def lyapunov(
         leading = (variables[f"section_{name}_per_turn"][1][0] for name in ("exponent", "standard_error"))
         variables |= growth.beside(*map(float, leading), twin)
         if twin["status"] == INTERRUPTED:
-            variables["status"] = status_code(INTERRUPTED)
+            variables["status"] = coded((), INTERRUPTED)
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
         variables = {
             key: each for key, each in variables.items() if not key.endswith(("_turn", "turn_period"))

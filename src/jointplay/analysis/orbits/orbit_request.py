@@ -15,7 +15,7 @@ from jointplay.analysis.vary import axes
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Number, accepts, is_number, unit
-from jointplay.mechanism.paths import found, is_path
+from jointplay.mechanism.paths import is_path, part_at
 from jointplay.mechanism.records import MAIN_JOINT, CrankAngle, Mechanism, Plane, TestSystem
 
 Tolerance = Annotated[Small, unit("tolerance of the residual", "1")]
@@ -80,7 +80,7 @@ def present(mechanism: Mechanism | TestSystem, key: str) -> float | None:
     if isinstance(mechanism, TestSystem):
         return mechanism.parameters.get(key)
     if is_path(key):
-        return found(mechanism, key, key)[0]
+        return part_at(mechanism, key, key)[0]
     main = next((joint for joint in mechanism.joints if joint.name == MAIN_JOINT), mechanism.joints[0])
     bending = next((link.beam for link in mechanism.links if link.elastic), None)
     return {

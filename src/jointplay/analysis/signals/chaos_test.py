@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from jointplay.analysis.evaluate import described, flags
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol, Share, Start, analysis
+from jointplay.analysis.labels import coded, described
 from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
@@ -144,8 +144,7 @@ def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], 
             "sample_spread": ((), judged["spread"], "1", "spread of the samples over their size"),
         }
     )
-    verdict = {"long_name": "verdict"} | flags(zero_one.VERDICTS)
-    variables["verdict"] = ((), np.int8(judged["verdict"]), verdict)
+    variables["verdict"] = coded((), judged["verdict"], "verdict", zero_one.VERDICTS)
     coords = described(
         {
             "turn": ("turn", samples["turn"].values, "1", "section point"),

@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 from pydantic import AfterValidator
 
-from jointplay.analysis.evaluate import described
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantities, Rtol, Share, Start, analysis
+from jointplay.analysis.labels import described
 from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits

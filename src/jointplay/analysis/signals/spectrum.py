@@ -25,7 +25,6 @@ import xarray as xr
 from pydantic import AfterValidator, Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.evaluate import described
 from jointplay.analysis.keywords import (
     Before,
     Duration,
@@ -38,6 +37,7 @@ from jointplay.analysis.keywords import (
     Text,
     analysis,
 )
+from jointplay.analysis.labels import described
 from jointplay.analysis.looks import part
 from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate

@@ -83,7 +83,8 @@ def _section_fits(varied: Mechanism | TestSystem, section: Section) -> None:
     quantity(section, varied)
 
 
-def _record_fits(varied: Mechanism | TestSystem, record: Sequence[str] | None) -> None:
+def record_fits(varied: Mechanism | TestSystem, record: Sequence[str] | None) -> None:
+    """Refuse quantities that what is varied does not have."""
     names(record, varied)
 
 
@@ -108,7 +109,8 @@ def _exponents_fit(varied: Mechanism | TestSystem, exponents: int) -> Iterator[P
         yield Problem("exponents", exponents, f"a whole number from 0 to {states} is accepted")
 
 
-def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
+def lanes_fit(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
+    """Rule: motions of what is varied can be followed eight at once, where `ensemble` asks for it."""
     return ensemble_fits(varied, ensemble, rtol)
 
 
@@ -117,12 +119,12 @@ def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: 
     _over_fits,
     each_alike,
     _section_fits,
-    _record_fits,
+    record_fits,
     _one_kind_of_start,
     _starts_fit,
     _exponents_fit,
     refine_fits,
-    _ensemble_fits,
+    lanes_fit,
     varied=at_largest,
 )
 def bifurcation(

@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.cells import Read
-from jointplay.analysis.evaluate import flags, on_joints, status_code
-from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.evaluate import on_joints
+from jointplay.analysis.labels import coded
 from jointplay.analysis.sweeps.survey import Survey
 from jointplay.errors import NOTHING, InputError, Problem
 from jointplay.jobs.columns import Field, Form, Plain, shared, thawed
@@ -183,11 +183,10 @@ class _Stack:
     def _ends(self) -> dict[str, Any]:
         """How each cell ended."""
         status, trouble = self.survey.status, np.array(self.survey.trouble, dtype=str)
-        bad, codes = status[status != 0], {"long_name": "how the cell ended"} | flags(STATUS)
-        dims, shape = self.grid.dims, self.grid.shape
+        bad, dims, shape = status[status != 0], self.grid.dims, self.grid.shape
         return {
-            "status": status_code(bad[0] if len(bad) else 0, "how the sweep ended"),
-            "cell_status": (dims, status.reshape(shape), codes),
+            "status": coded((), bad[0] if len(bad) else 0, "how the sweep ended"),
+            "cell_status": coded(dims, status.reshape(shape), "how the cell ended"),
             "trouble": (dims, trouble.reshape(shape), {"units": "1", "long_name": "what went wrong"}),
         }
 

@@ -11,6 +11,7 @@ from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.display.units import PLAIN, Shown, shown
 from jointplay.figures.drawing import factors, select, style
 from jointplay.figures.drawing.lent import Panel
@@ -233,11 +234,11 @@ def status_note(dataset: Dataset) -> str:
     """Return one line on the failure of a run; empty where it did not fail."""
     if "status" not in dataset:
         return ""
-    meanings = select.flags(dataset["status"])
-    codes = dataset["cell_status" if "cell_status" in dataset else "status"].values
-    found = [meanings.get(int(code), f"code {int(code)}" if code else "ok") for code in np.unique(codes)]
+    meanings = codes.flags(dataset["status"])
+    ends = dataset["cell_status" if "cell_status" in dataset else "status"].values
+    found = [meanings.get(int(end), f"code {int(end)}" if end else "ok") for end in np.unique(ends)]
     bad = [f"{EXPLAINED.get(word, 'see the status')} (status {word})" for word in found if word != "ok"]
-    many = f" in {np.count_nonzero(codes)} of {codes.size}" if codes.size > 1 else ""
+    many = f" in {np.count_nonzero(ends)} of {ends.size}" if ends.size > 1 else ""
     return f"Incomplete result{many}: " + ", ".join(bad) if bad else ""
 
 

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.figures.drawing import select
 from jointplay.kinds import KINDS, Shown
@@ -70,7 +71,7 @@ def numbers(dataset: Dataset, name: str, modulus: bool = True) -> DataArray:
     array = dataset[name]
     values = array.astype(float)
     if array.dtype.kind in "iu":
-        means = -1 in select.flags(array)
+        means = -1 in codes.flags(array)
         values = values.where((values != -1) | (means & (dataset["cell_status"] == 0)))
     if COMPLEX in array.dims and modulus:
         values = np.sqrt((values**2).sum(COMPLEX, skipna=False))

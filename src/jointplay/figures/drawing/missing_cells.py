@@ -8,7 +8,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from xarray import Dataset
 
-from jointplay.figures.drawing import select, style
+from jointplay.display import codes
+from jointplay.figures.drawing import style
 
 ENTRY, LINE = 42.0, 5.0  # mm, width of an entry of the legend and height of its lines
 MARK = {"markersize": 4.0, "linestyle": "none"}
@@ -35,9 +36,8 @@ DOUBTFUL: dict[str, Any] = {"marker": "+", "color": style.WARNING, **MARK, "mark
 
 def missing_reason(part: Dataset) -> np.ndarray:
     """Return why each cell has no value, as 1 + the index in `REASONS`; 0 of those that have one."""
-    status = part["cell_status"].transpose(*part["value"].dims).values
-    crashed = [code for code, word in select.flags(part["cell_status"]).items() if word == "crashed"]
-    why = np.where(status == 0, 3, np.where(np.isin(status, crashed), 2, 1))
+    status = part["cell_status"].transpose(*part["value"].dims)
+    why = np.where(status == 0, 3, np.where(codes.words(status) == "crashed", 2, 1))
     return np.where(np.isfinite(part["value"].values), 0, why)
 
 

@@ -6,6 +6,7 @@ from numbers import Real
 import numpy as np
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.errors import InputError, Problem, unknown
 
 
@@ -31,6 +32,13 @@ def switch(option: str, given) -> bool:
     """Return `given` where it is true or false."""
     if not isinstance(given, bool):
         raise refuse(option, given, "true or false")
+    return given
+
+
+def leading(option: str, given) -> int | None:
+    """Return how many of the first are asked for; None where that is left open."""
+    if given is not None and not (isinstance(given, int) and not isinstance(given, bool) and given >= 1):
+        raise refuse(option, given, "a whole number, 1 or more")
     return given
 
 
@@ -104,15 +112,7 @@ def in_contact(dataset: Dataset, joint: str, dim: str = "time") -> np.ndarray | 
     """
     if "mode" not in dataset or dim not in dataset["mode"].dims:
         return None
-    meanings = flags(dataset["mode"])
-    forceless = [code for code, meaning in meanings.items() if meaning in ("free", "released")]
-    return ~np.isin(dataset["mode"].sel(joint=joint).values, forceless)
-
-
-def flags(array: DataArray) -> dict[int, str]:
-    """Return the meaning of each value of a CF flag variable."""
-    values = np.atleast_1d(array.attrs.get("flag_values", []))
-    return dict(zip(map(int, values), str(array.attrs.get("flag_meanings", "")).split(), strict=False))
+    return ~np.isin(codes.words(dataset["mode"].sel(joint=joint)).values, ("free", "released"))
 
 
 def is_number(given) -> bool:

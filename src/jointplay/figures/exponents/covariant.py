@@ -1,5 +1,7 @@
 """Covariant vectors: what takes part in each, and how near subspaces come to each other."""
 
+from functools import partial
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -14,7 +16,7 @@ ENDS = (np.array([0.0, 0.2, 0.3]), np.array([0.95, 0.95, 0.95]))  # colours of t
 LISTED = 12  # vectors that have room
 
 
-@picture(needs=("mean_share",), checks={"vectors": lambda value: leading(value)})
+@picture(needs=("mean_share",), checks={"vectors": partial(select.leading, "vectors")})
 def covariant(dataset: Dataset, *, vectors: int | None = None) -> Figure:
     """Draw the mean shares of parts in each vector, and the distribution of angles between subspaces.
 
@@ -26,21 +28,13 @@ def covariant(dataset: Dataset, *, vectors: int | None = None) -> Figure:
         How many, those of the largest exponents first; up to twelve if left out.
     """
     select.require(dataset, "covariant", ("mean_share", "covariant_exponent"))
-    count = min(leading(vectors) or LISTED, dataset.sizes["vector"])
+    count = min(select.leading("vectors", vectors) or LISTED, dataset.sizes["vector"])
     figure = style.sheet(180.0, 76.0)
     shares, angles = figure.subplots(1, 2)
     share_panel(shares, dataset.isel(vector=slice(count)))
     angle_panel(angles, dataset.isel(splitting=slice(count)))
     artists.letter((shares, angles))
     return artists.finish(figure, dataset)
-
-
-def leading(vectors: int | None) -> int | None:
-    """Return how many vectors are asked for; None where that is left open."""
-    number = isinstance(vectors, int) and not isinstance(vectors, bool) and vectors >= 1
-    if vectors is not None and not number:
-        raise select.refuse("vectors", vectors, "a whole number, 1 or more")
-    return vectors
 
 
 def share_panel(ax: Axes, dataset: Dataset) -> None:

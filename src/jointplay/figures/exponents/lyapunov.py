@@ -1,6 +1,7 @@
 """Lyapunov exponents: convergence of their means, with error bands, and their final values."""
 
 import math
+from functools import partial
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,7 +24,7 @@ ROW = 0.075  # of a table's height
 COLUMNS = {0.0: "left", 0.68: "right", 0.99: "right"}  # right ends are numbers', left ends words'
 
 
-@picture(choices={"per": PER}, checks={"exponents": lambda value: leading(value)})
+@picture(choices={"per": PER}, checks={"exponents": partial(select.leading, "exponents")})
 def lyapunov(dataset: Dataset, *, per: str | None = None, exponents: int | None = None) -> Figure:
     """Draw the running means of exponents with bands of one standard error, and a table of the final values.
 
@@ -39,21 +40,13 @@ def lyapunov(dataset: Dataset, *, per: str | None = None, exponents: int | None 
     select.require(dataset, "lyapunov", ("lyapunov_exponent", "lyapunov_trace"))
     known = list(PER) if "turn_period" in dataset else ["second"]
     per = select.choice("per", per, known) if per else known[0]
-    part = dataset.isel(exponent=slice(leading(exponents)))
+    part = dataset.isel(exponent=slice(select.leading("exponents", exponents)))
     factor = float(dataset["turn_period"]) if per == "turn" else 1.0
     figure = style.sheet(180.0, 80.0)
     traces, words = figure.subplots(1, 2, width_ratios=(1.25, 1))
     trace_panel(traces, part, factor, per)
     table_panel(words, part, factor, per)
     return artists.finish(figure, dataset)
-
-
-def leading(exponents: int | None) -> int | None:
-    """Return how many exponents are asked for; None where all are."""
-    number = isinstance(exponents, int) and not isinstance(exponents, bool) and exponents >= 1
-    if exponents is not None and not number:
-        raise select.refuse("exponents", exponents, "a whole number, 1 or more")
-    return exponents
 
 
 def trace_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:

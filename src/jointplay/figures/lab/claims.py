@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, table
 from jointplay.figures.registry import picture
 
@@ -43,7 +44,7 @@ def claims(dataset: Dataset) -> Figure:
 
 def row(one: Dataset) -> tuple[str, ...]:
     """Return the words of a row, in lines that fit."""
-    grade = select.flags(one["grade"]).get(int(one["grade"]), "undecidable")
+    grade = codes.words(one["grade"]).item()
     numbers = MINUS.sub("\N{MINUS SIGN}", str(one["evidence"].item()))
     words = (str(one.get("claim_text", one["claim"]).item()), grade, numbers)
     return tuple("\n".join(wrap(text, LETTERS[name])) for text, name in zip(words, COLUMNS, strict=True))

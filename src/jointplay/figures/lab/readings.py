@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style, table
 from jointplay.figures.registry import picture
@@ -54,10 +55,10 @@ def panel_columns(ax: Axes, part: Dataset, left: float, most: float) -> None:
     table.write(ax, middle, 2.0, panel_title(part), ha="center", fontsize=8)
     for name, words in HEADINGS.items():
         table.write(ax, edges[name] + COLUMNS[name] / 2, HEAD - 1.0, words, ha="center", va="bottom")
-    motions = select.flags(part["motion"])
+    motions = codes.words(part["motion"]).values
     for row in range(part.sizes["reading"]):
         one = part.isel(reading=row)
-        motion = motions.get(int(one["motion"]))
+        motion = str(motions[row])
         shown = {
             "separations": (number(one["separations"]), float(one["separations"]) / (most or 1.0)),
             "period": ({0: "none", -1: "\N{EN DASH}"}.get(int(one["period"]), f"{int(one['period'])}"), 0.0),

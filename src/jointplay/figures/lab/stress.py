@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
@@ -65,5 +66,5 @@ def residual_panel(ax: Axes, dataset: Dataset) -> None:
 
 def verdicts(dataset: Dataset) -> list[tuple[str, np.ndarray]]:
     """Return the verdicts that there are, each with its scenes."""
-    codes, meanings = dataset["verdict"].values, select.flags(dataset["verdict"])
-    return [(word, codes == code) for code, word in meanings.items() if np.any(codes == code)]
+    words = codes.words(dataset["verdict"]).values
+    return [(word, words == word) for word in codes.flags(dataset["verdict"]).values() if word in words]

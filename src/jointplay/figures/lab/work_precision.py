@@ -7,6 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
@@ -59,12 +60,10 @@ def work_precision(dataset: Dataset, *, column: str = "single") -> Figure:
 
 def panel(ax: Axes, dataset: Dataset, name: str, factor: float) -> None:
     """Draw the errors of all methods over one measure of work."""
-    words = select.flags(dataset["agreement"])
-    same = [code for code, word in words.items() if word == "same"]
     for method in select.labels(dataset, "solver"):
         one = dataset.sel(solver=method)
         x, y = factor * one[name].values, np.maximum(one["error"].values, LEAST)
-        there, good = np.isfinite(x) & np.isfinite(y), np.isin(one["agreement"].values, same)
+        there, good = np.isfinite(x) & np.isfinite(y), codes.words(one["agreement"]).values == "same"
         colour, marker, dashes = LOOKS.get(method, OTHER)
         look = {"color": colour, "marker": marker, "markersize": 3.2, "linewidth": 0.9}
         ax.plot(x[there & good], y[there & good], linestyle=dashes, label=method, **look)
@@ -98,9 +97,7 @@ def limits(ax: Axes, dataset: Dataset, known: float) -> None:
 def handles(dataset: Dataset, ax: Axes) -> list[Line2D]:
     """Return what the legend names: methods with a line, and how others are drawn."""
     found = [line for line in ax.lines if not line.get_label().startswith("_")]
-    words = select.flags(dataset["agreement"]).items()
-    strange = [code for code, word in words if word in ("other_events", "other_state")]
-    if np.isin(dataset["agreement"].values, strange).any():
+    if np.isin(codes.words(dataset["agreement"]).values, ("other_events", "other_state")).any():
         look = {"color": style.BLACK, "marker": "o", "markersize": 3.2, "markerfacecolor": "white"}
         found.append(Line2D([], [], linestyle="none", label="other events or end", **look))
     return found

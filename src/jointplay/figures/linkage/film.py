@@ -24,7 +24,7 @@ COLUMNS = 4
 ALONE, LINKAGE, PANEL = 34.0, 26.0, 24.0  # mm of height: a linkage, one with joints, a joint enlarged
 
 
-def frames(scene: Scene, count: int) -> Iterator[np.ndarray]:
+def film_frames(scene: Scene, count: int) -> Iterator[np.ndarray]:
     """Draw a film, a frame after the other, each an array of bytes, shape (height, width, 3), both even."""
     figure, axes = stage(scene)
     canvas = FigureCanvasAgg(figure)

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.display.units import measure
 from jointplay.figures.drawing import select, timebase
 from jointplay.figures.linkage import guide
@@ -132,7 +133,7 @@ class Loose:
         """Modes of its contacts, shape (time, contacts); contact, where they were not recorded."""
         if "mode" not in self.scene.motion:
             return np.full((self.scene.times.size, len(self.joint.contacts)), "contact")
-        meanings = select.flags(self.scene.motion["mode"])
+        meanings = codes.flags(self.scene.motion["mode"])
         return np.array([*meanings.values()])[np.searchsorted([*meanings], self._of("mode"))]
 
     @cached_property

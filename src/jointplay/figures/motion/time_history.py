@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
 from jointplay.figures.registry import picture
@@ -176,7 +177,7 @@ def event_rows(dataset: Dataset, part: Dataset, events, joint: str | None) -> di
         return {}
     if "event_kind" not in dataset:
         raise select.refuse("events", events, "false: this result has no events")
-    meanings = select.flags(dataset["event_kind"])
+    meanings = codes.flags(dataset["event_kind"])
     named = [] if events is True else [events] if isinstance(events, str) else list(events)
     for kind in named:
         select.choice("events", kind, meanings.values(), "kind of event")

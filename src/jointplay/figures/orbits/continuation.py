@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.figures.drawing import artists, hermite, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
@@ -118,10 +119,10 @@ def branches(ax: Axes, dataset: Dataset, frame: Frame) -> None:
             events = dataset["section_event"].values[b, 1:] != 0
             path, stable = smooth(points, slopes[b, :, turn], stable, events, jumps)
             curve(ax, *path.T, stable, look)
-    kinds = select.flags(dataset["special_kind"])
-    specials = (dataset[f"special_{name}"].values for name in ("kind", "branch", "point"))
-    for kind, b, p in zip(*specials, strict=True):
-        shape = {"marker": MARKS[kinds[int(kind)]][0], **marker(kinds[int(kind)])}
+    kinds = codes.words(dataset["special_kind"]).values
+    specials = (dataset[f"special_{name}"].values for name in ("branch", "point"))
+    for kind, b, p in zip(kinds, *specials, strict=True):
+        shape = {"marker": MARKS[kind][0], **marker(kind)}
         there = np.isfinite(y[b, p])
         ax.plot(np.full(there.sum(), x[b, p]), y[b, p, there], **shape)
 
@@ -172,8 +173,7 @@ def colour(dataset: Dataset, branch: int) -> str:
 
 def steady(dataset: Dataset, branch: int) -> np.ndarray:
     """Return which points of a branch are stable."""
-    words = select.flags(dataset["stable"])
-    return np.array([words.get(int(code)) == "stable" for code in dataset["stable"].values[branch]])
+    return codes.words(dataset["stable"][branch]).values == "stable"
 
 
 def curve(
@@ -211,7 +211,7 @@ def explain(figure: Figure, dataset: Dataset) -> None:
     ]
     ways = {"stable": STABLE, "unstable": UNSTABLE}
     handles += [Line2D([], [], color=style.GREY, label=word, **way) for word, way in ways.items()]
-    kinds = select.flags(dataset["special_kind"])
+    kinds = codes.flags(dataset["special_kind"])
     for code in np.unique(dataset["special_kind"].values):
         shape, name = MARKS[kinds[int(code)]]
         handles.append(Line2D([], [], marker=shape, label=name, **marker(kinds[int(code)])))

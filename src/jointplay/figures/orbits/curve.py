@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.drawing.hermite import through
 from jointplay.figures.registry import picture
@@ -50,7 +51,7 @@ def curve(dataset: Dataset, *, over: Dataset | None = None) -> Figure:
     else:
         units = [artists.displayed(over[name])[1] for name in names]
     factors = np.array([unit.factor for unit in units])
-    kinds = _words(dataset, "curve_kind")
+    kinds = codes.words(dataset["curve_kind"]).values
     for number, kind in enumerate(kinds):
         line(ax, dataset.isel(curve=number), names, factors, kind)
     meetings(ax, dataset, names, factors)
@@ -94,7 +95,7 @@ def line(ax: Axes, one: Dataset, names: Sequence[str], factors: np.ndarray, kind
 def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarray) -> None:
     """Mark the points at which curves meet others, a sign for each kind."""
     x, y = (dataset[f"meeting_{name}"].values * factor for name, factor in zip(names, factors, strict=True))
-    kinds = np.array(_words(dataset, "meeting_kind"))
+    kinds = codes.words(dataset["meeting_kind"]).values
     for kind, sign in zip(dict.fromkeys(kinds), cycle(SIGNS)):
         there = kinds == kind
         ax.plot(x[there], y[there], sign, label=_name(kind), **MARKED)
@@ -110,11 +111,6 @@ def explain(figure: Figure, ax: Axes, kinds: Sequence[str]) -> None:
     handles += [line for line in ax.get_lines() if not line.get_label().startswith("_")]
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3))
-
-
-def _words(dataset: Dataset, name: str) -> list[str]:
-    meanings = select.flags(dataset[name])
-    return [meanings[int(code)] for code in dataset[name].values]
 
 
 def _name(kind: str) -> str:

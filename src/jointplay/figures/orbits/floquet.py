@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.table import lines
@@ -88,7 +89,7 @@ def remarks(dataset: Dataset) -> list[str]:
     """Return lines on the orbit's stability and period, and on how well it closes."""
     if not np.isfinite(dataset["period"]):
         return ["no orbit was found"]
-    word = select.flags(dataset["stable"])[int(dataset["stable"])]
+    word = codes.words(dataset["stable"]).item()
     turns, impacts = float(dataset["period"]), float(dataset["impacts"])
     return [
         f"{word}; period {turns:g} turn{'s' * (turns != 1)}, {plain(float(dataset['period_time']), 7)} s",

@@ -5,6 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
@@ -43,7 +44,7 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
     lowest = np.nanmin(dataset["chaos_indicator"].values, initial=0.0)
     ax.set(ylim=(min(lowest, 0.0) - MARGIN, 1 + MARGIN))
     ax.set(xlabel="Frequency c (rad per sample)", ylabel="K")
-    verdict = select.flags(dataset["verdict"]).get(int(dataset["verdict"]), "undecided")
+    verdict = codes.words(dataset["verdict"]).item()
     told = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
     artists.heading(ax, "(a)", told.replace("-", "\N{MINUS SIGN}"))
 

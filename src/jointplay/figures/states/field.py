@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.display.units import shown
 from jointplay.errors import Problem
 from jointplay.figures.drawing import artists, select, style
@@ -83,7 +84,7 @@ def draw_cells(ax: Axes, array: DataArray, **look):
 
 def without_start(dataset: Dataset) -> str:
     """Return a note of how many nodes have no value though a motion starts there; empty if none."""
-    meanings = select.flags(dataset["node_status"])
+    meanings = codes.flags(dataset["node_status"])
     status = dataset["node_status"].values
     words = [(meanings.get(int(code), "?"), int(np.sum(status == code))) for code in np.unique(status)]
     return ", ".join(f"{word}: {count}" for word, count in words if word not in ("ok", "bad_parameters"))

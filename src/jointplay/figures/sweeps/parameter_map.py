@@ -124,7 +124,7 @@ def numbered(dataset: Dataset, dim: str, exponent: Any) -> int:
 def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], letter: str) -> None:
     """Draw one variable as colours over the two parameters, the last along x."""
     ax.patch.set(facecolor=style.DISC, edgecolor=style.GREY, hatch="////")  # seen where nothing is drawn
-    colours = classes if array.name == "period" else shades
+    colours = classes if array.name == "period" else colour_scale
     values, label, extend, look = colours(array.transpose(*names))
     mesh, _ = sweep_axes.colour_map(ax, dataset, names, values, look)
     bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=f"{letter} {label}", pad=0.02)
@@ -133,7 +133,7 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
         bar.ax.tick_params(length=0, labelsize=7)
 
 
-def shades(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
+def colour_scale(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
     """Return numbers with label and colours: signed ones lighter below 0 than above it."""
     values, unit = artists.displayed(array)
     label, finite = artists.axis_label(array, unit), np.abs(values[np.isfinite(values)])

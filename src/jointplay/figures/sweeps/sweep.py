@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
+from jointplay.display import codes
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, cell_quantity, missing_cells, select, style, sweep_axes
 from jointplay.figures.registry import picture
@@ -139,7 +140,7 @@ def name_x(ax: Axes, part: Dataset, over: str) -> None:
 
 def name_y(ax: Axes, value: DataArray, unit: Shown) -> None:
     """Label the y axis; values that stand for words get these."""
-    words = select.flags(value)
+    words = codes.flags(value)
     if words:
         ax.set_yticks(list(words), [word.replace("_", " ") for word in words.values()])
         ax.set_ylim(min(words) - 0.5, max(words) + 0.5)

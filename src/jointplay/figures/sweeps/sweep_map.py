@@ -12,9 +12,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from xarray import Dataset
 
+from jointplay.display import codes
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, missing_cells, select, style, sweep_axes
-from jointplay.figures.sweeps.parameter_map import shades as coloured
+from jointplay.figures.sweeps.parameter_map import colour_scale
 
 PANELS = 9  # at most
 HEIGHT = 78.0  # mm, height of one
@@ -75,14 +76,14 @@ def corners(x: np.ndarray, y: np.ndarray, marked: np.ndarray) -> np.ndarray:
 def shades(part: Dataset) -> tuple[dict[str, Any], str, str, dict[int, str]]:
     """Return colours, label, ends of the colour bar, and the words that values stand for, of all panels."""
     value = part["value"].rename(part.attrs["quantity"])
-    words = select.flags(value)
+    words = codes.flags(value)
     if words:
-        codes = sorted(words)
-        borders = [codes[0] - 0.5, *(code + 0.5 for code in codes)]
-        colours = colormaps["viridis"](np.linspace(0.1, 0.9, len(codes)))
-        look = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(borders, len(codes))}
+        numbers = sorted(words)
+        borders = [numbers[0] - 0.5, *(number + 0.5 for number in numbers)]
+        colours = colormaps["viridis"](np.linspace(0.1, 0.9, len(numbers)))
+        look = {"cmap": ListedColormap(colours), "norm": BoundaryNorm(borders, len(numbers))}
         return look, select.title(value), "neither", words
-    values, label, extend, look = coloured(value)
+    values, label, extend, look = colour_scale(value)
     finite = values[np.isfinite(values)]
     usual = Normalize(finite.min(), finite.max()) if finite.size else Normalize(0, 1)
     return {"norm": usual} | look, label, extend, {}

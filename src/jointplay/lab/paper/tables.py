@@ -8,6 +8,7 @@ from textwrap import wrap
 import numpy as np
 import xarray as xr
 
+from jointplay.display import codes
 from jointplay.display.codes import counted
 
 COLUMNS = {"separations": ".2f", "impacts": ".2f", "contact_fraction": ".4f", "extent": ".0e"}
@@ -25,7 +26,7 @@ def claims_table(dataset: xr.Dataset) -> str:
     dataset : xarray.Dataset
         From `jointplay.claims`.
     """
-    grades = _words(dataset["grade"])
+    grades = codes.words(dataset["grade"]).values
     rows = [("conclusion of the paper", "grade", "numbers"), tuple("-" * (width - 2) for width in WIDTHS)]
     for number, claim in enumerate(dataset.claim.values):
         one = dataset.sel(claim=claim)
@@ -41,7 +42,7 @@ def claims_answer(dataset: xr.Dataset) -> str:
     dataset : xarray.Dataset
         From `jointplay.claims`.
     """
-    grades = np.array([STANDS[grade] for grade in _words(dataset["grade"])])
+    grades = np.array([STANDS[grade] for grade in codes.words(dataset["grade"]).values])
     return f"conclusions of the paper: {counted(grades)}"
 
 
@@ -53,7 +54,7 @@ def readings_answer(dataset: xr.Dataset) -> str:
     dataset : xarray.Dataset
         From `jointplay.readings`.
     """
-    motions = zip(dataset.panel.values, _words(dataset["motion"]), strict=True)
+    motions = zip(dataset.panel.values, codes.words(dataset["motion"]).values, strict=True)
     return "\n".join(f"panel {panel}, {row.size} readings: {counted(row)}" for panel, row in motions)
 
 
@@ -75,7 +76,7 @@ def readings_table(dataset: xr.Dataset) -> str:
         From `jointplay.readings`.
     """
     head = ("panel", "reading", *COLUMNS, "period", "growth per turn", "motion")
-    motions = _words(dataset["motion"])
+    motions = codes.words(dataset["motion"]).values
     rows = [_reading(dataset.isel(panel=p, reading=r), motions[p, r]) for p, r in np.ndindex(motions.shape)]
     both = (dataset.reading, dataset.reading_text)
     texts = [f"{name.item():<32}{text.item()}" for name, text in zip(*both, strict=True)]
@@ -96,8 +97,3 @@ def _reading(one: xr.Dataset, motion: str) -> tuple[str, ...]:
 def _number(value: xr.DataArray, form: str) -> str:
     """A number as text, a dash where there is none."""
     return format(float(value), form) if math.isfinite(value) else "-"
-
-
-def _words(codes: xr.DataArray) -> np.ndarray:
-    """Flags as words."""
-    return np.array(codes.attrs["flag_meanings"].split())[codes.values]

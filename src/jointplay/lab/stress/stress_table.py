@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from jointplay.display import codes
+
 ROW = "{:>8}  {:<12} {:<14} {:<19} {:<18} {:<7} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9} {:>8}"
 HEAD = ("scene", "verdict", "status", "variant", "geometry", "start")
 HEAD += ("K (N/m)", "C (N s/m)", "differ", "growth", "energy", "ms per turn", "excess")
@@ -51,18 +53,13 @@ def stress_table(dataset: xr.Dataset) -> str:
     return "\n".join([stress_summary(dataset), *files])
 
 
-def _meanings(codes: xr.DataArray) -> list[str]:
-    return codes.attrs["flag_meanings"].split()
-
-
-def _counts(codes: xr.DataArray) -> str:
-    words = _meanings(codes)
-    numbers = ((int(np.count_nonzero(codes.values == i)), word) for i, word in enumerate(words))
+def _counts(array: xr.DataArray) -> str:
+    numbers = ((int(np.count_nonzero(array.values == i)), word) for i, word in codes.flags(array).items())
     return ", ".join(f"{number} {word}" for number, word in numbers if number)
 
 
 def _row(one: xr.Dataset) -> str:
-    words = (_meanings(one[name])[int(one[name])] for name in CODES)
+    words = (codes.words(one[name]).item() for name in CODES)
     scale = {"cpu_time": 1e3}
     figures = (_figure(float(one[name]) * scale.get(name, 1.0)) for name in FIGURES)
     return ROW.format(int(one["scene"]), *words, *figures)
