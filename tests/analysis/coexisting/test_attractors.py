@@ -48,6 +48,15 @@ def test_the_impact_pairs_motions_are_found_without_being_told(pair):
     assert growth == pytest.approx(2 * math.log(0.8), abs=0.03)  # converges as 1/turns
 
 
+def test_where_every_start_fails_no_motion_is_found_and_the_figure_shows_fractions():
+    few = {"starts": 3, "transient": 2, "max_steps": 3, "ensemble": False, "n_jobs": 1}
+    found = jp.attractors(PAIR, over={"gap": [3.4, 3.6]}, region=PLANE, **few)
+    assert found.sizes["identity"] == 0
+    assert found["fraction_failed"].values.tolist() == [1.0, 1.0]
+    (axes,) = jp.figure(found, kind="attractors", quantity="y").axes
+    assert axes.get_ylabel() == "Fraction of\nthe starts"
+
+
 def test_a_basin_no_start_is_in_is_found_from_its_neighbour():
     region, keywords = {"y": (-0.3, 0.3), "v": (0.0, 0.3)}, SHORT | {"starts": 3, "n_jobs": 1}
     keywords |= {"over": {"gap": [3.62, 3.65]}, "exponents": False, "seed": 4}

@@ -30,6 +30,8 @@ def attractors(
 ) -> Figure:
     """Draw section points over the parameter, a colour for each motion; below, exponents and fractions.
 
+    Where no motion was found, only fractions are there to be drawn.
+
     Parameters
     ----------
     dataset : Dataset
@@ -41,17 +43,20 @@ def attractors(
     """
     select.require(dataset, "attractors", ("fraction", "fraction_unsettled"))
     colours, (name, _) = coloured(dataset), dataset["fraction"].dims
-    panels = ["points", *["exponents"] * (sweep_axes.exponents(dataset) is not None), "fractions"]
+    found = dataset.sizes["identity"] > 0
+    exponential = found and sweep_axes.exponents(dataset) is not None
+    panels = [*["points"] * found, *["exponents"] * exponential, "fractions"]
     figure = style.sheet(180.0, 46.0 + 32.0 * len(panels))
     axes = figure.subplots(
         len(panels), 1, sharex=True, squeeze=False, height_ratios=[ROWS[p] for p in panels]
     )
     axes = dict(zip(panels, axes[:, 0], strict=True))
-    array = sought(dataset, quantity)
-    array = select.labelled_slice(array, dataset, (name, "identity", "point"), link=link, joint=joint)
     unit = sweep_axes.parameter_axis(axes["fractions"], dataset[name])
-    points(axes["points"], array, dataset[name], unit, colours)
-    if "exponents" in axes:
+    if found:
+        array = sought(dataset, quantity)
+        array = select.labelled_slice(array, dataset, (name, "identity", "point"), link=link, joint=joint)
+        points(axes["points"], array, dataset[name], unit, colours)
+    if exponential:
         exponents(axes["exponents"], dataset, name, unit, colours)
     fractions(axes["fractions"], dataset, name, unit, colours)
     artists.letter(axes.values())
