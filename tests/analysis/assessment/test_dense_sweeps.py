@@ -71,8 +71,9 @@ def swept(mechanism, key, values, present, judged, needed):
     open_yet = np.flatnonzero(chaos | (judged & (answers != present)).any(axis=1))
     lasting = np.unique(needed[-1])
     others = np.setdiff1d(np.concatenate([open_yet, *needed]), lasting)
-    for these, turns in ((others, LONG), (lasting, LASTING)):
-        plan = Plan(SECTION, (), turns=60, transient=turns, keep=1, exponents=1, rtol=RTOL)
+    for these, turns, averaged in ((others, LONG, 200), (lasting, LASTING, 800)):
+        lengths = {"turns": 60, "transient": turns, "lyapunov_turns": averaged}
+        plan = Plan(SECTION, (), keep=1, exponents=1, rtol=RTOL, **lengths)
         points = [(changed(mechanism, {key: float(values[i])}), cells[i]["end_state"].values) for i in these]
         for i, one in zip(these, settle_together(points, plan), strict=True):
             assert one["status"] == 0, (key, values[i], one["trouble"])

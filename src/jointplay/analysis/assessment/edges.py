@@ -120,7 +120,7 @@ class Walk:
         return self.known[at]
 
     def lasting(self, place: Place) -> Place:
-        """A place with the motion that its own is in the end, if its chaos dies out."""
+        """A place with the motion that its own is in the end."""
         if place[1] not in self.lasts:
             self.lasts[place[1]] = lasting(place[1], self.how)
         return place[0], self.lasts[place[1]]
