@@ -182,7 +182,7 @@ def test_what_cannot_be_done_is_told(tmp_path, monkeypatch):
 def test_the_command_writes_the_page_beside_the_result(tmp_path, capsys):
     result = write_result(section(50), tmp_path / "one.nc")
     assert main(["report", str(result)]) == 0
-    written = [tmp_path / "one.html", tmp_path / "one.png"]
+    written = [tmp_path / "one.html", tmp_path / "one_report.png"]
     assert capsys.readouterr().out.splitlines() == [f"written {path}" for path in written]
     assert all(path.exists() for path in written)
     assert main(["report", str(result), "--out", str(tmp_path / "one.txt")]) == 2

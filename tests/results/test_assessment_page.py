@@ -43,7 +43,9 @@ def test_the_page_says_where_the_motion_changes_and_where_not():
     assert doubled in lines
     assert "above: not met up to 300 µm, where it stopped: step_limit: contact is kept" in lines
     assert any(line.startswith("above: chaos begins 4.5000 ± 0.0045 (") for line in lines)
-    assert any("rpm) 33.3 % 3.96 and 4.04 fold" in line for line in lines)
+    jump = next(line for line in lines if line.endswith("rpm) 33.3 % 3.96 and 4.04 fold of the orbit"))
+    assert jump.startswith("above: the motion ends in a fold and jumps to another 4.0")
+    assert any(line.endswith("settled motions; as at present again at 5.5") for line in lines)
     assert (
         "motions looked at: 50 values below, 1.4 % apart on average; 50 values above, 0.81 % apart on average"
         in lines

@@ -91,7 +91,7 @@ def report(
     >>> import jointplay as jp
     >>> motion = jp.simulate(jp.catalog.chunmei2002(clearance=2.9e-4), turns=5)  # doctest: +SKIP
     >>> jp.report(motion, "motion.html")  # doctest: +SKIP
-    [PosixPath('motion.html'), PosixPath('motion.png')]
+    [PosixPath('motion.html'), PosixPath('motion_report.png')]
     """
     path = Path(path)
     if path.suffix != ".html":
@@ -102,11 +102,12 @@ def report(
     if find_spec("bokeh") is None:
         raise refuse(NOTHING, "the package bokeh is needed: pip install 'jointplay[report]'", "report")
     answer, content = summary(dataset), content_of(dataset, mechanism)
-    check_writable(path.parent, files=[path.name, path.with_suffix(".png").name])
+    picture = path.with_name(f"{path.stem}_report.png")  # NAME.png is the figure of the run
+    check_writable(path.parent, files=[path.name, picture.name])
     from jointplay.pages import page  # bokeh takes a second to import
 
     first = list(content.figures.values())[:1]
-    still = [write_figure(each, path.with_suffix(".png")) for each in first]
+    still = [write_figure(each, picture) for each in first]
     return [written(path, page.html(content, answer, *still)), *still]
 
 

@@ -20,6 +20,7 @@ ALIAS = {"four_bar": "chunmei2002"}
 USUAL = {"catalog": "chunmei2002", "clearance": 2.9e-4, "gear_ratio": 3.0}
 TABLES = ("links", "joints", "springs", "loads")  # of a linkage: a table each entry
 COLUMN = 48  # where comments begin
+DIGITS = 15  # of a number: what it is meant to be, without the rounding of how it was computed
 
 
 def new(kind: str, name: str, mechanism: str | None = None) -> str:
@@ -127,6 +128,8 @@ def _line(line: str, about: str) -> Iterator[str]:
 def _plain(value: Any) -> Any:
     if isinstance(value, Record):
         return {key: _plain(each) for key, each in _told(value)}
+    if isinstance(value, float):
+        return float(f"{value:.{DIGITS}g}")
     return [_plain(each) for each in value] if isinstance(value, list | tuple) else value
 
 

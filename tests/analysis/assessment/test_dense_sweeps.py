@@ -1,12 +1,14 @@
 """Edges of assessments against dense sweeps at rtol 1e-8: each lies between neighbouring cells that differ.
 
-A sweep carries the motion from the present value outward in steps of 1 %, and across each edge in steps a
-tenth as long. The cells next to the edge on its two sides must differ in the trait; of a motion that is not
-chaotic, no cell before the edge may differ from the present one, nor any where no edge was met.
+A sweep carries the motion from the present value outward in steps of 1 %, across each edge in steps a tenth
+as long, and over both ends of its bracket. The cells next to the edge on its two sides, outside its error,
+must differ in the trait; of a motion that is not chaotic, no cell before the edge may differ from the present
+one, nor any where no edge was met. Where the trait is said to be as at present again, it has to be.
 Where a motion without a period loses contact now and then, some cell beside the edge has to.
 
-A cell that repeats over 60 turns with the expected traits has settled. The others, and all those beside an
-edge, are followed 440 turns more from where they stand, and their exponent is measured.
+A cell that repeats over 60 turns with the expected traits has settled. The others, and those that confirm an
+edge, are followed 440 turns more from where they stand, and 6000 more for an edge of chaos, which may die out
+late; and their exponent is measured.
 """
 
 import numpy as np
@@ -26,17 +28,17 @@ MECHANISMS = {
     "Watt": lambda: jp.catalog.watt(clearance={"D": 5e-5}),
 }
 SECTION, RTOL = jp.CrankAngle(), 1e-8
-SHORT, LONG = 100, 440  # turns before a cell is looked at, and more of them before it is looked at again
+SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
-def outward(limit, edges):
+def outward(limit, edges, others):
     """Ratios to the present value from 1 to a limit; each edge lies in the middle of a fine step."""
     coarse = np.geomspace(1.0, limit, int(np.ceil(abs(np.log(limit)) / np.log1p(STEP))) + 1)[1:]
     fine = (1 + FINE * STEP) ** (np.arange(2 * CELLS) + 0.5 - CELLS)
     for edge in edges:
         coarse = coarse[np.abs(np.log(coarse / edge)) > CELLS * FINE * STEP]
-    ratios = np.concatenate([coarse, *(edge * fine for edge in edges)])
+    ratios = np.concatenate([coarse, others, *(edge * fine for edge in edges)])
     ratios = np.unique(np.append(ratios[(ratios > 1) == (limit > 1)], 1.0))  # edges of two kinds may be one
     return ratios if limit > 1 else ratios[::-1]
 
@@ -52,10 +54,11 @@ def traits(found):
     return np.array([np.any(np.asarray(found["contact_fraction"]) < 1), int(found["period"]) != 1, chaotic])
 
 
-def swept(mechanism, key, values, present, judged, beside):
-    """Answers of `CHANGES` over the values, in their order: of cells `beside` an edge from the longer runs.
+def swept(mechanism, key, values, present, judged, needed):
+    """Answers of `CHANGES` over the values, in their order: of the `needed` cells from the longer runs.
 
-    `judged`, over values and `CHANGES`, says which answers have to be the `present` ones.
+    `judged`, over values and `CHANGES`, says which answers have to be the `present` ones; `needed` has cells
+    by change, those of chaos last.
     """
     way = "up" if abs(values[-1]) > abs(values[0]) else "down"
     settings = {"transient": SHORT, "turns": 60, "rtol": RTOL, "section": SECTION, "record": (), "n_jobs": 1}
@@ -65,13 +68,39 @@ def swept(mechanism, key, values, present, judged, beside):
     cells = [sweep.isel(direction=0).sel({dim: value}) for value in values]
     answers = np.array([traits(cell) for cell in cells])
     chaos = np.array([cell["period"].item() == 0 for cell in cells]) & judged[:, -1]  # perhaps
-    again = np.flatnonzero(beside | chaos | (judged & (answers != present)).any(axis=1))
-    plan = Plan(SECTION, (), turns=60, transient=LONG, keep=1, exponents=1, rtol=RTOL)
-    points = [(changed(mechanism, {key: float(values[i])}), cells[i]["end_state"].values) for i in again]
-    for i, one in zip(again, settle_together(points, plan), strict=True):
-        assert one["status"] == 0, (key, values[i], one["trouble"])
-        answers[i] = traits({name: value for name, (_, value) in one["values"].items()})
+    open_yet = np.flatnonzero(chaos | (judged & (answers != present)).any(axis=1))
+    lasting = np.unique(needed[-1])
+    others = np.setdiff1d(np.concatenate([open_yet, *needed]), lasting)
+    for these, turns, averaged in ((others, LONG, 200), (lasting, LASTING, 800)):
+        lengths = {"turns": 60, "transient": turns, "lyapunov_turns": averaged}
+        plan = Plan(SECTION, (), keep=1, exponents=1, rtol=RTOL, **lengths)
+        points = [(changed(mechanism, {key: float(values[i])}), cells[i]["end_state"].values) for i in these]
+        for i, one in zip(these, settle_together(points, plan), strict=True):
+            assert one["status"] == 0, (key, values[i], one["trouble"])
+            answers[i] = traits({name: value for name, (_, value) in one["values"].items()})
     return answers
+
+
+def by_change(ratios, here):
+    """Cells that confirm each change: of an edge the last before and the first beyond it, outside its error.
+
+    Of an irregular one those beside it. Also, over ratios and `CHANGES`, which lie before the edge.
+    """
+    cells, before = [], np.zeros((len(ratios), len(CHANGES)), dtype=bool)
+    away = np.abs(np.log(ratios))
+    for i, change in enumerate(CHANGES):
+        one = here.sel(change=change)
+        edge, error = float(one["edge_ratio"]), float(one["edge_ratio_error"])
+        close = np.abs(ratios - edge) <= max((1 - 1e-9) * error, 1e-6)
+        before[:, i] = ~close & ~(away >= abs(np.log(edge)))  # all of them where no edge was met
+        if HOW[int(one["found_by"])] == "irregular":
+            cells.append(np.flatnonzero(np.abs(np.log(ratios / edge)) < CELLS * FINE * STEP))
+        elif np.isfinite(edge):
+            beyond = ~close & (away > abs(np.log(edge)))
+            cells.append(np.array([np.flatnonzero(before[:, i])[-1], np.flatnonzero(beyond)[0]]))
+        else:
+            cells.append(np.zeros(0, dtype=int))
+    return cells, before
 
 
 @pytest.mark.long
@@ -88,26 +117,25 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
         begin = float(found["present_value"].sel(parameter=key))
         for side in found["side"].values:
             here = found.sel(parameter=key, side=side)
-            edges = here["edge_ratio"].values
-            limit, there = float(here["limit_ratio"]), np.isfinite(edges)
-            irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
-            met += there.sum()
-            ratios = outward(limit, edges[there])
-            beside = np.abs(np.log(ratios[:, None] / edges)) < CELLS * FINE * STEP
-            before = np.abs(np.log(ratios))[:, None] < np.where(there, np.abs(np.log(edges)), np.inf)
-            judged = before & ~irregular & ~present[CHANGES.index("chaos")]
-            ratios, beside, judged = (
-                each[: np.flatnonzero((beside | judged).any(axis=1)).max(initial=0) + 1]
-                for each in (ratios, beside, judged)
-            )
-            answers = swept(mechanism, str(key), begin * ratios, present, judged, beside.any(axis=1))
+            edges, backs = here["edge_ratio"].values, here["return_ratio"].values
+            irregular = [HOW[how] == "irregular" for how in here["found_by"].values]
+            met += np.isfinite(edges).sum()
+            ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
+            ratios = outward(float(here["limit_ratio"]), edges[np.isfinite(edges)], ends[np.isfinite(ends)])
+            cells, judged = by_change(ratios, here)
+            judged &= ~np.array(irregular) & ~present[-1]  # of chaos the neighbours alone
+            again = [np.flatnonzero(ratios == back) for back in backs]
+            needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
+            last = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
+            ratios, judged = ratios[:last], judged[:last]
+            answers = swept(mechanism, str(key), begin * ratios, present, judged, needed)
             for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
                 same = answers[:, i] == present[i]
-                bad = not same[judged[:, i]].all()
+                bad = not same[judged[:, i]].all() or not same[again[i]].all()
                 if irregular[i]:  # seen in some of the cells
-                    bad |= same[beside[:, i]].all()
-                elif there[i]:  # the cells beside it, CELLS on each of its sides
-                    bad |= not same[before[: len(same), i]][-1] or same[~before[: len(same), i]][0]
+                    bad |= same[cells[i]].all()
+                elif np.isfinite(edge):
+                    bad |= same[cells[i]].tolist() != [True, False]
                 if bad:
                     wrong.append((str(key), str(side), change, edge, answers[:, i].tolist()))
     assert met

@@ -37,11 +37,12 @@ LOOSE = {
 }
 
 
-def side(limit, edges=(NAN, NAN, NAN), how=("not_met",) * 3, status=0):
+def side(limit, edges=(NAN, NAN, NAN), how=("not_met",) * 3, status=0, back=(NAN, NAN, NAN)):
     """Answer of a side; brackets are 1 % on both sides of their edges."""
     edge = np.array(edges)
     codes = np.array([HOW.index(each) for each in how], dtype=float)
     found = {"edge": edge, "error": 1e-3 * edge, "low": 0.99 * edge, "high": 1.01 * edge, "how": codes}
+    found["back"] = np.array(back)
     return {"status": status, "trouble": "", "limit": limit, "looked": 50} | found
 
 
@@ -49,7 +50,7 @@ SIDES = (
     side(1e-4, (1.5e-4, NAN, NAN), ("grazing", "not_met", "not_met")),
     side(3e-4, (NAN, 2.6e-4, 2.8e-4), ("not_met", "period_doubling", "bracketed"), status=2),
     side(1.5),
-    side(6.0, (5.0, 4.0, 4.5), ("bracketed", "fold", "bracketed")),
+    side(6.0, (5.0, 4.0, 4.5), ("bracketed", "fold", "bracketed"), back=(NAN, NAN, 5.5)),
 )
 
 

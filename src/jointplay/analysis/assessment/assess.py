@@ -117,10 +117,11 @@ def assess(
         and ``drive_work`` (J per turn), equal where nothing else takes energy. Over ``parameter``, ``side``
         and ``change`` (contact_loss, doubling, chaos): ``edge_ratio``, where the trait first differs from the
         ``present`` one, over the parameter's ``present_value``; its error and ``bracket_low`` to
-        ``bracket_high``; ``found_by`` says how; ``edge_speed`` is the drive's there. ``limit_ratio`` is how
-        far was looked, ``values_looked_at`` at how many values, ``side_status`` why no further. ``period``,
-        ``section_exponent_per_turn`` with its error; ``preparation`` is the time that compiling or loading
-        took, ``step`` the keyword; ``status``.
+        ``bracket_high``; ``return_ratio``, the first value beyond, of those looked at, where the trait is the
+        present one again (NaN: not met); ``found_by`` says how; ``edge_speed`` is the drive's there.
+        ``limit_ratio`` is how far was looked, ``values_looked_at`` at how many values, ``side_status`` why no
+        further. ``period``, ``section_exponent_per_turn`` with its error; ``preparation`` is the time that
+        compiling or loading took, ``step`` the keyword; ``status``.
 
     Raises
     ------

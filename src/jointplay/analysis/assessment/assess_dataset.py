@@ -112,7 +112,7 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
     shape = (len(keys), len(SIDES), len(CHANGES))
     values = np.array([float(present(mechanism, key)) for key in keys])
     none = np.full(len(CHANGES), np.nan)
-    names = ("edge", "error", "low", "high")
+    names = ("edge", "error", "low", "high", "back")
     found = {n: np.array([each.get(n, none) for each in sides]).reshape(shape) for n in names}
     ratio = {name: each / values[:, None, None] for name, each in found.items()}
     limits = np.array([each.get("limit", np.nan) for each in sides]).reshape(shape[:2])
@@ -124,6 +124,11 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "edge_ratio_error": (np.abs(ratio["error"]), "1", "its error"),
         "bracket_low": (np.minimum(ratio["low"], ratio["high"]), "1", "lower end of its bracket"),
         "bracket_high": (np.maximum(ratio["low"], ratio["high"]), "1", "upper end of its bracket"),
+        "return_ratio": (
+            ratio["back"],
+            "1",
+            "where it is first found as at present again, beyond the change",
+        ),
         "edge_speed": (np.reshape(speeds, shape), "rad s-1", "nominal speed of the crank there"),
     }
     own = {

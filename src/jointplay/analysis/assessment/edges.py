@@ -5,12 +5,15 @@ logarithm. One of the neighbour's period is taken as soon as a few turns repeat.
 followed to its end, and more values beside it are looked at: the slower a motion settles, the nearer it is to
 the end of its stability, and so a window narrower than a step is met. What has not settled to the neighbour's
 period in the end has it nevertheless where the periodic orbit, found from the neighbour, is stable. In chaos,
-and beyond the end of period 1, steps are longer. Where a trait (`settled`) first differs, the step is
-halved until the two motions that differ are `accuracy` apart: they enclose the edge. Loss of contact and loss
-of period 1 are then located on the periodic orbit itself, by `continuation` across that bracket: the grazing
-at which a separation appears, the multiplier through -1, the fold. Chaos has no such point: brackets stand.
-A motion without a period may lose contact now and then: that edge is `irregular`, where it was first seen in
-the turns followed.
+and beyond the end of period 1, steps are longer.
+
+Where a trait (`settled`) first differs, the step is halved until the two motions that differ are `accuracy`
+apart: they enclose the edge. Chaos beside it has to be lasting; where it is not, the edge lies farther back.
+Loss of contact and loss of period 1 are then located on the periodic orbit itself, by `continuation` across
+that bracket: the grazing at which a separation appears, the multiplier through -1, the fold. A fold counts
+where the motion that is carried over it has another period: there it jumps. Chaos has no such point: brackets
+stand. A motion without a period may lose contact now and then: that edge is `irregular`, where it was first
+seen in the turns followed. As long as the walk goes on beyond an edge, it looks for the trait's return.
 
 Validity: what begins and ends between two steps is not seen, and a motion that coexists with the one followed
 is another one.
@@ -24,10 +27,20 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
-from jointplay.analysis.assessment.settled import CHANGES, ONCE_A_TURN, Settled, Unsettled, followed, settled
+from jointplay.analysis.assessment.settled import (
+    CHANGES,
+    ONCE_A_TURN,
+    Settled,
+    Unsettled,
+    followed,
+    lasting,
+    settled,
+)
 from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.continuation import continuation
+from jointplay.analysis.orbits.orbit_dataset import STABILITY
 from jointplay.analysis.orbits.orbit_events import OF_GAPS
 from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
@@ -79,6 +92,7 @@ class Walk:
     key: str
     how: Plan
     known: dict[tuple[float, Settled], Settled] = field(default_factory=dict)
+    lasts: dict[Settled, Settled] = field(default_factory=dict)
 
     @property
     def quick(self) -> Plan:
@@ -105,15 +119,25 @@ class Walk:
             self.known[at] = found
         return self.known[at]
 
+    def lasting(self, place: Place) -> Place:
+        """A place with the motion that its own is in the end."""
+        if place[1] not in self.lasts:
+            self.lasts[place[1]] = lasting(place[1], self.how)
+        return place[0], self.lasts[place[1]]
+
     def _kept(self, here: Mechanism, before: Settled) -> Settled | None:
         """The motion of the same period if its orbit is stable yet: it may take thousands of turns."""
-        start, limit = tuple(map(float, before.end.state)), self.how.max_steps
-        given = {"period": before.period, "initial": start, "transient": 0, "rtol": RTOL, "max_steps": limit}
-        orbit = periodic_orbit(here, ONCE_A_TURN, **given)
-        if int(orbit["status"]) or int(orbit["stable"]) != 1:
+        orbit = self.orbit(here, before)
+        if int(orbit["stable"]) != 1:
             return None
         motion = followed(here, before.end._replace(state=orbit["orbit_state"].values), self.quick)
         return motion if motion.period == before.period else None
+
+    def orbit(self, here: Mechanism, near: Settled) -> xr.Dataset:
+        """The periodic orbit found from where a motion ended, as of `periodic_orbit`."""
+        start, limit = tuple(map(float, near.end.state)), self.how.max_steps
+        given = {"period": near.period, "initial": start, "transient": 0, "rtol": RTOL, "max_steps": limit}
+        return periodic_orbit(here, ONCE_A_TURN, **given)
 
     def towards(self, value: float, last: Place) -> Iterator[Place]:
         """The motion at a value; before it others on the way, where one of the two settles slowly."""
@@ -139,21 +163,30 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
     dict
         ``status``; ``limit``, the last value looked at; ``looked``, their number; and over `CHANGES`:
         ``edge`` (NaN: not met), its ``error``, ``low`` and ``high``, settled motions that differ and the edge
-        between them, and ``how``, an index into `HOW`.
+        between them, ``back``, where it is first as at present again (NaN: not met), and ``how``, an index
+        into `HOW`.
     """
     walk, begin = Walk(mechanism, key, how), float(present(mechanism, key))
-    found = {name: (math.nan,) * 4 + (HOW.index("not_met"),) for name in CHANGES}
+    found = {name: (math.nan,) * 5 + (HOW.index("not_met"),) for name in CHANGES}
     limit, looked, status, trouble = begin, 0, 0, ""
     try:
-        here = settled(mechanism, start, how)
-        last, search = (begin, here), search.of(here)
+        here = lasting(settled(mechanism, start, how), how)
+        trail, search = [(begin, here)], search.of(here)
+        walk.lasts[here] = here
         values = search.values(begin, SIDES[side])
         while len(values) and not all(each[-1] for each in found.values()):
-            for place in walk.towards(float(values[0]), last):
+            for place in walk.towards(float(values[0]), trail[-1]):
+                if any(_changed(found[name], place, here, name) for name in CHANGES):
+                    place = walk.lasting(place)
                 for name in CHANGES:
-                    if not found[name][-1] and place[1].traits[name] != here.traits[name]:
-                        found[name] = _located(walk, name, last, place, search.accuracy)
-                last, limit, looked = place, place[0], looked + 1
+                    if not _changed(found[name], place, here, name):
+                        continue
+                    if found[name][-1]:
+                        found[name] = (*found[name][:-2], place[0], found[name][-1])
+                    else:
+                        found[name] = _located(walk, name, trail, place, search.accuracy)
+                trail.append(place)
+                limit, looked = place[0], looked + 1
             steps = LONG if found["doubling"][-1] and here.period else 1
             values = values[min(steps, max(len(values) - 1, 1)) :]  # the last one is looked at in any case
     except Unsettled as error:
@@ -161,30 +194,40 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
     except InputError as error:
         status, trouble = int(Status.BAD_PARAMETERS), str(error)
     columns = np.array([found[name] for name in CHANGES]).T
-    names = ("edge", "error", "low", "high", "how")
+    names = ("edge", "error", "low", "high", "back", "how")
     ended = {"status": status, "trouble": trouble, "limit": limit, "looked": looked}
     return ended | dict(zip(names, columns, strict=True))
 
 
-def _located(walk: Walk, name: str, last: Place, first: Place, accuracy: float) -> tuple[float, ...]:
-    """Edge, error, bracket and index into `HOW` of a change between two values."""
+def _changed(found: tuple[float, ...], place: Place, here: Settled, name: str) -> bool:
+    """Whether a place is the first beyond a change, or the first beyond its return."""
+    same = place[1].traits[name] == here.traits[name]
+    return math.isnan(found[-2]) and same == bool(found[-1])
+
+
+def _located(walk: Walk, name: str, trail: list[Place], first: Place, accuracy: float) -> tuple[float, ...]:
+    """Edge, error, bracket, no return yet and index into `HOW` of a change at the end of a trail."""
+    for last in map(walk.lasting, reversed(trail)):  # the first one differs from what lies beyond the change
+        if last[1].traits[name] != first[1].traits[name]:
+            break
+        first = last
     last, first = _bracket(walk, name, last, first, accuracy)
     low, high = sorted((last[0], first[0]))
-    for place in (last, first):  # chaos has no orbit to follow; else that side's which has one
+    for place, other in ((last, first), (first, last)):  # chaos has no orbit to follow; else that side's
         if name in LEAVES and place[1].period == 1:
-            if special := _special(walk, name, place, (low, high)):
+            if special := _special(walk, name, place, other, accuracy):
                 edge, error, kind = special
-                return edge, error, min(low, edge), max(high, edge), HOW.index(kind)
+                return edge, error, min(low, edge), max(high, edge), math.nan, HOW.index(kind)
             break
     how = "irregular" if name == "contact_loss" and not first[1].period else "bracketed"
-    return (low + high) / 2, (high - low) / 2, low, high, HOW.index(how)
+    return (low + high) / 2, (high - low) / 2, low, high, math.nan, HOW.index(how)
 
 
 def _bracket(walk: Walk, name: str, last: Place, first: Place, accuracy: float) -> tuple[Place, Place]:
     """Halve the distance of two motions that differ in a trait, followed from the first one."""
     while abs(first[0] - last[0]) > accuracy * abs(first[0]):
         value = (first[0] + last[0]) / 2
-        middle = value, walk.at(value, last[1])
+        middle = walk.lasting((value, walk.at(value, last[1])))
         if middle[1].traits[name] == last[1].traits[name]:
             last = middle
         else:
@@ -193,16 +236,20 @@ def _bracket(walk: Walk, name: str, last: Place, first: Place, accuracy: float) 
 
 
 def _special(
-    walk: Walk, name: str, place: Place, bracket: tuple[float, float]
+    walk: Walk, name: str, place: Place, other: Place, accuracy: float
 ) -> tuple[float, float, str] | None:
-    """Value, accuracy and kind of the special point of the orbit near a bracket that is such a change."""
+    """Value, accuracy and kind of the special point of a place's orbit at which it changes to the other.
+
+    Stability is lost between the two; or behind the place, where it is lost there already and slow to show.
+    """
     value, motion = place
-    wide = WIDER * (bracket[1] - bracket[0])
+    low, high = sorted((value, other[0]))
+    wide = WIDER * (high - low)
     branch = continuation(
         motion.mechanism,
         ONCE_A_TURN,
         parameter=walk.key,
-        range=(bracket[0] - wide, bracket[1] + wide),
+        range=(low - wide, high + wide),
         start=value,
         initial=tuple(map(float, motion.end.state)),
         transient=0,
@@ -216,9 +263,15 @@ def _special(
     kinds = [SPECIAL[code] for code in branch["special_kind"].values]
     of_gaps = np.isin(branch["special_event_kind"].values, OF_GAPS) | (np.array(kinds) != "grazing")
     fits = np.isin(kinds, LEAVES[name]) & of_gaps
-    if not fits.any():
-        return None
-    places = branch["special_parameter"].values
-    distance = np.where(fits, np.abs(places - sum(bracket) / 2), np.inf)
-    i = int(np.argmin(distance))
-    return float(places[i]), float(branch["special_accuracy"].values[i]), kinds[i]
+    places, way = branch["special_parameter"].values, math.copysign(1.0, other[0] - value)
+    begin = (low + high) / 2
+    if name == "doubling":
+        begin, ahead = value, way * (places - value)
+        between = (ahead >= 0) & (ahead <= high - low)
+        stable = STABILITY[int(walk.orbit(motion.mechanism, motion)["stable"])]
+        fits &= {"stable": between, "unstable": ahead <= 0}.get(stable, True)
+    for i in sorted(np.flatnonzero(fits), key=lambda i: abs(places[i] - begin)):
+        edge = float(places[i])
+        if kinds[i] != "fold" or walk.at(edge + way * accuracy * abs(edge), motion).period != 1:
+            return edge, float(branch["special_accuracy"].values[i]), kinds[i]
+    return None

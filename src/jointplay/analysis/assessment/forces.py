@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled, settled
+from jointplay.analysis.assessment.settled import CHANGES, Settled, Unsettled, lasting, settled
 from jointplay.analysis.contacts import JOINT, KIND, ROW, approach
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.starts import moved
@@ -52,7 +52,7 @@ def forces(mechanism: Mechanism, start: Any, turns: int, how: Plan) -> dict[str,
         the motion.
     """
     try:
-        motion = settled(mechanism, start, how)
+        motion = lasting(settled(mechanism, start, how), how)
         return {"status": 0, "trouble": ""} | _measured(motion, turns, how)
     except Unsettled as error:
         return {"status": error.status, "trouble": str(error)}

@@ -6,6 +6,11 @@ largest exponent of its section map is above 0 by more than `ERRORS` standard er
 follow one another. What is neither is followed further, since motions settle slowly beside the edge of their
 period. A motion carried on from a chaotic one is asked for its exponent at once, over fewer turns: three of
 its errors say whether these were enough, and it is followed further where they do not.
+
+Chaos may be transient: beyond a crisis, and in a periodic window, a motion is chaotic for some hundreds or
+thousands of turns before it settles to an orbit (Grebogi, Ott, Yorke, Physica D 7, 1983). Chaos is *lasting*
+where it has not died out after `LASTING` transients more; at an edge of chaos only that counts. What has no
+period there, and an exponent that does not say whether it is chaotic, is asked over `SURE` times the turns.
 Validity: as of `bifurcation`.
 """
 
@@ -22,6 +27,8 @@ from jointplay.analysis.sweeps.attractor import Plan, settle
 from jointplay.mechanism.records import CrankAngle, Mechanism
 
 PATIENCE = (4, 8, 32)  # transients more, one after another, of a motion without the usual period
+LASTING = (4, 16, 36)  # transients more, one after another, in which chaos must not die out
+SURE = 4  # times the turns of an exponent
 ERRORS = 3  # standard errors by which an exponent must be above 0
 FOLLOWING = 0.32  # correlation of batch means from which their error is too small
 CHANGES = ("contact_loss", "doubling", "chaos")
@@ -99,6 +106,19 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
         motion = followed(mechanism, motion.end, longer)
         if before and motion.period == before:
             break
+    return motion
+
+
+def lasting(motion: Settled, how: Plan) -> Settled:
+    """A motion as it is in the end: where its chaos is transient the one that it becomes."""
+    if not (motion.period or motion.traits["chaos"]):
+        longer = replace(how, transient=0, exponents=1, lyapunov_turns=SURE * how.lyapunov_turns)
+        motion = followed(motion.mechanism, motion.end, longer)
+    later = motion
+    for more in LASTING if motion.traits["chaos"] else ():
+        later = followed(motion.mechanism, later.end, replace(how, transient=max(more * how.transient, 1)))
+        if later.period:
+            return later
     return motion
 
 

@@ -35,6 +35,7 @@ def assess(dataset: Dataset, *, joint: str | None = None) -> Figure:
     turn_panel(turn, dataset, select.label(dataset, "joint", joint or hardest(dataset)))
     peak_panel(peaks, dataset)
     edge_panel(edges, dataset)
+    artists.letter((turn, peaks, edges))
     return artists.finish(figure, dataset)
 
 
@@ -53,7 +54,7 @@ def turn_panel(ax: Axes, dataset: Dataset, joint: str) -> None:
     artists.curve(ax, share, own, color=style.BLACK, linestyle="-", label="with clearance")
     ax.set(xlabel="Share of a turn", ylabel="Joint force (N)", xlim=(0, 1), ylim=(0, None))
     ax.legend(loc="best")
-    artists.heading(ax, f"(a) joint {joint}")
+    artists.heading(ax, f"joint {joint}")
 
 
 def peak_panel(ax: Axes, dataset: Dataset) -> None:
@@ -73,7 +74,6 @@ def peak_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set_xticks(place, [str(name) for name in dataset["joint"].values])
     ax.set(xlabel="Joint", ylabel="Largest force (N)")
     ax.margins(y=0.12)
-    artists.heading(ax, "(b)")
 
 
 def edge_panel(ax: Axes, dataset: Dataset) -> None:
@@ -105,5 +105,4 @@ def edge_panel(ax: Axes, dataset: Dataset) -> None:
         xlabel="Over the present value",
     )
     ax.set_yticks(range(len(names)), names)
-    artists.heading(ax, "(c)")
     artists.shared_legend(ax.figure, [ax], len(MARKS))

@@ -1,6 +1,7 @@
 """Elements of several figures: curves with gaps, paths with contact, point clouds, labels, notes."""
 
 from collections.abc import Callable, Iterable
+from string import ascii_lowercase
 from textwrap import fill
 
 import numpy as np
@@ -215,12 +216,16 @@ def heading(ax: Axes, *words: str, beside_top_axis: bool = False) -> None:
     ax.set_title(fill(" ".join(filter(None, words)), NARROW), loc="left", **place)
 
 
+def letters(count: int) -> list[str]:
+    """Return the letters of so many panels; empty ones of a single panel."""
+    return [f"({one})" for one in ascii_lowercase[:count]] if count > 1 else [""] * count
+
+
 def letter(axes: Iterable[Axes]) -> None:
     """Write a letter before the headings of panels, where there are several."""
     panels = list(axes)
-    for ax, one in zip(panels, "abcdefghijklmnopqrstuvwxyz", strict=False):
-        if len(panels) > 1:
-            heading(ax, f"({one})", ax.get_title(loc="left"))
+    for ax, one in zip(panels, letters(len(panels)), strict=False):
+        heading(ax, one, ax.get_title(loc="left"), beside_top_axis=bool(ax.child_axes))
 
 
 def say(ax: Axes, sentence: str, colour: str = style.WARNING) -> None:

@@ -104,8 +104,7 @@ def name_once(axes: Sequence[Axes], ticks: bool = False) -> None:
 
 def head(axes: np.ndarray, columns: Sequence[Pane], two_axes: bool) -> None:
     """Write the windows' titles above the first row, and letters where there are several rows."""
-    lettered = iter("abcdefghijklmnopqrstuvwxyz" * len(axes))
-    for number, row in enumerate(axes):
-        for ax, pane in zip(row, columns, strict=True):
-            letter, first = f"({next(lettered)})" if len(axes) > 1 else "", number == 0
-            artists.heading(ax, letter, pane.title if first else "", beside_top_axis=two_axes and first)
+    for ax, pane in zip(axes[0], columns, strict=True):
+        artists.heading(ax, pane.title, beside_top_axis=two_axes)
+    if len(axes) > 1:
+        artists.letter(axes.flat)

@@ -46,6 +46,7 @@ def lyapunov(dataset: Dataset, *, per: str | None = None, exponents: int | None 
     traces, words = figure.subplots(1, 2, width_ratios=(1.25, 1))
     trace_panel(traces, part, factor, per)
     table_panel(words, part, factor, per)
+    artists.letter((traces, words))
     return artists.finish(figure, dataset)
 
 
@@ -65,7 +66,6 @@ def trace_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:
     vertical(ax, finals, errors)
     ax.set(xlim=(time[0], time[-1]), xlabel=PER[per][1], ylabel=PER[per][0])
     label_ends(ax, finals)
-    artists.heading(ax, "(a)")
 
 
 def vertical(ax: Axes, finals: np.ndarray, errors: np.ndarray) -> None:
@@ -106,7 +106,6 @@ def table_panel(ax: Axes, dataset: Dataset, factor: float, per: str) -> None:
     values, errors = (dataset[f"lyapunov_{name}"].values * factor for name in ("exponent", "standard_error"))
     correlations = dataset["batch_correlation"].values
     ax.set_axis_off()
-    artists.heading(ax, "(b)")
     head = ("", "per turn" if per == "turn" else "1/s", "batches")
     rows = [
         (f"$\\lambda_{{{n}}}$", with_error(value, error), correlation_words(correlation))

@@ -38,14 +38,15 @@ def scheme_comparison(dataset: Dataset, *, measure: str = "deflection") -> Figur
     figure = style.sheet(180.0, 130.0)
     upper, lower = figure.subfigures(2, 1, height_ratios=(1, 1.15))
     axes = upper.subplots(1, dataset.sizes["windows_per_turn"], sharey=True, squeeze=False)[0]
-    for number, (ax, letter) in enumerate(zip(axes, "abcdefghijklmnop", strict=False)):
-        passes_panel(ax, dataset[variable].isel(windows_per_turn=number), looks, f"({letter})")
+    for number, ax in enumerate(axes):
+        passes_panel(ax, dataset[variable].isel(windows_per_turn=number), looks)
     low, high = axes[0].get_ylim()
     axes[0].set_ylim(low, min(high, HIGHEST))  # lines beyond any meaning leave through the top
     unit = str(dataset[variable].attrs.get("units", "1"))
     axes[0].set_ylabel(artists.with_unit(MEASURES[measure], PLAIN.get(unit, unit)))
     ax, words = lower.subplots(1, 2, width_ratios=(1.35, 1))
-    work_panel(ax, dataset, looks, f"({'abcdefghijklmnopq'[len(axes)]})")
+    work_panel(ax, dataset, looks)
+    artists.letter([*axes, ax])
     explain(words, dataset, looks)
     return artists.finish(figure, dataset)
 
@@ -67,7 +68,7 @@ def look(dataset: Dataset, number: int) -> dict:
     }
 
 
-def passes_panel(ax: Axes, errors: DataArray, looks: list[dict], letter: str) -> None:
+def passes_panel(ax: Axes, errors: DataArray, looks: list[dict]) -> None:
     """Draw one number of windows: a line a case, as far as its passes stay finite."""
     count = int(errors["windows_per_turn"])
     x = errors["pass"].values
@@ -81,10 +82,10 @@ def passes_panel(ax: Axes, errors: DataArray, looks: list[dict], letter: str) ->
     ax.set_xlabel("Pass")
     ax.set_xlim(x[0] - 0.5, x[-1] + 0.5)
     ax.xaxis.get_major_locator().set_params(integer=True)
-    artists.heading(ax, letter, f"{count} window{'s' * (count != 1)} per turn")
+    artists.heading(ax, f"{count} window{'s' * (count != 1)} per turn")
 
 
-def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> None:
+def work_panel(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
     """Draw error over run time of both methods, a line a case and method."""
     for method, hollow in (("scheme", True), ("monolithic", False)):
         times, errors = (
@@ -95,7 +96,6 @@ def work_panel(ax: Axes, dataset: Dataset, looks: list[dict], letter: str) -> No
             ax.plot(1e3 * x[there], y[there], markerfacecolor="white" if hollow else one["color"], **one)
     ax.set(xscale="log", yscale="log")
     ax.set(xlabel="Run time per turn (ms)", ylabel="Error of the deflection")
-    artists.heading(ax, letter)
 
 
 def cases(dataset: Dataset) -> list[str]:

@@ -34,6 +34,7 @@ def stress(dataset: Dataset) -> Figure:
     times, residuals = figure.subplots(1, 2)
     time_panel(times, dataset)
     residual_panel(residuals, dataset)
+    artists.letter((times, residuals))
     return artists.finish(figure, dataset)
 
 
@@ -47,7 +48,6 @@ def time_panel(ax: Axes, dataset: Dataset) -> None:
         ax.plot(x[chosen], y[chosen], linestyle="none", label=label, rasterized=True, **look)
     ax.set(xscale="log", yscale="log")
     ax.set(xlabel="Contact vibration per turn (rad)", ylabel="Processor time per turn (ms)")
-    artists.heading(ax, "(a)")
     ax.figure.legend(loc="outside upper center", ncols=len(LOOKS), handletextpad=0.2, columnspacing=1.2)
 
 
@@ -61,7 +61,6 @@ def residual_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set(xscale="log", xlabel="Energy unaccounted for, over what flowed", ylabel="Scenes")
     ax.set_xlim(BINS[0], max(1e-5, 10 * np.max(values, initial=0.0, where=np.isfinite(values))))
     ax.xaxis.set_major_locator(LogLocator(numticks=7))
-    artists.heading(ax, "(b)")
 
 
 def verdicts(dataset: Dataset) -> list[tuple[str, np.ndarray]]:

@@ -44,13 +44,14 @@ def work_precision(dataset: Dataset, *, column: str = "single") -> Figure:
     figure = style.sheet(width, HEIGHTS[column])
     shape = (2, 1) if column == "single" else (1, 2)
     axes = figure.subplots(*shape, sharey=True).ravel()
-    for ax, (name, text), letter in zip(axes, PANELS.items(), "ab", strict=True):
+    for ax, (name, text) in zip(axes, PANELS.items(), strict=True):
         panel(ax, dataset, name, 1e3 if name == "cpu_time" else 1.0)
         ax.set(xscale="log", yscale="log", xlabel=text)
         ax.set(xlim=decades(*ax.get_xlim()))
         ax.xaxis.set_minor_formatter(NullFormatter())
-        doubt = letter == "a" and not int(dataset["truth_confirmed"])
-        artists.heading(ax, f"({letter})", "no second method confirms the truth" if doubt else "")
+    if not int(dataset["truth_confirmed"]):
+        artists.heading(axes[0], "no second method confirms the truth")
+    artists.letter(axes)
     for ax in axes if column == "single" else axes[:1]:
         ax.set_ylabel("Error at the end")
     place = {"loc": "outside upper center", "ncols": 3 if column == "single" else 6, "columnspacing": 1.2}

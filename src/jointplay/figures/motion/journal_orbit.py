@@ -48,14 +48,14 @@ def journal_orbit(
     return artists.finish(figure, dataset)
 
 
-def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None, *titles: str) -> None:
+def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None) -> None:
     """Draw the orbit of one joint, all of `dataset`."""
     joint = select.label(dataset, "joint", joint)
     x, y = journal(dataset, joint, "time")
     beyond = beyond_face if is_corner(joint) else outside
     artists.path(ax, x, y, select.in_contact(dataset, joint), dataset["time"].values, beyond)
     orbit_frame(ax, dataset, joint, x, y)
-    artists.heading(ax, *titles, artists.missing_note(x, y, "samples"))
+    artists.heading(ax, artists.missing_note(x, y, "samples"))
 
 
 def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -38,12 +38,13 @@ def overview(dataset: Dataset, *, joint: str | None = None, turns: float | Seque
     figure = style.sheet(180.0, FORCES + JOINT * len(joints))
     columns = 3 if "turn" in dataset.dims else 2
     grid = figure.add_gridspec(1 + len(joints), columns, height_ratios=(1.0, *[1.15] * len(joints)))
-    letters = iter("abcdefghijklm")
-    force(figure.add_subplot(grid[0, :]), dataset, part, joints, f"({next(letters)})")
+    axes = [figure.add_subplot(grid[0, :])]
+    force(axes[0], dataset, part, joints)
     for row, name in enumerate(joints, start=1):
-        axes = [figure.add_subplot(grid[row, column]) for column in range(columns)]
-        pictures(axes, dataset, part, name, [f"({next(letters)})" for _ in axes])
-    artists.shared_legend(figure, axes[:2], 4)
+        axes += [figure.add_subplot(grid[row, column]) for column in range(columns)]
+        pictures(axes[-columns:], dataset, part, name)
+    artists.letter(axes)
+    artists.shared_legend(figure, axes[-columns:][:2], 4)
     return artists.finish(figure, dataset)
 
 
@@ -55,22 +56,21 @@ def loose(dataset: Dataset) -> list[str]:
     return [name for name in names if float(dataset["clearance"].sel(joint=name)) > 0] or names
 
 
-def force(ax: Axes, dataset: Dataset, part: Dataset, joints: list[str], letter: str) -> None:
+def force(ax: Axes, dataset: Dataset, part: Dataset, joints: list[str]) -> None:
     """Draw the normal forces of the window."""
     bases = timebase.bases(dataset, part["time"].values, None)
     array = select.variable(part, "normal_force").sel(joint=joints)
     history_panel(ax, array, bases[0], named=len(joints) > 1)
     legends([ax])
     timebase.dress(ax, ax, bases)
-    artists.heading(ax, letter, beside_top_axis=len(bases) > 1)
 
 
-def pictures(axes: list[Axes], dataset: Dataset, part: Dataset, joint: str, letters: list[str]) -> None:
+def pictures(axes: list[Axes], dataset: Dataset, part: Dataset, joint: str) -> None:
     """Draw what one joint does: orbit, portrait, section."""
-    orbit_panel(axes[0], part, joint, letters[0])
-    portrait_panel(axes[1], part, None, None, None, joint, titles=(letters[1],))
+    orbit_panel(axes[0], part, joint)
+    portrait_panel(axes[1], part, None, None, None, joint)
     axes[1].set_box_aspect(1)
     for ax in axes[1:]:
         ax.locator_params(nbins=4)  # narrow panels
     for ax in axes[2:]:
-        journal_points(ax, dataset, joint, False, letters[2], counted(dataset))
+        journal_points(ax, dataset, joint, False, counted(dataset))

@@ -52,9 +52,7 @@ def phase_portrait(
     return artists.finish(figure, dataset)
 
 
-def portrait_panel(
-    ax: Axes, dataset: Dataset, x: str | None, y: str | None, link=None, joint=None, titles=()
-) -> None:
+def portrait_panel(ax: Axes, dataset: Dataset, x: str | None, y: str | None, link=None, joint=None) -> None:
     """Draw the portrait of all of `dataset`; one of a joint tells contact from free flight."""
     one, two = pair(dataset, x, y, "time", link, joint)
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
@@ -69,7 +67,7 @@ def portrait_panel(
     if xs.size:
         clearance_line(ax, dataset, one, x_unit.factor)
     artists.name_axes(ax, one, x_unit, two, y_unit)
-    artists.heading(ax, *titles, artists.missing_note(xs, ys, "samples"))
+    artists.heading(ax, artists.missing_note(xs, ys, "samples"))
 
 
 def pair(dataset: Dataset, x, y, dim: str, link, joint) -> tuple[DataArray, DataArray]:

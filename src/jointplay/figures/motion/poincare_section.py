@@ -50,10 +50,11 @@ def poincare_section(
     count = 2 if orbit else 1
     axes = figure.subplots(*((count, 1) if upright else (1, count)), squeeze=False).ravel()
     if orbit:
-        journal_points(axes[0], part, joint, zoom, "(a)", counted(part))
-    letter, told = ("(b)", "") if orbit else ("", counted(part))
+        journal_points(axes[0], part, joint, zoom, counted(part))
+    told = "" if orbit else counted(part)
     one = orbit and repeated(part, select.label(part, "joint", joint))[0] == 1
-    variable_points(axes[-1], part, x, y, link, joint, letter, told, one)
+    variable_points(axes[-1], part, x, y, link, joint, told, one)
+    artists.letter(axes)
     return artists.finish(figure, dataset)
 
 
@@ -76,9 +77,7 @@ def crossings(dataset: Dataset, asked) -> Dataset:
     return part
 
 
-def journal_points(
-    ax: Axes, dataset: Dataset, joint: str | None, zoom: bool, letter: str, count: str
-) -> None:
+def journal_points(ax: Axes, dataset: Dataset, joint: str | None, zoom: bool, count: str) -> None:
     """Draw where the journal centre is at the crossings, in units of the clearance."""
     joint = select.label(dataset, "joint", joint)
     x, y = journal(dataset, joint, "turn")
@@ -87,7 +86,7 @@ def journal_points(
     if zoom and x.size:
         ax.set(aspect="auto", box_aspect=1)
         artists.roomy(ax, x, y)
-    explain(ax, x, y, letter, words(*repeated(dataset, joint), count))
+    explain(ax, x, y, words(*repeated(dataset, joint), count))
 
 
 def repeated(dataset: Dataset, joint: str) -> tuple[int, float]:
@@ -103,9 +102,7 @@ def words(period: int, missed: float, count: str) -> str:
     return f"{count}: period\N{NO-BREAK SPACE}{period}, {within if missed else 'all the same'}"
 
 
-def variable_points(
-    ax: Axes, dataset: Dataset, x, y, link=None, joint=None, letter="", count="", single=False
-) -> None:
+def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, count="", single=False) -> None:
     """Draw one variable over another at the crossings; `single` where they are one point but for rounding."""
     one, two = pair(dataset, x, y, "turn", link, joint)
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
@@ -113,14 +110,14 @@ def variable_points(
     artists.roomy(ax, xs, ys, single)
     artists.name_axes(ax, one, x_unit, two, y_unit)
     ax.set_box_aspect(1)
-    explain(ax, xs, ys, letter, count)
+    explain(ax, xs, ys, count)
 
 
-def explain(ax: Axes, x: np.ndarray, y: np.ndarray, letter: str, count: str) -> None:
-    """Write the panel's letter with the number of points, or of those missing."""
+def explain(ax: Axes, x: np.ndarray, y: np.ndarray, count: str) -> None:
+    """Write the number of points, or of those missing."""
     if not x.size:
         artists.say(ax, "The run never crossed the section")
-    artists.heading(ax, letter, artists.missing_note(x, y, "crossings") or count)
+    artists.heading(ax, artists.missing_note(x, y, "crossings") or count)
 
 
 def counted(dataset: Dataset) -> str:

@@ -31,6 +31,7 @@ def chaos_test(dataset: Dataset) -> Figure:
     indicator_panel(indicators, dataset)
     walk_panel(walk, dataset)
     displacement_panel(displacement, dataset)
+    artists.letter((indicators, walk, displacement))
     figure.suptitle(f"Samples: {dataset['sample'].attrs['long_name']}", fontsize=8)
     return artists.finish(figure, dataset)
 
@@ -46,7 +47,7 @@ def indicator_panel(ax: Axes, dataset: Dataset) -> None:
     ax.set(xlabel="Frequency c (rad per sample)", ylabel="K")
     verdict = codes.words(dataset["verdict"]).item()
     told = f"median {median:.2f}: {verdict}" if np.isfinite(median) else verdict
-    artists.heading(ax, "(a)", told.replace("-", "\N{MINUS SIGN}"))
+    artists.heading(ax, told.replace("-", "\N{MINUS SIGN}"))
 
 
 def walk_panel(ax: Axes, dataset: Dataset) -> None:
@@ -60,7 +61,7 @@ def walk_panel(ax: Axes, dataset: Dataset) -> None:
     ax.plot(x, y, ".", color=style.BLACK, markersize=1.0, rasterized=True)
     ax.set(xlabel=artists.with_unit("p", unit.symbol), ylabel=artists.with_unit("q", unit.symbol))
     ax.set_aspect("equal", adjustable="datalim")
-    artists.heading(ax, "(b)", f"c = {float(dataset['walk_frequency']):.3f}")
+    artists.heading(ax, f"c = {float(dataset['walk_frequency']):.3f}")
 
 
 def displacement_panel(ax: Axes, dataset: Dataset) -> None:
@@ -73,7 +74,7 @@ def displacement_panel(ax: Axes, dataset: Dataset) -> None:
     ax.plot(dataset["lag"], dataset["square_displacement"] * unit.factor**2, color=style.BLACK)
     label = artists.broken(artists.with_unit("Mean square displacement", symbol), NARROW)
     ax.set(xlim=(0, None), ylim=(0, None), xlabel="Samples n", ylabel=label)
-    artists.heading(ax, "(c)", f"c = {float(dataset['walk_frequency']):.3f}")
+    artists.heading(ax, f"c = {float(dataset['walk_frequency']):.3f}")
 
 
 def nothing_to_see(dataset: Dataset) -> str:

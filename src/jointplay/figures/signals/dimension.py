@@ -32,6 +32,7 @@ def dimension(dataset: Dataset) -> Figure:
         answer = "Dimension 0: all is one point", style.BLACK
         for ax in (sums, slopes):
             artists.say(ax, *(answer if point else (artists.EMPTY,)))
+    artists.letter((sums, slopes))
     return artists.finish(figure, dataset)
 
 
@@ -45,7 +46,7 @@ def sum_panel(ax: Axes, dataset: Dataset) -> None:
         middle = np.exp(np.mean(np.log(y[inside])) - slope * np.mean(np.log(x[inside])))
         ax.plot(x[inside], middle * x[inside] ** slope, color=style.AMBER, linewidth=1.2, zorder=3)
     ax.set(xscale="log", yscale="log", xlabel=DISTANCE, ylabel="Share of closer pairs")
-    artists.heading(ax, "(a)", f"{int(dataset['n_points'])} points")
+    artists.heading(ax, f"{int(dataset['n_points'])} points")
 
 
 def slope_panel(ax: Axes, dataset: Dataset) -> None:
@@ -58,4 +59,4 @@ def slope_panel(ax: Axes, dataset: Dataset) -> None:
     if np.isfinite(value):
         ax.fill_between(ends, value - spread, value + spread, color=style.AMBER, alpha=0.35, linewidth=0)
         ax.plot(ends, [value, value], color=style.BLUE)
-    artists.heading(ax, "(b)", f"D = {with_error(value, float(np.hypot(spread, error)))}")
+    artists.heading(ax, f"D = {with_error(value, float(np.hypot(spread, error)))}")

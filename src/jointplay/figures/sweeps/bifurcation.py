@@ -19,6 +19,7 @@ ERRORS = 2  # standard errors on either side of an exponent
 CLASSES = (1, 2, 3, 4, 6, 8, 12, 16)
 SIZES = (1e3, 3e4), (1.8, 0.6)  # of points, pt, by their number
 RIGHT = 0.85  # of the panel's width, from where on a label stands left of its line
+HEADROOM = 0.07  # of a panel: for the labels of lines
 ROWS = {"points": 2.0, "exponent": 1.0, "period": 0.8}
 
 
@@ -186,7 +187,9 @@ def lines(limits: Any) -> list[tuple[float, str]]:
 
 
 def mark(ax: Axes, marked: list[tuple[float, str]], unit: Shown, named: bool) -> None:
-    """Draw vertical lines at values of the parameter, with their labels along them."""
+    """Draw vertical lines at values of the parameter, with their labels along them, above all else."""
+    if named and any(label for _, label in marked):
+        ax.set_ylim(top=ax.transData.inverted().transform(ax.transAxes.transform((0, 1 + HEADROOM)))[1])
     for value, label in marked:
         ax.axvline(value * unit.factor, color=style.WARNING, linewidth=0.7, linestyle=(0, (4, 2)), zorder=3)
         if named and label:

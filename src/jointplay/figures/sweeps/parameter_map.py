@@ -73,13 +73,14 @@ def parameter_map(
     rows = -(-len(wanted) // columns)
     figure = style.sheet(180.0 if columns > 1 else 88.0, 78.0 * rows)
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for number, (ax, name) in enumerate(zip(axes, wanted, strict=False)):
+    told = zip(axes, wanted, artists.letters(len(wanted)), strict=False)
+    for number, (ax, name, letter) in enumerate(told):
         array = part[name]
         for dim in NUMBERED:
             if dim in array.dims:
                 array = array.sel({dim: numbered(dataset, dim, exponent)})
         array = select.labelled_slice(array, dataset, names, joint=joint)
-        panel(ax, part, array, names, f"({'abcdefgh'[number % 8]})")
+        panel(ax, part, array, names, letter)
         if number % columns:
             ax.set_ylabel("")
         lowest = number + columns >= len(wanted)
@@ -127,7 +128,8 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
     colours = classes if array.name == "period" else colour_scale
     values, label, extend, look = colours(array.transpose(*names))
     mesh, _ = sweep_axes.colour_map(ax, dataset, names, values, look)
-    bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=f"{letter} {label}", pad=0.02)
+    told = f"{letter} {label}".lstrip()
+    bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=told, pad=0.02)
     if colours is classes:
         bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "0"])
         bar.ax.tick_params(length=0, labelsize=7)

@@ -15,9 +15,11 @@ BEGINS = {  # what the change is, where the present motion does not have the tra
     "doubling": "period 1 is lost",
     "chaos": "chaos begins",
 }
+JUMPS = "the motion ends in a fold and jumps to another"  # of period 1, where that was lost so
 ENDS = {"contact_loss": "contact is kept", "doubling": "period 1 is reached", "chaos": "chaos ends"}
 FOUND = {
     "bracketed": "settled motions",
+    "fold": "fold of the orbit",
     "grazing": "grazing of the orbit",
     "irregular": "now and then, in a motion without a period",
 }
@@ -165,7 +167,9 @@ def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
         how = str(codes.words(found["found_by"]).values)
         if how != "not_met":
             kind = FOUND.get(how, how.replace("_", " "))
-            yield f"  {side}: {_words(dataset, name)}", *_place(dataset, key, found), kind
+            if math.isfinite(back := float(found["return_ratio"])):
+                kind += f"; as at present again at {_value(dataset, key, back, 4)}"
+            yield f"  {side}: {_words(dataset, name, how)}", *_place(dataset, key, found), kind
 
 
 def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
@@ -179,9 +183,11 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
         yield f"{side}: not met up to {end}{why}: {', '.join(unmet)}"
 
 
-def _words(dataset: Dataset, name: str) -> str:
+def _words(dataset: Dataset, name: str, how: str = "") -> str:
     """What a change is, from the present motion."""
-    return (ENDS if _present(dataset)[name] == "yes" else BEGINS)[name]
+    if _present(dataset)[name] == "yes":
+        return ENDS[name]
+    return JUMPS if how == "fold" else BEGINS[name]
 
 
 def _place(dataset: Dataset, key: str, found: Dataset) -> tuple[str, str, str]:
@@ -231,7 +237,8 @@ def _nearest(dataset: Dataset) -> str:
         return "no change of the motion was met"
     p, s, c = np.unravel_index(np.nanargmin(np.abs(ratio - 1)), ratio.shape)
     name, key = str(dataset["change"].values[c]), str(dataset["parameter"].values[p])
-    found, words = dataset.isel(parameter=p, side=s, change=c), _words(dataset, name)
+    found = dataset.isel(parameter=p, side=s, change=c)
+    words = _words(dataset, name, str(codes.words(found["found_by"]).values))
     away = f"{plain(100 * abs(float(ratio[p, s, c]) - 1), 3)} % away"
     at = f"{found['parameter_name'].values} {_value(dataset, key, float(ratio[p, s, c]))}"
     return f"nearest change: {words} at {at}, {away}"
