@@ -40,7 +40,7 @@ _HOME = {
     "waveform": "lab.scheme.waveform",
     "open": "results.store:open_result",
     "summary": "results.summary",
-    "words": "results.words",
+    "words": "results.export",
     "export": "results.export",
     "run": "study.in_python",
     "cell": "analysis.sweeps.gather",

@@ -60,7 +60,7 @@ _ROWS = (
         ("scheme_comparison",),
         "single turns after {start_turn} turns, clearances {clearance} m",
         varies=False,
-        summary=".lab.scheme.scheme_answer:scheme_answer",
+        summary=".lab.answers:scheme_answer",
         example={
             "mechanism": {"elastic": ["coupler"], "elements": 2},
             "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
@@ -222,7 +222,7 @@ _ROWS = (
         "{plane:#} parameters, period {period}",
         tangents=True,
         kept=True,
-        summary=".results.answers.curves:curve",
+        summary=".results.answers.orbits:curve",
         example={
             "mechanism": {"clearance": 4.19e-5},
             "analysis": {
@@ -238,7 +238,7 @@ _ROWS = (
         ("gradient",),
         "{turns} turns",
         (Shown("relative_sensitivity", (("quantity", "largest"), ("parameter", "largest"))),),
-        summary=".results.answers.gradients:gradient",
+        summary=".results.answers.optima:gradient",
         example={
             "mechanism": {"clearance": 2.9e-5},
             "analysis": {
@@ -282,7 +282,7 @@ _ROWS = (
         ("work_precision",),
         "{turns} turns at {tolerances:#} tolerances, beside {peers}",
         varies=False,
-        summary=".lab.precision.precision_answer:precision_answer",
+        summary=".lab.answers:precision_answer",
         example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
     ),
     Kind(
@@ -291,8 +291,8 @@ _ROWS = (
         ("benchmark",),
         "to where the published answer stands",
         varies=False,
-        table=".lab.benchmarks.benchmark_table:benchmark_table",
-        summary=".lab.benchmarks.benchmark_table:benchmark_answer",
+        table=".lab.answers:benchmark_table",
+        summary=".lab.answers:benchmark_answer",
         example={"mechanism": {"catalog": "ivp_crank"}},
     ),
 )

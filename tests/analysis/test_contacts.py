@@ -79,7 +79,7 @@ def test_soft_walls_closing_speed_and_gap():
     assert contacts.smallest_missed_gap(SOFT, missed) == pytest.approx([np.nan, 0.3], nan_ok=True)
 
 
-def test_a_journal_in_the_middle_of_its_bush_misses_by_the_clearance():
+def test_a_journal_in_the_middle_of_its_bearing_misses_by_the_clearance():
     missed = record(LINKAGE, misses=np.array([(0, 0, 1.0, *LINKAGE.state, 0)]))
     assert contacts.smallest_missed_gap(LINKAGE, missed) == pytest.approx([2.9e-4])
 

@@ -77,7 +77,7 @@ def test_cones_left_within_their_rounding_halve_no_steps(number):
 
 
 @pytest.mark.long  # its structure, elastic and without tension, is compiled for it alone
-def test_contact_begins_at_the_bush():
+def test_contact_begins_at_the_bearing():
     """Bounces lower than the tolerance of a position: entered late, each of them gained energy."""
     model, found = run(4434, 1e-8)
     rows = found.events[found.events[:, 1] == EVENTS.index("contact"), 2:]
@@ -93,7 +93,7 @@ def test_margins_of_sliding_speeds_follow_the_start():
     assert rests[1] > 100 * rests[0]
 
 
-def test_a_loose_tolerance_meets_every_flight_across_a_bush():
+def test_a_loose_tolerance_meets_every_flight_across_a_bearing():
     """A bearing of 0.2 um, the journal pressed in much further: flights of a millionth of a turn."""
     case = draw(catalog.chunmei2002(), 356, 0, ("rigid", "no_tension", "frictionless"))
     model = assemble(case.mechanism, case.initial)

@@ -74,13 +74,13 @@ def test_forces_at_the_pins_move_crank_and_rocker(changes):
     """Newton and Euler for the two rigid links, from their recorded motion; the coupler bends."""
     mechanism = ideal(**changes)
     found = jp.simulate(mechanism, turns=1, rtol=1e-10, record=[*MOTION, *FORCES])
-    on_bush = {k: np.array([of(found, f"reaction_{axis}", k) for axis in "xy"]) for k in "OABC"}
+    on_bearing = {k: np.array([of(found, f"reaction_{axis}", k) for axis in "xy"]) for k in "OABC"}
     journal = {"O": "crank", "A": "crank", "B": "coupler", "C": "rocker"}
     for link, ends in (("crank", "OA"), ("rocker", "CB")):
         part, angle = mechanism.link(link), of(found, "angle", link)
         w, turning = of(found, "angular_velocity", link), of(found, "angular_acceleration", link)
         e, n = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
-        near, far = (on_bush[k] * (-1 if journal[k] == link else 1) for k in ends)
+        near, far = (on_bearing[k] * (-1 if journal[k] == link else 1) for k in ends)
         weight = np.array([[0.0], [-part.mass * 9.8]])
         momentum = part.mass * part.centre * (turning * n - w**2 * e)
         scale = np.abs(far).max()
@@ -90,7 +90,7 @@ def test_forces_at_the_pins_move_crank_and_rocker(changes):
             moment = moment + found.drive_torque.values
         moments = np.abs(moment).max() + np.abs(found.drive_torque.values).max() * (link == "crank")
         assert np.abs(moment - part.inertia * turning).max() < 1e-9 * max(moments, scale * part.length)
-    size = np.hypot(*on_bush["A"])
+    size = np.hypot(*on_bearing["A"])
     assert of(found, "reaction", "A") == pytest.approx(size, rel=1e-12)
 
 

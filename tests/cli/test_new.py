@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from jointplay.cli import main
-from jointplay.cli.parser import build_parser
+from jointplay.cli.__init__ import build_parser
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.mechanism import catalog

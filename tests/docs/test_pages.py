@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from jointplay import cli
-from jointplay.cli.parser import build_parser
+from jointplay.cli.__init__ import build_parser
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, generated

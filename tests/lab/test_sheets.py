@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 import jointplay as jp
 from jointplay import figures
 from jointplay.errors import InputError
-from jointplay.lab.sheets import SHEETS, write_sheets
+from jointplay.lab.reproduce import SHEETS, write_sheets
 
 ROOT = Path(__file__).parents[2]
 RESULTS, STUDIES = ROOT / "results" / "paper", ROOT / "studies" / "paper"

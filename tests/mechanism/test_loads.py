@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.rules import unlike_turns
 from jointplay.analysis.vary import axes, changed
 from jointplay.codegen.ensemble import known
 from jointplay.mechanism import catalog
-from jointplay.mechanism.alike import unlike_turns
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.drive import PrescribedTorque, SpeedProfile
 from jointplay.mechanism.records import Mechanism

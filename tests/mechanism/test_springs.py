@@ -3,9 +3,9 @@
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.rules import unlike_turns
 from jointplay.analysis.vary import changed
 from jointplay.mechanism import catalog
-from jointplay.mechanism.alike import unlike_turns
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.beam import modal
 from jointplay.mechanism.records import Link, Mechanism

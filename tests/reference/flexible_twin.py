@@ -139,7 +139,7 @@ def modes_at(system, events, time, y):
     return modes
 
 
-def bush_force(free, y, joint, mode, held):
+def bearing_force(free, y, joint, mode, held):
     """(x, y) of the force on the bearing of a joint with play."""
     c = free.contact(joint, y)
     if mode in ("free", "released"):
@@ -155,7 +155,7 @@ def sample(motion, time, y):
     modes = modes_at(system, motion.events, time, y)
     a, held, _ = system.forces(y, modes)
     free, full = (system, y) if play else (system.inner, system.expand(y))
-    forces = {joint: bush_force(free, full, joint, mode, held) for joint, mode in modes.items()}
+    forces = {joint: bearing_force(free, full, joint, mode, held) for joint, mode in modes.items()}
     return {
         "angle": full[:3].tolist(),
         "angular_velocity": full[free.n : free.n + 3].tolist(),

@@ -63,7 +63,7 @@ def by_link(found, word):
     return found[word].transpose("time", "link").sel(link=list(LINKS)).values
 
 
-def force_on_bush(found, joint):
+def force_on_bearing(found, joint):
     """Force over time and (x, y), of an ideal joint or one with play."""
     if joint in found.get("pin", []):
         return np.stack([found[word].sel(pin=joint) for word in ("reaction_x", "reaction_y")], 1)
@@ -90,7 +90,7 @@ def test_deflections(name):
 @pytest.mark.parametrize("name", among(SCENES))
 def test_forces_in_the_joints(name):
     for joint, stored in TRUTH[name]["reaction"].items():
-        difference, largest = apart(force_on_bush(motion(name), joint), stored)
+        difference, largest = apart(force_on_bearing(motion(name), joint), stored)
         assert difference < 1e-7 * largest, joint
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from jointplay.cli.parser import build_parser
+from jointplay.cli.__init__ import build_parser
 from jointplay.figures import KINDS
 from jointplay.study.file import validate
 from tests.docs.pages import generated

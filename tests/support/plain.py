@@ -17,7 +17,7 @@ from jointplay.codegen.elimination import Plan
 from jointplay.codegen.variants import variants
 from jointplay.equations.write import system
 
-DOORS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.MULTILINE)
+IMPORTS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.MULTILINE)
 PRETENCE = {
     "compiled": lambda f: f,
     "inner": lambda f: f,
@@ -29,7 +29,7 @@ PRETENCE = {
 
 def run(source) -> ModuleType:
     """What a generated text defines, uncompiled."""
-    source = DOORS.sub("", source).replace("from math import", "from numpy import")
+    source = IMPORTS.sub("", source).replace("from math import", "from numpy import")
     scope = PRETENCE | {"sparse": uncompiled("sparse")}
     exec(source.replace("from jointplay.numerics import sparse", ""), scope)
     scope["copysign"] = lambda size, x: np.copysign(size, np.real(x))
@@ -45,7 +45,7 @@ def _module(scope) -> ModuleType:
 @cache
 def uncompiled(name) -> ModuleType:
     """A module of the method, uncompiled: operations on lanes are those that its text shows."""
-    source = DOORS.sub("", inspect.getsource(import_module(f"jointplay.numerics.{name}")))
+    source = IMPORTS.sub("", inspect.getsource(import_module(f"jointplay.numerics.{name}")))
     scope = PRETENCE | {"__package__": "jointplay.numerics"}
     exec(source.replace("numba.config.DISABLE_JIT", "True"), scope)
     if name != "lanes":

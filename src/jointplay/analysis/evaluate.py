@@ -35,6 +35,7 @@ class Quantities:
 
     @property
     def time(self) -> np.ndarray:
+        """Times of the rows, s."""
         return self.rows[:, 0]
 
     @property

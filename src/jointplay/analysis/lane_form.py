@@ -52,6 +52,7 @@ class Form:
 
     @property
     def jumps(self) -> int:
+        """How many guards make the state jump."""
         return self.sizes["resets"]
 
     @property

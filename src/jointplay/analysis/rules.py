@@ -11,8 +11,8 @@ from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
 from jointplay.analysis.trajectory import MAX_STEPS
 from jointplay.analysis.vary import changed
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
-from jointplay.mechanism.alike import unlike_turns
 from jointplay.mechanism.assemble import assemble, check_section
+from jointplay.mechanism.kinematic_chains import Forest
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
 from jointplay.mechanism.section import ContactSection, SeparationSection
@@ -20,6 +20,7 @@ from jointplay.mechanism.structure import linkage
 
 SLACK = 4  # nominal periods that a turn may take before the run gives up
 MOST = 20_000_000  # samples of a run, in memory
+_HERE = "accepted here, where each turn starts anew from the state at the end of the one before"
 
 
 def length_fits(turns: float | None, duration: float | None) -> Iterator[Problem]:
@@ -225,3 +226,24 @@ def section_fields(section: Section | None, model: Model, skip: int) -> dict[str
     names, kind = _contacts(section, model)
     joint = -1 if section.joint is None else names.index(section.joint)
     return {"event": EVENTS.index(kind), "joint": joint, "skip": skip}
+
+
+def unlike_turns(mechanism: Mechanism) -> Iterator[Problem]:
+    """Yield a problem for each part that tells one turn from the next."""
+    drive = mechanism.drive
+    if drive and drive.transient:
+        text = "a drive that does the same in each turn is"
+        yield Problem("mechanism.drive.kind", drive.kind, f"{text} {_HERE}")
+    # without clearance in a loop the crank's angle is a state, and another section would begin at time 0 too
+    held = not mechanism.clearance_joints and Forest.of(mechanism).cuts
+    speed = drive.imposed_speed if drive and not held else None
+    for i, load in enumerate(mechanism.loads):
+        ratio = load.frequency / abs(speed) if load.timed and speed else 0.5
+        if load.timed and not math.isclose(ratio, round(ratio), rel_tol=1e-9):
+            text = "a load over the crank's angle, or over time where a joint has clearance and the frequency"
+            multiple = "is a whole multiple of a constant speed of the crank, is"
+            yield Problem(f"mechanism.loads[{i}].frequency", load.frequency, f"{text} {multiple} {_HERE}")
+    for i, spring in enumerate(mechanism.springs):
+        if spring.twists and mechanism.crank in spring.links:
+            text = f"a torsion spring between links other than the turning {mechanism.crank} is {_HERE}"
+            yield Problem(f"mechanism.springs[{i}]", spring.name, text)

@@ -123,6 +123,7 @@ class Bundle:
 
     @property
     def time(self) -> float:
+        """Time that the motion has reached, s."""
         return float(self.x.s[0])
 
     @property
@@ -137,6 +138,7 @@ class Bundle:
 
     @property
     def grazing(self) -> float:
+        """Smallest relative approach speed of a guard at an event so far."""
         return float(self.y.real[self.at.GRAZING])
 
     def taken(self) -> np.ndarray:

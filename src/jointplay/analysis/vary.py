@@ -90,6 +90,16 @@ def largest(mechanism: Mechanism | TestSystem, over: Mapping[str, Sequence[float
         return mechanism
 
 
+def at_largest(mechanism: Mechanism | TestSystem, over: Any) -> Mechanism | TestSystem:
+    """The mechanism with the largest values, by which the rest is judged; wrong values are refused."""
+    try:
+        most = {key: [max(values)] for key, values in over.items()}
+    except (TypeError, ValueError):
+        raise refuse(over, "lists of numbers are accepted", "over") from None
+    axes(mechanism, most)
+    return largest(mechanism, over)
+
+
 def axes(mechanism: Mechanism | TestSystem, over: Any, root: str = "over") -> tuple[Axis, ...]:
     """Check what is to be varied.
 

@@ -6,11 +6,12 @@ import gc
 import os
 import signal
 import sys
+from argparse import Action, ArgumentParser
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from jointplay.cli.parser import build_parser
-from jointplay.cli.verb import DONE, FAILED
+from jointplay.cli import files, results, studies
+from jointplay.cli.verb import DONE, FAILED, VERBS
 from jointplay.errors import InputError
 from jointplay.terminal import harmless_output
 
@@ -18,6 +19,7 @@ WRONG_INPUT, INTERRUPTED = 2, 130
 COLLECTED = (
     1_000_000  # objects between collections; at Python's 700 a sixth of a short command's time goes there
 )
+GROUPS = [module.__name__ for module in (studies, results, files)]
 
 
 @harmless_output()
@@ -131,3 +133,31 @@ def _interrupts() -> Iterator[list[bool]]:
     finally:
         sys.unraisablehook = hook
         signal.signal(signal.SIGINT, before)
+
+
+class _Version(Action):
+    """Look the version up only when it is asked for."""
+
+    def __call__(self, parser, *_):
+        from importlib.metadata import version
+
+        parser.exit(message=f"jointplay {version('jointplay')}\n")
+
+
+def build_parser() -> ArgumentParser:
+    """Make the parser of all verbs."""
+    parser = ArgumentParser(prog="jointplay", description="Dynamics of linkages with play in their joints.")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version")
+    subparsers = parser.add_subparsers(title="verbs", required=True, metavar="VERB")
+    for name, row in sorted(VERBS.items(), key=lambda each: GROUPS.index(each[1].function.__module__)):
+        text = row.function.__doc__ or ""
+        own = subparsers.add_parser(
+            name,
+            help=text[0].lower() + text[1:].rstrip("."),
+            description=text,
+            epilog=f"example: jointplay {name} {row.example}",
+        )
+        own.set_defaults(verb=row.function)
+        for names, keywords in row.options:
+            own.add_argument(*names, **keywords)
+    return parser

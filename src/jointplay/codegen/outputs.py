@@ -75,9 +75,14 @@ def evaluate(
 @lru_cache(maxsize=256)
 def _needed(module: ModuleType, names: tuple[str, ...]) -> CodeType:
     """The part of the program that some quantities need, compiled."""
+    return compile("\n".join(needed(module, names)[0]), module.__name__, "exec")
+
+
+def needed(module: ModuleType, names: Iterable[str]) -> tuple[list[str], set[str]]:
+    """The assignments of the program that some quantities need, in order, and the symbols in them."""
     wanted, steps = {module.OUTPUTS[name] for name in names}, []
     for symbol, source, reads in reversed(module.PROGRAM):
         if symbol in wanted:
             wanted.update(reads)
             steps.append(f"{symbol} = {source}")
-    return compile("\n".join(reversed(steps)), module.__name__, "exec")
+    return steps[::-1], wanted

@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 import operator
 import re
-import sys
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -105,16 +104,6 @@ def number(text: str, names: Mapping[str, float]) -> float:
         if isinstance(error, InputError):
             raise
     raise refuse(text, "an expression with a finite value is accepted: with these numbers it has none")
-
-
-def written(given: Any) -> Any:
-    """A number, or an expression of SymPy, as text; all else stays as it is."""
-    if type(given).__module__.partition(".")[0] == "sympy":
-        from .own import as_text
-
-        return as_text(given)
-    plain = isinstance(given, int | float) and not isinstance(given, bool)
-    return repr(given) if plain and abs(given) <= sys.float_info.max else given
 
 
 class _Reader:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from jointplay.codegen import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
-ROOMS = ("analysis", "mechanism")  # beside those that the kernels' digest covers
+FOLDERS = ("analysis", "mechanism")  # beside those that the kernels' digest covers
 
 
 class Origin(NamedTuple):
@@ -28,8 +28,8 @@ class Origin(NamedTuple):
 def code() -> str:
     """Digest of all code that decides what a cell answers: kernels, analyses, mechanisms."""
     total = hashlib.sha256(cache.digest().encode())
-    for room in ROOMS:
-        for path in sorted((PACKAGE / room).rglob("*.py")):
+    for folder in FOLDERS:
+        for path in sorted((PACKAGE / folder).rglob("*.py")):
             total.update(f"{path.relative_to(PACKAGE)}\n".encode() + path.read_bytes())
     return total.hexdigest()[:16]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -14,9 +14,8 @@ from jointplay.errors import InputError, Problem, unknown
 from jointplay.jobs.parallel import BrokenProcessPool, side_by_side
 from jointplay.jobs.pool import Pool, check_jobs
 from jointplay.kinds import KINDS
-from jointplay.lab.sheets import write_sheets
 from jointplay.results.outcome import explain, write_table
-from jointplay.results.store import check_writable, write_figure
+from jointplay.results.store import check_writable, open_result, write_figure
 from jointplay.study.execute import complete
 from jointplay.study.file import load
 from jointplay.study.run import compile_for
@@ -24,6 +23,13 @@ from jointplay.study.toml_text import parse, read_text
 
 FOLDER = Path("studies") / "paper"
 DIED = "a worker process died, as when memory runs out; try --jobs 1"
+SHEETS = {
+    "fig03": ("fig03a", "fig03b"),
+    "fig05": ("fig05a", "fig05b"),
+    "fig06": ("fig06a", "fig06b"),
+    "fig08_09": ("fig08", "fig09a", "fig09b"),
+    "fig12": ("fig12a", "fig12b", "fig12c"),
+}
 
 
 @dataclass(frozen=True)
@@ -166,3 +172,29 @@ def one_study(path: Path, out: Path, jobs: int = 1, fresh: bool = False) -> Outc
     except Exception as error:
         failure = failure or f"{type(error).__name__}: {error}"
     return Outcome(path.stem, tuple(files), failure, time.perf_counter() - began)
+
+
+def write_sheets(folder: Path, out: Path, anew: Collection[str]) -> list[Path]:
+    """Draw the sheets that show a result among those computed `anew`, where the others are stored as well.
+
+    Parameters
+    ----------
+    folder, out : Path
+        Where the studies are, and their results.
+    anew : collection of str
+        Names of studies.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+    """
+    files = []
+    for name, parts in SHEETS.items():
+        there = all((out / f"{part}.nc").exists() and (folder / f"{part}.toml").exists() for part in parts)
+        if there and not set(parts).isdisjoint(anew):
+            drawn = figures.sheet_of(
+                [(open_result(out / f"{p}.nc"), load(folder / f"{p}.toml").record.figure) for p in parts]
+            )
+            files += [write_figure(drawn, out / f"{name}.{ending}") for ending in ("pdf", "png")]
+    return files

@@ -14,7 +14,6 @@ from jointplay.equations.parameters import parameter_names
 from jointplay.equations.structure import Linkage
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism import oscillators
-from jointplay.mechanism.approach import approaches
 from jointplay.mechanism.bases import Bases
 from jointplay.mechanism.beam import line_density, modal
 from jointplay.mechanism.kinematic_chains import Forest
@@ -22,7 +21,7 @@ from jointplay.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.section import Section
-from jointplay.mechanism.start import start
+from jointplay.mechanism.start import approaches, start
 from jointplay.mechanism.stretching import along
 from jointplay.mechanism.structure import linkage
 

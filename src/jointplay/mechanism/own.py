@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from typing import Any, Self
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from jointplay.equations import written
-from jointplay.equations.grammar import number, parse
-from jointplay.errors import InputError, join, refuse, unknown
-from jointplay.mechanism.base import Few, Flag, Name, Number, Positive, Record
-from jointplay.mechanism.measures import coherent, in_si
-from jointplay.mechanism.own_parts import Impact, Jump, Rubbing, Switch, Text, Touch
+from jointplay.errors import InputError, refuse, unknown
+from jointplay.mechanism.measures import in_si
+from jointplay.mechanism.own_equations import Equations
 from jointplay.mechanism.signature import checked
-
-_VALUE = {
-    "accepts": "a table of finite numbers, with their units as '0.3 mm', or true and false for switches,"
-}
+from jointplay.mechanism.well_posed import problems
 
 
-class System(Record):
+class System(Equations):
     """A system of somebody's own equations.
 
     Parameters
@@ -60,118 +54,11 @@ class System(Record):
 
     __test__ = False  # of a name that begins with Test, and pytest would collect it
 
-    name: Name = Field("system", description="name", json_schema_extra={"noun": True})
-    states: dict[Name, Text] = Field(json_schema_extra={"accepts": "a table of initial values"})
-    parameters: dict[Name, Flag | Number] = Field({}, json_schema_extra=_VALUE)
-    rates: dict[Name, Text]
-    mass: dict[Name, dict[Name, Text]] = Field({})
-    forcing: Text | None = None
-    contacts: Few[Touch] = ()
-    friction: Few[Rubbing] = ()
-    switches: Few[Switch] = ()
-    impacts: Few[Impact] = ()
-    jumps: Few[Jump] = ()
-    outputs: dict[Name, Text] = Field({})
-    units: dict[Name, str] = Field({})
-    scales: dict[Name, Positive] = Field({})
-    system: Name | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _values_with_units(cls, data: Any) -> Any:
-        if not isinstance(data, Mapping):
-            return data
-        found, problems, units = dict(data), [], {}
-        for table in ("states", "parameters"):
-            values = data.get(table)
-            for key, value in values.items() if isinstance(values, Mapping) else ():
-                try:
-                    value, unit = coherent(value)
-                except InputError as error:
-                    problems += error.under(join(table, str(key))).problems
-                    continue
-                if unit:
-                    units[key] = unit
-                    found[table] = {**found[table], key: value}
-        if problems:
-            raise InputError(problems)
-        own = data.get("units", {})
-        return found | ({"units": units | dict(own)} if units and isinstance(own, Mapping) else {})
-
     @model_validator(mode="after")
     def _well_posed(self) -> Self:
-        from jointplay.mechanism.well_posed import problems
-
         if found := problems(self):
             raise InputError(found)
         return self
-
-    @property
-    def flags(self) -> dict[str, bool]:
-        """Parameters that are true or false."""
-        return {key: value for key, value in self.parameters.items() if isinstance(value, bool)}
-
-    @property
-    def numbers(self) -> dict[str, float]:
-        """Parameters that are numbers."""
-        return {key: float(value) for key, value in self.parameters.items() if not isinstance(value, bool)}
-
-    @property
-    def order(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Positions, and speeds, the first of them theirs: states as results and lists have them."""
-        moved, found = {state for each in self.jumps for state in each.jump}, {}
-        for state in self.states:
-            tree = parse(self.rates[state])
-            free = tree.value not in {state, *found, *found.values()} and state not in found.values()
-            if tree.operation == "name" and tree.value in self.states and free and state not in moved:
-                found[state] = tree.value
-        positions, speeds = tuple(found), tuple(found.values())
-        return positions, (*speeds, *(s for s in self.states if s not in positions + speeds))
-
-    @property
-    def initial(self) -> tuple[float, ...]:
-        """State at time 0, in `order`."""
-        return tuple(number(self.states[name], self.numbers) for names in self.order for name in names)
-
-    @property
-    def period(self) -> float | None:
-        """Period of the forcing, which a negative one goes through backwards; None if there is none."""
-        return None if self.forcing is None else abs(number(self.forcing, self.numbers))
-
-    def structure(self, section: str | None = None) -> written.Oscillator:
-        """The equations without their numbers."""
-        (positions, speeds), flags = self.order, self.flags
-        free = [name for name in speeds if name not in self.mass] if self.mass else ()
-        mass = {name: {name: "1"} for name in free} | self.mass
-        entries = (
-            (speeds.index(a), speeds.index(b), text) for a, row in mass.items() for b, text in row.items()
-        )
-        return written.Oscillator(
-            positions=positions,
-            speeds=speeds,
-            parameters=tuple(self.numbers),
-            rates=tuple(self.rates[name] for name in speeds),
-            mass=tuple((max(i, j), min(i, j), text) for i, j, text in entries),
-            period=self.forcing or "",
-            contacts=tuple(
-                written.Touch(each.name, each.depth, each.force, flags.get(each.tension, each.tension))
-                for each in self.contacts
-            ),
-            friction=tuple(
-                written.Rubbing(each.name, each.speed, each.normal, each.coefficient, each.static or "")
-                for each in self.friction
-            ),
-            switches=tuple(written.Switch(each.name, each.on, each.off or "") for each in self.switches),
-            impacts=tuple(
-                written.Wall(each.name, each.gap, each.restitution or "", tuple(each.jump.items()))
-                for each in self.impacts
-            ),
-            jumps=tuple(
-                written.Trigger(each.name, each.guard, tuple(each.jump.items())) for each in self.jumps
-            ),
-            outputs=tuple(self.outputs.items()),
-            section=section,
-        )
 
     @checked()
     def replace(self, **changes: Any) -> System:
@@ -200,8 +87,6 @@ class System(Record):
         return record if initial is None else System(**dict(record) | {"states": record._started(initial)})
 
     def _of_the_catalog(self, changes: dict[str, Any]) -> System:
-        from jointplay.mechanism.systems import SYSTEMS
-
         if self.system not in SYSTEMS:
             accepted = f"a system of the catalog is accepted: {', '.join(SYSTEMS)}"
             raise refuse(self.system, accepted, "system")
@@ -231,3 +116,6 @@ class System(Record):
         return hash(
             (self.name, self.system, *self.parameters.items(), *self.states.items(), self.structure())
         )
+
+
+SYSTEMS: dict[str, Callable[..., System]] = {}  # of the catalog, by name, which `mechanism.systems` adds

@@ -5,12 +5,23 @@ Expressions are text of a small grammar (`jointplay.equations.grammar`), or expr
 
 from __future__ import annotations
 
-from typing import Annotated
+import sys
+from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from jointplay.equations.grammar import written
 from jointplay.mechanism.base import Flag, Name, Record, accepts, named
+
+
+def written(given: Any) -> Any:
+    """A number, or an expression of SymPy, as text; all else stays as it is."""
+    if type(given).__module__.partition(".")[0] == "sympy":
+        from jointplay.equations.own import as_text
+
+        return as_text(given)
+    plain = isinstance(given, int | float) and not isinstance(given, bool)
+    return repr(given) if plain and abs(given) <= sys.float_info.max else given
+
 
 Text = Annotated[
     str,

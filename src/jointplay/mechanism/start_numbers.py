@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from jointplay.equations.grammar import number, parse
 from jointplay.errors import InputError, Problem
-
-if TYPE_CHECKING:
-    from jointplay.mechanism.own import System
+from jointplay.mechanism.own_equations import Equations
 
 EVEN = 1e-9  # relative difference of rates a period apart, beyond which they do not repeat
 NUDGE = 1e-6
@@ -25,7 +23,7 @@ def names_in(text: str) -> frozenset[str]:
     return frozenset(parse(text).names)
 
 
-def values(system: System) -> Iterator[Problem]:
+def values(system: Equations) -> Iterator[Problem]:
     """Problems of initial values and of the period as numbers."""
     texts = {f"states.{name}": text for name, text in system.states.items()}
     texts |= {"forcing": system.forcing} if system.forcing is not None else {}
@@ -42,7 +40,7 @@ def values(system: System) -> Iterator[Problem]:
 class _Here:
     """Expressions as numbers at the initial state, with some of the names changed."""
 
-    def __init__(self, system: System) -> None:
+    def __init__(self, system: Equations) -> None:
         names = [name for group in system.order for name in group]
         self.system, self.names = system, dict(zip(names, system.initial, strict=True))
         self.names |= {**system.numbers, "t": 0.0} | {each.name: 0.0 for each in system.switches}
@@ -58,7 +56,7 @@ class _Here:
         return (np.array(up) - down) / (2 * NUDGE)
 
 
-def at_the_start(system: System) -> Iterator[Problem]:
+def at_the_start(system: Equations) -> Iterator[Problem]:
     """Numbers that are not finite at the start, a singular mass matrix, jumps that lead nowhere."""
     try:
         here = _Here(system)
@@ -88,7 +86,7 @@ def at_the_start(system: System) -> Iterator[Problem]:
         return  # it has no number at the start alone
 
 
-def _singular(system: System, here: _Here) -> Iterator[Problem]:
+def _singular(system: Equations, here: _Here) -> Iterator[Problem]:
     if not system.mass:
         return
     given = system.structure()

@@ -11,13 +11,12 @@ Champneys (2012).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import Field
 
 from jointplay.mechanism.base import Flag, NonNegative, Number, Positive
-from jointplay.mechanism.own import System
+from jointplay.mechanism.own import SYSTEMS, System
 from jointplay.mechanism.signature import checked
 
 TestSystem = System
@@ -195,4 +194,4 @@ def relief_valve(
 
 _ALL = (lorenz, rossler, jerk, duffing, impact_pair, soft_impact_pair, bouncing_ball, gear_backlash)
 _ALL += (relief_valve,)
-SYSTEMS: dict[str, Callable[..., System]] = {system.__name__: system for system in _ALL}
+SYSTEMS |= {system.__name__: system for system in _ALL}

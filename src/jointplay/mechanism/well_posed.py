@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, is_name
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.mechanism.own_equations import Equations
 from jointplay.mechanism.start_numbers import at_the_start, names_in, values
-
-if TYPE_CHECKING:
-    from jointplay.mechanism.own import System
 
 PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
 IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}  # names that parts give
@@ -19,7 +17,7 @@ MOST = 1000  # systems whose equations are remembered to be right
 _right: set[str] = set()
 
 
-def problems(system: System) -> list[Problem]:
+def problems(system: Equations) -> list[Problem]:
     """Everything that is wrong with a system whose tables have the right form."""
     others = {"name", "parameters", "states", "system"}
     told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
@@ -33,7 +31,7 @@ def problems(system: System) -> list[Problem]:
     return [*values(system)] or [*at_the_start(system)]
 
 
-def _of_the_equations(system: System) -> list[Problem]:
+def _of_the_equations(system: Equations) -> list[Problem]:
     """What is wrong whatever numbers the parameters have."""
     found = [*_names(system), *_missing(system)]
     texts = [] if found else [*_texts(system)]
@@ -42,7 +40,7 @@ def _of_the_equations(system: System) -> list[Problem]:
     return found or [*_forced(system, texts), *_parts(system)]
 
 
-def _names(system: System) -> Iterator[Problem]:
+def _names(system: Equations) -> Iterator[Problem]:
     """Names that cannot be, or are given twice."""
     taken = {
         "t": "the time",
@@ -72,7 +70,7 @@ def _names(system: System) -> Iterator[Problem]:
             parts[part.name] = f"{table}[{i}]"
 
 
-def _missing(system: System) -> Iterator[Problem]:
+def _missing(system: Equations) -> Iterator[Problem]:
     """States without a rate, and entries of tables that are of no state."""
     if not system.states:
         yield Problem("states", {}, "at least one state is needed")
@@ -86,7 +84,7 @@ def _missing(system: System) -> Iterator[Problem]:
                 yield unknown(join(table, name), name, name, known, "state" if table != "units" else "name")
 
 
-def _texts(system: System) -> Iterator[tuple[str, str, Collection[str]]]:
+def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
     """Key, text and known names of every expression."""
     numbers, flags = system.numbers, system.flags
     moving = {*system.states, *numbers, "t"}
@@ -123,7 +121,7 @@ def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem
         yield unknown(key, text, name, sorted(known), f"name as {name!r}")
 
 
-def _forced(system: System, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
+def _forced(system: Equations, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
     """Whether what varies with time has a period, and the other way round."""
     timed = [(key, text) for key, text, _ in texts if "t" in names_in(text)]
     if timed and system.forcing is None:
@@ -133,7 +131,7 @@ def _forced(system: System, texts: list[tuple[str, str, Any]]) -> Iterator[Probl
         yield Problem("forcing", system.forcing, "nothing is accepted: no equation depends on t")
 
 
-def _parts(system: System) -> Iterator[Problem]:
+def _parts(system: Equations) -> Iterator[Problem]:
     """Guards that no motion can change, and jumps of what cannot jump."""
     positions, speeds = system.order
     moving = {*positions, *speeds, "t"}

@@ -87,8 +87,8 @@ def animate(
     >>> motion = jp.simulate(jp.catalog.slider_crank(clearance=1e-4), turns=2)  # doctest: +SKIP
     >>> jp.animate(motion, "slider_crank.mp4")  # doctest: +SKIP
     """
+    from jointplay.figures.linkage.film import film_sheet
     from jointplay.figures.linkage.film import frames as drawn
-    from jointplay.figures.linkage.film_sheet import film_sheet
     from jointplay.figures.linkage.scene import scene
 
     path = Path(path)

@@ -12,13 +12,13 @@ from typing import Annotated
 import numpy as np
 import xarray as xr
 
+from jointplay.display import codes
 from jointplay.display.codes import coded
 from jointplay.errors import NOTHING, InputError, refuse, unknown, warn
 from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.signature import checked
 from jointplay.results.store import check_writable
-from jointplay.results.words import words
 
 
 @checked()
@@ -137,3 +137,35 @@ def _columns(
 
 
 FORMS: dict[str, Callable[[xr.Dataset, Sequence[str] | None], bytes]] = {".mat": _mat, ".csv": _csv}
+
+
+@checked()
+def words(dataset: Annotated[xr.Dataset, accepts("a result")]) -> xr.Dataset:
+    """Give a copy of a result with words in place of all codes.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        A result. Files keep codes, with their words in ``flag_meanings``.
+
+    Returns
+    -------
+    xarray.Dataset
+        With ``status``, ``verdict``, ``stable``, ``branch_end``, ``event_kind``, ``event_joint`` (the joint's
+        name) and all others that have flags as texts.
+
+    Raises
+    ------
+    InputError
+        When something else is given.
+
+    Examples
+    --------
+    >>> import jointplay as jp
+    >>> motion = jp.simulate(jp.catalog.impact_pair(3.6, 0.8), turns=1)  # doctest: +SKIP
+    >>> jp.words(motion).status.item()  # doctest: +SKIP
+    'ok'
+    """
+    return dataset.assign(
+        {name: codes.words(dataset[name]) for name in dataset.variables if codes.coded(dataset[name])}
+    )

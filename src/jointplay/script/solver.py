@@ -24,6 +24,7 @@ from jointplay.analysis.tangents import scales, tolerated
 from jointplay.analysis.trajectory import Request, memory
 from jointplay.codegen import cache, place
 from jointplay.codegen.lambert import LAMBERT
+from jointplay.codegen.outputs import needed
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.errors import refuse
 from jointplay.mechanism.joints import Joint
@@ -194,11 +195,7 @@ def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
 
 def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Unit:
     """The part of a structure's program that some quantities need, as a function of a record."""
-    wanted, lines = {module.OUTPUTS[key] for key in keys}, []
-    for symbol, source, reads in reversed(module.PROGRAM):
-        if symbol in wanted:
-            wanted.update(reads)
-            lines.insert(0, f"{symbol} = {source}")
+    lines, wanted = needed(module, keys)
     names = {name: f"row[{i}]" for i, name in enumerate(module.STATE)}
     names |= {name: f"p[{i}]" for i, name in enumerate(module.PARAMETERS)}
     for j, name in enumerate((*module.CONTACTS, *module.RESETS)):

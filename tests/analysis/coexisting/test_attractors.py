@@ -8,7 +8,8 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.coexisting.identity import EVENTS, identities
-from jointplay.analysis.coexisting.lasting import UNSETTLED, Lasting, Motions
+from jointplay.analysis.coexisting.lasting import UNSETTLED, Motions
+from jointplay.analysis.coexisting.recognised import AMONG, ENOUGH, Cloud, FromAfar, Lasting, along
 from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.orbits.branch_dataset import KINDS
 from jointplay.analysis.states.ends import Observation
@@ -91,16 +92,56 @@ def test_a_chaotic_motion_lasts_and_a_chaotic_transient_does_not():
 
 
 def test_a_motion_is_recognised_by_points_that_run_along_it_in_its_order():
-    base = Starts(PAIR, None, ("y", "v")).model
     cycle = np.array([[0.0, 1.0], [1.0, 0.0], [-1.0, 0.0]])
-    motions = Motions(base, Observation(0, 8, 0, 1e-3, 1e-7), [Lasting(3, cycle, cycle)])
-    assert motions._along(np.tile(cycle, (2, 1)) + 1e-4) == 0
-    assert motions._along(np.tile(cycle[::-1], (2, 1))) == -1
-    assert motions._along(cycle) == -1
-    away = np.tile(cycle, (2, 1)) + np.linspace(1e-4, 9e-4, 6)[:, None]
-    assert motions._along(away) == -1
-    assert motions._along(away[::-1][:, ::1] * 1.0) == -1  # another order
-    assert motions._along(np.tile(cycle, (2, 1)) + np.linspace(9e-4, 1e-4, 6)[:, None]) == 0
+    twice, far = np.tile(cycle, (2, 1)), np.linspace(9e-4, 1e-4, 6)[:, None]
+    away, near = twice + far[::-1], twice + far
+    runs = [twice + 1e-4, twice[::-1], away, away[::-1], near, twice + 5 * far]
+    found = along(np.array(runs), Lasting(3, cycle, cycle), 1e-3, 1e-4)
+    assert found.tolist() == [True, False, False, False, True, False]
+    assert not along(np.array([cycle]), Lasting(3, cycle, cycle), 1e-3, 1e-4).any()
+    assert not along(np.array(runs), Lasting(0, cycle, cycle), 1e-3, 1e-4).any()
+
+
+def test_from_afar_is_recognised_what_was_right_often_enough_and_never_wrong():
+    rest = [Lasting(1, None, np.array([[at]])) for at in (0.0, 1.0)]
+    coming = [at + np.geomspace(start, start / 100, 16)[:, None] for at, start in ((0.0, 8e-3), (1.0, 8e-3))]
+    both, pieces = np.array(coming), [np.split(run, 2) for run in coming]
+    afar = FromAfar(rest, 1e-3)
+    assert afar.bound(both[:, :8]).tolist() == [0, 1]
+    assert afar.recognised(both).tolist() == [-1, -1]
+    afar.learn(pieces * (ENOUGH - 1), [0, 1] * (ENOUGH - 1))
+    assert afar.recognised(both).tolist() == [-1, -1]
+    afar.learn([*pieces, pieces[1]], [0, 1, 0])  # the last was bound for 1, and ended in 0
+    assert afar.recognised(both).tolist() == [0, -1]
+    near = FromAfar([*rest, Lasting(1, None, np.array([[-1e-3]]))], 1e-3)
+    assert near.bound(both).tolist() == [-1, 1]  # along two motions at once
+
+
+def test_a_cloud_holds_what_lies_among_its_points_for_long_enough():
+    random = np.random.default_rng(1)
+    ring = random.uniform(0, math.tau, (20, 50))
+    cloud = Cloud(np.stack([np.cos(ring), np.sin(ring)], -1))
+    angle = random.uniform(0, math.tau, (200, AMONG))
+    inside, outside = (r * np.stack([np.cos(angle), np.sin(angle)], -1) for r in (1.0, 0.9))
+    assert cloud.holds(inside).mean() > 0.8
+    assert not cloud.holds(outside).any()
+    inside[:, -1] *= 0.9
+    assert not cloud.holds(inside).any()
+    assert not cloud.holds(inside[:, 1:]).any()  # too few
+
+
+@pytest.mark.parametrize(("system", "names"), [(PAIR, PLANE), (catalog.duffing(amplitude=0.3), None)])
+def test_what_is_recognised_from_afar_ends_where_it_ends(system, names):
+    region = names or {"y": (-1.5, 1.5), "v": (-1.2, 1.2)}
+    place = Starts(system, None, tuple(region))
+    starts = [place(node) for node in drawn(region, 160, 3, 0.0)]
+    far, near = (Motions(place.model, Observation(60, 32, 1, 1e-3, 1e-5)) for _ in range(2))
+    ends = [motions.sort(starts, pilots) for motions, pilots in ((far, 64), (near, None))]
+    assert ends[0].tolist() == ends[1].tolist()
+    assert [each.period for each in far.known] == [each.period for each in near.known]
+    assert far.turns[:64].tolist() == near.turns[:64].tolist()
+    needed = [np.where(motions.turns < 0, 60, motions.turns)[64:].sum() for motions in (far, near)]
+    assert needed[0] < 0.9 * needed[1]
 
 
 def points(*rows, period=None):

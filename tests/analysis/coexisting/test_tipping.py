@@ -9,7 +9,8 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.coexisting.impulses import Impulse
 from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
-from jointplay.analysis.coexisting.lasting import FAILED, Lasting, Motions
+from jointplay.analysis.coexisting.lasting import FAILED, Motions
+from jointplay.analysis.coexisting.recognised import Lasting
 from jointplay.analysis.coexisting.smallest import ABOVE, BELOW, Knocked, Place, smallest
 from jointplay.analysis.coexisting.tipping import returned
 from jointplay.analysis.evaluate import Quantities

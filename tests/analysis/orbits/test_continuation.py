@@ -7,10 +7,10 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_dataset import Passages, point_row
 from jointplay.analysis.orbits.branch_points import KINDS
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.period import period

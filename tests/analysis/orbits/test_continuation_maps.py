@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from jointplay.analysis.orbits.arclength import Family
 from jointplay.analysis.orbits.continuation import Explorer
+from jointplay.analysis.orbits.family import Family
 from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.shooting import newton
 

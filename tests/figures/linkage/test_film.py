@@ -8,7 +8,7 @@ import jointplay as jp
 from jointplay import cli
 from jointplay.errors import InputError
 from jointplay.figures.linkage import film, guide
-from jointplay.figures.linkage.film_sheet import film_sheet
+from jointplay.figures.linkage.film import film_sheet
 from jointplay.figures.linkage.scene import scene, spread
 from jointplay.results import animate
 from jointplay.results.places import places

@@ -25,7 +25,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.cells import Read, Steps, Work, divided, first_bad, handed_out, warm
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
-from jointplay.analysis.coexisting.region import Region, at_largest, one_parameter, region_fits
+from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
 from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
@@ -36,7 +36,7 @@ from jointplay.analysis.states.start_plane import section_of
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, names
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.vary import Axis, changed, checked_axes, largest
+from jointplay.analysis.vary import Axis, at_largest, changed, checked_axes, largest
 from jointplay.errors import InputError
 from jointplay.jobs.job import Entry
 from jointplay.mechanism.assemble import assemble
@@ -115,7 +115,8 @@ def attractors(
     carry : bool
         Whether motions are carried to neighbouring values, which finds those with narrow basins.
     turns, transient, patience, tolerance
-        As in `basins`. A start ends earlier where it runs along a periodic motion that is known already.
+        As in `basins`. A start is left earlier where it has reached a motion that is known already, or where
+        others show that it is bound for one.
     reach : float
         Largest distance of section points of motions at neighbouring values that are one, in the units of
         `tolerance`.

@@ -38,14 +38,17 @@ class Table:
 
     @property
     def dims(self) -> tuple[str, str]:
+        """What a motion is told by: value and identity."""
         return self.axis.name, "identity"
 
     @property
     def shape(self) -> tuple[int, int]:
+        """Number of values, and of identities."""
         return len(self.axis.values), max((n for each in self.numbers for n in each), default=0)
 
     @property
     def coordinates(self) -> dict[str, Any]:
+        """Values of the parameter, and numbers of the motions."""
         own = numbered("identity", self.shape[1], "number of the motion", 1)
         return {self.axis.name: self.axis.coordinate} | own
 

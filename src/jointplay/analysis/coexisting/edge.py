@@ -39,6 +39,7 @@ class Boundary:
 
     @property
     def width(self) -> float:
+        """Largest difference of the two states in a coordinate, in units of its scale."""
         return float(np.max(np.abs(self.section.differ(self.outside, self.inside))))
 
     def close(self) -> None:

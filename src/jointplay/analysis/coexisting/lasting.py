@@ -1,9 +1,9 @@
 """The motions that last at one value of a parameter: starts followed until it is known where they end.
 
-A start is followed in short stretches. As soon as its section points run along a known periodic motion, point
-by point, and come no farther from it, it has reached that motion; after 48 turns, also where they spend their
-time as a known motion without a period does. What has reached none in the transient's turns is observed as in
-`analysis.states.ends`: it has a period, or none within the patience.
+A start is followed in short stretches, until its section points show that it has reached a known motion, or
+of what to rely on that it is bound for one (`coexisting.recognised`); after 48 turns, also where they spend
+their time as a known motion without a period does. What has reached none in the transient's turns is observed
+as in `analysis.states.ends`: it has a period, or none within the patience.
 
 A motion without a period lasts, as far as one can tell, if none that was like it ended elsewhere while it was
 looked at: the section points of each are compared, by shares of time (`analysis.states.matching`), with those
@@ -19,8 +19,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from jointplay.analysis.coexisting.recognised import TAIL, Cloud, FromAfar, Lasting, alike, along
 from jointplay.analysis.looks import look
-from jointplay.analysis.period import REPEATS, period
+from jointplay.analysis.period import period
 from jointplay.analysis.states.ends import (
     POINTS,
     STRICTER,
@@ -29,23 +30,13 @@ from jointplay.analysis.states.ends import (
     section_states,
     shortest_period,
 )
-from jointplay.analysis.states.matching import SHARED, by_histograms, histograms, set_distance
+from jointplay.analysis.states.matching import by_histograms, set_distance
 from jointplay.mechanism.model import Model
 
-BLOCK, STRETCH = 64, 8  # starts at a time; turns between two looks in the transient
-TAIL = 48  # section points by which a known motion is recognised
+BLOCK, MORE = 64, 256  # starts at a time; those that may be recognised from afar
+STRETCH = 8  # turns between two looks in the transient
 UNSETTLED, FAILED, NO_START = -1, -2, -3  # in place of the number of a lasting motion
 LEFT = 32  # motions kept that had no period at first and then settled
-
-
-@dataclass
-class Lasting:
-    """A motion that lasts: period (0: none), states at the section, their features, turns it was watched."""
-
-    period: int
-    states: np.ndarray
-    points: np.ndarray
-    watched: int = 0
 
 
 @dataclass
@@ -77,8 +68,16 @@ class Motions:
     left: list[np.ndarray] = field(default_factory=list)  # features of motions before they settled
     turns: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
 
-    def sort(self, starts: Sequence[Model | None]) -> np.ndarray:
+    def sort(self, starts: Sequence[Model | None], pilots: int | None = None) -> np.ndarray:
         """Follow starts to their ends.
+
+        Parameters
+        ----------
+        starts : sequence of Model or None
+            None: no start.
+        pilots : int, optional
+            How many of the first are followed until they have arrived, all others less far where these show
+            that it is enough (`coexisting.recognised`); if left out, all are.
 
         Returns
         -------
@@ -87,29 +86,42 @@ class Motions:
             it was recognised, in whole stretches; -1: not within the transient's.
         """
         labels, self.turns = np.full(len(starts), NO_START), np.full(len(starts), -1)
-        for first in range(0, len(starts), BLOCK):
-            block = {n: starts[n] for n in range(first, min(first + BLOCK, len(starts))) if starts[n]}
-            self._sort(block, labels)
+        first, afar = 0, None
+        while first < len(starts):
+            size = BLOCK if pilots is None or first < pilots else MORE
+            block = {n: starts[n] for n in range(first, min(first + size, len(starts))) if starts[n]}
+            paths, first = self._sort(block, labels, None if size == BLOCK else afar), first + size
+            if pilots is not None and size == BLOCK:
+                afar = afar or FromAfar([*self.known], self.observation.tolerance)
+                afar.learn([*paths.values()], labels[[*paths]].tolist())
         for index, motion in enumerate(self.known):
-            if not motion.period and any(_alike(motion.points, cloud) for cloud in self.left):
+            if not motion.period and any(alike(motion.points, cloud) for cloud in self.left):
                 labels[labels == index] = UNSETTLED  # those that left were seen only later
         return labels
 
-    def _sort(self, block: dict[int, Model], labels: np.ndarray) -> None:
+    def _sort(self, block: dict[int, Model], labels: np.ndarray, afar: FromAfar | None) -> dict[int, list]:
+        """Follow starts beside each other; of each its section points in the transient, by stretches."""
         nothing = np.zeros((0, len(self.base.state)))
         runs = {n: _Run(model, nothing, None) for n, model in block.items()}
-        left = self.observation.transient
+        paths, left = {n: [] for n in runs}, self.observation.transient
         while runs and left > 0:
             turns = min(STRETCH, left)
             left -= turns
             self._advance(runs, turns, labels, TAIL)
-            for n in [*runs]:
-                if (found := self._along(runs[n].points)) >= 0:
-                    labels[n], self.turns[n] = found, self.observation.transient - left
+            for n, run in runs.items():
+                paths[n].append(run.points[-turns:])
+            points = np.array([run.points for run in runs.values()])
+            found = self._along(points) if runs else []
+            if afar and runs:
+                found = np.where(found < 0, afar.recognised(points), found)
+            for n, index in zip([*runs], found, strict=True):
+                if index >= 0:
+                    labels[n], self.turns[n] = index, self.observation.transient - left
                     del runs[n]
             if self.observation.transient - left >= TAIL:
                 self._like_known(runs, labels)
         self._observe(runs, labels)
+        return paths
 
     def _advance(self, runs: dict[int, _Run], turns: int, labels: np.ndarray, keep: int) -> None:
         """Follow runs for some turns; those that fail are taken out."""
@@ -131,20 +143,12 @@ class Motions:
             before = [] if old.points is None else [old.points]
             runs[n] = _Run(start, seen[0], np.concatenate([*before, each])[-keep:])
 
-    def _along(self, points: np.ndarray) -> int:
-        """Index of the known periodic motion along which the last points run; -1 if none is."""
-        tolerance = self.observation.tolerance
+    def _along(self, points: np.ndarray) -> np.ndarray:
+        """Index of the known periodic motion along which each run goes; -1 if there is none."""
+        tolerance, found = self.observation.tolerance, np.full(len(points), -1)
         for index, motion in enumerate(self.known):
-            count = max(2 * motion.period, REPEATS)
-            if not motion.period or count > len(points):
-                continue
-            nearest = int(np.abs(motion.points - points[-1]).max(axis=1).argmin())
-            order = (nearest + 1 + np.arange(-count, 0)) % motion.period
-            apart = np.abs(points[-count:] - motion.points[order]).max(axis=1)
-            half = apart[: count // 2].max(), apart[count // 2 :].max()
-            if max(half) <= tolerance and half[1] <= max(half[0], tolerance / STRICTER):
-                return index
-        return -1
+            found[(found < 0) & along(points, motion, tolerance, tolerance / STRICTER)] = index
+        return found
 
     def _observe(self, runs: dict[int, _Run], labels: np.ndarray) -> None:
         """Find periods of runs whose transient is over, or sort them by their shares of time."""
@@ -170,7 +174,7 @@ class Motions:
         points = run.points[-turns:]
         repeats = shortest_period(points, period(points, tolerance / STRICTER), tolerance)
         if not repeats:
-            return self._along(points)
+            return int(self._along(points[None])[0])
         last = points[-repeats:]
         for index, motion in enumerate(self.known):
             if motion.period == repeats and set_distance(motion.points[None], last)[0] <= tolerance:
@@ -182,7 +186,7 @@ class Motions:
         """Take out runs whose shares of time are those of a known motion without a period."""
         for index, motion in enumerate(self.known):
             for n in [*runs] if not motion.period else []:
-                if _alike(motion.points, runs[n].points):
+                if alike(motion.points, runs[n].points):
                     labels[n] = index
                     del runs[n]
 
@@ -191,24 +195,19 @@ class Motions:
         names, clouds = [*runs], [run.points for run in runs.values()]
         for group in by_histograms(clouds):
             members = [names[i] for i in group]
-            lost = any(_alike(runs[n].points, cloud) for n in members[:LEFT] for cloud in self.left)
-            label = UNSETTLED if lost else self._index_of(runs[members[0]])
+            lost = any(alike(runs[n].points, cloud) for n in members[:LEFT] for cloud in self.left)
+            label = UNSETTLED if lost else self._index_of(runs[members[0]], [clouds[i] for i in group])
             for n in members:
                 labels[n] = label
             if label >= 0:
                 turns = (1 + self.observation.patience) * self.observation.turns
                 self.known[label].watched += len(members) * turns
 
-    def _index_of(self, run: _Run) -> int:
+    def _index_of(self, run: _Run, clouds: Sequence[np.ndarray]) -> int:
         """Index of the motion without a period that a run shows; a new one if it is like none."""
         for index, motion in enumerate(self.known):
-            if not motion.period and _alike(motion.points, run.points):
+            if not motion.period and alike(motion.points, run.points):
                 return index
-        self.known.append(Lasting(0, run.states, run.points))
+        cloud = Cloud(np.array(clouds)) if len(clouds) > 1 else None
+        self.known.append(Lasting(0, run.states, run.points, cloud=cloud))
         return len(self.known) - 1
-
-
-def _alike(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two sets of points spend half of their time in the same eighths of each coordinate, or more."""
-    first, second = histograms([one, other])
-    return bool(np.minimum(first, second).sum(axis=-1).min() >= SHARED)

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, Lasting, Motions
+from jointplay.analysis.coexisting.lasting import FAILED, NO_START, UNSETTLED, Motions
+from jointplay.analysis.coexisting.recognised import Lasting
 from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.analysis.states.ends import Observation
@@ -26,6 +27,7 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
 
+PILOTS = 256  # starts that are followed until they have arrived
 CLOUD = 4  # points of a motion without a period from which it is carried on
 Given = Mechanism | TestSystem
 
@@ -44,7 +46,7 @@ def found(
     place = Starts(changed(mechanism, changes), initial, tuple(region), joint)
     value = next(iter(changes.values()), 0.0)
     motions = Motions(place.model, observation)
-    labels = motions.sort([place(values) for values in drawn(region, starts, seed, value)])
+    labels = motions.sort([place(values) for values in drawn(region, starts, seed, value)], PILOTS)
     tolerance = observation.tolerance
     lasting = sorted(
         (n for n in range(len(motions.known)) if np.any(labels == n)),

@@ -14,8 +14,8 @@ from typing import Annotated, Any
 import numpy as np
 
 from jointplay.analysis.states.start_plane import coordinate_problems
-from jointplay.analysis.vary import axes, largest
-from jointplay.errors import Problem, refuse
+from jointplay.analysis.vary import axes
+from jointplay.errors import Problem
 from jointplay.mechanism.base import Number, accepts
 from jointplay.mechanism.records import Mechanism, TestSystem
 
@@ -23,16 +23,6 @@ _WORDS = "a table of coordinates, each with its lowest and highest value,"
 Region = Annotated[
     dict[str, Annotated[tuple[Number, Number], accepts("a lowest and a highest value")]], accepts(_WORDS)
 ]
-
-
-def at_largest(mechanism: Mechanism | TestSystem, over: Any) -> Mechanism | TestSystem:
-    """The mechanism with the largest values, by which a region is judged; wrong ones are refused."""
-    try:
-        most = {key: [max(values)] for key, values in over.items()}
-    except (TypeError, ValueError):
-        raise refuse(over, "lists of numbers are accepted", "over") from None
-    axes(mechanism, most)
-    return largest(mechanism, over)
 
 
 def one_parameter(mechanism: Mechanism | TestSystem, over: Any) -> Iterator[Problem]:

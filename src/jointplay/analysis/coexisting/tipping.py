@@ -29,7 +29,8 @@ from jointplay.analysis.coexisting import passes, tipping_dataset
 from jointplay.analysis.coexisting.edge import Boundary, edge_state
 from jointplay.analysis.coexisting.impulses import Impulse, impulses_fit
 from jointplay.analysis.coexisting.knocks import knocks
-from jointplay.analysis.coexisting.lasting import STRETCH, Lasting, Motions
+from jointplay.analysis.coexisting.lasting import STRETCH, Motions
+from jointplay.analysis.coexisting.recognised import Lasting
 from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
 from jointplay.analysis.coexisting.smallest import Knocked, smallest
 from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes

@@ -45,6 +45,7 @@ class Table:
 
     @property
     def shape(self) -> tuple[int, int]:
+        """Number of motions, and of kinds of knock."""
         return len(self.motions), len(self.kinds)
 
     def coordinates(self, shares: Sequence[float]) -> dict[str, Any]:

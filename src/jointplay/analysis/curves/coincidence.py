@@ -17,7 +17,7 @@ import numpy as np
 
 from jointplay.analysis.curves.grazing import EARLIER, SHORT, Meeting, slopes, spacing
 from jointplay.analysis.curves.guards import OF_SLIDING, PLACES, SLIDE, Guards
-from jointplay.analysis.orbits.arclength import Family, Point, Trial
+from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, PLACE, TIME
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.mechanism.model import Model

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.linalg import schur
 
 from jointplay.analysis.orbits import floquet
-from jointplay.analysis.orbits.arclength import Family, Point, Trial
+from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.orbit_events import same_events
 
 NEAR = 3e-3  # of a multiplier from a critical value, where two are so: double ones are uncertain by a root

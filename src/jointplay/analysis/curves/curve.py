@@ -26,8 +26,8 @@ from jointplay.analysis.curves.tracing import BIFURCATIONS, KINDS, Curves, start
 from jointplay.analysis.evaluate import dataset
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis, several
 from jointplay.analysis.labels import outcome
-from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.continuation import STEP, Explorer
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_request import (
     Range,
     Tolerance,

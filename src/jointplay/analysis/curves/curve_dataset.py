@@ -9,15 +9,13 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.curves.tracing import FOLLOWED, Curve, whole
-from jointplay.analysis.evaluate import joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import orbit_dataset
-from jointplay.analysis.orbits.arclength import Family, Point
-from jointplay.analysis.orbits.branch import ENDS, WHY
+from jointplay.analysis.orbits.branch_dataset import coordinates, ends, filled, grazed, place
 from jointplay.analysis.orbits.branch_points import Special
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
 from jointplay.mechanism.model import Model
 
@@ -55,13 +53,7 @@ def variables(
     }
     blank |= {name: math.nan for axis in axes for name in (axis.name, f"{axis.name}_tangent")}
     table = [[_row(point, family, axes, phase) for point in curve.branch.points] for curve in curves]
-    size = max(map(len, table), default=0)
-    padded = [rows + [blank] * (size - len(rows)) for rows in table]
-    shape = (len(curves), size)
-    stacked = {
-        name: np.array([[row[name] for row in rows] for rows in padded]).reshape(*shape, *np.shape(value))
-        for name, value in blank.items()
-    }
+    stacked = filled(table, blank)
     result = orbit_dataset.variables(stacked["orbit_state"], stacked, linkage, DIMS)
     for axis in axes:
         along, text = f"{axis.name}_tangent", f"derivative of the {axis.long_name} along the curve"
@@ -69,9 +61,7 @@ def variables(
         result |= labelled({along: (stacked[along], axis.units, text)}, DIMS)
     coords = {
         **orbit_dataset.coordinates(orbit.map),
-        **labelled({"curve": (np.arange(len(curves)), "1", "curve")}, "curve"),
-        **labelled({"point": (np.arange(size), "1", "point of the curve")}, "point"),
-        **labelled({"end": (["first", "last"], "1", "end of the curve")}, "end"),
+        **coordinates(table, "curve"),
     }
     return result | _curves(curves, orbit.map.model) | _meetings(
         curves, family, axes, orbit.map.model
@@ -89,33 +79,17 @@ def _row(point: Point, family: Family, axes: Sequence[Axis], phase: float) -> di
 
 
 def _curves(curves: Sequence[Curve], model: Model) -> dict[str, Any]:
-    ends = np.reshape([[ENDS.index(end) for end in curve.branch.ends] for curve in curves], (-1, 2))
-    why = coded(("curve", "end"), ends, "why a curve ends there", ENDS)
-    why[2]["comment"] = "; ".join(f"{end}: {text}" for end, text in WHY.items())
     kinds = [FOLLOWED.index(curve.kind) for curve in curves]
-    counts = np.array([len(curve.branch.points) for curve in curves], dtype=int)
     return {
-        **labelled({"n_points": (counts, "1", "points of the curve")}, "curve"),
-        **_events("curve", [curve.event for curve in curves], "begins beyond a grazing", model),
+        **ends([curve.branch for curve in curves], "curve"),
+        **grazed("curve", [curve.event for curve in curves], "begins beyond a grazing", model),
         "curve_kind": coded("curve", np.array(kinds, dtype=int), "what changes on the curve", FOLLOWED),
-        "curve_end": why,
-    }
-
-
-def _events(of: str, events: Sequence[tuple[int, int]], text: str, model: Model) -> dict[str, Any]:
-    """Contacts and kinds of the events of grazings."""
-    joints = np.array([joint for joint, _ in events], dtype=np.int16)
-    kinds = [kind if kind >= 0 else len(EVENTS) for _, kind in events]
-    named = f"joint of the event that {text}, counted from 0; -1: none"
-    return {
-        f"{of}_event_joint": (of, joints, {"units": "1", "long_name": named} | joint_flags(model)),
-        f"{of}_event_kind": coded(of, kinds, f"event that {text}", (*EVENTS, "none")),
     }
 
 
 def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis], model: Model) -> dict[str, Any]:
     found = [(number, special) for number, each in enumerate(curves) for special in each.branch.specials]
-    points = [_index(curves[number], special) for number, special in found]
+    points = [place(curves[number].branch, special) for number, special in found]
     places = np.array([family.parameter(special.q) for _, special in found]).reshape(-1, 2)
     widths = np.array([special.width for _, special in found], dtype=float)
     table = {
@@ -126,7 +100,7 @@ def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis], mod
         table[f"meeting_{axis.name}"] = (values, axis.units, f"{axis.long_name} there")
         table[f"meeting_{axis.name}_accuracy"] = (widths * span, axis.units, "how closely that is enclosed")
     kinds = [MEETINGS.index(_kind(curves[number], special)) for number, special in found]
-    events = _events("meeting", [special.event for _, special in found], "appears or vanishes there", model)
+    events = grazed("meeting", [special.event for _, special in found], "appears or vanishes there", model)
     return (
         labelled(table, "meeting")
         | events
@@ -137,7 +111,3 @@ def _meetings(curves: Sequence[Curve], family: Family, axes: Sequence[Axis], mod
 def _kind(curve: Curve, special: Special) -> str:
     """What a special point of a curve is called."""
     return GRAZED.get(curve.kind, special.kind) if special.kind == "grazing" else special.kind
-
-
-def _index(curve: Curve, special: Special) -> int:
-    return next(i for i, point in enumerate(curve.branch.points) if point is special.point)

@@ -19,7 +19,7 @@ from jointplay.analysis.curves.guards import SAMPLES, Guards
 from jointplay.analysis.curves.half_map import HalfMap
 from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits import floquet
-from jointplay.analysis.orbits.arclength import Family, Point, Trial
+from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit

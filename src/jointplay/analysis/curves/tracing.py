@@ -13,11 +13,11 @@ from jointplay.analysis.curves.conditions import Critical, Torus
 from jointplay.analysis.curves.corners import MEETING, corner
 from jointplay.analysis.curves.grazing import grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
-from jointplay.analysis.orbits.arclength import Family, Point, first, solve
+from jointplay.analysis.orbits.arclength import first, solve
 from jointplay.analysis.orbits.branch import Branch, Tracer, alike
 from jointplay.analysis.orbits.branch_points import Special
-from jointplay.analysis.orbits.condition import Condition
 from jointplay.analysis.orbits.continuation import joined
+from jointplay.analysis.orbits.family import Condition, Family, Point
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 

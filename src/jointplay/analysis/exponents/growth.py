@@ -225,3 +225,30 @@ def _dataset(logs: np.ndarray, duration: float, status: int) -> xr.Dataset:
     coords = described({"turn": ("turn", np.arange(len(logs)), "1", "turn")})
     attributes = {"Conventions": "CF-1.11", "kind": "growth"}
     return xr.Dataset(described(variables) | {"status": status_code(status)}, coords, attributes)
+
+
+def twin(
+    model: Model,
+    turns: int,
+    transient: int,
+    max_steps: int | None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[str, Any]:
+    """Follow a motion and a neighbour for some turns after a transient: growth a turn, error, status."""
+    turn = Turn(model, max_steps=max_steps)
+    logs, _, status = measure_after(turn, transient, turns, progress=progress)
+    mean = float(logs.mean()) if len(logs) else math.nan
+    return {"growth": mean, "error": standard_error(logs), "status": status}
+
+
+def beside(value: float, error: float, growth: dict[str, Any]) -> dict[str, Any]:
+    """Variables of a growth that checks the section map's largest exponent, and how far it is from that."""
+    combined = math.hypot(error, growth["error"])
+    apart = (growth["growth"] - value) / combined if combined else math.nan
+    table = {
+        "growth": (growth["growth"], "mean logarithm of the growth of a small difference, per turn"),
+        "growth_standard_error": (growth["error"], "standard error of the growth"),
+        "growth_difference": (apart, "growth less the section map's exponent, in combined standard errors"),
+    }
+    variables = described({key: ((), value, "1", text) for key, (value, text) in table.items()})
+    return variables | {"growth_status": status_code(growth["status"], "how the second estimate ended")}

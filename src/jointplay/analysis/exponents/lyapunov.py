@@ -3,7 +3,7 @@
 Tangents are carried along in the same steps, through every event by its saltation matrix, and made
 orthonormal after each step; the mean rates at which they grow are the exponents. Reference: G. Benettin, L.
 Galgani, A. Giorgilli and J.-M. Strelcyn, Meccanica 15 (1980) 9-20. Error bars, and how far to trust them:
-`batch_means`; the check without Jacobians: `second_estimate`.
+`batch_means`; the check without Jacobians: `growth`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.company import beside, in_company
 from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.evaluate import dataset, described, scalars, status_code
-from jointplay.analysis.exponents import batch_means, second_estimate, section_exponents
+from jointplay.analysis.exponents import batch_means, growth, section_exponents
 from jointplay.analysis.exponents.stretching import (
     USABLE,
     Stretch,
@@ -29,6 +29,7 @@ from jointplay.analysis.exponents.stretching import (
     followed_together,
     grown,
     of_the_flow,
+    of_the_section,
 )
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded
@@ -191,10 +192,10 @@ def lyapunov(
     if twin_turns and run.status != INTERRUPTED:
         cut = rules.model_for(mechanism, initial, CrankAngle())
         rest = part(progress, share, 1.0)
-        growth = second_estimate.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
+        twin = growth.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
         leading = (variables[f"section_{name}_per_turn"][1][0] for name in ("exponent", "standard_error"))
-        variables |= second_estimate.variables(*map(float, leading), growth)
-        if growth["status"] == INTERRUPTED:
+        variables |= growth.beside(*map(float, leading), twin)
+        if twin["status"] == INTERRUPTED:
             variables["status"] = status_code(INTERRUPTED)
     if isinstance(mechanism, TestSystem) and mechanism.period is None:  # nothing turns
         variables = {
@@ -206,7 +207,7 @@ def lyapunov(
 def _variables(run: Stretched, count: int) -> dict[str, Any]:
     turn, model = run.turn_period, run.model
     variables = batch_means.variables(*of_the_flow(run, count), turn, len(model.state))
-    section = section_exponents.estimates(run, turn)
+    section = of_the_section(run, turn)
     variables |= described({key: ("multiplier", *each) for key, each in section.items()})
     if run.status not in USABLE:
         variables = {name: each if name in TRACE else _missing(each) for name, each in variables.items()}

@@ -14,19 +14,14 @@ Meccanica 15 (1980) 9-20; Pikovsky and Politi, Lyapunov Exponents (2016), chapte
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.analysis.exponents import batch_means
 from jointplay.analysis.tangents import rate
 from jointplay.analysis.trajectory import Request, memory
 from jointplay.codegen import cache
 from jointplay.equations.structure import Oscillator
 from jointplay.mechanism.model import Model
-
-if TYPE_CHECKING:
-    from jointplay.analysis.exponents.stretching import Stretched
 
 STILL = math.log(1e-6)  # fall of the speed at which a motion counts as having come to rest
 LATER = 0.382  # of the period: another time, to see whether the rates depend on it
@@ -45,19 +40,6 @@ def timeless(model: Model) -> bool:
 def moves(start: float, end: float) -> bool:
     """Whether a motion still moves, by ln|F| where it began and at the end."""
     return bool(start > -math.inf and end - start >= STILL)
-
-
-def estimates(run: Stretched, turn: float) -> dict[str, tuple[np.ndarray, str, str]]:
-    """Exponents of the section's map with errors, the largest first: values, units, long name of each.
-
-    `turn` is the length of a turn in s.
-    """
-    found, model = batch_means.estimates(run.rows, run.carried, turn), run.model
-    if run.rested:
-        vectors = run.logs.stop - run.logs.start
-        none = np.full(min(vectors, len(model.state) - model.memories - 1), np.nan)
-        found = {name: (none, *rest) for name, (_, *rest) in found.items()}
-    return {new: (found[old][0], found[old][1], text) for new, (old, text) in NAMES.items()}
 
 
 _NAME = "exponent of the section's map"

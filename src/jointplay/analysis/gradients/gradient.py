@@ -125,7 +125,7 @@ def gradient(
     began = time.perf_counter()
     quantities = [wanted.quantity(name) for name in of or wanted.usual_quantities(mechanism)]
     keys = by or wanted.usual_parameters(mechanism)
-    orbits = np.array([each.how in multipliers.WORDS for each in quantities])
+    orbits = np.array([each.how in multipliers.MULTIPLIERS for each in quantities])
     inside = [each for each, of_orbit in zip(quantities, orbits, strict=True) if not of_orbit]
     powers = any(each.how == "work" for each in quantities)
     limit, shape = rules.steps(max_steps), (len(quantities), len(keys))
@@ -142,7 +142,7 @@ def gradient(
         error[~orbits], (slowest, *others, rests) = np.abs(slopes[~orbits] - looser), nearness(run)
         near = (min(grazing, slowest), *others)
         if orbits.any():
-            asked = [(each.how, int(each.key)) for each in quantities if each.how in multipliers.WORDS]
+            asked = [(each.how, int(each.key)) for each in quantities if each.how in multipliers.MULTIPLIERS]
             maps = _maps(mechanism, start, (turns, rtol, limit, section))
             changes = [multipliers.change(found, maps(key), value_of(mechanism, key), key) for key in keys]
             changed_orbit = multipliers.derivatives(found, changes, asked)

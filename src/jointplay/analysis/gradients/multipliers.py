@@ -28,7 +28,7 @@ from jointplay.analysis.orbits.map_derivative import map_derivative
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 
-WORDS = {  # of a multiplier, by its number: units
+MULTIPLIERS = {  # what is asked of one, by its number: units
     "multiplier": "1",
     "multiplier_imaginary": "1",
     "multiplier_modulus": "1",
@@ -123,7 +123,7 @@ def derivatives(
     changes : sequence of Change
         Of each parameter.
     asked : sequence of (str, int)
-        Word of `WORDS`, and number of the multiplier, counted from 1 as the largest.
+        Word of `MULTIPLIERS`, and number of the multiplier, counted from 1 as the largest.
     """
     mu, left, right = eig(orbit.image.derivative, left=True, right=True)
     order, T = descending(mu), orbit.image.time

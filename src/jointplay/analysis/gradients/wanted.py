@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from jointplay.analysis.gradients.multipliers import WORDS as MULTIPLIERS
+from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
 from jointplay.analysis.vary import NUMBERS, axes, units_of

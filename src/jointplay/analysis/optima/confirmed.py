@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.gradients.gradient import gradient, start_section
-from jointplay.analysis.gradients.multipliers import WORDS as MULTIPLIERS
+from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.labels import number
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.quantities import WORDS

@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.looks import Late, Stopped
-from jointplay.analysis.orbits.arclength import Family, Point, solve
+from jointplay.analysis.orbits.arclength import solve
 from jointplay.analysis.orbits.branch_points import Special, between
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
 from jointplay.analysis.orbits.section_image import Image

@@ -12,15 +12,16 @@ import numpy as np
 from jointplay.analysis.evaluate import Quantities, joint_flags
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits import branch_tangents, orbit_dataset
-from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.branch import ENDS, WHY, Branch
 from jointplay.analysis.orbits.branch_points import KINDS, Special
 from jointplay.analysis.orbits.branch_tangents import Motion, Slopes
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
+from jointplay.mechanism.model import Model
 
 DIMS = ("branch", "point")
 JUMP = 10.0  # least distance of neighbours on the section asked for, over their step, after a jump at a wall
@@ -132,8 +133,8 @@ def variables(
     linkage: bool,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Variables and coordinates of branches."""
-    size = max(len(branch.points) for branch in branches)
     table = [_rows(branch, passages, names) for branch in branches]
+    size = max(map(len, table))
     blank = orbit_dataset.missing_numbers(len(table[0][0]["lyapunov_exponent"]))
     nothing = np.full_like(table[0][0]["orbit_state"], np.nan)
     blank |= {"orbit_state": nothing, "section_jump": 0, "section_event": 0, axis.name: math.nan}
@@ -141,15 +142,18 @@ def variables(
     for branch, rows in zip(branches, table, strict=True):
         for point, row in zip(branch.points, rows, strict=True):
             row |= {axis.name: family.parameter(point.q)} | _derivatives(row["slopes"], family, axis)
-    padded = [rows + [blank] * (size - len(rows)) for rows in table]
-    stacked = {name: np.array([[row[name] for row in rows] for rows in padded]) for name in blank}
+    stacked = filled(table, blank)
     jumps = "whether an impact passed the section since the point before"
     kinks = "whether the section's modes differ from those at the point before"
+    parents = np.array([branch.parent for branch in branches], dtype=np.int16)
     variables = {
         **orbit_dataset.variables(stacked["orbit_state"], stacked, linkage, DIMS),
         **_quantities(table, size, [*names, *(f"{name}_tangent" for name in names)]),
         **_tangents(stacked, axis, branches[0].points[0], linkage),
-        **_ends(branches),
+        **ends(branches, "branch"),
+        **labelled(
+            {"branch_parent": (parents, "1", "branch that it leaves; -1: found from the start")}, "branch"
+        ),
         **_specials(branches, family, axis, passages.phase),
         "section_jump": coded(DIMS, stacked["section_jump"], jumps, ("no", "yes")),
         "section_event": coded(DIMS, stacked["section_event"], kinks, ("no", "yes")),
@@ -157,9 +161,7 @@ def variables(
     }
     coords = {
         **orbit_dataset.coordinates(branches[0].points[0].orbit.map),
-        **labelled({"branch": (np.arange(len(branches)), "1", "branch")}, "branch"),
-        **labelled({"point": (np.arange(size), "1", "point of the branch")}, "point"),
-        **labelled({"end": (["first", "last"], "1", "end of the branch")}, "end"),
+        **coordinates(table, "branch"),
     }
     return variables, coords
 
@@ -209,29 +211,61 @@ def _quantities(table: list[list[dict[str, Any]]], size: int, names: Sequence[st
     return result
 
 
-def _ends(branches: Sequence[Branch]) -> dict[str, Any]:
-    ends = [[ENDS.index(end) for end in branch.ends] for branch in branches]
-    parents = np.array([branch.parent for branch in branches], dtype=np.int16)
-    table = {
-        "branch_parent": (parents, "1", "branch that it leaves; -1: found from the start"),
-        "n_points": ([len(branch.points) for branch in branches], "1", "points of the branch"),
+def filled(table: Sequence[Sequence[dict[str, Any]]], blank: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Numbers of points over branches and points, by name; those of `blank` past a branch's last point."""
+    size = max(map(len, table), default=0)
+    rows = [[*branch, *[blank] * (size - len(branch))] for branch in table]
+    shape = len(table), size
+    return {
+        name: np.array([[row[name] for row in branch] for branch in rows]).reshape(*shape, *np.shape(value))
+        for name, value in blank.items()
     }
-    reasons = coded(("branch", "end"), ends, "why a branch ends there", ENDS)
+
+
+def coordinates(table: Sequence[Sequence[Any]], of: str) -> dict[str, Any]:
+    """Numbers of branches and of their points, and their ends; `of`: what branches are called."""
+    size = max(map(len, table), default=0)
+    return {
+        **labelled({of: (np.arange(len(table)), "1", of)}, of),
+        **labelled({"point": (np.arange(size), "1", f"point of the {of}")}, "point"),
+        **labelled({"end": (["first", "last"], "1", f"end of the {of}")}, "end"),
+    }
+
+
+def ends(branches: Sequence[Branch], of: str) -> dict[str, Any]:
+    """How many points each branch has, and why it ends; `of`: what branches are called."""
+    found = np.reshape([[ENDS.index(end) for end in branch.ends] for branch in branches], (-1, 2))
+    reasons = coded((of, "end"), found, f"why a {of} ends there", ENDS)
     reasons[2]["comment"] = "; ".join(f"{end}: {why}" for end, why in WHY.items())
-    return labelled(table, "branch") | {"branch_end": reasons}
+    counts = np.array([len(branch.points) for branch in branches], dtype=int)
+    return labelled({"n_points": (counts, "1", f"points of the {of}")}, of) | {f"{of}_end": reasons}
+
+
+def grazed(of: str, events: Sequence[tuple[int, int]], text: str, model: Model) -> dict[str, Any]:
+    """Contacts and kinds of the events that appear or vanish at grazings."""
+    joints = np.array([joint for joint, _ in events], dtype=np.int16)
+    kinds = [kind if kind >= 0 else len(EVENTS) for _, kind in events]
+    named = f"joint of the event that {text}, counted from 0; -1: none"
+    return {
+        f"{of}_event_joint": (of, joints, {"units": "1", "long_name": named} | joint_flags(model)),
+        f"{of}_event_kind": coded(of, kinds, f"event that {text}", (*EVENTS, "none")),
+    }
+
+
+def place(branch: Branch, special: Special) -> int:
+    """Number of a special point among the points of its branch."""
+    return next(i for i, point in enumerate(branch.points) if point is special.point)
 
 
 def _specials(branches: Sequence[Branch], family: Family, axis: Axis, phase: float) -> dict[str, Any]:
     """The special points of all branches."""
     found = [(number, special) for number, branch in enumerate(branches) for special in branch.specials]
     numbers, specials = [number for number, _ in found], [special for _, special in found]
-    points = [_index(branches[number], special) for number, special in found]
+    points = [place(branches[number], special) for number, special in found]
     parameters = [family.parameter(special.q) for special in specials]
     widths = [abs(special.width * (family.high - family.low)) for special in specials]
-    joints = np.array([special.event[0] for special in specials], dtype=np.int16)
-    of_event = "joint of the event that appears or vanishes at a grazing, counted from 0; -1: none"
+    events = [special.event for special in specials]
     kinds = [KINDS.index(special.kind) for special in specials]
-    events = [special.event[1] if special.event[1] >= 0 else len(EVENTS) for special in specials]
     states = np.array([at_phase(special.point.orbit, phase)[0] for special in specials])
     states = states.reshape(-1, len(branches[0].points[0].orbit.state))
     parts = np.array([[special.multiplier.real, special.multiplier.imag] for special in specials])
@@ -240,19 +274,13 @@ def _specials(branches: Sequence[Branch], family: Family, axis: Axis, phase: flo
         "special_point": (np.array(points, dtype=int), "1", "its point on the branch"),
         "special_parameter": (np.array(parameters), axis.units, "parameter there"),
         "special_accuracy": (np.array(widths), axis.units, "how closely the parameter is enclosed"),
-        "special_event_joint": (joints, "1", of_event),
     }
     multipliers = {"special_multiplier": (parts.reshape(-1, 2), "1", "multiplier that makes the change")}
-    places = labelled(table, "special")
-    places["special_event_joint"][2].update(joint_flags(branches[0].points[0].orbit.map.model))
+    model = branches[0].points[0].orbit.map.model
     return {
-        **places,
+        **labelled(table, "special"),
+        **grazed("special", events, "appears or vanishes at a grazing", model),
         **labelled({"special_state": (states, "1", "state on the section there")}, ("special", "state")),
         **labelled(multipliers, ("special", "part")),
         "special_kind": coded("special", kinds, "what changes there", KINDS),
-        "special_event_kind": coded("special", events, "event that appears or vanishes", (*EVENTS, "none")),
     }
-
-
-def _index(branch: Branch, special: Special) -> int:
-    return next(i for i, point in enumerate(branch.points) if point is special.point)

@@ -22,7 +22,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from jointplay.analysis.orbits import floquet
-from jointplay.analysis.orbits.arclength import Family, Point, solve
+from jointplay.analysis.orbits.arclength import solve
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import same_events
 
 KINDS = ("fold", "branch_point", "period_doubling", "neimark_sacker", "grazing")

@@ -22,7 +22,7 @@ import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.orbits import orbit_events
-from jointplay.analysis.orbits.arclength import Family, Point
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import same_events
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.errors import InputError

@@ -24,9 +24,10 @@ from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, St
 from jointplay.analysis.labels import outcome
 from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.orbits import branch_dataset
-from jointplay.analysis.orbits.arclength import Family, Point, first
+from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special, departures
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_request import ORBIT, Range, Tolerance, branch_fits, present
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.periodic_orbit import ONCE_A_TURN, RTOL, TRANSIENT

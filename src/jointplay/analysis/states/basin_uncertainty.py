@@ -49,6 +49,7 @@ class Pairs:
 
     @property
     def fraction(self) -> float:
+        """Fraction of the pairs whose labels differ; NaN without pairs."""
         return self.differing / self.count if self.count else math.nan
 
     @property

@@ -40,8 +40,8 @@ from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
 from jointplay.analysis.sweeps.refine import adaptive, refine_fits
-from jointplay.analysis.vary import axes, checked_axes, largest
-from jointplay.errors import InputError, Problem, refuse
+from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
+from jointplay.errors import InputError, Problem
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
@@ -77,16 +77,6 @@ def _over_fits(mechanism: Mechanism | TestSystem, over: Over) -> Iterator[Proble
     varied = axes(mechanism, over)
     if len(varied) > 2:
         yield Problem("over", [axis.key for axis in varied], "one parameter or two are accepted")
-
-
-def _varied(mechanism: Mechanism | TestSystem, over: Over) -> Mechanism | TestSystem:
-    """The mechanism with the largest values, by which the rest is judged."""
-    try:
-        most = {key: [max(values)] for key, values in over.items()}
-    except (TypeError, ValueError):
-        raise refuse(over, "lists of numbers are accepted", "over") from None
-    axes(mechanism, most)
-    return largest(mechanism, over)
 
 
 def _section_fits(varied: Mechanism | TestSystem, section: Section) -> None:
@@ -133,7 +123,7 @@ def _ensemble_fits(varied: Mechanism | TestSystem, ensemble: bool | None, rtol: 
     _exponents_fit,
     refine_fits,
     _ensemble_fits,
-    varied=_varied,
+    varied=at_largest,
 )
 def bifurcation(
     mechanism: Moving,

@@ -10,9 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from xarray import DataArray, Dataset
 
+from jointplay.equations.structure import CORNERS
 from jointplay.figures.drawing import artists, select, style, timebase, window_panels
-from jointplay.figures.motion import guide_gap
 from jointplay.figures.registry import picture
+
+NAMES = tuple(f"_{corner}" for corner in CORNERS)
 
 
 @picture(needs=("journal_x", "journal_y"), clearance=True)
@@ -50,7 +52,7 @@ def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None, *titles: str) -> 
     """Draw the orbit of one joint, all of `dataset`."""
     joint = select.label(dataset, "joint", joint)
     x, y = journal(dataset, joint, "time")
-    beyond = beyond_face if guide_gap.is_corner(joint) else outside
+    beyond = beyond_face if is_corner(joint) else outside
     artists.path(ax, x, y, select.in_contact(dataset, joint), dataset["time"].values, beyond)
     orbit_frame(ax, dataset, joint, x, y)
     artists.heading(ax, *titles, artists.missing_note(x, y, "samples"))
@@ -68,10 +70,10 @@ def beyond_face(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def journal(dataset: Dataset, joint: str, dim: str) -> tuple[np.ndarray, np.ndarray]:
     """Return where a journal's centre is, in clearances; of a corner, its slide and its way to its face."""
-    if not guide_gap.is_corner(joint):
+    if not is_corner(joint):
         x, y = (in_clearances(dataset, name, joint, dim) for name in ("journal_x", "journal_y"))
         return x, y
-    slide = artists.displayed(guide_gap.along(dataset, joint, dim))[0]
+    slide = artists.displayed(along(dataset, joint, dim))[0]
     return slide, in_clearances(dataset, "eccentricity", joint, dim)
 
 
@@ -87,12 +89,42 @@ def orbit_frame(
     ax: Axes, dataset: Dataset, joint: str, x: np.ndarray, y: np.ndarray, dim: str = "time"
 ) -> None:
     """Draw the clearance circle around the points, or the gap of a guide, and name the axes."""
-    if guide_gap.is_corner(joint):
+    if is_corner(joint):
         reach = np.max(np.abs(y), initial=0.0, where=np.isfinite(y))
-        guide_gap.gap_frame(ax, joint, guide_gap.along(dataset, joint, dim), reach)
+        gap_frame(ax, joint, along(dataset, joint, dim), reach)
         return
     distance = np.hypot(x, y)
     artists.clearance_circle(ax, np.max(distance, initial=0.0, where=np.isfinite(distance)))
     which = f" at {joint}" if dataset.sizes["joint"] > 1 else ""
     ax.set_xlabel(f"Journal centre{which}, $r_x/e$")
     ax.set_ylabel(f"Journal centre{which}, $r_y/e$")
+
+
+def is_corner(joint: str) -> bool:
+    """Return whether a contact is a corner of a slider."""
+    return joint.endswith(NAMES)
+
+
+def along(dataset: Dataset, joint: str, dim: str) -> DataArray:
+    """Return how far along its guide the slider is; the time, or the crossing, where that is not recorded."""
+    if "slide_position" in dataset and dim in dataset["slide_position"].dims:
+        return dataset["slide_position"].sel(joint=joint)
+    return dataset["time"] if dim == "time" else DataArray(np.arange(dataset.sizes[dim]), name=dim, dims=dim)
+
+
+def gap_frame(ax: Axes, joint: str, x: DataArray, reach: float) -> None:
+    """Draw the two faces of a guide around the farthest point, at `reach`, and name the axes.
+
+    Across the guide, the way of a slider's corner to its face is in units of the clearance. The face is at 1;
+    at -1 is the corner of a slider that lies along the other face.
+    """
+    half = 1.08 * max(1.0, reach)
+    wall = {"facecolor": "white", "edgecolor": style.GREY, "linewidth": 0.0, "hatch": "/////", "zorder": 0}
+    ax.axhspan(-1.0, 1.0, facecolor=style.DISC, linewidth=0.0, zorder=0, label="gap of the guide")
+    ax.axhspan(1.0, 2 * half, **wall)
+    for face in (1.0, -1.0):
+        ax.axhline(face, color=style.GREY, linewidth=0.6, linestyle="-", zorder=0.5)
+    unit = artists.displayed(x)[1]
+    ax.set(ylim=(-half, half), box_aspect=1)
+    ax.set_xlabel(artists.axis_label(x, unit))
+    ax.set_ylabel(f"Way of corner {joint}\nto its face, over $e$ (\N{EN DASH})")

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.labels import coded, column, number
-from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.quantities import COUNTERS, STATUS
 from jointplay.lab.stress.geometry import GEOMETRIES
 from jointplay.lab.stress.scenes import STARTS, VARIANTS, Case, draw
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS
@@ -27,14 +27,7 @@ NUMBERS = {
     "wall_time": ("s", "wall time of a nominal turn; NaN where none was reached"),
     "cpu_time": ("s", "processor time of a nominal turn, free of what else runs; NaN where none was reached"),
 }
-COUNTS = {
-    "n_steps": "accepted steps",
-    "n_rejected": "rejected steps",
-    "n_failed": "steps that did not converge",
-    "n_evaluations": "evaluations of the accelerations",
-    "n_events": "events",
-    "tight_n_steps": "accepted steps of the tighter run",
-}
+COUNTS = COUNTERS | {"tight_n_steps": "accepted steps of the tighter run"}
 CODES = {
     "verdict": (VERDICTS, "what the two runs say"),
     "cause": (CAUSES, "what makes a scene suspect"),

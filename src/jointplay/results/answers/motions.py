@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 from xarray import DataArray, Dataset, where
 
-from jointplay.analysis.period import period as repeats
+from jointplay.analysis.period import period
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
@@ -76,7 +76,7 @@ def section(dataset: Dataset) -> str:
     count, points = dataset.sizes["turn"], _points(dataset)
     if points is None or count < 4:
         return f"{count} section points"
-    found = repeats(points, TOLERANCE)
+    found = period(points, TOLERANCE)
     if not found:
         return f"no period in {count} section points: a longer period, a transient, or no periodic motion"
     spread = max(float(np.ptp(points[rest::found], axis=0).max()) for rest in range(found))

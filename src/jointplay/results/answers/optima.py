@@ -1,13 +1,15 @@
-"""Answers of optimisations."""
+"""Answers of derivatives in parameters, and of optimisations."""
 
 import numpy as np
 from xarray import Dataset
 
-from jointplay.analysis.gradients.multipliers import WORDS as MULTIPLIERS
+from jointplay.analysis.gradients.gradient_dataset import WHY
+from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 
-LISTED = 6  # parameters named in a line
+LISTED = 6  # parameters of a design named in a line
+LEADING = 3  # quantities, and parameters of each, whose derivatives are named
 ENDS = {
     "converged": "",
     "no_descent": "the search stopped where no step went further down",
@@ -81,3 +83,25 @@ def _missed(dataset: Dataset) -> list[str]:
     names = dataset["parameter"].values
     bound = [f"{names[i]} at its {word} value" for there, word in ends for i in np.flatnonzero(there)]
     return ["; ".join(told), ", ".join(bound)][: 1 + bool(bound)]
+
+
+def gradient(dataset: Dataset) -> str:
+    """Return what each quantity depends on most, relatively, and whether there is a derivative."""
+    verdict = str(codes.words(dataset["differentiable"]).item())
+    if not np.isfinite(dataset["derivative"].values).any():
+        return f"no derivative: {WHY.get(verdict, verdict)}"
+    lines = [_quantity(dataset.isel(quantity=i)) for i in range(min(LEADING, dataset.sizes["quantity"]))]
+    if verdict != "yes":
+        lines.append(f"hardly a derivative here: {WHY.get(verdict, verdict)}")
+    return "\n".join(lines)
+
+
+def _quantity(one: Dataset) -> str:
+    sizes = np.nan_to_num(one["relative_sensitivity"].values)
+    order = np.argsort(-np.abs(sizes), kind="stable")[:LEADING]
+    parts = [f"{plain(float(sizes[i]), 3)} by {one['parameter'].values[i]}" for i in order if sizes[i]]
+    name, units = str(one["quantity"].item()), str(one["quantity_units"].item())
+    value = f"{name} = {plain(float(one['value']), 6)}" + (f" {units}" if units != "1" else "")
+    return (
+        f"{value}: relative sensitivity {', '.join(parts)}" if parts else f"{value}: depends on none of them"
+    )
