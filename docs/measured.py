@@ -5,7 +5,7 @@ holds every name with its text, by the study that it was measured with and the d
 After the studies have been run anew::
 
     python -m tests.benchmarks.store results   # the tables of docs/benchmarks.md that no study gives
-    python -m docs.measured results results/paper
+    python docs/measured.py results results/paper
 
 reads NAME.nc in these folders, writes `measured.toml` and the marked numbers of all pages. What is not
 there leaves its numbers as they are. A test holds studies, numbers and pages together.
@@ -116,24 +116,6 @@ def doubled(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     yield "step", f"{clearance[1] - clearance[0]:.2f} µm"
 
 
-def wedge(result: xr.Dataset) -> Iterator[tuple[str, str]]:
-    """Where the curves double and meet, and how many cells of the map between them have their region's label."""
-    from tests.support.regions import regions
-
-    with xr.open_dataset(Path(result.encoding["source"]).with_name("map_wedge.nc")) as diagram:
-        found = regions(result, diagram)
-    kinds = result.curve_kind.values
-    names = result.curve_kind.attrs["flag_meanings"].split()
-    for name in ("period_doubling", "grazing"):
-        yield f"{name}s", str(int(np.sum(kinds == names.index(name))))
-    inside = found.number > 0
-    yield "cells", str(found.number.size)
-    yield "between", str(int(inside.sum()))
-    yield "wrong", str(int((inside & ~found.right).sum()))
-    yield "share", f"{100 * found.share:.1f} %"
-    yield "regions", str(len(set(found.labels)))
-
-
 def basins(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Periods and fractions of the motions that coexist, and the boundary's dimension."""
     yield "periods", ", ".join(str(int(n)) for n in result.period.values)
@@ -221,7 +203,6 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
     "bifurcation_clearance": diagram,
     "bifurcation_clearance_slow": periods,
     "continuation_linkage": doublings,
-    "curve_wedge": wedge,
     "bifurcation_period_doubling": doubled,
     "basins_linkage": basins,
     "dimension_12c": dimension,
