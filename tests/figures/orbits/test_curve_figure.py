@@ -37,6 +37,15 @@ def test_over_a_map_the_last_parameter_lies_along_x():
     assert y == pytest.approx(10 * (3 - (x - 3) ** 2), abs=1e-9)
 
 
+def test_another_number_of_the_map_lies_underneath():
+    diagram = sweep(("reset",), over=("clearance", "gear_ratio"))
+    period, impacts = (figures.draw(curves(), over=diagram, shown=name) for name in ("period", "impacts"))
+    named = [figure.axes[1].get_xlabel().strip() for figure in (period, impacts)]
+    assert named == ["Period (turns; 0: none)", "Contacts begun per turn"]
+    with pytest.raises(InputError, match=r"figure\.shown.*impacts"):
+        figures.draw(curves(), over=diagram, shown="contacts")
+
+
 def test_what_it_cannot_be_drawn_of_or_over():
     with pytest.raises(InputError, match=r"figure\.kind"):
         figures.draw(branches(), kind="curve")

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.analysis.orbits.arclength import Family, Point
 from jointplay.analysis.orbits.branch import Branch
 from jointplay.analysis.orbits.branch_points import Special
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import OF_GAPS, changed_event
 from jointplay.analysis.orbits.shooting import Orbit, newton
 

@@ -154,8 +154,8 @@ class Point:
         Of the branch, of length 1: coordinates, then parameters.
     iterations : int
         Corrections by Newton's method.
-    inward : ndarray, optional
-        Of a curve: the gradient of its condition.
+    jacobian : ndarray, optional
+        Derivatives of the residual with respect to the unknowns, there.
     directions : Directions, optional
         Of the parameters, there.
     """
@@ -165,7 +165,7 @@ class Point:
     unit: float
     tangent: np.ndarray
     iterations: int = 0
-    inward: np.ndarray | None = None
+    jacobian: np.ndarray | None = None
     directions: Directions | None = None
 
     @property

@@ -30,7 +30,7 @@ EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn", "period"
 
 
 @picture()
-def curve(dataset: Dataset, *, over: Dataset | None = None) -> Figure:
+def curve(dataset: Dataset, *, over: Dataset | None = None, shown: str | None = None) -> Figure:
     """Draw the curves over both parameters.
 
     Parameters
@@ -38,13 +38,15 @@ def curve(dataset: Dataset, *, over: Dataset | None = None) -> Figure:
     dataset : Dataset
         What `jointplay.curve` returned.
     over : Dataset, optional
-        A bifurcation diagram over the same two parameters: its exponent, or period, is drawn underneath.
+        A bifurcation diagram over the same two parameters, which is drawn underneath.
+    shown : str, optional
+        Which number of it; its exponent, or period, if left out.
     """
     if dataset.attrs.get("kind") != "curve" or "parameters" not in dataset.attrs:
         raise select.refuse("kind", "curve", "a result of a study of kind curve")
     figure = style.sheet(120.0, 96.0)
     ax = figure.subplots()
-    names = background(ax, dataset, over)
+    names = background(ax, dataset, over, shown)
     units = [artists.displayed(dataset[name])[1] for name in names]
     if over is None:
         artists.name_axes(ax, dataset[names[0]], units[0], dataset[names[1]], units[1])
@@ -61,7 +63,7 @@ def curve(dataset: Dataset, *, over: Dataset | None = None) -> Figure:
     return artists.finish(figure, dataset)
 
 
-def background(ax: Axes, dataset: Dataset, over: Dataset | None) -> list[str]:
+def background(ax: Axes, dataset: Dataset, over: Dataset | None, shown: str | None) -> list[str]:
     """Draw the map that lies underneath, if there is one; return the parameters along x and y."""
     names = str(dataset.attrs["parameters"]).split()
     if over is None:
@@ -71,8 +73,10 @@ def background(ax: Axes, dataset: Dataset, over: Dataset | None) -> list[str]:
         raise select.refuse("over", known, f"a map over {' and '.join(names)} is accepted")
     part = sweep_axes.chosen(over, select.label(over, "direction", None), 0).isel(direction=0)
     part = part.isel(start=0) if "start" in part.dims else part
-    found = next(name for name in EXPONENTS if name in part)
-    array = part[found]
+    numbers = [str(name) for name, each in part.data_vars.items() if set(known) <= set(each.dims)]
+    if shown is not None and shown not in numbers:
+        raise select.refuse("shown", shown, f"a number of the map, {', '.join(numbers)}, is accepted")
+    array = part[shown or next(name for name in EXPONENTS if name in part)]
     array = array.isel({dim: 0 for dim in array.dims if dim not in known})
     panel(ax, part, array, known, "")
     return known[::-1]

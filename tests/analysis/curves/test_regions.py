@@ -1,0 +1,52 @@
+"""Between curves in two parameters motions have the label of their region: period, and contacts a turn."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import jointplay as jp
+from jointplay import catalog
+from tests.support.regions import regions
+
+
+def drawn(points, labels):
+    """Curves through points, and a map of 20 x 20 values with the contacts that `labels` tells."""
+    points, axis = np.array(points, dtype=float), np.arange(20.0)
+    along = {
+        f"{name}{of}": (("curve", "point"), values)
+        for name, column in zip("xy", points.T, strict=True)
+        for of, values in (("", column[None]), ("_tangent", np.gradient(column)[None]))
+    }
+    curves = xr.Dataset(along | {"n_points": ("curve", [len(points)])}, attrs={"parameters": "x y"})
+    contacts = np.array([[labels(x, y) for y in axis] for x in axis])
+    cells = {
+        "period": (("direction", "x", "y"), np.ones((1, 20, 20), dtype=int)),
+        "impacts": (("direction", "x", "y", "joint"), contacts[None, ..., None]),
+    }
+    return curves, xr.Dataset(cells, coords={"x": axis, "y": axis})
+
+
+def test_regions_and_cells_that_differ_are_told():
+    """A line from edge to edge; one cell differs beside it, two cells off one is wrong."""
+    line = [(x, 10.0) for x in range(-3, 24, 3)]
+    found = regions(*drawn(line, lambda x, y: 1.0 + (y > 10) + ((x, y) in [(4, 9), (4, 12), (7, 3)])))
+    assert found.labels == [(1, 1.0), (1, 2.0)]
+    assert int((found.number > 0).sum()) == 20 * 15
+    assert np.argwhere((found.number > 0) & ~found.right).tolist() == [[7, 3]]
+    assert found.share == pytest.approx(1 - 1 / 300)
+
+
+@pytest.mark.long
+def test_cells_between_curves_have_the_label_of_their_region():
+    """The linkage's first doubled motion: period 1 doubles and comes back, and both motions lose contact."""
+    plane = {"clearance": (3.84e-5, 4.04e-5), "gear_ratio": (3.0, 3.32)}
+    linkage = catalog.chunmei2002(3.85e-5, gear_ratio=3.3)
+    of = {"of": ["period_doubling", "grazing"], "grazing_events": "separation", "max_branches": 2}
+    curves = jp.curve(linkage, plane=plane, **of, step=0.1, max_points=80)
+    values = {name: np.linspace(*plane[name], 40) for name in ("gear_ratio", "clearance")}
+    settle = {"transient": 80, "turns": 24, "keep": 1, "rtol": 1e-6}
+    diagram = jp.bifurcation(linkage, over=values, **settle, record=["eccentricity_ratio"], n_jobs=1)
+    found = regions(curves, diagram)
+    assert (found.number > 0).mean() > 0.4
+    assert {(1, 1.0), (1, 2.0), (2, 1.5)} <= set(found.labels)
+    assert found.share >= 0.99
