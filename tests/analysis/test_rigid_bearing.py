@@ -74,7 +74,7 @@ def test_a_rough_bearing_slips_and_sticks_by_coulombs_law():
 @pytest.mark.long
 @pytest.mark.parametrize("number", [102, 103])
 def test_much_friction_holds_where_one_sense_of_slip_would_need_a_pull(number):
-    """At a dead centre: stopped, the journal sticks, pressed and within the cone, and does not bounce for ever."""
+    """At a dead centre the journal stops, and sticks, pressed and within the cone; it does not chatter."""
     case = draw(jp.catalog.chunmei2002(), number, 7, ("restitution",))
     words = [*TOUCH, SLIDE, *BALANCE]
     found = jp.simulate(case.mechanism, turns=0.02, rtol=1e-9, initial=case.initial, record=words, steps=True)

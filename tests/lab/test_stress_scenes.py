@@ -2,15 +2,11 @@
 
 import math
 import tomllib
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import FACTORS
-from jointplay.equations.laws import LAWS as EQUATIONS
 from jointplay.lab.stress import ranges
 from jointplay.lab.stress.others import LAWS, PRESETS
 from jointplay.lab.stress.scenes import CORNERS, FOUR_BARS, draw, not_drawable
@@ -132,30 +128,16 @@ NEW = (*LAWS, *PRESETS)
 
 @pytest.mark.parametrize("variant", NEW)
 def test_other_laws_and_mechanisms_are_drawn_and_written_down(variant):
-    """Of one compiled structure each, by all but the laws' names; their study lines hold the whole scene."""
+    """Of one structure each, so that all of a series compile once; their study lines hold the whole scene."""
     drawn = [draw(PRINTED, k, 7, (variant,)) for k in range(CORNERS, CORNERS + 12)]
-    structures = {assemble(case.mechanism, case.initial, powers=True).structure for case in drawn}
-    laws = {case.mechanism.clearance_joints[0].contact.law for case in drawn}
-    assert len(structures) == len(laws)
-    assert len({tuple(replace(joint, law="") for joint in each.joints) for each in structures}) == 1
+    assert len({assemble(case.mechanism, case.initial, powers=True).structure for case in drawn}) == 1
     assert len({case.mechanism for case in drawn}) == 12
     text = study_text(drawn[0], 7, 2, 1e-8, 1000)
     record = validate({"name": "again"} | tomllib.loads(text))
     assert record.mechanism == drawn[0].mechanism
     assert record.keywords()["initial"] == drawn[0].initial
-    wanted = {"of_restitution": {*FACTORS}, "cylinders": {"johnson", "dubowsky_freudenstein"}}
-    own = {variant} if variant in EQUATIONS else {"kelvin_voigt"}
-    assert laws <= wanted.get(variant, own)
-    loose = [joint for case in drawn for joint in case.mechanism.clearance_joints]
-    assert {joint.friction.law for joint in loose} == {LAWS[variant][1] if variant in LAWS else "coulomb"}
-
-
-def test_every_law_of_contact_and_friction_is_drawn():
-    names, numbers = (*LAWS, "rigid"), range(CORNERS, CORNERS + 40)
-    cases = [draw(PRINTED, k, 7, (name,)) for name in names for k in numbers]
-    joints = [joint for case in cases for joint in case.mechanism.clearance_joints]
-    assert {joint.contact.law for joint in joints} == {*EQUATIONS}
-    assert {joint.friction.law for joint in joints if joint.friction} == {*FRICTIONS}
+    law = drawn[0].mechanism.clearance_joints[0].contact.law
+    assert law == (variant if variant in LAWS else "kelvin_voigt")
 
 
 def test_a_series_named_by_no_variants_is_that_of_the_four_bars():

@@ -16,7 +16,7 @@ import numpy as np
 from jointplay.errors import Problem, unknown
 from jointplay.lab.stress import ranges
 from jointplay.lab.stress.geometry import GEOMETRIES, laid, moving
-from jointplay.lab.stress.others import LAWS, PRESETS, SHALLOW, preset, with_law
+from jointplay.lab.stress.others import LAWS, PRESETS, preset, with_law
 from jointplay.mechanism.loop import FourBar, find_four_bar
 from jointplay.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 
@@ -83,8 +83,8 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
     if variant in PRESETS:
         return Case(number, *preset(random, variant), variant, "closed", "centre")
     geometry, start = (str(random.choice(words)) for words in (GEOMETRIES, STARTS))
-    if variant in SHALLOW and start in ("edge", "deep"):
-        start = "inside"  # rigid bearings, and laws that end at a depth or are as stiff as steel
+    if variant == "restitution" and start in ("edge", "deep"):
+        start = "inside"  # nothing goes into a rigid bearing
     contact = {"stiffness": ranges.logarithmic(random, ranges.STIFFNESS, ends[0])}
     contact["damping"] = ranges.damping(random, ends[3])
     changes = {"clearance": ranges.logarithmic(random, ranges.CLEARANCE, ends[1])}
