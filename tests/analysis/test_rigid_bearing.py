@@ -11,6 +11,7 @@ import jointplay as jp
 from jointplay.analysis import trajectory
 from jointplay.analysis.quantities import EVENTS
 from jointplay.errors import InputError
+from jointplay.lab.stress.scenes import draw
 from jointplay.mechanism.assemble import assemble
 from tests.numerics.test_tangent import differences, distance, scaled
 from tests.support.multibody_records import from_mechanism
@@ -68,6 +69,24 @@ def test_a_rough_bearing_slips_and_sticks_by_coulombs_law():
     assert friction[slips] == pytest.approx((0.3 * load * sense)[slips], rel=1e-7)  # the gap's tolerance
     assert (found[SLIDE].values * sense)[slips].min() > -1e-6
     assert (np.abs(friction) - 0.3 * load)[modes == 4].max(initial=-1.0) < 1e-6
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", [102, 103])
+def test_much_friction_holds_where_one_sense_of_slip_would_need_a_pull(number):
+    """At a dead centre the journal stops, and sticks, pressed and within the cone; it does not chatter."""
+    case = draw(jp.catalog.chunmei2002(), number, 7, ("restitution",))
+    words = [*TOUCH, SLIDE, *BALANCE]
+    found = jp.simulate(case.mechanism, turns=0.02, rtol=1e-9, initial=case.initial, record=words, steps=True)
+    assert found.status == 0
+    assert "stick_onset" in kinds(found)
+    stuck, f = found["mode"].values == 4, case.mechanism.joint("B").friction.coefficient
+    load, friction = found.normal_force.values[stuck], found.tangential_force.values[stuck]
+    assert len(load) > 10
+    assert load.min() > 0.0
+    assert (np.abs(friction) - f * load).max() < 1e-6 * load.max()
+    assert np.abs(found[SLIDE].values[stuck]).max() < 1e-7
+    assert np.abs(found.energy_residual).max() < 1e-6 * np.abs(found.energy).max()
 
 
 def test_an_impact_is_that_of_rigid_bodies():

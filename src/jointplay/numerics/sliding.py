@@ -1,8 +1,9 @@
 """Sliding on rigid walls: slip, its end and its reversal, sticking and its end.
 
 Where a body rests on a rough wall it slips with friction f times the push, or sticks up to that. At v_t = 0
-the two one-sided accelerations decide, as at any contact (numerics.modes). Corners of one guide on which a
-slider rests slide as one, and share what they may hold.
+the two one-sided accelerations decide, as at any contact (numerics.modes). With much friction the wall may
+have to pull in one sense of slip: the body sticks then, if that holds it within the cone. Corners of one
+guide on which a slider rests slide as one, and share what they may hold.
 """
 
 from .impacts import rough
@@ -46,6 +47,17 @@ def _together(x, j, mode, fired, margin):
 
 
 @inner
+def _holds(k, x, j):
+    """Whether what sticks to wall j, and others of its guide, is pressed there and rubs within the cone."""
+    push, friction = 0.0, 0.0
+    for i in range(walls_of(x)):
+        if x.group[i] == x.group[j] and x.modes[len(x.flags) + i] == STICK:
+            push -= k.contact[6 * (len(x.flags) + i) + 4]
+            friction += k.contact[6 * (len(x.modes) + i) + 4]
+    return abs(friction) <= k.contact[6 * (len(x.modes) + j)] * push
+
+
+@inner
 def grip(f, j, k, x, o):
     """Decide how a body slides on wall j, a rough one, from here on; whether it slips, or sticks."""
     at, out = len(x.flags) + j, k.contact
@@ -56,10 +68,15 @@ def grip(f, j, k, x, o):
     else:
         _together(x, j, SLIP_POSITIVE, 1, o.rest)
         look(f.contacts, x.modes, x.m, x.s, x.p, out)
-        plus = out[6 * (len(x.modes) + j) + 5]
+        plus, up = out[6 * (len(x.modes) + j) + 5], out[6 * at + 4] < 0.0
         _together(x, j, SLIP_NEGATIVE, 1, o.rest)
         look(f.contacts, x.modes, x.m, x.s, x.p, out)
         mode = balance(plus, out[6 * (len(x.modes) + j) + 5], before)
+        pushes = up if mode == SLIP_POSITIVE else out[6 * at + 4] < 0.0
+        if mode != STICK and not pushes:
+            _together(x, j, STICK, 0, o.rest)
+            look(f.contacts, x.modes, x.m, x.s, x.p, out)
+            mode = STICK if _holds(k, x, j) else mode
         _together(x, j, mode, 0 if mode == STICK else 1, o.rest)
     look(f.contacts, x.modes, x.m, x.s, x.p, out)
 
