@@ -5,7 +5,7 @@ holds every name with its text, by the study that it was measured with and the d
 After the studies have been run anew::
 
     python -m tests.benchmarks.store results   # the tables of docs/benchmarks.md that no study gives
-    python docs/measured.py results results/paper
+    python -m docs.measured results results/paper
 
 reads NAME.nc in these folders, writes `measured.toml` and the marked numbers of all pages. What is not
 there leaves its numbers as they are. A test holds studies, numbers and pages together.
@@ -116,6 +116,19 @@ def doubled(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     yield "step", f"{clearance[1] - clearance[0]:.2f} µm"
 
 
+def wedge(result: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """How many cells of the map between the curves have their region's label."""
+    from tests.support.regions import regions
+
+    with xr.open_dataset(Path(result.encoding["source"]).with_name("map_wedge.nc")) as diagram:
+        found = regions(result, diagram)
+    inside = found.number > 0
+    yield "cells", str(found.number.size)
+    yield "between", str(int(inside.sum()))
+    yield "wrong", str(int((inside & ~found.right).sum()))
+    yield "share", f"{100 * found.share:.1f} %"
+
+
 def basins(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Periods and fractions of the motions that coexist, and the boundary's dimension."""
     yield "periods", ", ".join(str(int(n)) for n in result.period.values)
@@ -203,6 +216,7 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
     "bifurcation_clearance": diagram,
     "bifurcation_clearance_slow": periods,
     "continuation_linkage": doublings,
+    "curve_wedge": wedge,
     "bifurcation_period_doubling": doubled,
     "basins_linkage": basins,
     "dimension_12c": dimension,

@@ -1,12 +1,15 @@
 """Between curves in two parameters motions have the label of their region: period, and contacts a turn."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import jointplay as jp
-from jointplay import catalog
 from tests.support.regions import regions
+
+STUDIES = Path(__file__).parents[3] / "studies"
 
 
 def drawn(points, labels):
@@ -38,14 +41,9 @@ def test_regions_and_cells_that_differ_are_told():
 
 @pytest.mark.long
 def test_cells_between_curves_have_the_label_of_their_region():
-    """The linkage's first doubled motion: period 1 doubles and comes back, and both motions lose contact."""
-    plane = {"clearance": (3.84e-5, 4.04e-5), "gear_ratio": (3.0, 3.32)}
-    linkage = catalog.chunmei2002(3.85e-5, gear_ratio=3.3)
-    of = {"of": ["period_doubling", "grazing"], "grazing_events": "separation", "max_branches": 2}
-    curves = jp.curve(linkage, plane=plane, **of, step=0.1, max_points=80)
-    values = {name: np.linspace(*plane[name], 40) for name in ("gear_ratio", "clearance")}
-    settle = {"transient": 80, "turns": 24, "keep": 1, "rtol": 1e-6}
-    diagram = jp.bifurcation(linkage, over=values, **settle, record=["eccentricity_ratio"], n_jobs=1)
+    """The shipped studies: period 1 doubles and comes back, and both motions gain or lose a separation."""
+    curves = jp.run(STUDIES / "orbits" / "curve_wedge.toml")
+    diagram = jp.run(STUDIES / "bifurcation" / "map_wedge.toml")
     found = regions(curves, diagram)
     assert (found.number > 0).mean() > 0.4
     assert {(1, 1.0), (1, 2.0), (2, 1.5)} <= set(found.labels)

@@ -14,7 +14,8 @@ from jointplay.analysis.curves.corners import MEETING, corner
 from jointplay.analysis.curves.grazing import grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.orbits.arclength import first, solve
-from jointplay.analysis.orbits.branch import Branch, Tracer, alike
+from jointplay.analysis.orbits.beside import alike
+from jointplay.analysis.orbits.branch import Branch, Tracer
 from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.continuation import joined
 from jointplay.analysis.orbits.family import Condition, Family, Point

@@ -16,6 +16,7 @@ import numpy as np
 
 from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.orbits.arclength import solve
+from jointplay.analysis.orbits.beside import SMALL, alike, apart, half_shift, image_beyond, outside, shifted
 from jointplay.analysis.orbits.branch_points import Special, between
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import changed_event, same_events
@@ -40,14 +41,13 @@ SHORTEST = 1e-9
 LONGER, SHORTER = 1.4, 0.6  # factors of the step after easy and hard corrections
 EASY, HARD = 4, 7  # corrections, down to rounding
 DEVIATION = 0.5  # of a step: farther from its prediction a point may be on another branch
-TURN, SMALL = 0.8, 1e-4  # least cosine of the turn in a step; steps so small that any turn is accepted
+TURN = 0.8  # least cosine of the turn in a step, unless that is SMALL
 ENCLOSED = 1e-9  # bracket of a grazing
 NEARLY = 1e-6  # of the arc: a wider bracket of a grazing is narrowed from its other side
 GAP = 1e-3, 2e-2  # on the arc: beyond a wider gap at a grazing a branch, or a curve, is another one
 STALLED = 1e-2  # of the longest step: where a shorter one fails, an orbit beyond a grazing is looked for
 SOONER = 0.1  # factor of the length of steps at which a corner is sought once more
 LEAPS = (8.0, 64.0, 512.0)  # at so many times its length
-PROBES = (1e-8, 1e-6, 1e-4)  # distances beyond a failure at which events are compared
 
 
 @dataclass
@@ -274,50 +274,3 @@ class Tracer:
             return "not_converged"
         self._note_grazing(last, after[0], last.q, after[1])
         return "grazing"
-
-
-def outside(q: Any) -> np.ndarray:
-    """Which parameters are beyond their ranges."""
-    q = np.atleast_1d(q)
-    return np.flatnonzero((q < 0.0) | (q > 1.0))
-
-
-def apart(one: Point, other: Point) -> float:
-    """Distance of two points on the same section."""
-    return float(np.linalg.norm(one.z - other.z))
-
-
-def alike(one: Point, other: Point) -> bool:
-    """Whether the orbits of two points have the same events."""
-    return same_events(one.orbit.image.events, other.orbit.image.events)
-
-
-def image_beyond(family: Family, point: Point) -> tuple[Image, float] | None:
-    """The first image with other events of motions a little beyond a point, along its tangent; how far."""
-    for distance in PROBES:
-        map_there, state = family.placed(point.z + distance * point.tangent, point)
-        image = map_there.image(state, False)
-        if not image.status and not same_events(image.events, point.orbit.image.events):
-            return image, distance
-    return None
-
-
-def half_shift(point: Point) -> np.ndarray:
-    """Difference of an orbit's states on the section half its turns apart."""
-    section, state = point.orbit.map, point.orbit.state
-    return section.differ(section.image(state, False, section.turns // 2).state, state)
-
-
-def shifted(family: Family, point: Point, angle: float) -> Point:
-    """The point on the section `angle` rad on; the same point where that fails."""
-    z = point.z + SMALL * point.tangent
-    section = point.orbit.map
-    there, here = section.moved(point.orbit.state, angle)
-    neighbour, state = family.placed(z, point)
-    beside = neighbour.moved(state, angle)[1]
-    if here.status or beside.status:
-        return point
-    like = replace(point, orbit=replace(point.orbit, map=there, state=here.state), directions=None)
-    along = np.append(there.differ(beside.state, here.state) / point.unit, family.place(z) - point.q)
-    along /= np.linalg.norm(along)
-    return solve(family, like, like.z, along) or point
