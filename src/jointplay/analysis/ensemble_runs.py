@@ -156,40 +156,42 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
         rows, numbers.shape[1], np.array(form.turning), models[0].memories, form.flags, form.sizes
     )
     v, y = _with(tangents, models[0], flow) if tangents else (None, None)
-    parts, grown, run, place = [], [], direct(flow.flow), jobs.place
+    run, place = direct(flow.flow), jobs.place
+    logs = [[jobs.log[:0, 1:]] for _ in models]
+    grown = [[y.rows[:0, 1:]] for _ in models] if y else []
 
     def call(pause: int) -> int:
         place[PAUSE] = pause
         return run(f, g, lanes, jobs, v, y)
 
     def take() -> None:
-        parts.append(jobs.log[: place[LOGGED]].copy())
+        _hand_out(jobs.log[: place[LOGGED]], logs)
         place[LOGGED] = 0
         if y is not None:
-            grown.append(y.rows[: y.count[0]].copy())
+            _hand_out(y.rows[: y.count[0]], grown)
             y.count[0] = 0
 
     own = pace(models[0].structure, name, len(tangents) and 1)
     in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
-    each, logs = (time.perf_counter() - began) / len(models), _by_motion(parts, len(models))
-    found = []
+    each, found = (time.perf_counter() - began) / len(models), []
     for n, (model, request) in enumerate(asked):
         if jobs.count[n, C_STATUS] != Status.OK:  # it steps aside, or failed: by itself it may go on
             found.append(None if tangents else follow(model, request))
         else:
-            found.append(_records(jobs, n, logs[n], each, form, len(request.at) > 1))
+            log = np.concatenate(logs[n])
+            found.append(_records(jobs, n, log, each, form, len(request.at) > 1))
     if y is None:
         return found, []
-    carried = zip(found, _by_motion(grown, len(models)), y.grazing.tolist(), strict=True)
+    carried = zip(found, map(np.concatenate, grown), y.grazing.tolist(), strict=True)
     return found, [Carried(*one) for one in carried]
 
 
-def _by_motion(parts: list[np.ndarray], count: int) -> list[np.ndarray]:
-    """Rows of each motion, whose number is in the first column, without that."""
-    rows = np.concatenate(parts)
+def _hand_out(rows: np.ndarray, to: list[list[np.ndarray]]) -> None:
+    """Copy rows to their motions, whose number is in the first column, without that."""
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
-    cuts = np.searchsorted(rows[:, 0], np.arange(count + 1))
-    return [rows[cuts[n] : cuts[n + 1], 1:] for n in range(count)]
+    begins = np.flatnonzero(np.diff(rows[:, 0], prepend=-1.0))
+    for part in np.split(rows, begins[1:]) if len(rows) else ():
+        to[int(part[0, 0])].append(part[:, 1:])
 
 
 def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
