@@ -18,17 +18,19 @@ hypothesis.settings.register_profile(  # a busy machine is no mistake of the pro
 )
 hypothesis.settings.load_profile("unhurried")
 
+LOOPS = ("tangent_flow", "ensemble.flow", "wall_flow")
+
 
 def pytest_configure(config):
     if not hasattr(config, "workerinput"):  # the process that starts the others
-        for loop in ("tangent_flow", "ensemble.flow"):
+        for loop in LOOPS:
             cache.prepare(loop)
         system = catalog.chunmei2002()
         plain, turn = assemble(system), quantity(CrankAngle(), system)
         for model in (plain, assemble(system, None, turn), assemble(system, powers=True)):
             functions(model.structure)
         cache.variation_module(plain.structure)
-        for loop in ("tangent_flow", "ensemble.flow"):
+        for loop in LOOPS:
             cache.method(loop)
 
 

@@ -5,28 +5,29 @@ from itertools import chain, combinations
 import numpy as np
 import pytest
 
+from jointplay.numerics import memory
 from tests.support.plain import uncompiled
 
 IMPULSES = uncompiled("impulses")
-MOST, SIZE = IMPULSES.MOST, IMPULSES.SIZE
+MOST, SIZE = memory.MOST, memory.SIZE
 
 
 def solved(matrix, before, target, friction):
     """Normal and tangential impulses, and rates after, by the kernel; the scratch that it leaves."""
-    n, q = len(target), np.zeros(IMPULSES.STATE)
+    n, q = len(target), np.zeros(memory.STATE)
     place = np.ravel([[2 * i, 2 * i + 1] for i in range(n)])
     full = np.zeros((SIZE, SIZE))
     full[np.ix_(place, place)] = matrix
-    q[IMPULSES.MATRIX : IMPULSES.MATRIX + SIZE * SIZE] = full.ravel()
-    q[IMPULSES.BEFORE : IMPULSES.BEFORE + 2 * n] = before
-    q[IMPULSES.TARGET : IMPULSES.TARGET + n] = target
-    q[IMPULSES.FRICTION : IMPULSES.FRICTION + n] = friction
+    q[memory.MATRIX : memory.MATRIX + SIZE * SIZE] = full.ravel()
+    q[memory.BEFORE : memory.BEFORE + 2 * n] = before
+    q[memory.TARGET : memory.TARGET + n] = target
+    q[memory.FRICTION : memory.FRICTION + n] = friction
     IMPULSES.solve(q, n, 1.0)
     return q
 
 
 def answer(q, n):
-    impulses, after = (q[at : at + 2 * n].reshape(n, 2).T for at in (IMPULSES.PUSH, IMPULSES.AFTER))
+    impulses, after = (q[at : at + 2 * n].reshape(n, 2).T for at in (memory.PUSH, memory.AFTER))
     return (*impulses, *after)
 
 
@@ -89,7 +90,7 @@ def test_restitutions_are_lowered_to_where_no_energy_is_made(seed):
     q = solved(matrix, before, target, f)
     if IMPULSES.gain(q, n) > 1e-9:
         IMPULSES.lower(q, n)
-        assert 0.0 <= q[IMPULSES.SHARE] < 1.0
+        assert 0.0 <= q[memory.SHARE] < 1.0
         assert IMPULSES.gain(q, n) == pytest.approx(0.0, abs=1e-9)
 
 

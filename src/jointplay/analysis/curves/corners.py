@@ -10,8 +10,7 @@ Reference: di Bernardo et al., Piecewise-smooth Dynamical Systems (2008), chapte
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,13 +20,20 @@ from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import OF_GAPS, changed_event
 from jointplay.analysis.orbits.shooting import Orbit, newton
 
-if TYPE_CHECKING:
-    from jointplay.analysis.curves.tracing import Begin
-
 AWAY = (1e-5, 1e-4, 1e-3, 1e-2)  # of the ranges, across the curve: where an orbit without the event is sought
 NEAR = 0.2  # of the ranges: how far ahead the meeting may be
 POINTS = 6  # of the grazing's curve on the way there
 MEETING = {"fold": "fold_grazing", "period_doubling": "doubling_grazing"}
+
+
+@dataclass(frozen=True)
+class Begin:
+    """Where a curve starts: its kind, an orbit, the fractions of both ranges, and the event at a grazing."""
+
+    kind: str
+    orbit: Orbit
+    q: np.ndarray
+    event: tuple[int, int] = (-1, -1)
 
 
 def corner(

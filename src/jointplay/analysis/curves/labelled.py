@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from pydantic import PlainValidator
 
-from jointplay.analysis.curves.tracing import FROM, Begin
+from jointplay.analysis.curves.corners import Begin
+from jointplay.analysis.curves.tracing import FROM
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.orbits.orbit_events import changed_event
 from jointplay.analysis.orbits.orbit_search import Search, search

@@ -10,7 +10,7 @@ import numpy as np
 
 from jointplay.analysis.curves.coincidence import Coincidence, coincident
 from jointplay.analysis.curves.conditions import Critical, Torus
-from jointplay.analysis.curves.corners import MEETING, corner
+from jointplay.analysis.curves.corners import MEETING, Begin, corner
 from jointplay.analysis.curves.grazing import grazed
 from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.orbits.arclength import first, solve
@@ -127,16 +127,6 @@ class Curves:
 
     def _follow(self, family: Family, start: Point, most: int, **more: Any) -> Branch:
         return Tracer(family, self.step, max(most, 2), self.visit, **more).follow(start)
-
-
-@dataclass(frozen=True)
-class Begin:
-    """Where a curve starts: its kind, an orbit, the fractions of both ranges, and the event at a grazing."""
-
-    kind: str
-    orbit: Orbit
-    q: np.ndarray
-    event: tuple[int, int] = (-1, -1)
 
 
 def starts_of(
