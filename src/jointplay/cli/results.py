@@ -51,7 +51,7 @@ def draw(dataset, options: dict, files: list[Path]) -> None:
     from jointplay.results.store import write_figure
 
     picture = figures.draw(dataset, options)
-    picture.keep_layout()
+    picture.set_layout_engine("none")  # it is laid out; each file would take as long again
     for file in files:
         print(f"figure  {write_figure(picture, file)}")
 

@@ -121,11 +121,6 @@ class Sheet(Figure):
 
     settings: dict[str, Any] = {}  # noqa: RUF012  replaced as a whole
 
-    def keep_layout(self) -> None:
-        """Leave panels where they are: each file would be laid out anew, and drawn twice for that."""
-        with paper({"figure.constrained_layout.use": False}):
-            self.set_layout_engine(None)  # "none" stands for another engine, for which it is drawn twice too
-
     def savefig(self, fname, **options) -> None:
         """Save as `matplotlib.figure.Figure.savefig` does, without a date and at journal resolution."""
         form = (options.get("format") or Path(str(fname)).suffix.lstrip(".") or "png").lower()
