@@ -15,7 +15,7 @@ from .in_node import needs_node, ran
 
 MODULES = (
     *("control", "doubts", "events", "flow", "frame", "impacts", "modes", "polynomial", "record"),
-    *("saltation", "sections", "sparse", "step", "tangent", "walls"),
+    *("saltation", "sections", "sparse", "step", "tangent", "wall_flow", "walls"),
 )
 X = [1.25, -3.0, 2.0, float("nan")]
 CALLED = ("whole_numbers", "order", "loops", "views")

@@ -58,7 +58,7 @@ class Functions(NamedTuple):
     """Functions that the flow calls: a structure's (codegen.module), and the method's algebra for its size.
 
     The algebra is written out by size (codegen.algebra), or goes by a plan (codegen.elimination).
-    What happens at rigid walls (walls.at_wall) is compiled only for structures that have some.
+    What happens at rigid walls (wall_flow.at_wall) is compiled only for structures that have some.
     """
 
     rate: Callable

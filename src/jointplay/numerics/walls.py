@@ -14,12 +14,11 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 
 from .impacts import rough, together
 from .interface import inner
-from .memory import EVALUATIONS, EVENT_ROW, EVENTS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
+from .memory import EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
 from .modes import (
     FREE,
     IMPACT,
     RELEASED,
-    REST,
     RESTING,
     SEPARATION,
     SLIP_NEGATIVE,
@@ -30,9 +29,7 @@ from .modes import (
     touch,
     variant_of,
 )
-from .record import note
-from .sections import count_event
-from .sliding import grip, rub, sliding, walls_of
+from .sliding import grip, sliding, walls_of
 
 START, STEP = -1, -2  # in the place of a guard
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
@@ -275,32 +272,3 @@ def begin(f, k, x, o):
             x.real[H] = max(x.real[H], LEAP * o.near)
             if _lasting(f, j, k, x, o, 0.0) >= 0.0:
                 hold(f, j, k, x, o)
-
-
-def at_wall(f, guard, at, k, x, o):
-    """Do what an event of a wall's guard asks for at the base point, or the start, or the end of a step.
-
-    `at`: the event's row in the log, or -1.
-    """
-    if guard == START:
-        begin(f, k, x, o)
-        return
-    if guard == STEP:
-        stay(f, x)
-        return
-    j, time, lasting = guard - 4 * len(x.flags), x.s[0], -1.0
-    if j < walls_of(x):
-        kind, lasting = strike(f, j, k, x, o)
-    else:
-        j -= walls_of(x)
-        kind = rub(f, j, k, x, o)
-    contact = len(x.flags) + j
-    if at >= 0:
-        x.log[at, 1], x.log[at, 2] = contact, kind
-    count_event(k, x, o, contact, kind, time)
-    if lasting >= 0.0:
-        hold(f, j, k, x, o)
-        x.count[EVENTS] += 1
-        if at >= 0:
-            note(k, x, o, EVENT_ROW, float(contact), float(REST), time + lasting, 0.0)
-        count_event(k, x, o, contact, REST, time + lasting)

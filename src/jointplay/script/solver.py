@@ -179,8 +179,8 @@ def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
     if not sizes["planned"]:
         text = algebra.text(sizes["positions"], sizes["speeds"])
         parts["functions"].append(generated("algebra", text))
-    if sizes["resets"]:  # first: names that others have as well are theirs
-        parts["functions"].insert(0, unit_of("jointplay.numerics.walls"))
+    if sizes["resets"]:
+        parts["functions"].append(unit_of("jointplay.numerics.wall_flow"))
     handed = []
     for name, fields in (("functions", Functions._fields), ("variations", Variations._fields)):
         known = {field: unit for unit in parts[name] for field in fields if field in unit.functions}
