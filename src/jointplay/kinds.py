@@ -178,7 +178,7 @@ _ROWS = (
         ".analysis.coexisting.tipping:tipping",
         ("tipping",),
         "{starts} starts in the region, knocks up to {largest} in {steps} steps",
-        shown=(Shown("knock_size", (("number", 0), ("knock", 0)), "smallest knock of the first motion"),),
+        shown=(Shown("fraction_reached", title="fraction of the starts with the most frequent motion"),),
         tangents=True,
         summary=".results.answers.coexisting:tipping",
         example={

@@ -241,6 +241,25 @@ def test_basins():
     ]
 
 
+def test_a_sweep_of_what_tips_motions_tells_the_share_of_the_most_frequent_one():
+    variables = {
+        "cell_status": coded("clearance", [0, 0], STATUS),
+        "fraction_reached": var(
+            ("clearance", "number", "within"), [[[0.2, 0.5], [0.1, 0.25]], [[0.4, 0.75], [np.nan, np.nan]]]
+        ),
+    }
+    coords = {
+        "clearance": var("clearance", [1e-4, 2e-4], "m"),
+        "number": ("number", [1, 2]),
+        "within": ("within", [12, 24]),
+    }
+    found = result("tipping", variables, coords, swept="clearance")
+    assert said(found)[-1] == (
+        "fraction of the starts with the most frequent motion: "
+        "from 0.5 (clearance 100 µm) to 0.75 (clearance 200 µm)"
+    )
+
+
 def test_a_knock_that_is_not_confirmed_says_why():
     dims, word = ("number", "knock"), "impulse:rocker"
     numbers = {"knock_size": 3e-4, "knock_safe": 2.99e-4, "confirmed_size": 3.1e-4, "tipping_share": 0.73}
