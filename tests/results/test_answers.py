@@ -258,6 +258,7 @@ def test_a_sweep_of_what_tips_motions_tells_the_share_of_the_most_frequent_one()
         "fraction of the starts with the most frequent motion: "
         "from 0.5 (clearance 100 µm) to 0.75 (clearance 200 µm)"
     )
+    assert said(found.isel(number=slice(0))) == ["2 values, all ok"]
 
 
 def test_a_knock_that_is_not_confirmed_says_why():

@@ -31,6 +31,8 @@ def _axes(dataset: Dataset, dims: list[str]) -> list[DataArray]:
 
 def _ends(dataset: Dataset, shown: Shown, dims: list[str]) -> list[str]:
     """A line on the smallest and the largest value of a number over the cells."""
+    if not dataset[shown.name].size:
+        return []
     values = _of_cells(dataset, shown, dims)
     if not np.isfinite(values).any():
         return []
