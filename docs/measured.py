@@ -143,6 +143,16 @@ def dimension(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     yield "dimension", f"{value:.2f} ± {spread:.2f}"
 
 
+def coexisting(result: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """At how many values motions coexist, and where starts had not settled"""
+    motions = (result.fraction > 0).sum("identity").values
+    several = motions > 1
+    yield "values", str(motions.size)
+    yield "several", str(several.sum())
+    yield "most", str(motions.max())
+    yield "unsettled", str((result.fraction_unsettled > 0).sum().item())
+
+
 def verdict(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Verdict of the 0-1 test."""
     yield "verdict", result.verdict.attrs["flag_meanings"].split()[int(result.verdict)]
@@ -219,6 +229,7 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
     "curve_wedge": wedge,
     "bifurcation_period_doubling": doubled,
     "basins_linkage": basins,
+    "attractors_linkage": coexisting,
     "dimension_12c": dimension,
     "chaos_test_12a": verdict,
     "chaos_test_12b": verdict,

@@ -83,13 +83,13 @@ def bearing(ax: Axes) -> None:
         arrowprops={"arrowstyle": "<-", "color": NOTE},
     )
     ax.text(*along(np.zeros(2), angle, R + e + 0.78), r"$F_n$", color=NOTE, ha="left", va="top")
-    ax.text(-0.95, 1.3, "bearing\n(rocker)", ha="right", color=LINK)
+    ax.text(-1.15, -1.55, "bearing\n(rocker)", ha="right", color=LINK)
     ax.text(journal[0], journal[1] - 0.72 * r, "journal\n(coupler)", ha="center", color=LINK, fontsize=8)
     pointer = {"arrowstyle": "-", "color": NOTE, "linewidth": 0.6}
     ax.annotate(
         "clearance circle,\nradius $e$",
         (0.25, 0.38),
-        (1.25, 1.45),
+        (1.25, 1.3),
         color=NOTE,
         fontsize=8,
         arrowprops=pointer,

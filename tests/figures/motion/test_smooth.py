@@ -5,7 +5,7 @@ import pytest
 from scipy.interpolate import Akima1DInterpolator
 
 from jointplay import figures
-from jointplay.figures.drawing.smooth import BETWEEN, akima, smooth
+from jointplay.figures.drawing.smooth import BETWEEN, MOST, akima, smooth
 from tests.figures.support.synthetic import response, section
 
 SHARES = np.arange(1, BETWEEN) / BETWEEN
@@ -50,9 +50,19 @@ def test_contact_begins_where_the_circle_is_crossed():
     t = np.linspace(0.0, 1.0, 9)
     x, y = 0.8 + 0.4 * t, np.zeros(9)
     contact = x > 1.05  # a sample late
-    points, _, touching = smooth(t, x, y, contact, lambda x, _: x > 1.0)
+    points, _, touching = smooth(t, x, y, contact, lambda x, _: x - 1.0)
     assert touching[points < 1.0].sum() == 0
     assert touching[(points > 1.0) & (points > x[~contact].max())].all()
+
+
+@pytest.mark.parametrize("samples", [21, MOST + 1])
+def test_contact_begins_and_ends_at_the_edge_itself(samples):
+    t = np.linspace(0.0, 1.0, samples)
+    x = np.sin(np.pi * t) * 1.3
+    points, _, touching = smooth(t, x, t, x > 1.0, lambda x, _: x - 1.0)
+    changes = np.flatnonzero(np.diff(touching))
+    assert len(changes) == 2
+    assert np.abs(points[[changes[0] + 1, changes[1]]] - 1.0).max() < 1e-12
 
 
 def test_a_period_is_told_with_its_scatter_and_drawn_as_a_point():

@@ -175,6 +175,16 @@ def test_a_map_shows_what_is_stored():
     assert exponent.get_ylim() == (0.5, 3.5)
 
 
+def test_a_motion_that_forgets_its_start_has_the_lowest_colour_and_is_not_missing():
+    data = sweep(("up",), over=("gear_ratio", "clearance"))
+    exponents = data.lyapunov_exponent_per_turn
+    exponents.values.ravel()[:2] = -np.inf, np.nan
+    figure = figures.draw(data, kind="parameter_map", maps=[exponents.name])
+    mesh = figure.axes[0].collections[0]
+    assert mesh.get_array().ravel()[0] < mesh.norm.vmin
+    assert mesh.get_array().mask.ravel()[:3].tolist() == [False, True, False]
+
+
 def test_a_map_of_other_variables_in_their_units():
     data = sweep(("up",), over=("gear_ratio", "clearance"), exponents=2)
     figure = figures.draw(

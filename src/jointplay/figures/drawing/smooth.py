@@ -30,13 +30,20 @@ def smooth(
     contact : ndarray of bool
         Whether a sample is in contact.
     touches : callable, optional
-        Of x and y: whether points between a sample in contact and one in flight are in contact; without it
-        none of them is.
+        Of x and y: how far points are in contact, negative in flight. Between a sample in contact and one in
+        flight it tells the points apart, and where contact begins or ends; without it none is in contact.
     """
     there = np.isfinite(x) & np.isfinite(y)
     rising = np.r_[True, np.diff(times) > 0]  # at an event there may be two samples
-    if not 4 <= x.size <= MOST or not there.all() or not rising.all():
-        return x, y, contact
+    if 4 <= x.size <= MOST and there.all() and rising.all():
+        x, y, contact = denser(times, x, y, contact, touches)
+    return (x, y, contact) if touches is None else edged(x, y, contact, touches(x, y))
+
+
+def denser(
+    times: np.ndarray, x: np.ndarray, y: np.ndarray, contact: np.ndarray, touches: Callable | None
+) -> tuple[np.ndarray, ...]:
+    """Return the path with points of the splines in between, as `smooth` does."""
     points = np.stack([x, y], -1)
     changing = contact[1:] != contact[:-1]
     intervals = np.flatnonzero(bends(points) | changing)
@@ -47,12 +54,18 @@ def smooth(
     places = np.repeat(intervals + 1, BETWEEN - 1)
     both = np.repeat(contact[intervals] & contact[intervals + 1], BETWEEN - 1)
     if touches is not None:
-        both = np.where(np.repeat(changing[intervals], BETWEEN - 1), touches(*curve.T), both)
-    return (
-        np.insert(x, places, curve[:, 0]),
-        np.insert(y, places, curve[:, 1]),
-        np.insert(contact, places, both),
-    )
+        both = np.where(np.repeat(changing[intervals], BETWEEN - 1), touches(*curve.T) > 0, both)
+    x, y = (np.insert(each, places, curve[:, column]) for column, each in enumerate((x, y)))
+    return x, y, np.insert(contact, places, both)
+
+
+def edged(x: np.ndarray, y: np.ndarray, contact: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the path with the points, in contact, at which it crosses from flight to contact or back."""
+    before = np.flatnonzero((contact[1:] != contact[:-1]) & (level[1:] * level[:-1] < 0))
+    shares = level[before] / (level[before] - level[before + 1])
+    points = (each[before] + shares * (each[before + 1] - each[before]) for each in (x, y))
+    x, y = (np.insert(each, before + 1, new) for each, new in zip((x, y), points, strict=True))
+    return x, y, np.insert(contact, before + 1, True)
 
 
 def akima(times: np.ndarray, points: np.ndarray) -> np.ndarray:

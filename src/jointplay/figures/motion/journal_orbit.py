@@ -59,13 +59,13 @@ def orbit_panel(ax: Axes, dataset: Dataset, joint: str | None) -> None:
 
 
 def outside(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return which points, in clearances, lie beyond the clearance circle."""
-    return np.hypot(x, y) > 1.0
+    """Return how far points, in clearances, lie beyond the clearance circle."""
+    return np.hypot(x, y) - 1.0
 
 
 def beyond_face(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return which ways of a corner end beyond its face."""
-    return y > 1.0
+    """Return how far the ways of a corner end beyond its face."""
+    return y - 1.0
 
 
 def journal(dataset: Dataset, joint: str, dim: str) -> tuple[np.ndarray, np.ndarray]:

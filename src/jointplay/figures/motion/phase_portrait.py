@@ -60,7 +60,7 @@ def portrait_panel(ax: Axes, dataset: Dataset, x: str | None, y: str | None, lin
     contact = select.in_contact(dataset, at) if at else None
     if at and contact is not None:
         edge = bearing_edge(dataset, one)
-        touches = None if edge is None else lambda x, _: x > edge * x_unit.factor
+        touches = None if edge is None else lambda x, _: x - edge * x_unit.factor
         artists.path(ax, xs, ys, contact, one["time"].values, touches)
     else:
         artists.curve(ax, xs, ys, color=style.BLACK, linewidth=0.6)

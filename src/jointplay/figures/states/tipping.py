@@ -72,5 +72,6 @@ def within(ax: Axes, dataset: Dataset) -> None:
         period = int(one["period"])
         label = f"{number}: {f'period {period}' if period else 'no period'}"
         look = {"color": band(number - 1)["facecolor"], "linestyle": DASHES[(number - 1) // 2 % 4]}
+        look["drawstyle"] = "steps-post"  # starts are looked at after so many turns, not in between
         ax.plot(one["within"].values, one["fraction_reached"].values, label=label, **look)
     ax.set(ylim=(0, 1), xlabel="Turns", ylabel="Fraction of starts\nthere by then")

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib import colormaps
+from matplotlib import colormaps, rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
@@ -24,6 +24,7 @@ SIGNS = ListedColormap(
     [*colormaps["Blues_r"](np.linspace(0.5, 1.0, 128)), *colormaps["Reds"](np.linspace(0.6, 1.0, 128))],
     "signs",
 )
+SMALL, LOWER = 7, 1.1  # pt: numbers of the classes, and by how much they are lower than those of other scales
 REST = 98  # percentile of absolute values that the colours reach
 
 
@@ -132,7 +133,7 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
     bar = ax.figure.colorbar(mesh, ax=ax, location="top", extend=extend, label=told, pad=0.02)
     if colours is classes:
         bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "0"])
-        bar.ax.tick_params(length=0, labelsize=7)
+        bar.ax.tick_params(length=0, labelsize=SMALL, pad=rcParams["xtick.major.pad"] + LOWER)
 
 
 def colour_scale(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
@@ -142,6 +143,7 @@ def colour_scale(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]
     if array.name not in SIGNED:
         return values, label, "neither", {"cmap": "viridis"}
     reach = (np.percentile(finite, REST) if finite.size else 0.0) or 1.0
+    values = np.where(np.isneginf(values), -2 * reach, values)  # what rests forgets its start: lowest colour
     return values, label, "both", {"cmap": SIGNS, "norm": Normalize(-reach, reach)}
 
 
