@@ -114,7 +114,8 @@ def test_a_shift_moves_the_journal_alone_and_no_farther_than_its_bearing():
     assert (after - before) / model.clearances[0] == pytest.approx(
         [0.25 * math.cos(0.7), 0.25 * math.sin(0.7)], abs=1e-9
     )
-    assert journals.velocities(moved.state) == pytest.approx(journals.velocities(model.state), abs=1e-9)
+    speeds = [journals.velocities(each.state[None]) for each in (model, moved)]
+    assert speeds[1] == pytest.approx(speeds[0], abs=1e-9)
     assert moved.state[0] == model.state[0]
     assert shift.applied(model, 0.7, 2.5) is None
 
@@ -259,6 +260,26 @@ def test_the_edge_state_of_what_nothing_forces_is_its_saddle():
     assert found["edge_multiplier"].values[..., 0] == pytest.approx(
         np.broadcast_to(np.exp(exponents), (2, 2, 2)), rel=1e-8
     )
+
+
+@pytest.mark.long
+def test_the_edge_state_of_what_nothing_forces_may_be_a_cycle_of_its_own_period():
+    """r' = -r (1 - r^2) (1 - r^2/4), phi' = w: rest at 0 and a cycle at 2, between them the cycle at 1."""
+    w, g = 5.0, "(1 - x**2 - y**2)*(1 - (x**2 + y**2)/4)"
+    rates = {"x": f"-x*{g} - w*y", "y": f"-y*{g} + w*x"}
+    hopf = jp.System(states={"x": 0.5, "y": 0.0}, parameters={"w": w}, rates=rates)
+    region = {"x": (-2.5, 2.5), "y": (-2.5, 2.5)}
+    found = jp.tipping(hopf, region=region, starts=16, largest=4.0, transient=60, turns=16, n_jobs=1)
+    assert found["period"].values.tolist() == [1, 0]
+    assert found["knock_size"].values[0] == pytest.approx(1.0, rel=1e-3)
+    tips = np.isfinite(found["knock_size"].values)  # outside, a line along x or y may miss the cycle
+    assert tips[0].all()
+    assert tips[1].any()
+    assert ((found["edge_period"].values == 1) == tips).all()
+    assert np.hypot(*found["edge_state"].values[tips].T) == pytest.approx(1.0, abs=1e-8)
+    assert found["edge_period_time"].values[tips] == pytest.approx(math.tau / w, rel=1e-8)
+    multiplier = found["edge_multiplier"].sel(part="real").values[tips]  # exp(f'(1) T), f'(1) = 3/2
+    assert multiplier == pytest.approx(math.exp(1.5 * math.tau / w), rel=1e-7)
 
 
 def test_one_motion_alone_has_no_other_to_go_to():

@@ -20,6 +20,7 @@ from jointplay.analysis.states.basin_uncertainty import (
 )
 from jointplay.analysis.states.basins import random_pairs
 from jointplay.analysis.states.ends import Observation, end_states, shortest_period
+from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.matching import match, set_distance
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.errors import InputError
@@ -98,6 +99,23 @@ def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
     found = jp.basins(mechanism, plane=plane, turns=24, patience=6, tolerance=5e-3)
     assert found.period.values.tolist() == [1, 1, 2, 6]
     assert int(found["count"].sum()) == 25
+
+
+def test_starts_side_by_side_are_those_alone_with_the_journal_as_asked():
+    place = Starts(catalog.chunmei2002(2.5e-4), None, ("journal_x", "journal_velocity_y"))
+    nodes = np.array([[0.3, 0.1], [-0.9, -0.2], [1.2, 0.0], [1e5, 0.0]])  # out of the bearing, out of reach
+    starts, journals = place.all(nodes), Journals(place.model)
+    assert [start is None for start in starts] == [False, False, True, True]
+    states = np.array([start.state for start in starts[:2]])
+    assert place.projected(states) == pytest.approx(nodes[:2], abs=1e-9)
+    rest = (journals.positions(states)[:, 1], journals.velocities(states)[:, 0])
+    own = place.model.state[None]
+    assert rest[0] == pytest.approx(np.full(2, journals.positions(own)[0, 1]), abs=1e-13)
+    assert rest[1] == pytest.approx(np.full(2, journals.velocities(own)[0, 0]), abs=1e-9)
+    assert np.array_equal(states, [place(node).state for node in nodes[:2]])
+    crank = Starts(catalog.chunmei2002(2.5e-4), None, ("crank_angle", "journal_x"))
+    turned = crank.all(np.array([[0.5, 0.2], [1.0, -0.4]]))
+    assert [start.state[0] for start in turned] == [0.5, 1.0]
 
 
 def test_a_slow_approach_is_no_chaos():

@@ -71,14 +71,12 @@ class Knock:
 
 def _shifted(model: Model, joint: str, way: np.ndarray) -> Model | None:
     journals, at = Journals(model), 2 * model.joints.index(joint)
-    positions = journals.positions(model.state[None, :])[0]
-    before = journals.eccentricity_ratios(model.state[None, :])[0]
-    positions[at : at + 2] += way
-    state = journals.put(model.state, positions, journals.velocities(model.state))
-    if state is None:
-        return None
-    after = journals.eccentricity_ratios(state[None, :])[0]
-    return None if np.any(after > np.maximum(before, 1.0) * INSIDE) else replace(model, state=state)
+    states, before = model.state[None, :], journals.eccentricity_ratios(model.state[None, :])
+    positions = journals.positions(states).copy()
+    positions[:, at : at + 2] += way
+    put = journals.put(states, positions, journals.velocities(states))
+    inside = journals.eccentricity_ratios(put) <= np.maximum(before, 1.0) * INSIDE
+    return replace(model, state=put[0]) if inside.all() else None
 
 
 def speeds_by_moment(model: Model, link: str) -> np.ndarray:

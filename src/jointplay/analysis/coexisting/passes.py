@@ -46,7 +46,7 @@ def found(
     place = Starts(changed(mechanism, changes), initial, tuple(region), joint)
     value = next(iter(changes.values()), 0.0)
     motions = Motions(place.model, observation)
-    labels = motions.sort([place(values) for values in drawn(region, starts, seed, value)], PILOTS)
+    labels = motions.sort(place.all(drawn(region, starts, seed, value)), PILOTS)
     tolerance = observation.tolerance
     lasting = sorted(
         (n for n in range(len(motions.known)) if np.any(labels == n)),

@@ -6,9 +6,8 @@ the state that is on it (`coexisting.edge`). Finite-time basin stability is the 
 come within the tolerance of a motion in so many turns; of periodic motions alone. Reference: P. Schultz,
 P. J. Menck, J. Heitzig and J. Kurths, New J. Phys. 19 (2017) 023005.
 
-Validity: as of the parts. Of systems that nothing forces, knocks are at section points alone, and an edge
-state is an equilibrium, or an orbit whose period is a whole number of nominal ones. With a prescribed
-speed of the crank, knocks are at the section alone.
+Validity: as of the parts. Of systems that nothing forces, knocks are at section points alone. With a
+prescribed speed of the crank, knocks are at the section alone.
 """
 
 from __future__ import annotations
@@ -17,6 +16,7 @@ import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -121,8 +121,8 @@ def tipping(
         ``knock_confirmed``; ``confirmed_size``, the smallest there that is, up to 1.2 of it (NaN: none);
         ``tipping_share`` of even sizes from it to 1.2 of it (NaN if it is confirmed); ``tried_reaches``
         over ``tried_share``; ``return_turns`` over ``knock_share``. Of each, the ``edge_period`` (0: none
-        found) of the state on the boundary that it crosses, ``edge_state``, ``edge_multiplier`` over
-        ``part``, ``edge_residual``.
+        found) of the state on the boundary that it crosses, ``edge_period_time``, ``edge_state``,
+        ``edge_multiplier`` over ``part``, ``edge_residual``.
         ``status``.
 
     Raises
@@ -175,7 +175,7 @@ def reached(mechanism, initial, observation, known, region, joint, starts: int, 
         Starts(mechanism, initial, tuple(region), joint),
         _motions(mechanism, initial, known, observation),
     )
-    labels = motions.sort([place(values) for values in drawn(region, starts, seed, 0.0)])
+    labels = motions.sort(place.all(drawn(region, starts, seed, 0.0)))
     within = np.arange(STRETCH, observation.transient + 1, STRETCH)
     there = (motions.turns[:, None] >= 0) & (motions.turns[:, None] <= within[None])
     counts = [(there & (labels == n)[:, None]).sum(axis=0) for n in range(len(known))]
@@ -194,6 +194,7 @@ def knocked(
     turning = forced and not (base.links and crank_place(base) is None)
     clock = base if forced else replace(base, crank_speed=math.tau / base.period)  # its phase is time
     section = section_map(clock, angle, 1, min(observation.rtol, EDGE_RTOL), observation.max_steps)
+    cut = None if forced else partial(assemble, mechanism, initial)
     kind = knocks(base, mechanism, impulses)[knock]
     case = Knocked(motions, own, points, section if turning else None, kind)
     sizes = largest * np.arange(1, steps + 1) / steps
@@ -210,18 +211,18 @@ def knocked(
         "ends": list(found.ends),
     }
     answer["returns"] = [returned(case, found.place, share * found.high) for share in SHARES]
-    if edge_turns and (orbit := _edge(case, found, section, edge_turns)) is not None:
+    if edge_turns and (orbit := _edge(case, found, section, edge_turns, cut)) is not None:
         answer |= tipping_dataset.edge_entry(orbit, base)
     return answer
 
 
-def _edge(case: Knocked, found, section, turns: int):
+def _edge(case: Knocked, found, section, turns: int, cut):
     """The edge state on the boundary that a knock crosses."""
     pair = [case.start(found.place, size) for size in (found.low, found.high)]
     if any(each is None for each in pair):
         return None
     inside, outside = (each.state for each in pair)
-    return edge_state(Boundary(case.motions, case.own, section, inside, outside), turns)
+    return edge_state(Boundary(case.motions, case.own, section, inside, outside, cut), turns)
 
 
 def returned(case: Knocked, place, size: float) -> int:

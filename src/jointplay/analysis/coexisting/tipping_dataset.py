@@ -29,7 +29,8 @@ def edge_entry(orbit: Orbit, base: Model) -> Entry:
     state, _ = at_phase(orbit, base.crank_angle)
     each = multipliers(orbit.image.derivative)
     table = np.stack([each.real, each.imag], -1)
-    return {"period": orbit.map.turns, "state": state, "multiplier": table, "residual": orbit.residual}
+    found = {"period": orbit.map.turns, "period_time": orbit.image.time, "residual": orbit.residual}
+    return found | {"state": state, "multiplier": table}
 
 
 @dataclass(frozen=True)
@@ -143,6 +144,11 @@ class Table:
                 self._filled(answers, "period", 0).astype(int),
                 "1",
                 "period in turns; 0: none found",
+            ),
+            "edge_period_time": (
+                self._filled(answers, "period_time", np.nan),
+                "s",
+                "time of a period of the edge state; of an equilibrium the nominal period",
             ),
             "edge_residual": (
                 self._filled(answers, "residual", np.nan),

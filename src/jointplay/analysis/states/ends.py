@@ -64,7 +64,7 @@ def ends(starts: Starts, nodes: np.ndarray, observation: Observation) -> dict[st
         ``node_status``, ``period`` (0: none) and ``followed``, an entry a node; ``states``, a list of arrays:
         the states at the section, one period of them or the last that were observed; ``status``.
     """
-    models = [starts(node) for node in nodes]
+    models = starts.all(nodes)
     status, periods, states, ways = zip(*end_states(starts.model, models, observation), strict=True)
     rows = {"node_status": status, "period": periods, "followed": ways}
     return {"status": 0, "states": list(states)} | {name: np.array(row) for name, row in rows.items()}

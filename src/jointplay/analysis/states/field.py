@@ -71,7 +71,7 @@ def exponents(starts: Starts, nodes: np.ndarray, turns: int, rtol: float, max_st
     dict
         ``growth`` (logarithm), ``time`` (s) and ``node_status``, an entry a node; ``status``.
     """
-    models, none = [starts(node) for node in nodes], (math.nan, math.nan, BAD)
+    models, none = starts.all(nodes), (math.nan, math.nan, BAD)
     rows = [none if model is None else stretch(model, turns, rtol, max_steps) for model in models]
     growth, time, status = map(np.array, zip(*rows, strict=True))
     return {"status": 0, "growth": growth, "time": time, "node_status": status}

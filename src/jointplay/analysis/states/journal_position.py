@@ -41,15 +41,15 @@ class Journals:
         """Clearance of each journal's two coordinates, m."""
         return np.repeat(self.model.clearances, 2)
 
-    def positions(self, states: np.ndarray, crank: complex = 0.0) -> np.ndarray:
+    def positions(self, states: np.ndarray, crank: complex | np.ndarray = 0.0) -> np.ndarray:
         """Journal centres relative to their bearings, m: (x, y) of each joint in turn.
 
         Parameters
         ----------
         states : ndarray, shape (rows, states)
             Positions and speeds.
-        crank : float
-            Angle by which a crank whose motion is prescribed is turned further, rad.
+        crank : complex or ndarray
+            Angle by which a crank whose motion is prescribed is turned further, rad; of each row, or of all.
         """
         given = dict(zip(self.module.STATE, [np.zeros(len(states)), *np.asarray(states).T], strict=True))
         given |= self._numbers
@@ -64,45 +64,50 @@ class Journals:
         ratios = self.positions(states) / self.clearances
         return np.hypot(ratios[:, ::2], ratios[:, 1::2])
 
-    def derivative(self, state: np.ndarray, columns: list[int]) -> np.ndarray:
-        """Derivative of the journals' positions by some coordinates, shape (positions, columns)."""
-        steps = np.zeros((len(columns), len(state)))
-        steps[np.arange(len(columns)), columns] = STEP
-        return self.positions(state + 1j * steps).imag.T / STEP
+    def linear(self, states: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Positions, derivatives by the free coordinates, velocities by the crank: of each state (row)."""
+        rows, last = len(states), len(self.free)
+        turned, steps = np.zeros(last + 1, complex), np.zeros((last + 1, states.shape[1]), complex)
+        steps[np.arange(last), self.free] = 1j * STEP
+        speed = np.full(rows, self._numbers.get("Omega", 0.0))
+        if self.crank is None:
+            turned[last] = 1j * STEP
+        else:
+            steps[last, self.crank], speed = 1j * STEP, states[:, len(self.model.turning) + self.crank]
+        stepped = (states[:, None, :] + steps).reshape(-1, states.shape[1])
+        values = self.positions(stepped, np.tile(turned, rows)).reshape(rows, last + 1, -1)
+        slopes = values.imag.swapaxes(1, 2) / STEP
+        return values[:, last].real, slopes[:, :, :last], slopes[:, :, last] * speed[:, None]
 
-    def velocities(self, state: np.ndarray) -> np.ndarray:
+    def velocities(self, states: np.ndarray) -> np.ndarray:
         """Velocities of the journal centres relative to their bearings, m/s: (x, y) of each joint in turn."""
-        n_q = len(self.model.turning)
-        free = self.derivative(state, self.free) @ state[n_q:][self.free]
-        return free + self._velocities_by_crank(state)
-
-    def _velocities_by_crank(self, state: np.ndarray) -> np.ndarray:
-        """The part of the velocities that is due to the crank's speed."""
-        if self.crank is not None:
-            speed = state[len(self.model.turning) + self.crank]
-            return self.derivative(state, [self.crank])[:, 0] * speed
-        speed = self._numbers.get("Omega", 0.0)
-        return self.positions(state[None, :], 1j * STEP)[0].imag / STEP * speed
+        _, A, by_crank = self.linear(states)
+        return _times(A, states[:, len(self.model.turning) :][:, self.free]) + by_crank
 
     @property
     def _numbers(self) -> dict[str, float]:
         return dict(zip(self.module.PARAMETERS, self.model.numbers, strict=True))
 
-    def put(self, state: np.ndarray, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray | None:
-        """Give a state with the same crank in which every journal has its position (m) and velocity (m/s).
+    def put(self, states: np.ndarray, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+        """Give states with the same crank in which every journal has its position (m) and velocity (m/s).
 
-        Returns
-        -------
-        ndarray or None
-            None where the links cannot reach.
+        All have a row a state; NaN where the links cannot reach.
         """
-        result, n_q = state.copy(), len(self.model.turning)
+        result, left = states.copy(), np.arange(len(states))
+        speeds = [len(self.model.turning) + i for i in self.free]
         for _ in range(ITERATIONS):
-            error = positions - self.positions(result[None, :])[0]
-            A = self.derivative(result, self.free)
-            if np.abs(error).max() <= TOLERANCE * self.clearances.min():
-                needed = velocities - self._velocities_by_crank(result) - A @ result[n_q:][self.free]
-                result[[n_q + i for i in self.free]] += np.linalg.lstsq(A, needed, rcond=None)[0]
-                return result
-            result[self.free] += np.linalg.lstsq(A, error, rcond=None)[0]
-        return None
+            here, A, by_crank = self.linear(result[left])
+            error, inverse = positions[left] - here, np.linalg.pinv(A)
+            there = np.abs(error).max(axis=1) <= TOLERANCE * self.clearances.min()
+            needed = velocities[left] - by_crank - _times(A, result[left][:, speeds])
+            result[np.ix_(left[there], speeds)] += _times(inverse, needed)[there]
+            result[np.ix_(left[~there], self.free)] += _times(inverse, error)[~there]
+            left = left[~there]
+            if not len(left):
+                break
+        result[left] = np.nan
+        return result
+
+
+def _times(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return (matrices @ vectors[:, :, None])[:, :, 0]

@@ -165,37 +165,49 @@ class Starts:
 
     def __call__(self, values: Sequence[float]) -> Model | None:
         """The model that starts at a node; None where there is no such start."""
-        given = dict(zip(self.names, map(float, values), strict=True))
-        crank = {name: given[name] for name in given if name in CRANK}
-        section, model = self.model.structure.section, self.model
+        return self.all(np.array([values]))[0]
+
+    def all(self, nodes: np.ndarray) -> list[Model | None]:
+        """The models that start at nodes, shape (nodes, coordinates); None where there is no such start."""
+        crank = [i for i, name in enumerate(self.names) if name in CRANK]
+        if not crank:
+            return self._starting(self.model, nodes)
+        return [each for node in nodes for each in self._starting(self._turned(node[crank]), node[None])]
+
+    def _turned(self, values: np.ndarray) -> Model | None:
+        """The model with another crank; None where it cannot be assembled."""
+        given = dict(zip([name for name in self.names if name in CRANK], map(float, values), strict=True))
         try:
-            model = assemble(self.mechanism, {**(self.initial or {}), **crank}, section) if crank else model
+            return assemble(self.mechanism, {**(self.initial or {}), **given}, self.model.structure.section)
         except InputError:
             return None
-        state = model.state.copy()
-        for name in given.keys() & set(self.states):
-            state[self.states.index(name)] = given[name]
-        model = replace(model, state=state)
-        if given.keys() & set(JOURNAL):
-            model = self._with_journal(model, given)
-        if model is None or beyond_a_wall(model):
-            return None
-        loose = model.links and model.joints
-        if loose and np.any(Journals(model).eccentricity_ratios(model.state[None, :]) > INSIDE):
-            return None
-        return model
 
-    def _with_journal(self, model: Model, given: Mapping[str, float]) -> Model | None:
-        """The model with its journal at the values given; None where the links cannot reach."""
-        journals = Journals(model)
-        positions = journals.positions(model.state[None, :])[0]
-        speeds = journals.velocities(model.state)
+    def _starting(self, model: Model | None, nodes: np.ndarray) -> list[Model | None]:
+        """The models that start at nodes with the crank of a model."""
+        if model is None or not len(nodes):
+            return [None] * len(nodes)
+        given, states = dict(zip(self.names, nodes.T, strict=True)), np.tile(model.state, (len(nodes), 1))
+        for name in given.keys() & set(self.states):
+            states[:, self.states.index(name)] = given[name]
+        good = np.ones(len(nodes), dtype=bool)
+        if model.links and model.joints:
+            journals = Journals(model)
+            if given.keys() & set(JOURNAL):
+                states = self._with_journal(journals, states, given)
+            good = (journals.eccentricity_ratios(states) <= INSIDE).all(axis=1)
+        starts = [replace(model, state=state) for state in states]
+        return [
+            start if ok and not beyond_a_wall(start) else None for start, ok in zip(starts, good, strict=True)
+        ]
+
+    def _with_journal(self, journals: Journals, states: np.ndarray, given: Mapping[str, Any]) -> np.ndarray:
+        """States with the journal at the values given; NaN where the links cannot reach."""
+        positions, speeds = journals.positions(states).copy(), journals.velocities(states)
         for i, axis in enumerate("xy", self.joint):
-            ratio = given.get(f"journal_{axis}", positions[i] / journals.clearances[i])
-            positions[i] = ratio * journals.clearances[i]
-            speeds[i] = given.get(f"journal_velocity_{axis}", speeds[i])
-        state = journals.put(model.state, positions, speeds)
-        return None if state is None else replace(model, state=state)
+            if (name := f"journal_{axis}") in given:
+                positions[:, i] = given[name] * journals.clearances[i]
+            speeds[:, i] = given.get(f"journal_velocity_{axis}", speeds[:, i])
+        return journals.put(states, positions, speeds)
 
     def projected(self, states: np.ndarray) -> np.ndarray:
         """The plane's coordinates of states at the section, shape (rows, 2)."""
@@ -210,7 +222,7 @@ class Starts:
             return states[:, self.states.index(own)] if own in self.states else np.full(len(states), held)
         journals, i = Journals(self.model), self.joint + "xy".index(name[-1])
         if "velocity" in name:
-            return np.array([journals.velocities(state)[i] for state in states])
+            return journals.velocities(states)[:, i]
         return journals.positions(states)[:, i] / journals.clearances[i]
 
     def axes(self, values: Mapping[str, np.ndarray]) -> dict[str, Any]:
