@@ -37,6 +37,7 @@ JOURNAL = {
 UNITS = {"theta": "rad", "w": "rad s-1", "x": "m", "y": "m", "vx": "m s-1", "vy": "m s-1"}
 UNITS |= {"slide": "m", "vslide": "m s-1"}
 MOST_NODES = 1_000_000
+TOGETHER = 1024  # starts that are made at once, for the memory that takes
 INSIDE = 1 + 1e-9  # of the clearance
 CRASHED = STATUS.index("crashed")
 
@@ -170,9 +171,11 @@ class Starts:
     def all(self, nodes: np.ndarray) -> list[Model | None]:
         """The models that start at nodes, shape (nodes, coordinates); None where there is no such start."""
         crank = [i for i, name in enumerate(self.names) if name in CRANK]
-        if not crank:
-            return self._starting(self.model, nodes)
-        return [each for node in nodes for each in self._starting(self._turned(node[crank]), node[None])]
+        if crank:
+            groups = [(self._turned(node[crank]), node[None]) for node in nodes]
+        else:
+            groups = [(self.model, nodes[i : i + TOGETHER]) for i in range(0, len(nodes), TOGETHER)]
+        return [start for group in groups for start in self._starting(*group)]
 
     def _turned(self, values: np.ndarray) -> Model | None:
         """The model with another crank; None where it cannot be assembled."""
@@ -184,7 +187,7 @@ class Starts:
 
     def _starting(self, model: Model | None, nodes: np.ndarray) -> list[Model | None]:
         """The models that start at nodes with the crank of a model."""
-        if model is None or not len(nodes):
+        if model is None:
             return [None] * len(nodes)
         given, states = dict(zip(self.names, nodes.T, strict=True)), np.tile(model.state, (len(nodes), 1))
         for name in given.keys() & set(self.states):
