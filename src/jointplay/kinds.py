@@ -110,8 +110,8 @@ _ROWS = (
         ("chaos_test",),
         "{turns} section points after {transient} dropped turns",
         (Shown("chaos_indicator_quartile", (("quartile", 0.5),), "median K of the 0-1 test"),),
-        summary=".results.answers.signals:chaos_test",
-        verdict=".results.answers.signals:chaos_test_verdict",
+        summary=".results.answers.motions:chaos_test",
+        verdict=".results.answers.motions:chaos_test_verdict",
         example={"analysis": {"transient": 50}},
     ),
     Kind(
@@ -119,7 +119,7 @@ _ROWS = (
         ".analysis.signals.spectrum:spectrum",
         ("spectrum",),
         shown=(Shown("variance"),),
-        summary=".results.answers.signals:spectrum",
+        summary=".results.answers.motions:spectrum",
         example={"analysis": {"transient": 50, "turns": 100}},
     ),
     Kind(
@@ -128,7 +128,7 @@ _ROWS = (
         ("dimension",),
         "{turns} section points after {transient} dropped turns",
         (Shown("correlation_dimension"),),
-        summary=".results.answers.signals:dimension",
+        summary=".results.answers.motions:dimension",
         example={"analysis": {"transient": 50}},
     ),
     Kind(

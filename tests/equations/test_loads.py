@@ -9,8 +9,8 @@ from jointplay.codegen import outputs
 from jointplay.equations.structure import powers
 from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.courses import series
 from jointplay.mechanism.drive import ConstantSpeed, PrescribedTorque, SpeedCycle, SpeedProfile
-from jointplay.mechanism.fourier import series
 from jointplay.mechanism.loads import Force, Torque
 from tests.reference.bodies import Parameters
 from tests.support.linkages import mechanism

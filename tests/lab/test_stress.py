@@ -16,7 +16,7 @@ from jointplay.analysis.tangents import tangent_map
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.equations.parameters import parameter_names
 from jointplay.errors import InputError
-from jointplay.lab.stress import error_growth, stress
+from jointplay.lab.stress import motion, stress
 from jointplay.lab.stress.motion import move, residual, sizes
 from jointplay.lab.stress.verdict import VERDICTS, judge
 from jointplay.mechanism.assemble import assemble
@@ -57,7 +57,7 @@ def test_a_loose_run_passed_off_as_a_tight_one_is_suspect():
     scene = assemble(mechanism, None, powers=True)
     true, tight, false = (move(scene, 3, rtol, 10**5) for rtol in (*TOLERANCES, 2e-4))
     unit = sizes(scene, tight)
-    own = error_growth.largest_growth(assemble(mechanism), unit, 3, 1e-8, 10**5)
+    own = motion.largest_growth(assemble(mechanism), unit, 3, 1e-8, 10**5)
     assert verdict(true, tight, unit, lambda _: own) == ("ok", "none")
     assert verdict(false, tight, unit, lambda _: own) == ("suspect", "states")
     assert verdict(true, false, unit, lambda _: own)[0] == "suspect"
@@ -113,7 +113,7 @@ def test_chaos_is_sensitive_and_nothing_worse():
     scene = assemble(mechanism, None, powers=True)
     loose, tight = (move(scene, turns, rtol, 10**5) for rtol in TOLERANCES)
     unit = sizes(scene, tight)
-    own = error_growth.largest_growth(assemble(mechanism), unit, turns, 1e-8, 10**5)
+    own = motion.largest_growth(assemble(mechanism), unit, turns, 1e-8, 10**5)
     assert 4**8 < own < 1e12
     assert verdict(loose, tight, unit, lambda _: own) == ("sensitive", "none")
     assert verdict(loose, tight, unit, lambda _: 1.0) == ("suspect", "states")
@@ -126,11 +126,11 @@ def test_growth_is_the_largest_between_any_two_times(monkeypatch):
     From this start it is the last two blocks together, neither the whole nor one of them.
     """
     scene = assemble(catalog.lorenz(), (5.0, 8.0, 15.0))
-    monkeypatch.setattr(error_growth, "BLOCKS", 3)
+    monkeypatch.setattr(motion, "BLOCKS", 3)
     unit, third = np.array([1.0, 3.0, 0.5]), scene.period / 3
     places = follow(scene, Request(scene.period, 1e-11, at=third * np.arange(3))).samples[:, 1:4]
     maps = [tangent_map(moved(scene, place), third) * unit / unit[:, None] for place in places]
-    found = error_growth.largest_growth(scene, unit, 1, 1e-9, 10**5)
+    found = motion.largest_growth(scene, unit, 1, 1e-9, 10**5)
     chains = [reduce(np.matmul, reversed(maps[i:j])) for i in range(3) for j in range(i + 1, 4)]
     assert found == pytest.approx(max(np.linalg.norm(chain, 2) for chain in chains), rel=1e-5)
     assert found > 2 * max(np.linalg.norm(each, 2) for each in (*maps, chains[2]))
@@ -141,8 +141,8 @@ def test_growth_is_looked_at_more_closely(monkeypatch):
     scene, unit = assemble(catalog.lorenz(), (5.0, 8.0, 15.0)), np.array([1.0, 3.0, 0.5])
     found = []
     for blocks, closer in ((6, 1), (3, 2), (3, 1)):
-        monkeypatch.setattr(error_growth, "BLOCKS", blocks)
-        found.append(error_growth.largest_growth(scene, unit, 1, 1e-9, 10**5, closer))
+        monkeypatch.setattr(motion, "BLOCKS", blocks)
+        found.append(motion.largest_growth(scene, unit, 1, 1e-9, 10**5, closer))
     assert found[0] == pytest.approx(found[1], rel=1e-9)
     assert found[0] > 1.01 * found[2]
 

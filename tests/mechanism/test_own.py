@@ -155,6 +155,7 @@ def test_badly_posed(tables, key, said):
     places = {place.removeprefix("system."): problem for place, problem in found.items()}
     assert key in places, places
     assert said in str(places[key].expected)
+    assert "np." not in str(found)
 
 
 PUMP = {  # fills, waits, and empties

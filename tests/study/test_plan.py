@@ -100,7 +100,7 @@ def test_looking_at_many_values_takes_so_many_looks(monkeypatch):
     assert len(made) == 1000
     assert len(compared) < 100
     assert len({key for job in first_work(record).jobs for key in job.keys}) == 500
-    assert len(made) == 1501  # the one more tells whether its structure goes in lanes
+    assert len(made) == 1001  # the one more tells whether its structure goes in lanes
 
 
 @pytest.mark.parametrize("kind", ["claims", "readings", "scheme_comparison"])
@@ -125,6 +125,53 @@ def test_a_cell_is_known_by_what_it_computes_alone():
             assert not set(whole) & set(keys(more))
         except InputError:
             continue
+
+
+BALL = """\
+name = "ball"
+kind = "section"
+[mechanism]
+catalog = "bouncing_ball"
+acceleration = 5.0
+restitution = 0.8
+[analysis]
+turns = 2
+[vary]
+acceleration = [4.0, 6.0]
+"""
+FALL = """\
+name = "fall"
+kind = "response"
+[mechanism]
+states = { z = "h", v = 0 }
+parameters = { h = 1.0, g = 9.8 }
+rates = { z = "v", v = "-g" }
+impacts = [{ name = "floor", gap = "z", restitution = "0.8" }]
+[analysis]
+turns = 2
+[vary]
+g = [1, 2.0]
+"""
+
+
+@pytest.mark.parametrize(("study", "same", "others"), [
+    (BALL, ["mechanism.acceleration=7.0"], ["mechanism.restitution=0.7", "mechanism.catalog='impact_pair'"]),
+    (FALL, ["mechanism.parameters.g=3.0", "vary.g=[1.0, 2]"],
+     ["mechanism.parameters.h=2.0", "mechanism.states.v=1", "mechanism.rates.v='-2*g'"]),
+])  # fmt: skip
+def test_a_cell_of_own_equations_is_known_by_its_numbers_and_its_tables(study, same, others):
+    def keys(*more):
+        return {job.key for job in first_work(loaded(study, *more).record).jobs}
+
+    whole = keys()
+    assert len(whole) == 2
+    for more in same:
+        assert keys(more) == whole
+    for more in others:
+        try:
+            assert not whole & keys(more)
+        except InputError:
+            assert "catalog" in more
 
 
 def test_a_point_of_a_chain_is_known_by_all_before_it():

@@ -159,15 +159,15 @@ def counts(x) -> dict[str, int]:
 @lru_cache(maxsize=256)
 def functions(structure: Linkage | Oscillator) -> tuple:
     """The compiled functions of a structure and of the method's algebra for its size."""
-    from jointplay.numerics import no_walls
-    from jointplay.numerics.interface import pointers
+    from jointplay.numerics import interface
 
     module = cache.structure_module(structure)
     sizes = module.SIZES
     if sizes["resets"]:
         cache.prepare("wall_flow")
     algebra = () if sizes["planned"] else (cache.algebra_module(sizes["positions"], sizes["speeds"]),)
-    return pointers(module, *algebra, cache.method("wall_flow") if sizes["resets"] else no_walls)
+    walls = cache.method("wall_flow") if sizes["resets"] else interface
+    return interface.pointers(module, *algebra, walls)
 
 
 def memory(model: Model, request: Request):

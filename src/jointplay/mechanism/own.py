@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Self
 
 from pydantic import model_validator
@@ -88,6 +88,15 @@ class System(Equations):
             values = in_si(changes, {key: self.units.get(key, "1") for key in changes})
             record = System(**dict(self) | {"parameters": self.parameters | values})
         return record if initial is None else System(**dict(record) | {"states": record._started(initial)})
+
+    def known_by(self, numbers: Mapping[str, float]) -> System:
+        """Give a copy with other parameters for a hash alone: it is not checked, as `replace` does.
+
+        An entry of the catalog is without its states, which follow from its parameters.
+        """
+        parameters = self.parameters | {key: float(value) for key, value in numbers.items()}
+        states = {} if self.system else self.states
+        return self.model_copy(update={"parameters": parameters, "states": states})
 
     def _of_the_catalog(self, changes: dict[str, Any]) -> System:
         if self.system not in SYSTEMS:

@@ -121,7 +121,9 @@ def _comes_back(place: str, each: Any, here: _Here) -> Iterator[Problem]:
         slopes = point.slopes(each.guard, states)
         if not slopes.any() or abs(value) < 1e-12:
             break
-        at = {n: x - value * s / (slopes @ slopes) for (n, x), s in zip(at.items(), slopes, strict=True)}
+        at = {
+            n: float(x - value * s / (slopes @ slopes)) for (n, x), s in zip(at.items(), slopes, strict=True)
+        }
     if not states or not abs(value) < 1e-9:
         return
     new = {name: here(text, **at) for name, text in each.jump.items()}

@@ -1,4 +1,4 @@
-"""A frame of tangent vectors: made orthonormal again and again, its growth added up.
+"""A frame of tangent vectors: made orthonormal again and again, its growth and works added up.
 
 Vectors are rows of a flat array (a place for time, which no tangent uses, then the state) and are measured in
 units of the state's scales. Reference: Benettin et al. (1980); modified Gram-Schmidt, a second time where
@@ -7,7 +7,8 @@ the first took most of a vector away (Giraud et al. 2005).
 
 from math import log, sqrt
 
-from .interface import compiled, inner
+from .interface import compiled, inlined, inner
+from .polynomial import integral
 
 AGAIN = 0.05  # share of its length that a vector must keep to need no second pass: rounding grows 20 fold
 LOST = 1e-9  # share below which a jump of lower rank has taken a vector's own direction away
@@ -86,3 +87,23 @@ def determinant(S, n):
             for c in range(j, n):
                 S[i * n + c] -= factor * S[j * n + c]
     return found
+
+
+@inner
+def size_of(y, d, at):
+    """Largest component of a tangent, at the piece's begin or end, in units of the scales."""
+    size = 0.0
+    for r in range(len(y.weight)):
+        begin, end = d[1 + r], d[1 + r] + y.w[at + 8 * r + 6]
+        size = max(size, abs(y.weight[r] * begin), abs(y.weight[r] * end))
+    return size
+
+
+@inlined
+def add_works(g, y, d, i, h):
+    """Integrals of the powers' derivatives in the piece, of the i-th tangent."""
+    n_w = len(y.powers) // 2
+    if n_w > 0:
+        g.vary(y.w, d)
+    for m in range(n_w):
+        y.works[i * n_w + m] += integral(y.w, len(y.w) - 8 * (1 + n_w - m), h, y.b)

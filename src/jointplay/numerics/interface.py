@@ -167,3 +167,8 @@ def entry(signature, how=compiled):
         return made
 
     return compile_now
+
+
+@entry(SIGNATURES["at_wall"], handed)
+def at_wall(f, guard, at, k, x, o):
+    """Do nothing, and never be called: what structures without rigid walls have for wall_flow.at_wall."""

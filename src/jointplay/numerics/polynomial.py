@@ -11,10 +11,10 @@ polynomial of degree 6 through the seven stages and its other roots.
 
 import numpy as np
 
-from .interface import compiled
+from .interface import compiled, inlined
 from .lanes import matvec
 from .memory import HALVINGS, STACK
-from .radau import NODES
+from .radau import COLLOCATION, NODES
 
 DEGREE = 7
 
@@ -202,3 +202,17 @@ def next_extremum(b, degree, place, side, end, stack):
     if root > 1.0 or at > end:
         return 2.0, degree
     return at, keep_right(b, degree, root)
+
+
+@inlined
+def integral(w, at, h, b):
+    """Integral of the lane row at w[at] up to the place whose basis stands in b[8:]."""
+    total = 0.0
+    for j in range(7):
+        share = COLLOCATION[8 * j + 6]
+        if b[14] != 1.0:  # not the step's end
+            share = 0.0
+            for i in range(7):
+                share += b[8 + i] * COLLOCATION[8 * j + i]
+        total += share * w[at + j]
+    return h * total

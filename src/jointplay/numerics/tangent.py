@@ -19,12 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .driven import add_works, integral, size_of
-from .frame import orthonormalise
+from .frame import add_works, orthonormalise, size_of
 from .interface import inlined, inner
 from .memory import SIZE, lane_rows
 from .modes import mask
-from .polynomial import basis, interpolate
+from .polynomial import basis, integral, interpolate
 from .step import keep
 
 ITERATIONS, ROUNDING = 40, 3e-16

@@ -1,4 +1,11 @@
-"""One run of a model: its states, energy balance, events and cost."""
+"""One run of a model: its states, energy balance, events and cost; and how small differences grow in it.
+
+The largest growth is the measure of a disagreement of two runs. Each step adds an error of its own, and the
+flow carries it on. So the growth that counts is the largest between any two times: with Phi_k the flow's
+derivative over block k, jumps at events included, the largest norm of Phi_j ... Phi_i, i <= j. The frame of
+unit tangents starts anew with each block, so that none of it is lost to the fastest direction. What grows and
+is ended by an event (the onset of sticking) within a block does not show: shorter blocks show it.
+"""
 
 from __future__ import annotations
 
@@ -9,13 +16,16 @@ import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.tangents import scales
+from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 
 SAMPLES = 48  # a nominal turn, at which runs are compared
 FLOWS = ("energy_residual", "drive_work", "joint_work", "structural_work", "kinetic_energy")
 OK = STATUS.index("ok")
+BLOCKS = 24  # a nominal turn, and at least in a run
+BEYOND = 1e12  # growth at which it is not followed further
+SOLVED = 1e-6  # tolerance of the tangents' iteration: their size is wanted, not their digits
 
 
 @dataclass(frozen=True)
@@ -96,3 +106,28 @@ def residual(model: Model, records: Records) -> float:
     flowed += float(np.max(found["kinetic_energy"], initial=0.0))
     largest = float(np.max(np.abs(found["energy_residual"]), initial=0.0))
     return largest / flowed if flowed > 0.0 else largest
+
+
+def largest_growth(
+    model: Model, unit: np.ndarray, turns: float, rtol: float, max_steps: int, closer: int = 1
+) -> float:
+    """Return the largest growth, at least 1, of a small difference between any two times of a run.
+
+    Differences are in units of the states' sizes `unit`. Blocks are `closer` times shorter than usual: growth
+    that an event soon ends shows in short ones only. If the run stops, the part before counts.
+    """
+    end, n_x, whole = turns * model.period, len(unit), np.eye(len(unit))
+    request = Request(end, rtol, max_steps=max_steps)
+    bundle = Bundle(model, request, np.diag(unit), tolerance=SOLVED, held=True)
+    products, largest = np.zeros((0, n_x, n_x)), 1.0
+    for until in np.linspace(0.0, end, closer * max(BLOCKS, round(turns * BLOCKS)) + 1)[1:]:
+        bundle.y.d.reshape(n_x, -1)[:] = np.diag(unit, 1)[:n_x]
+        status = bundle.advance(until)
+        block = (bundle.vectors / unit).T
+        if not np.all(np.isfinite(block)):
+            return largest
+        products = block @ np.concatenate([products, whole[None]])
+        largest = max(largest, float(np.max(np.linalg.norm(products, 2, axis=(1, 2)))))
+        if status or largest > BEYOND:
+            return largest
+    return largest

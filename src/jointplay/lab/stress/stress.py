@@ -15,8 +15,7 @@ from typing import Any
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.lab.stress.error_growth import largest_growth
-from jointplay.lab.stress.motion import move, sizes
+from jointplay.lab.stress.motion import largest_growth, move, sizes
 from jointplay.lab.stress.scenes import FOUR_BARS, VARIANTS, Case, draw, not_drawable, unknown_variants
 from jointplay.lab.stress.stress_dataset import dataset
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS, judge
