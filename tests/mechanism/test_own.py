@@ -9,10 +9,12 @@ import re
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sympy import cos, symbols
 
 import jointplay as jp
+from jointplay.analysis.coexisting.knocks import knocks
 from jointplay.analysis.vary import axes, units_of
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import System
@@ -193,6 +195,28 @@ def test_modes_follow_each_other():
     found = jp.simulate(System(**PUMP), duration=4.0, rtol=1e-11)
     expected = [0.5, 1.5, 1.95, 2.85, 3.85]
     assert found.event_time.values == pytest.approx(expected, abs=1e-12)
+
+
+def test_nothing_near_a_motion_has_another_mode():
+    """Neighbours differ in x and the clock alone, which move evenly up to 0.5: so far they keep apart."""
+    system = System(**PUMP)
+    found = jp.sensitivity(system, neighbours=3, turns=4, samples_per_turn=5, distance=1e-7, compare="time")
+    assert found.distance.values[..., :3] == pytest.approx(np.full((1, 3, 3), 1e-7), rel=1e-6)
+    assert found.distance.values.max() < 1e-6
+    assert [each.name for each in knocks(assemble(system), system)] == ["state:x", "state:clock"]
+    with pytest.raises(jp.InputError, match="no such state"):
+        jp.gradient(system, by=["initial.fills"])
+    with pytest.raises(jp.InputError, match="no such coordinate"):
+        jp.basins(system, plane={"x": [0.2, 0.8], "fills": [0, 1]})
+
+
+def test_what_moves_while_a_mode_lasts_is_no_position():
+    """Else a wall would turn the mode round, as the speed of what it meets."""
+    tables = PUMP | {"states": {**PUMP["states"], "worn": 0}, "rates": {**PUMP["rates"], "worn": "(waits)"}}
+    assert System(**tables).order == ((), ("x", "clock", "worn", "fills", "waits", "empties"))
+    wall = {"impacts": [{"name": "limit", "gap": "3 - worn", "restitution": 0}]}
+    (problem,) = problems_of(System, **tables, **wall).values()
+    assert "of positions alone" in problem.expected
 
 
 @pytest.mark.parametrize(

@@ -332,3 +332,59 @@ def test_sliding_ends_where_one_side_no_longer_pushes_back():
     assert known["derivative"].values == pytest.approx(np.array([[0.0, 0.5]]), abs=1e-9)
     lost = jp.lyapunov(relay.replace(), turns=2, transient=0, exponents="all")
     assert lost.lyapunov_exponent.values[-1] == -math.inf
+
+
+RELAYS = jp.System(
+    states={"x": 0.5, "y": -0.6, "z": 0.0},
+    parameters={"a": 0.3, "b": -0.2, "k": 0.0, "l": 0.0},
+    rates={
+        "x": "a - (2*s - 1) + k*(2*r - 1)",
+        "y": "b - 1.5*(2*r - 1) + l*(2*s - 1)",
+        "z": "x + y + s - 2*r",
+    },
+    switches=[{"name": "s", "on": "x", "slides": True}, {"name": "r", "on": "y", "slides": True}],
+)
+
+
+def relays(a, b, x, y, k, l, end):
+    """When each begins to slide, and z at the end: rates are even in between. All may be complex."""
+    e, s, r, z, time, times = np.array([x, y]), 1.0, -1.0, 0.0, 0.0, {}
+    while len(times) < 2:
+        rate = np.array([0.0 if 0 in times else a - s + k * r, 0.0 if 1 in times else b - 1.5 * r + l * s])
+        left = {i: -e[i] / rate[i] for i in (0, 1) if i not in times}
+        first = min(left, key=lambda i: left[i].real)
+        span = left[first]
+        z = z + span * (e.sum() + (1 + s) / 2 - (1 + r)) + span**2 * rate.sum() / 2
+        e, time = e + span * rate, time + span
+        times[first] = time
+        if len(times) == 1:  # one keeps itself at 0 beside what the other does
+            s, r = (a + k * r, r) if first == 0 else (s, (b + l * s) / 1.5)
+    s, r = np.linalg.solve([[1, -k], [-l, 1.5]], [a, b])
+    return [times[i] for i in sorted(times, key=lambda i: times[i].real)], z + (end - time) * (
+        (1 + s) / 2 - (1 + r)
+    )
+
+
+@pytest.mark.parametrize(("k", "l"), [(0.0, 0.0), (0.4, -0.5)], ids=["alone", "coupled"])
+def test_two_switches_slide_at_one_time(k, l):
+    """Each keeps its own guard: (1, -k; -l, 1.5) (2s - 1, 2r - 1) = (a, b)."""
+    system, given = RELAYS.replace(k=k, l=l), (0.3, -0.2, 0.5, -0.6)
+    times, z = relays(*given, k, l, 2.0)
+    found = jp.simulate(system, duration=2.0, at=[2.0], rtol=1e-11)
+    assert found.event_time.values == pytest.approx(times, abs=1e-11)
+    assert found.state_value.values == pytest.approx(np.array([[0, 0, z]]), abs=1e-10)
+    h = 1e-200
+    moved = [[v + 1j * h * (i == j) for i, v in enumerate(given)] for j in range(4)]
+    slopes = [relays(*each, k, l, 2.0)[1].imag / h for each in moved]
+    known = jp.gradient(system, of=["end:state:z"], by=["a", "b", "initial.x", "initial.y"], turns=2)
+    assert known["derivative"].values[0] == pytest.approx(slopes, abs=1e-9)
+
+
+@pytest.mark.parametrize("start", [[0.7, -1.3, 0.0], [0.0, 0.0, 0.0]], ids=["together", "from there"])
+def test_two_switches_begin_to_slide_together(start):
+    """At 1 both, x = 0.7 - 0.7 t and y = 1.3 t - 1.3; or at the start."""
+    found = jp.simulate(RELAYS, duration=3.0, at=[3.0], rtol=1e-11, initial=start)
+    both, before = (1.0, -0.3 + 1.0) if start[0] else (0.0, 0.0)
+    z = before + (3 - both) * ((1 + 0.3) / 2 - (1 - 0.2 / 1.5))
+    assert found.event_time.values == pytest.approx([both] * 2 if both else [], abs=1e-11)
+    assert found.state_value.values == pytest.approx(np.array([[0, 0, z]]), abs=1e-10)

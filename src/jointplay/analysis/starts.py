@@ -86,6 +86,11 @@ def state_names(model: Model) -> tuple[str, ...]:
     return tuple(cache.structure_module(model.structure).STATE[1:])
 
 
+def free_states(model: Model) -> tuple[str, ...]:
+    """Names of those that can differ by a little: of a system with modes all but these."""
+    return tuple(name for name in state_names(model) if name not in model.modes)
+
+
 def same_states(mechanism: Mechanism | TestSystem, end: End) -> bool:
     """Whether a motion of the mechanism can start at an end."""
     return state_names(assemble(mechanism)) == tuple(end.names)

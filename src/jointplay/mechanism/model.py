@@ -46,6 +46,8 @@ class Model:
         The links, where at least one bends.
     memories : int
         How many of the last speeds are what laws of contact remember.
+    modes : tuple of str
+        States that are 1 or 0 (mechanism.own_modes), of which nothing near the motion has others.
     crank, crank_angle, crank_speed
         Name of the driven link, its angle and speed at time 0.
     forward : int
@@ -76,6 +78,7 @@ class Model:
     resets: tuple[str, ...] = ()
     bending: tuple[str, ...] = ()
     memories: int = 0
+    modes: tuple[str, ...] = ()
 
     @property
     def touching(self) -> tuple[str, ...]:

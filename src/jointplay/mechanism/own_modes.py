@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
+from jointplay.equations.grammar import parse
 from jointplay.mechanism.own_parts import Exit, Jump
 
 Modes = Mapping[str, tuple[Exit, ...]]
@@ -22,9 +23,14 @@ def flat(modes: Modes, states: Mapping[str, str], rates: Mapping[str, str], mask
     return {
         "modes": {},
         "states": own | {mode: begun.get(mode, "0") for mode in modes},
-        "rates": {**rates, **dict.fromkeys(modes, "0")},
+        "rates": {name: _moving(text, modes) for name, text in rates.items()} | dict.fromkeys(modes, "0"),
         "jumps": tuple(_jumps(modes, masked)),
     }
+
+
+def _moving(rate: str, modes: Modes) -> str:
+    """A rate as it stands; of a mode's bare name a product, since a mode is no position's speed."""
+    return f"1*{rate}" if parse(rate).value in modes else rate
 
 
 def _jumps(modes: Modes, masked: bool) -> Iterator[Jump]:

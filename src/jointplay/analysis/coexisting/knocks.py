@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from jointplay.analysis.coexisting.point_impulses import Blow, Impulse
-from jointplay.analysis.starts import state_names
+from jointplay.analysis.starts import free_states, state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.mass_matrix import at_speeds, evaluated, mass_matrix
 from jointplay.analysis.states.start_plane import INSIDE, beyond_a_wall
@@ -98,7 +98,7 @@ def _link_speeds(model: Model, link: str, changes: np.ndarray) -> np.ndarray:
 def knocks(model: Model, mechanism: Mechanism | TestSystem, impulses: Sequence[Impulse] = ()) -> list[Knock]:
     """Kinds of knock that a model can have: of each kind all, and of impulses on points those given."""
     if not model.links:
-        return [Knock(f"state:{name}", 1.0) for name in state_names(model)]
+        return [Knock(f"state:{name}", 1.0) for name in free_states(model)]
     nominal, found = math.tau / model.period, []
     for link in model.links:
         change = speeds_by_moment(model, link)

@@ -24,7 +24,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.starts import crank_place
+from jointplay.analysis.starts import crank_place, free_states, state_names
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.errors import Problem
 from jointplay.mechanism.base import Count, Natural
@@ -183,7 +183,8 @@ def measure(
     Beside them, the duration of those turns, s, and the status.
     """
     scale = turn.scale
-    away = np.random.default_rng(0).standard_normal(len(state))
+    free = np.isin(state_names(turn.model), free_states(turn.model)).astype(float)
+    away = free * np.random.default_rng(0).standard_normal(len(state))
     least, logs, duration = turn.rtol / distance, [], 0.0
     for count in range(ALIGN + turns):
         away *= distance / np.linalg.norm(away)
@@ -191,10 +192,10 @@ def measure(
         state, time, status = turn(state)
         if status or failed:
             return np.array(logs[ALIGN:]), duration, status or failed
-        away = (other - state) / scale
+        away = free * (other - state) / scale
         logs.append(math.log(max(np.linalg.norm(away) / distance, least)))
         if not np.any(away):  # both ran into the same state: any direction is as good
-            away = np.ones(len(state))
+            away = free.copy()
         duration += time if count >= ALIGN else 0.0
         if progress is not None:
             progress((count + 1) / (ALIGN + turns))

@@ -32,7 +32,7 @@ from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Event, Mode
 
 ENERGIES = ("kinetic_energy", "potential_energy")
-LOOSER = 1e-2  # tolerance of the tangents' iteration, in those of a step
+LOOSER = 0.1  # tolerance of the tangents' iteration, in those of a step
 ASIDE, ROOM = 1e-9, 10.0  # of the period, and tolerances: so far from an event a run stops on both sides
 
 

@@ -32,7 +32,7 @@ from jointplay.analysis.orbits.orbit_request import section_fits, start_fits
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.analysis.starts import moved, placed, state_names
+from jointplay.analysis.starts import free_states, moved, placed, state_names
 from jointplay.analysis.vary import changed
 from jointplay.errors import NOTHING, InputError, Problem, refuse, warn
 from jointplay.mechanism.assemble import assemble
@@ -47,7 +47,7 @@ LOOSER = 10.0  # tolerance of the second run, in that of the first: their distan
 
 def _by_fits(mechanism: Mechanism | TestSystem, by: tuple[str, ...] | None, orbit: bool) -> Iterator[Problem]:
     starts = [key for key in by or () if key.startswith(wanted.INITIAL)]
-    states = state_names(assemble(mechanism)) if starts and not orbit else ()
+    states = free_states(assemble(mechanism)) if starts and not orbit else ()
     if orbit and starts:
         yield Problem("by", starts[0], "a parameter is accepted: a periodic orbit has no start")
     else:

@@ -4,7 +4,7 @@ A motion is followed past its transient; neighbours start at one small distance 
 at random, and are followed beside it. Distances are in the units of `analysis.tangents.scales` (a radian, the
 longest link, the nominal speed; 1 for a test system's states). Where a crank turns (a system is forced),
 states are compared as each passes the same angle (phase), the angle itself left out; else, or where asked, at
-equal times.
+equal times. Modes are left out: neighbours start in the motion's own.
 
 The growth is that of the mean logarithm of the distances between two levels: past the first turns, in which
 the differences find the direction that grows most, and short of where they stay, at the size of the attractor
@@ -29,7 +29,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.exponents.growth import STATE, TIME, Turn
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.starts import crank_place
+from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.start_plane import beyond_a_wall, section_of
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import INTERRUPTED, Request, follow
@@ -62,7 +62,9 @@ class Divergence:
         """Follow motion and neighbours: variables, coordinates, status."""
         model = assemble(mechanism, initial, section_of(mechanism))
         cut = model.structure.section is not None and self.compare != "time"
-        left_out = crank_place(model) if cut else None
+        crank = crank_place(model) if cut else None
+        names = state_names(model)
+        left_out = [place for place, name in enumerate(names) if place == crank or name in model.modes]
         random = np.random.default_rng(self.seed)
         state, status = self._settled(model)
         many, bundles = self.turns * self.samples_per_turn + 1, (self.references, self.neighbours)
@@ -75,8 +77,8 @@ class Divergence:
             ended[i] = [run[2] for run in runs[1:]]
             status = INTERRUPTED if INTERRUPTED in ended[i] else runs[0][2]
             state = runs[0][0][-1].copy()
-            if left_out is not None:
-                state[left_out] = model.crank_angle
+            if crank is not None:
+                state[crank] = model.crank_angle
             if progress is not None:
                 progress((i + 1) / self.references)
             if status:
@@ -101,11 +103,10 @@ class Divergence:
             return model.state, int(records.status)
         return records.samples[-1, 1 : 1 + len(model.state)], 0
 
-    def _offsets(self, random: np.random.Generator, model: Model, left_out: int | None) -> np.ndarray:
+    def _offsets(self, random: np.random.Generator, model: Model, left_out: list[int]) -> np.ndarray:
         """Differences of the neighbours from the motion, shape (neighbours, states)."""
         away = random.standard_normal((self.neighbours, len(model.state)))
-        if left_out is not None:
-            away[:, left_out] = 0.0
+        away[:, left_out] = 0.0
         return self.distance * away / np.linalg.norm(away, axis=1, keepdims=True) * scales(model)
 
     def _samples(self, model: Model, state: np.ndarray, cut: bool) -> tuple[np.ndarray, np.ndarray, int]:
@@ -131,14 +132,13 @@ class Divergence:
         level = {"level": model.crank_angle + forward * part, "period": part, "direction": forward}
         return Request(rules.SLACK * end, stop_after=many, **level, **limit)
 
-    def _distances(self, model: Model, runs: list, left_out: int | None) -> np.ndarray:
+    def _distances(self, model: Model, runs: list, left_out: list[int]) -> np.ndarray:
         """Distances of the neighbours, shape (neighbours, samples)."""
         states, turning = np.array([run[0] for run in runs]), np.flatnonzero(model.fold)
         apart = states[1:] - states[0]
         apart[..., turning] = (apart[..., turning] + math.pi) % math.tau - math.pi
         apart /= scales(model)
-        if left_out is not None:
-            apart[..., left_out] = 0.0
+        apart[..., left_out] = 0.0
         return np.linalg.norm(apart, axis=-1)
 
     def _variables(self, distances: np.ndarray, ended: np.ndarray, times: np.ndarray) -> dict[str, Any]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
-from jointplay.analysis.starts import state_names
+from jointplay.analysis.starts import free_states, state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.codegen import cache, outputs
 from jointplay.errors import NOTHING, InputError, Problem, unknown
@@ -106,7 +106,7 @@ def coordinates(mechanism: Mechanism | TestSystem, model: Model) -> dict[str, di
     linkage = isinstance(mechanism, Mechanism)
     named = (CRANK if linkage and mechanism.crank else {}) | (JOURNAL if linkage and _bearings(model) else {})
     units = UNITS if model.links else {}
-    named |= {name: (units.get(name.split("_")[0], "1"), f"state {name}") for name in state_names(model)}
+    named |= {name: (units.get(name.split("_")[0], "1"), f"state {name}") for name in free_states(model)}
     return {name: {"units": unit, "long_name": text} for name, (unit, text) in named.items()}
 
 
