@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import jointplay as jp
 from jointplay.kinds import KINDS, load
-from jointplay.lab.benchmarks import ivp_crank
+from jointplay.lab.benchmarks import flores2010, ivp_crank
 from jointplay.mechanism.assemble import assemble
 
 SPARE = {  # relative: twice what was found, where the published start's nine digits allow no more
@@ -49,6 +50,49 @@ def test_the_mechanism_is_the_published_one_but_for_pi_and_fifteen():
     for name in changed:
         factor = 1 / 15 if name.startswith("axial") else 15**-0.5
         assert abs(printed[name] / own[name]) == pytest.approx(factor, rel=5e-7)
+
+
+def pushed(q, v):
+    """Mass matrix and forces of the slider-crank of Flores, Leine and Glocker between its faces."""
+    crank, rod, m = 0.153, 0.306, (0.038, 0.038, 0.076)
+    coupled = (m[1] / 2 + m[2]) * crank * rod
+    turning = 7.4e-5 + (m[0] / 4 + m[1] + m[2]) * crank**2, 5.9e-4 + (m[1] / 4 + m[2]) * rod**2
+    off = coupled * np.cos(q[0] - q[1])
+    whirl = coupled * np.sin(q[0] - q[1]) * np.array([v[1] ** 2, -(v[0] ** 2)])
+    weight = 9.81 * np.array([(m[0] / 2 + m[1] + m[2]) * crank, (m[1] / 2 + m[2]) * rod]) * np.cos(q)
+    return np.array([[turning[0], off], [off, turning[1]]]), -whirl - weight
+
+
+@pytest.mark.long
+def test_the_slider_crank_of_flores_before_its_first_impact():
+    """Against SciPy's DOP853 on equations written out."""
+    found = jp.benchmark(jp.catalog.flores2010())
+    assert int(found.status) == 0
+
+    def rates(t, y):
+        return [*y[2:], *np.linalg.solve(*pushed(y[:2], y[2:]))]
+
+    start, options = [0, 0, 150, -75], {"method": "DOP853", "rtol": 1e-13, "atol": 1e-13}
+    end = solve_ivp(rates, (0, flores2010.END), start, **options).y[:, -1]
+    exact = [*end, 1e-3 - 0.153 * np.sin(end[0]) - 0.306 * np.sin(end[1])]
+    assert found.computed.values == pytest.approx(exact, rel=1e-9)
+    off = found.relative_difference.values
+    assert 1e-3 < off[:2].max() < 2e-3
+    assert off[4] == pytest.approx(0.162, abs=0.001)  # of the steps, as the next test says
+
+
+def test_the_stored_motion_of_flores_slider_crank_has_these_equations():
+    """Its own steps on equations written out: theta = 1/2, mass at the guessed end, one Newton iteration."""
+    q, v, h, d = np.zeros(2), np.array([150.0, -75.0]), 1e-4, 1e-20
+    for _ in range(26):
+        mass, ahead = pushed(q + h * v, v)
+        slopes = [pushed(q + h * v + h / 2 * 1j * d * e, v + 1j * d * e)[1].imag / d for e in np.eye(2)]
+        after = v + np.linalg.solve(mass - h / 2 * np.stack(slopes, -1), h / 2 * (pushed(q, v)[1] + ahead))
+        q, v = q + h / 2 * (v + after), after
+    gap = 1e-3 - 0.153 * np.sin(q[0]) - 0.306 * np.sin(q[1])
+    stored = [value for _, value in flores2010.PUBLISHED.values()]
+    assert [*q, *v] == pytest.approx(stored[:4], rel=1e-14)
+    assert gap == pytest.approx(stored[4], rel=1e-11)
 
 
 def test_another_mechanism_is_refused():

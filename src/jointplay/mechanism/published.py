@@ -65,10 +65,10 @@ def ivp_crank(**changes: Any) -> Mechanism:
 def siconos_four_bar(clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3}, **changes: Any) -> Mechanism:  # noqa: B006
     """Give the four-bar with three clearances of the Siconos examples (``FourBarClearance``).
 
-    Links of 1, 4 and 2.5 m, 3 m between the pivots, 1 kg each, uniform; journals of radius 0.055 m. Published
-    with rigid plastic impacts (restitution 0), friction 0.1, and a controller that leads the crank. Left
-    open by what could be read of it: the clearances, about 5 mm by its stored trajectory. Not those of
-    the publication either: a stiff contact that does not pull, and no drive.
+    Links of 1, 4 and 2.5 m, 3 m between the pivots, 1 kg each, uniform; journals of radius 0.055 m, bearings
+    of 0.06 m. Published with rigid plastic impacts (restitution 0), friction 0.1, and a controller that makes
+    the crank's angle follow 6 sin(3πt/4) rad by a torque computed from its angle and speed. Not those of the
+    publication: a stiff contact that does not pull, and no drive, since none here is such a controller.
 
     Parameters
     ----------

@@ -10,8 +10,8 @@ from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
-LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder
-    "ok": ("o", style.GREY, 2.0),
+LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder, and told apart in grey
+    "ok": ("o", "#bdbdbd", 2.0),
     "sensitive": ("o", style.BLUE, 2.0),
     "stopped": ("x", style.AMBER, 3.0),
     "unconfirmed": ("+", style.BLACK, 4.0),

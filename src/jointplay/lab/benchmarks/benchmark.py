@@ -12,13 +12,16 @@ from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis
 from jointplay.analysis.labels import number, outcome
 from jointplay.analysis.rules import steps
 from jointplay.errors import Problem
-from jointplay.lab.benchmarks import ivp_crank
+from jointplay.lab.benchmarks import flores2010, ivp_crank
 from jointplay.lab.benchmarks.answer import Answer
 from jointplay.mechanism import catalog
 from jointplay.mechanism.base import Natural
 from jointplay.mechanism.records import Mechanism, TestSystem
 
-ANSWERS: dict[str, Callable[[Mechanism, float, int], Answer]] = {"ivp_crank": ivp_crank.answer}
+ANSWERS: dict[str, Callable[[Mechanism, float, int], Answer]] = {
+    "ivp_crank": ivp_crank.answer,
+    "flores2010": flores2010.answer,
+}
 
 
 def _published(mechanism: Mechanism | TestSystem) -> list[Problem]:
@@ -42,7 +45,7 @@ def benchmark(
     Parameters
     ----------
     mechanism : Mechanism
-        `catalog.ivp_crank`, unchanged.
+        `catalog.ivp_crank` or `catalog.flores2010`, unchanged.
     rtol, max_steps, progress
         As in `simulate`.
 
