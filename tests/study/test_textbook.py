@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 import jointplay as jp
 from jointplay.analysis import tangents
 from jointplay.mechanism.assemble import assemble
+from jointplay.numerics.codes import Status
 from jointplay.study.file import load
 
 STUDIES = Path(__file__).parents[2] / "studies" / "own"
@@ -388,3 +389,18 @@ def test_two_switches_begin_to_slide_together(start):
     z = before + (3 - both) * ((1 + 0.3) / 2 - (1 - 0.2 / 1.5))
     assert found.event_time.values == pytest.approx([both] * 2 if both else [], abs=1e-11)
     assert found.state_value.values == pytest.approx(np.array([[0, 0, z]]), abs=1e-10)
+
+
+def test_sliding_ends_the_run_where_both_sides_come_to_lead_away():
+    """x' = (1 - s) v - s u, u' = v' = -1: at 1 if u = v; else one side does first, and x = (t - 1)²/2."""
+    fold = jp.System(
+        states={"x": 0.0, "u": 1.0, "v": 1.0},
+        rates={"x": "(1 - s)*v - s*u", "u": "-1", "v": "-1"},
+        switches=[{"name": "s", "on": "x", "slides": True}],
+    )
+    found = jp.simulate(fold, duration=2.0, at=[0.5, 1.5], rtol=1e-11)
+    assert Status(int(found.status)) == Status.CHATTER
+    assert found.event_time.values == pytest.approx(np.ones(len(found.event_time)), abs=1e-9)
+    assert found.time.values.tolist() == [0.5]
+    beside = jp.simulate(fold, duration=2.0, at=[2.0], rtol=1e-11, initial=[0.0, 1.0, 1.0001])
+    assert beside.state_value.values[0] == pytest.approx([0.5, -1.0, -0.9999], abs=1e-10)

@@ -168,6 +168,10 @@ class Dynamics:
         """v_t' of contact j in this variant."""
         return self.slide(self.contacts[j]) - self._eased(j, self.F_t)
 
+    def restoring(self, j: int) -> Expr:
+        """What a unit of the force of held contact j takes off v_t'."""
+        return dot(self._row(j), self._columns[self.held.index(j)])
+
     def slide(self, contact: Contact | Reset) -> Expr:
         """The same by what moves, and of a rough wall."""
         return dot(contact.tangential, self.a) + self._drifting(contact)

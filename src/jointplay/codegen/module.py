@@ -33,6 +33,7 @@ from ..numerics.modes import (
     SLIDE,
     SLIPPING,
     STICKS,
+    SWITCHES,
 )
 from . import elimination, outputs, resets
 from .dynamics import Dynamics
@@ -99,6 +100,7 @@ def _names(system: System) -> str:
         + REMEMBERS * bool(c.entry)
         + SHARES * (c.sticks and bool(c.face))
         + LATCHES * c.latches
+        + SWITCHES * bool(c.way)
         for c in system.contacts
     }
     return f"CONTACTS = {flags!r}\nRESETS = {[reset.name for reset in system.resets]!r}\n\n"
@@ -129,11 +131,14 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
 
 def guards(dynamics: Dynamics, j: int, variant: str) -> dict[int, Expr]:
-    """Guards of a contact: gap or u, the law's F_n or its sign, v_t, the cone (f_s F_n)^2 - F_t^2."""
+    """Guards of a contact: gap or u, the law's F_n or its sign, v_t, the cone (f_s F_n)^2 - F_t^2.
+
+    Of a switch that slides, in the place of F_n what its force takes off v_t' (numerics.modes).
+    """
     contact = dynamics.system.contacts[j]
     found = {GAP: contact.u if contact.gap is None else contact.gap}
     if not contact.pulls or (contact.sticks and variant == "stick"):
-        found[FORCE] = contact.pressed
+        found[FORCE] = dynamics.restoring(j) if contact.way else contact.pressed
     if contact.sticks and variant != "free":
         found[SLIDE] = contact.v_t
     if contact.sticks and variant == "stick":

@@ -7,6 +7,10 @@ v_t = 0 the two one-sided accelerations of v_t decide (Filippov): with a_+ that 
 slipping -, both pushing towards v_t = 0 (a_+ < 0 < a_-) means sticking. Where the force pulls (F_n < 0)
 friction drives, the sector repels, and the motion keeps its direction.
 
+A switch that slides does so along a force that changes v_t the other way (equations.filippov). Where it no
+longer does, |F| <= 1 means that both sides lead away, and any time at which the motion leaves is a solution:
+it is kept where it is, so that the run ends there.
+
 Reference: Filippov, Differential Equations with Discontinuous Righthand Sides (1988); Leine and Nijmeijer
 (2004).
 """
@@ -18,7 +22,7 @@ FREE, RELEASED, SLIP_POSITIVE, SLIP_NEGATIVE, STICK, CONTACT, RESTING = Mode.num
 IN_FLIGHT, SLIPPING, STICKING = Variant.numbers()
 ENTRY, SEPARATION, REOPENING, SLIP_REVERSAL, STICK_ONSET, SLIP_ONSET, IMPACT, REST = Event.numbers()
 GAP, FORCE, SLIDE, CONE = range(4)
-PULLS, STICKS, REMEMBERS, SHARES, LATCHES = 1, 2, 4, 8, 16
+PULLS, STICKS, REMEMBERS, SHARES, LATCHES, SWITCHES = 1, 2, 4, 8, 16, 32
 
 
 @compiled
@@ -169,6 +173,8 @@ def follow(contacts, j, guard, flags, modes, fired, m, s, p, rest, out):
     elif guard == SLIDE:
         _settle(contacts, j, modes, m, s, p, out)
         kind = STICK_ONSET if modes[j] == STICK else SLIP_REVERSAL
+    elif guard == FORCE and flags[j] & SWITCHES:
+        kind = SLIP_ONSET
     else:
         kind = SLIP_ONSET
         look(contacts, modes, m, s, p, out)
