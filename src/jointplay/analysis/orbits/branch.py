@@ -83,7 +83,8 @@ class Tracer:
         Whether the branch left at a period doubling: where both halves of the orbit become one, it has joined
         its parent.
     corner : callable, optional
-        Of a curve: the grazing ahead of a point beside which steps become short, and where the curve goes on.
+        Of a curve: the grazing ahead of a point beside which steps become short, and where the curve goes on,
+        if it does.
     """
 
     def __init__(
@@ -93,7 +94,7 @@ class Tracer:
         max_points: int,
         visit: Callable,
         doubled: bool = False,
-        corner: Callable[[Point], tuple[Special, Point] | None] = lambda last: None,
+        corner: Callable[[Point], tuple[Special, Point | None] | None] = lambda last: None,
     ):
         self.family, self.step, self.max_points = family, step, max_points
         self.visit, self.doubled, self.corner = visit, doubled, corner
@@ -235,10 +236,12 @@ class Tracer:
         self.bend = 0.0
         return self._away_from_events(beyond), max(FIRST * self.step / 4, SMALL * self.step), None
 
-    def _turn(self, met: Special, onward: Point) -> tuple[Point, float, str | None]:
-        """Note a corner at a grazing, and go on from it."""
-        self._take(met.point)
+    def _turn(self, met: Special, onward: Point | None) -> tuple[Point, float, str | None]:
+        """Note a corner at a grazing, and go on from it, or end there."""
         self.specials.append(met)
+        if onward is None:
+            return met.point, 0.0, "grazing"
+        self._take(met.point)
         self._take(onward)
         self.bend = 0.0
         return self._away_from_events(onward), FIRST * self.step / 4, None
