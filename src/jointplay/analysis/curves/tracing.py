@@ -132,7 +132,8 @@ class Curves:
         return joined(back, forth)
 
     def _follow(self, family: Family, start: Point, most: int, **more: Any) -> Branch:
-        return Tracer(family, self.step, max(most, 2), self.visit, **more).follow(start)
+        doubled = start.orbit.map.turns % 2 == 0
+        return Tracer(family, self.step, max(most, 2), self.visit, doubled, **more).follow(start)
 
 
 def starts_of(
