@@ -1,6 +1,7 @@
 """Curves of maps with known bifurcations in two parameters, and their meetings."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from jointplay.analysis.curves.tracing import Curves, starts_of
 from jointplay.analysis.orbits.continuation import Explorer
 from jointplay.analysis.orbits.shooting import newton
+from jointplay.numerics.codes import Event
 from tests.analysis.orbits.test_continuation_maps import Plain, Plains
 
 
@@ -37,14 +39,34 @@ def both(p, x):
     return state, np.array([[1 - 2 * x[0], 0.0], [-x[1], -(1 + p[1] + x[0])]])
 
 
-def curves(rule, start, p, low, high, of, step=0.04, most=200):
+def stuck(p, x):
+    """x' = x + p + (q - 2/3 sqrt x) x, which sticks; from x = 0 down x' = x/2 + p, which does not."""
+    if x is None:
+        return [0.0]
+    if x[0] <= 0:
+        return x / 2 + p[0], np.diag([0.5])
+    root = math.sqrt(x[0])
+    return x * (1 + p[1] - 2 / 3 * root) + p[0], np.diag([1 + p[1] - root])
+
+
+class Stuck(Plain):
+    """The map `stuck` with its sticking: it takes a tenth of the root of x."""
+
+    def image(self, state, *given, **named):
+        share = 0.1 * math.sqrt(max(state[0], 0.0))
+        sticks = [[0, Event.STICK_ONSET, 0.5, 0.5], [0, Event.SLIP_ONSET, 0.5 + share, 0.5 + share]]
+        events = np.array(sticks if share else [], dtype=float).reshape(-1, 4)
+        return replace(super().image(state, *given, **named), events=events)
+
+
+def curves(rule, start, p, low, high, of, step=0.04, most=200, plain=Plain):
     """Curves from the branch over the first parameter, as (kind, parameters, meetings, ends)."""
     low, high, p = map(np.array, (low, high, p))
-    family = Plains(lambda value: Plain(rule, value), low, high, 1e-9)
-    line = Plains(lambda value: Plain(lambda q, x: rule([q, p[1]], x), value), low[0], high[0], 1e-9)
-    orbit = newton(Plain(rule, p), np.array(start), 1e-9)
+    family = Plains(lambda value: plain(rule, value), low, high, 1e-9)
+    line = Plains(lambda value: plain(lambda q, x: rule([q, p[1]], x), value), low[0], high[0], 1e-9)
+    orbit = newton(plain(rule, p), np.array(start), 1e-9)
     assert orbit.status == 0
-    branch = Explorer(line, step, most, 1).explore(orbit, line.fraction(p[0]))[0]
+    branch = Explorer(line, step, 200, 1).explore(orbit, line.fraction(p[0]))[0]
     second = family.fraction(p)[1]
     starts = starts_of([branch], of, lambda first: np.array([first, second]))
     found = []
@@ -98,6 +120,19 @@ def test_a_doubling_touches_a_fold():
         p, q = places.T
         assert p == pytest.approx(q**2 if kind == "period_doubling" else 0 * q, abs=1e-9)
         assert met == {"fold_doubling": pytest.approx([0, 0], abs=1e-6)}
+
+
+@pytest.mark.parametrize("most", [200, 44])
+def test_a_fold_ends_where_sticking_has_shrunk_to_nothing(most):
+    """It is at x = q^2, p = -q^3/3; at q = 0 P' jumps to 1/2. Points that one half leaves serve the other."""
+    ((_, places, met, ends),) = curves(
+        stuck, [2.25], [0.225, 0.9], [-0.4, -0.5], [0.3, 1.0], ("fold",), most=most, plain=Stuck
+    )
+    assert places[:, 0] == pytest.approx(-(places[:, 1] ** 3) / 3, abs=1e-9)
+    assert met == {"grazing": pytest.approx([0.0, 0.0], abs=1e-6)}
+    assert sorted(ends) == ["grazing", "range"]
+    assert np.sum(places[:, 1] < 0.9) > 22
+    assert len(places) <= 44
 
 
 def beside(pair):

@@ -23,6 +23,7 @@ from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
+from jointplay.analysis.tangents import Bundle
 from jointplay.codegen import cache
 from jointplay.mechanism.model import Model
 
@@ -109,19 +110,20 @@ def slopes(
     `of`: the numbers, by a model and rows of time, state, modes. Derivatives are rows: in the coordinates x/c
     and the fractions of the ranges. Extrapolated from two times just before.
     """
-    later = EARLIER * spacing(trial.section, trial.image)
-    found = [_slopes(family, trial, like, time - ago, later, of) for ago in (later, 2 * later)]
-    if None in found:
+    later, section = EARLIER * spacing(trial.section, trial.image), trial.section
+    run = trial.state, section.request(time - later), np.eye(len(trial.state)), trial.directions
+    bundle, _, status = section.run(*run, until=time - 2 * later)
+    if status:
         return None
-    near, far = found
+    far = _slopes(family, trial, like, bundle, later, of)
+    if bundle.advance():
+        return None
+    near = _slopes(family, trial, like, bundle, later, of)
     return tuple(2 * one - other for one, other in zip(near, far, strict=True))
 
 
-def _slopes(family: Family, trial: Trial, like: Point, time: float, later: float, of: Callable):
+def _slopes(family: Family, trial: Trial, like: Point, bundle: Bundle, later: float, of: Callable):
     section, state, directions = trial.section, trial.state, trial.directions
-    bundle, _, status = section.run(state, section.request(time), np.eye(len(state)), directions)
-    if status:
-        return None
     here = np.concatenate([[bundle.time], bundle.state, bundle.x.modes])
     steps = np.zeros((2 * len(state), len(here)))
     for i, part in enumerate(PART * section.scale):

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, TIME
+from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, TIME, vertex
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.trajectory import Request, memory
 from jointplay.codegen import cache
@@ -91,7 +91,10 @@ class Guards:
         )
 
     def nearest(self, section: SectionMap, state: np.ndarray, duration: float, events: np.ndarray):
-        """Least local minimum of each guard's margin along an orbit, its time, and the margin's size."""
+        """Local minimum of each guard's margin that is nearest to zero, its time, and the margin's size.
+
+        Minima are those of the parabola through three samples: by the samples alone a farther one may win.
+        """
         count = section.turns * SAMPLES
         times = section.begin + np.arange(count) / count * duration
         rows, status = section.sampled(state, times, False)
@@ -106,9 +109,10 @@ class Guards:
             at = int((row[TIME] - section.begin) / duration * count)
             own = [self.owner(g) == row[CONTACT] and row[KIND] in self.kinds(g) for g in range(len(sizes))]
             minimal[np.ix_(np.arange(at - 1, at + 3) % count, np.flatnonzero(own))] = False
-        least = np.where(minimal, margins, np.inf)
-        where = np.argmin(least, axis=0)
-        return least[where, np.arange(len(where))], times[where], sizes
+        least, shift = np.full_like(margins, np.inf), np.zeros_like(margins)
+        least[minimal], shift[minimal] = vertex(before[minimal], margins[minimal], after[minimal])
+        where, own = np.argmin(np.abs(least), axis=0), np.arange(len(sizes))
+        return np.abs(least[where, own]), times[where] + shift[where, own] * duration / count, sizes
 
     def minimum(
         self, section: SectionMap, state: np.ndarray, guard: int, near: float, spacing: float, turn: float

@@ -116,17 +116,24 @@ class Curves:
         return (family, point, "not_converged") if found is None else (family, found, "")
 
     def _both_ways(self, family: Family, begin: Point, start: Begin) -> Branch:
-        def ahead(last: Point) -> tuple[Special, Point] | None:
+        def ahead(last: Point) -> tuple[Special, Point | None] | None:
             return corner(family, start, last, self._begun, self._follow)
 
         more = {"corner": ahead} if start.kind in MEETING else {}
         back = self._follow(family, replace(begin, tangent=-begin.tangent), self.max_points // 2, **more)
         if back.ends[1] in ("interrupted", "closed"):
             return back.reversed()
-        return joined(back, self._follow(family, begin, self.max_points - len(back.points) + 1, **more))
+        forth = self._follow(family, begin, self.max_points - len(back.points) + 1, **more)
+        left = self.max_points + 1 - len(back.points) - len(forth.points)
+        if left and back.ends[1] == "max_points":  # what this half has not used
+            rest = self._follow(family, back.points[-1], left + 1, **more)
+            points, specials = back.points + rest.points[1:], back.specials + rest.specials
+            back = Branch(points, specials, (back.ends[0], rest.ends[1]))
+        return joined(back, forth)
 
     def _follow(self, family: Family, start: Point, most: int, **more: Any) -> Branch:
-        return Tracer(family, self.step, max(most, 2), self.visit, **more).follow(start)
+        doubled = start.orbit.map.turns % 2 == 0
+        return Tracer(family, self.step, max(most, 2), self.visit, doubled, **more).follow(start)
 
 
 def starts_of(

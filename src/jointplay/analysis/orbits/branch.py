@@ -29,7 +29,7 @@ WHY = {  # a branch, or a curve, ends
     "grazing": "an event appears or vanishes there, and no orbit was found next to it beyond",
     "not_converged": "no orbit was found beyond, however short the step",
     "closed": "it is closed",
-    "joined": "it has joined the branch that it left",
+    "joined": "its orbit has become one of half the period",
     "origin": "where it begins",
     "interrupted": "interrupted",
     "resonance": "its pair of multipliers becomes real there",
@@ -46,6 +46,8 @@ ENCLOSED = 1e-9  # bracket of a grazing
 NEARLY = 1e-6  # of the arc: a wider bracket of a grazing is narrowed from its other side
 GAP = 1e-3, 2e-2  # on the arc: beyond a wider gap at a grazing a branch, or a curve, is another one
 STALLED = 1e-2  # of the longest step: where a shorter one fails, an orbit beyond a grazing is looked for
+NARROWED = 0.3  # in a step, both halves of an orbit of a curve may come so much nearer to each other
+KNOWN = 1e3  # of its residual by which they differ at least: where by less, little is known of the curve
 SOONER = 0.1  # factor of the length of steps at which a corner is sought once more
 LEAPS = (8.0, 64.0, 512.0)  # at so many times its length
 
@@ -80,10 +82,11 @@ class Tracer:
     visit : callable
         Called with each point.
     doubled : bool
-        Whether the branch left at a period doubling: where both halves of the orbit become one, it has joined
-        its parent.
+        Whether the orbit may be one of twice a period: where both its halves become one, the branch joins
+        those of the period. A curve is followed close to there.
     corner : callable, optional
-        Of a curve: the grazing ahead of a point beside which steps become short, and where the curve goes on.
+        Of a curve: the grazing ahead of a point beside which steps become short, and where the curve goes on,
+        if it does.
     """
 
     def __init__(
@@ -93,7 +96,7 @@ class Tracer:
         max_points: int,
         visit: Callable,
         doubled: bool = False,
-        corner: Callable[[Point], tuple[Special, Point] | None] = lambda last: None,
+        corner: Callable[[Point], tuple[Special, Point | None] | None] = lambda last: None,
     ):
         self.family, self.step, self.max_points = family, step, max_points
         self.visit, self.doubled, self.corner = visit, doubled, corner
@@ -146,7 +149,8 @@ class Tracer:
         else:
             end = self._finished(last, new, length)
         if end == "joined":
-            return last, length, end
+            near = self.family.condition is None or length <= STALLED * self.step
+            return (last, length, end) if near else (last, length / 2, None)
         if not alike(last, new):
             return self._graze(last, new, length)
         self._between(last, new)
@@ -182,7 +186,12 @@ class Tracer:
         comparable = start.orbit.map.phase == new.orbit.map.phase and len(self.points) > 8
         if comparable and np.linalg.norm(new.z - start.z) < length and new.tangent @ start.tangent > TURN:
             return "closed"
-        return "joined" if self.doubled and half_shift(last) @ half_shift(new) < 0 else None
+        if not self.doubled:
+            return None
+        one, other, least = half_shift(last), half_shift(new), 0.0
+        if self.family.condition is not None:
+            least = max(NARROWED * one @ one, KNOWN * new.orbit.residual * np.linalg.norm(one))
+        return "joined" if one @ other < least else None
 
     def _between(self, last: Point, new: Point) -> None:
         for special in between(self.family, last, new):
@@ -235,10 +244,12 @@ class Tracer:
         self.bend = 0.0
         return self._away_from_events(beyond), max(FIRST * self.step / 4, SMALL * self.step), None
 
-    def _turn(self, met: Special, onward: Point) -> tuple[Point, float, str | None]:
-        """Note a corner at a grazing, and go on from it."""
-        self._take(met.point)
+    def _turn(self, met: Special, onward: Point | None) -> tuple[Point, float, str | None]:
+        """Note a corner at a grazing, and go on from it, or end there."""
         self.specials.append(met)
+        if onward is None:
+            return met.point, 0.0, "grazing"
+        self._take(met.point)
         self._take(onward)
         self.bend = 0.0
         return self._away_from_events(onward), FIRST * self.step / 4, None

@@ -89,9 +89,14 @@ def closest_approach(values: np.ndarray, events: np.ndarray) -> float:
         minimal[np.arange(at - 1, at + 3) % count, int(row[CONTACT])] = False
     if not minimal.any():
         return np.nan
-    a, b, c = before[minimal], size[minimal], after[minimal]
-    lowest = b - (a - c) ** 2 / (8 * (a - 2 * b + c))
+    lowest, _ = vertex(before[minimal], size[minimal], after[minimal])
     return float(max(0.0, lowest.min()))
+
+
+def vertex(before: np.ndarray, here: np.ndarray, after: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Extremum of the parabola through three samples, and how many of them after the middle one it is."""
+    slope, bend = (after - before) / 2, before - 2 * here + after
+    return here - slope**2 / (2 * bend), -slope / bend
 
 
 def free_phase(events: np.ndarray, turns: int) -> tuple[float, float]:

@@ -253,10 +253,12 @@ class SectionMap:
         request: Request,
         frame: np.ndarray,
         directions: Directions | None = None,
+        until: float = math.inf,
     ) -> tuple[Bundle, np.ndarray, int]:
         """Follow a state from the section on: the run at its end, the rows of its log, and its status.
 
-        The start is the section's: that of the directions is of no account.
+        The start is the section's: that of the directions is of no account. `until`: a time before the end
+        at which the run stops, to go on by `Bundle.advance`.
         """
         from jointplay.numerics.memory import LOGGED
 
@@ -270,7 +272,7 @@ class SectionMap:
             bundle.advance(self.begin)  # no step: the modes of the start
             bundle.shift(-directions.begins)
         while status == bundle.full:
-            status = bundle.advance()
+            status = bundle.advance(until)
             parts.append(x.log[: x.count[LOGGED]].copy())
             x.count[LOGGED] = 0
         return bundle, np.concatenate(parts), status

@@ -23,8 +23,9 @@ LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
     "grazing": (style.WARNING, (0, (1, 1))),
     "coincidence": ("#8c510a", (0, (3, 1, 1, 1, 1, 1))),
 }
-MARKED = {"linestyle": "none", "markerfacecolor": "white", "color": style.BLACK, "markersize": 4.0}
+MARKED = {"linestyle": "none", "markerfacecolor": "white", "color": style.BLACK}
 MARKED |= {"markeredgewidth": 0.9, "zorder": 3.2}
+SIZES = np.linspace(6.4, 2.4, 4)  # the later on top and smaller: two kinds at one place are both seen
 SIGNS = "osD^v<>pP*"  # of the kinds of points at which curves meet
 EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn", "period")
 
@@ -100,9 +101,9 @@ def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarr
     """Mark the points at which curves meet others, a sign for each kind."""
     x, y = (dataset[f"meeting_{name}"].values * factor for name, factor in zip(names, factors, strict=True))
     kinds = codes.words(dataset["meeting_kind"]).values
-    for kind, sign in zip(dict.fromkeys(kinds), cycle(SIGNS)):
+    for kind, sign, size in zip(dict.fromkeys(kinds), cycle(SIGNS), cycle(SIZES)):
         there = kinds == kind
-        ax.plot(x[there], y[there], sign, label=_name(kind), **MARKED)
+        ax.plot(x[there], y[there], sign, markersize=size, label=_name(kind), **MARKED)
 
 
 def explain(figure: Figure, ax: Axes, kinds: Sequence[str]) -> None:
