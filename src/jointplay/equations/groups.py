@@ -9,7 +9,7 @@ slide. From there Newton's method,
 takes `STEPS` steps, so that the closure is exact to rounding, since memories are as exact as the integration.
 They only choose the branch: nothing else depends on them (`system.Root`), and they follow what they led to,
 
-    C' = -sin phi phi' + kappa (cos phi - C),    kappa (`settling`) the nominal speed,
+    C' = -sin phi phi' + kappa (cos phi - C),    kappa (`settling`) five times the nominal speed,
 
 so that errors of the integration do not pile up. J^-1 is by cofactors, which needs no pivots: it is singular
 where the mechanism is, not in between. What does not close is no number.

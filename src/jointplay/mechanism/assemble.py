@@ -26,6 +26,8 @@ from jointplay.mechanism.start import approaches, start
 from jointplay.mechanism.stretch import along
 from jointplay.mechanism.structure import linkage
 
+SETTLING = 5.0  # of the nominal speed: after a turn nothing is left of what a group of loops misremembered
+
 
 def assemble(
     mechanism: Mechanism | TestSystem,
@@ -65,11 +67,12 @@ def assemble(
     driven = [mechanism.drive.nominal_speed] if mechanism.drive else [*speeds.values()]
     timed = [load for load in mechanism.loads if load.timed]
     nominal = max(map(abs, driven), default=0.0) or max((load.frequency for load in timed), default=1.0)
-    values = numbers(mechanism, forest, structure, bases) | {"settling": nominal}
+    values = numbers(mechanism, forest, structure, bases) | {"settling": SETTLING * nominal}
     rows = [*_positions(mechanism, structure, bases, nominal)]
     position, velocity, unit, floor, turning, fold = np.array(rows, dtype=float).reshape(-1, 6).T.copy()
     _check_journals(bases)
-    remembered = np.concatenate([approaches(bases), guesses(structure, bases)])
+    guessed = guesses(structure, bases)
+    remembered = np.concatenate([approaches(bases), guessed])
     velocity, floor = np.append(velocity, remembered[:, 0]), np.append(floor, remembered[:, 1])
     # some of the motion is no unknown whose error is watched
     followed = DRIVES[structure.drive].imposed or forest.cuts
@@ -97,6 +100,7 @@ def assemble(
         guides=mechanism.guides,
         bending=structure.links if structure.beams else (),
         memories=len(remembered),
+        guesses=len(guessed),
         crank=structure.driven,
         crank_angle=angles[structure.driven],
         crank_speed=speeds[structure.driven],

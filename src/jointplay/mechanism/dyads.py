@@ -169,10 +169,19 @@ def _dyad(
 def _groups(plan: Plan, size: int, joints: Sequence[Joint], rank: dict[str, int]) -> Iterator[Plan]:
     """Ways to go on with links that as many joints determine together, each cut where none slides."""
     known = {GROUND, *plan.order}
+
+    def count(links: Collection[str]) -> int:
+        """Equations less unknowns of some links of a group, all others at rest."""
+        held = [joint for joint in inner if joint.links & {*links} and joint.links <= known | {*links}]
+        return 2 * len(held) - 3 * len(links)
+
     for group in combinations([name for name in rank if name is not None and name not in known], size):
         inner = [j for j in joints if j.links & {*group} and j.links <= known | {*group}]
+        parts = (part for few in range(1, size) for part in combinations(group, few))
+        if count(group) != 0 or any(count(part) > 0 for part in parts):
+            continue
         held, seen = [], {*known}
-        while 2 * len(inner) == 3 * size and (joint := _next(inner, seen)):
+        while joint := _next(inner, seen):
             (link,) = joint.links - seen
             held.append((link, joint, _other(joint, link)))
             seen.add(link)

@@ -44,8 +44,8 @@ class Model:
         prismatic ones; of the states and of the resets of a test system.
     bending : tuple of str
         The links, where at least one bends.
-    memories : int
-        How many of the last speeds are what laws of contact remember.
+    memories, guesses : int
+        How many of the last speeds are what laws of contact and groups of loops remember; the groups alone.
     crank, crank_angle, crank_speed
         Name of the driven link, its angle and speed at time 0.
     forward : int
@@ -76,6 +76,7 @@ class Model:
     resets: tuple[str, ...] = ()
     bending: tuple[str, ...] = ()
     memories: int = 0
+    guesses: int = 0
 
     @property
     def touching(self) -> tuple[str, ...]:
