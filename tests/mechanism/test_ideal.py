@@ -9,6 +9,7 @@ from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.closure import ideal_state
 from jointplay.mechanism.ideal import ideal_configuration
+from jointplay.mechanism.kinematic_chains import Forest
 from jointplay.mechanism.records import Joint, Mechanism, Pin
 from tests.mechanism.wrong import only, problems_of
 
@@ -100,28 +101,55 @@ def test_an_open_chain_starts_as_guessed_at_rest():
     assert model.state == pytest.approx([0.1, 0.4, 2.0, 0.0], abs=1e-12)
 
 
-def test_loops_that_are_no_dyads():
-    """A driven link and three links on a triangle: class III."""
+def plate(height):
+    """A driven link and a plate on three bars, one of which hangs at a height."""
     bar = {"length": 1.0, "mass": 1.0, "inertia": 0.5}
-    ends = [("P", "one", [1, 0], 0.0), ("Q", "two", [2, 1], 0.5), ("R", "three", [0, 2], 1.0)]
+    ends = [("P", "one", None, 0.0), ("Q", "two", [2, 1], 0.5), ("R", "three", [0, height], 1.0)]
     joints = [{"name": "O", "journal": {"link": "crank"}, "bearing": {"link": "ground", "point": [0, 0]}}]
     for name, link, point, at in ends:
-        base = {"link": "crank", "at": 0.3} if link == "one" else {"link": "ground", "point": point}
+        base = {"link": "ground", "point": point} if point else {"link": "crank", "at": 0.3}
         joints.append({"name": name, "journal": {"link": link}, "bearing": base})
-        joints.append(
-            {
-                "name": f"{name}2",
-                "journal": {"link": link, "at": 1.0},
-                "bearing": {"link": "triangle", "at": at},
-            }
-        )
-    links = [{"name": k} | bar for k in ("crank", "one", "two", "three", "triangle")]
-    third = Mechanism(
-        links=links, joints=joints, guess=dict.fromkeys(("one", "two", "three", "triangle"), 0.5)
-    )
-    found = only(problems_of(assemble, third), "mechanism.joints")
-    assert "two links at a time" in found.expected
-    assert set(found.given) == {joint["name"] for joint in joints}
+        far = {"link": "plate", "at": at}
+        joints.append({"name": f"{name}2", "journal": {"link": link, "at": 1.0}, "bearing": far})
+    names = ("one", "two", "three", "plate")
+    links = [{"name": k} | bar for k in ("crank", *names)]
+    return Mechanism(links=links, joints=joints, guess=dict.fromkeys(names, 0.5))
+
+
+def test_a_plate_on_three_bars():
+    """Class III: four links close together, or miss."""
+    ((cut, unknowns),) = Forest.of(plate(2)).cuts
+    assert {*unknowns} == {"one", "two", "three", "plate"}
+    assert len(cut) == 2
+    model = assemble(plate(2), {"crank_angle": 0.1})
+    assert len(model.state) == 2 + model.memories == 2 + 2 * 4
+    found = only(problems_of(assemble, plate(9)), "mechanism.guess")
+    assert "its joints miss by" in found.expected
+
+
+def held_twice(rockers):
+    """A four-bar with more rockers than it can have, and pendulums that move instead."""
+    names = [f"{word}_{i}" for word in ("rocker", "pendulum") for i in range(rockers)]
+    links = [PAPER.links[2].model_copy(update={"name": name}) for name in names]
+    joints = []
+    for i in range(rockers):
+        base, free = ({"link": "ground", "point": [x + 0.1 * i, 0.1]} for x in (0.3, 0.9))
+        end = {"link": f"rocker_{i}", "at": 0.1}
+        joints += [
+            {"name": f"D{i}", "journal": {"link": f"rocker_{i}"}, "bearing": base},
+            {"name": f"E{i}", "journal": end, "bearing": {"link": "coupler", "at": 0.05}},
+            {"name": f"F{i}", "journal": {"link": f"pendulum_{i}"}, "bearing": free},
+        ]
+    return told(PAPER, links=(*PAPER.links, *links), joints=(*PAPER.joints, *joints))
+
+
+def test_links_that_are_held_twice():
+    """One more rocker and nothing is left to drive; with two, joints are superfluous."""
+    found = only(problems_of(assemble, held_twice(1)), "mechanism.drive.link")
+    assert "no ideal loop determines" in found.expected
+    found = only(problems_of(assemble, held_twice(2)), "mechanism.joints")
+    assert "hold links twice" in found.expected
+    assert {*found.given} == {*"OABC", "D0", "E0", "D1", "E1"}
 
 
 def test_a_driven_link_that_a_loop_determines():

@@ -32,6 +32,13 @@ def scales(model: Model) -> np.ndarray:
     return model.absolute * (1 + model.relative / SPEED_FLOOR)
 
 
+def measures(model: Model) -> np.ndarray:
+    """The same for growth: infinite of what groups of loops remember, since it follows from the rest."""
+    found = scales(model)
+    found[len(found) - model.guesses :] = np.inf
+    return found
+
+
 def tolerated(structure: Linkage | Oscillator, rtol: float) -> float:
     """Estimated error of tangents that a step may have, relative to their length."""
     rough = isinstance(structure, Linkage) and any(joint.rough for joint in structure.joints)
@@ -85,10 +92,10 @@ class Bundle:
             self.x = self.x._replace(p=np.concatenate([self.x.p, self.directions.rates]))
             driven = np.append(np.zeros(len(frame)), np.arange(1, 1 + len(self.directions)))
             frame = np.vstack([frame, self.directions.starts])
-        given = frame, scales(self.model), self.o.n, rows, self.rows
+        held = self.held or self.directions is not None
+        given = frame, (scales if held else measures)(self.model), self.o.n, rows, self.rows
         units = self.directions.units if self.directions else ()
         self.y = tangent.tangents(*given, driven, units, len(self.x.work), len(self.x.s))
-        held = self.held or self.directions is not None
         count = {tangent.SALTATION: self.saltation, tangent.HELD: held, tangent.NEUTRAL: self.neutral}
         for place, value in count.items():
             self.y.count[place] = value

@@ -2,14 +2,14 @@
 
 Differentiation is forward mode on the program: the derivative of an assigned symbol is itself assigned once
 and shared, so that a Jacobian reuses what the force has computed. Sines and cosines differentiate by the
-chain rule of their angle.
+chain rule of their angle, roots of equations by theirs.
 """
 
 from collections.abc import Iterable
 
 from sympy import Expr, Integer, Symbol, cse, numbered_symbols, sympify
 
-from ..equations.system import System
+from ..equations.system import Root, System
 
 FLOW = Symbol("flow", real=True)
 
@@ -24,6 +24,8 @@ class Tape:
         # the flow changes every position at its speed, speeds not at all
         self._ways = {FLOW: dict(zip(system.positions, system.speeds, strict=False))} | system.directions
         self._trig = {a.sin: (a, a.cos) for a in system.angles} | {a.cos: (a, -a.sin) for a in system.angles}
+        self._roots = {s: (root, *of) for root in system.roots for s, of in root.symbols.items()}
+        self._held = {s for root in system.roots for s in root.held}
         for symbol, value in system.definitions:
             self.define(symbol, value)
 
@@ -57,11 +59,20 @@ class Tape:
         if s in self._trig:
             angle, other = self._trig[s]
             return other * self.derivative(angle.value, x)
-        if s not in self.values:
+        if s not in self.values or s in self._held:
             return Integer(0)
+        if s in self._roots:
+            return self._rooted(*self._roots[s], x)
         if (s, x) not in self._slopes:
             self._slopes[s, x] = self.let(f"d_{s}_d_{x}", self.derivative(self.values[s], x))
         return self._slopes[s, x]
+
+    def _rooted(self, root: Root, place: int, factor: Expr, x: Symbol) -> Expr:
+        """d symbol / d x = factor times -(J^-1 dg/dx)_place."""
+        moved = [self.derivative(g, x) for g in root.residuals]
+        pairs = zip(root.inverse[place], moved, strict=True)
+        total = -sum((entry * slope for entry, slope in pairs), Integer(0))
+        return factor * self.let(f"d_root_{root.held[0]}_{place}_d_{x}", total)
 
     def solved(self, x: Symbol, slopes: dict[Expr, Expr]) -> None:
         """Take these derivatives along x as known."""

@@ -19,7 +19,7 @@ from sympy import Expr, Integer, Symbol, atan2
 
 from .drives import DRIVES
 from .structure import Linkage
-from .system import TIME, Angle, accelerations, number
+from .system import TIME, Angle, Root, accelerations, number
 
 Freedom = Hashable
 
@@ -44,7 +44,9 @@ class Coordinates:
     `leads` says how a speed follows from the unknown and prescribed ones, `own` what the acceleration has
     beside theirs, `drift` what prescribed accelerations give it. `tree` says how a freedom follows from
     angles and slides when no loop is closed. `imposed` are accelerations of unknowns that no force changes,
-    by their places. `stretch` says by how much a mode along lengthens a link, over its length.
+    by their places. `stretch` says by how much a mode along lengthens a link, over its length. `roots` and
+    `inverse` are of larger groups of loops (equations.groups), the latter by their unknowns; `mark` ends the
+    names of what is computed more than once.
     """
 
     angle: dict[Freedom, Angle | Direction] = field(default_factory=dict)
@@ -62,6 +64,9 @@ class Coordinates:
     definitions: list[tuple[Symbol, Expr]] = field(default_factory=list)
     imposed: dict[int, Expr] = field(default_factory=dict)
     stretch: dict[str, dict[Freedom, Expr]] = field(default_factory=dict)
+    roots: list[Root] = field(default_factory=list)
+    inverse: dict[tuple[Freedom, ...], tuple[tuple[Expr, ...], ...]] = field(default_factory=dict)
+    mark: str = ""
 
     def e(self, k: Freedom) -> tuple[Expr, Expr]:
         """Unit vector along link k, or along a guide."""
@@ -132,7 +137,7 @@ class Coordinates:
         """Name a value that is computed before all else, unless it is a number or has a name."""
         if value.is_Atom:
             return value
-        self.definitions.append((Symbol(name, real=True), value))
+        self.definitions.append((Symbol(f"{name}{self.mark}", real=True), value))
         return self.definitions[-1][0]
 
     def mass(self, entries: dict[tuple[Freedom, Freedom], Expr]) -> dict[tuple[int, int], Expr]:
@@ -224,6 +229,7 @@ def coordinates(structure: Linkage) -> Coordinates:
             c.free(slide.freedom, *names)
     c.speeds.extend(approach(joint.name) for joint in structure.joints if joint.remembers)
     c.speeds.extend(bristle(joint.name) for joint in structure.joints if joint.bends)
+    c.speeds.extend(symbol for unknown in structure.guessed for symbol in guess(unknown))
     return c
 
 
@@ -235,3 +241,9 @@ def approach(joint: str) -> Symbol:
 def bristle(joint: str) -> Symbol:
     """The deflection of a joint's bristles: no freedom has it, and it changes in contact alone."""
     return Symbol(f"bristle_{joint}", real=True)
+
+
+def guess(unknown: Freedom) -> tuple[Symbol, ...]:
+    """Near what an unknown of a larger group of loops is: cosine and sine of an angle, or a slide."""
+    names = [f"c_{unknown}", f"s_{unknown}"] if isinstance(unknown, str) else [f"slide_{unknown[1]}"]
+    return tuple(Symbol(f"guess_{name}", real=True) for name in names)

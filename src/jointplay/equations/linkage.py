@@ -16,8 +16,7 @@ from .parameters import parameter_names
 from .springs import Action
 from .structure import Clearance, Closure, Linkage, Pin, Slide
 from .system import Angle, Contact, System, number, traction
-
-Vector = tuple[Expr, Expr]
+from .vectors import ZERO, Vector, Vectors, cross
 
 
 def system(structure: Linkage) -> System:
@@ -59,6 +58,7 @@ class Parts:
             powers=self._powers(outputs) if structure.powers else {},
             outputs=outputs,
             section=outputs[structure.section] if structure.section else None,
+            roots=tuple(c.roots),
         )
 
     @cached_property
@@ -169,22 +169,23 @@ class Parts:
             (F_n, F_t), g = self._tractions[joint.name], self.joints[joint.name]
             pairs = zip(g.direction, g.across, strict=True)
             found.append((joint, tuple(F_n * n + F_t * t for n, t in pairs)))
-        for closure in reversed(self.structure.closures):
-            found.append((closure, self._closing_force(closure, found[len(self.structure.joints) :])))
+        for closures in reversed(self.structure.loops):
+            forces = self._closing_forces(closures, found[len(self.structure.joints) :])
+            found += zip(closures, forces, strict=True)
         return found
 
-    def _closing_force(self, closure: Closure, later: list[tuple[Closure, Vector]]) -> Vector:
+    def _closing_forces(self, closures: tuple[Closure, ...], later: list) -> list[Vector]:
         needed = {}
-        for unknown in closure.unknowns:
+        for unknown in closures[0].unknowns:
             ratios = ((k, tree[unknown]) for k, tree in self.c.tree.items() if unknown in tree)
             needed[unknown] = sum((ratio * self._needed(k) for k, ratio in ratios), Integer(0))
             for other, F in later:
-                column = self._vectors(other).columns().get(unknown, loop.ZERO)
+                column = self._vectors(other).columns().get(unknown, ZERO)
                 needed[unknown] += dot(column, F)
-        return loop.closing_force(self._vectors(closure), needed)
+        return loop.closing_forces([self._vectors(closure) for closure in closures], needed)
 
-    def _vectors(self, joint: Slide | Closure) -> loop.Vectors:
-        return loop.Vectors(self.structure, self.c, joint)
+    def _vectors(self, joint: Slide | Closure) -> Vectors:
+        return Vectors(self.structure, self.c, joint)
 
     def _powers(self, outputs: dict[str, Expr]) -> dict[str, Expr]:
         """Powers whose integrals close the energy balance: drive; what joints and elastic links take in."""
@@ -281,7 +282,7 @@ class Parts:
             needed = loop.moment(self.structure, slide, c, self._needed, closing)
             d, s = c.e(slide.freedom), c.position[slide.freedom]
             # needed on the outer link about its base: the journal's point, or the bearing's
-            moment = -needed if slide.sign > 0 else needed - s * loop.cross(d, forces[slide.name])
+            moment = -needed if slide.sign > 0 else needed - s * cross(d, forces[slide.name])
             yield f"slide_position:{slide.name}", s
             yield f"slide_velocity:{slide.name}", c.speed[slide.freedom]
             yield f"reaction_moment:{slide.name}", moment

@@ -28,8 +28,8 @@ def parameter_names(structure: Linkage) -> list[str]:
         names += [*fixed[slide.guide != "ground"], f"dc_{slide.name}", f"ds_{slide.name}"]
     for vector in (*structure.slides, *structure.closures):
         names += [f"rx0_{vector.name}", f"ry0_{vector.name}", *(f"D_{vector.name}_{k}" for k in vector.arms)]
-    for closure in structure.closures:
-        names += [f"{word}_{closure.name}" for word in ("side", "one", "two")]
+    for closure, *others in structure.loops:
+        names += ["settling"] if others else [f"{word}_{closure.name}" for word in ("side", "one", "two")]
     for load in structure.loads:
         names += _course_names(load.course)
         if load.span:

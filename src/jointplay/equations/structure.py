@@ -116,7 +116,8 @@ class Closure:
     """An ideal revolute joint at which a loop is cut.
 
     From bearing to journal 0 = r0 + sum_k D_k e_k + sum_s sign s d; `slides` are (joint, sign). `unknowns`
-    are the two freedoms that follow from it: angles of links by name, slides as (None, joint).
+    are the freedoms that follow from it and from those that close together with it, two of each: angles of
+    links by name, slides as (None, joint).
     """
 
     name: str
@@ -124,7 +125,7 @@ class Closure:
     bearing: str
     arms: tuple[str, ...]
     slides: tuple[tuple[str, int], ...]
-    unknowns: tuple[str | tuple[None, str], str | tuple[None, str]]
+    unknowns: tuple[str | tuple[None, str], ...]
 
 
 @dataclass(frozen=True)
@@ -220,6 +221,17 @@ class Linkage:
     def rigid_joints(self) -> tuple[Clearance, ...]:
         """Joints with play whose law is an impact's; they come after the others."""
         return tuple(joint for joint in self.joints if LAWS[joint.law].rigid)
+
+    @property
+    def loops(self) -> tuple[tuple[Closure, ...], ...]:
+        """Closures by what they determine together: one of a dyad, several of a larger group."""
+        found = dict.fromkeys(closure.unknowns for closure in self.closures)
+        return tuple(tuple(each for each in self.closures if each.unknowns == led) for led in found)
+
+    @property
+    def guessed(self) -> tuple[str | tuple[None, str], ...]:
+        """Angles and slides of larger groups, which remember near what they are."""
+        return tuple(unknown for loop in self.loops if len(loop) > 1 for unknown in loop[0].unknowns)
 
     @property
     def held(self) -> bool:

@@ -118,6 +118,20 @@ class Reset:
 
 
 @dataclass(frozen=True)
+class Root:
+    """Unknowns that solve g = 0: whatever computes them, derivatives are those of the root, -J^-1 dg.
+
+    `symbols` are computed from unknowns: each with the number of its own and the derivative by it.
+    `residuals` are g with the stand-ins `held` in their place, which nothing moves; `inverse` is J^-1.
+    """
+
+    symbols: dict[Symbol, tuple[int, Expr]]
+    residuals: tuple[Expr, ...]
+    inverse: tuple[tuple[Expr, ...], ...]
+    held: tuple[Symbol, ...]
+
+
+@dataclass(frozen=True)
 class System:
     """Equations of motion, ready for code generation. See the module's text for the form.
 
@@ -137,6 +151,7 @@ class System:
     outputs: dict[str, Expr] = field(default_factory=dict)
     section: Expr | None = None
     directions: dict[Symbol, dict[Symbol, Expr]] = field(default_factory=dict)
+    roots: tuple[Root, ...] = ()
 
     @property
     def rubs(self) -> int:

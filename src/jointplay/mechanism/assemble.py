@@ -17,6 +17,7 @@ from jointplay.mechanism import oscillators
 from jointplay.mechanism.bases import Bases
 from jointplay.mechanism.beam import line_density, modal
 from jointplay.mechanism.kinematic_chains import Forest
+from jointplay.mechanism.loop_numbers import guesses
 from jointplay.mechanism.model import DEEP, DEFLECTION, SPEED_FLOOR, Model
 from jointplay.mechanism.numbers import numbers
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -24,6 +25,8 @@ from jointplay.mechanism.section import Section
 from jointplay.mechanism.start import approaches, start
 from jointplay.mechanism.stretch import along
 from jointplay.mechanism.structure import linkage
+
+SETTLING = 5.0  # of the nominal speed: after a turn nothing is left of what a group of loops misremembered
 
 
 def assemble(
@@ -52,7 +55,7 @@ def assemble(
     Raises
     ------
     InputError
-        If ideal loops do not close by two links at a time, or the start does not fit the mechanism.
+        If ideal loops hold links twice, or the start does not fit the mechanism.
     """
     if isinstance(mechanism, TestSystem):
         return oscillators.model(mechanism, initial, section)
@@ -60,15 +63,16 @@ def assemble(
     structure = linkage(mechanism, forest, section, powers, relaxed)
     bases = Bases(mechanism, forest, start(mechanism, initial, forest))
     angles, speeds, _ = bases.state
-    values = numbers(mechanism, forest, structure, bases)
     loose = mechanism.clearance_joints
     driven = [mechanism.drive.nominal_speed] if mechanism.drive else [*speeds.values()]
     timed = [load for load in mechanism.loads if load.timed]
     nominal = max(map(abs, driven), default=0.0) or max((load.frequency for load in timed), default=1.0)
+    values = numbers(mechanism, forest, structure, bases) | {"settling": SETTLING * nominal}
     rows = [*_positions(mechanism, structure, bases, nominal)]
     position, velocity, unit, floor, turning, fold = np.array(rows, dtype=float).reshape(-1, 6).T.copy()
     _check_journals(bases)
-    remembered = approaches(bases)
+    guessed = guesses(structure, bases)
+    remembered = np.concatenate([approaches(bases), guessed])
     velocity, floor = np.append(velocity, remembered[:, 0]), np.append(floor, remembered[:, 1])
     # some of the motion is no unknown whose error is watched
     followed = DRIVES[structure.drive].imposed or forest.cuts
@@ -96,6 +100,7 @@ def assemble(
         guides=mechanism.guides,
         bending=structure.links if structure.beams else (),
         memories=len(remembered),
+        guesses=len(guessed),
         crank=structure.driven,
         crank_angle=angles[structure.driven],
         crank_speed=speeds[structure.driven],

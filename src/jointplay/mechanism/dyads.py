@@ -1,21 +1,24 @@
 """The order in which ideal loops close: which joints hold links, at which ones the loops are cut.
 
-Method: Assur's groups of class II (dyads). From the links that are known, the ground and the driven link
-first, two links are added at a time that three ideal joints connect to known ones and to each other; where
+Method: Assur's groups. From the links that are known, the ground and the driven link first, two links are
+added at a time that three ideal joints connect to known ones and to each other (a dyad, class II); where
 there is none, one link more is free. Loops are cut at revolute joints only, so that every prismatic joint
 holds a link. What is left with a joint between two known links does not decompose, and another link is tried
-as the free one.
+as the free one. Where all this fails, 2 m links with 3 m joints, m = 2, 3, ..., count as known together too
+(class III and higher).
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.joints import Joint
 
 Unknown = str | tuple[None, str]  # angle of a link, by name; slide of a joint
+Cuts = tuple[tuple[tuple[Joint, ...], tuple[Unknown, ...]], ...]
 
 
 @dataclass(frozen=True)
@@ -27,12 +30,13 @@ class Plan:
     held : tuple of (str, Joint or None, str or None)
         Each link, the joint that holds it, and the link on its other side, a holder before what it holds;
         None: the link floats.
-    cuts : tuple of (Joint, tuple of Unknown)
-        Each revolute joint at which a loop is cut, with the two unknowns that follow from it, in order.
+    cuts : tuple of (tuple of Joint, tuple of Unknown)
+        Revolute joints at which loops that close together are cut, with the unknowns that follow, two of each
+        joint, in order.
     """
 
     held: tuple[tuple[str, Joint | None, str | None], ...] = ()
-    cuts: tuple[tuple[Joint, tuple[Unknown, Unknown]], ...] = ()
+    cuts: Cuts = ()
 
     @property
     def order(self) -> list[str]:
@@ -42,18 +46,19 @@ class Plan:
     @property
     def free(self) -> list[Unknown]:
         """Angles and slides that are free."""
-        led = [unknown for _, pair in self.cuts for unknown in pair]
+        led = [unknown for _, follow in self.cuts for unknown in follow]
         unknowns = (_unknown(link, joint) for link, joint, _ in self.held)
         return [unknown for unknown in unknowns if unknown not in led]
 
-    def _with(self, held: Sequence[tuple[str, Joint, str]], cut: Joint | None = None) -> Plan:
-        pair = tuple(_unknown(link, joint) for link, joint, _ in held)
-        return Plan((*self.held, *held), (*self.cuts, (cut, pair)) if cut else self.cuts)
+    def _with(self, held: Sequence[tuple[str, Joint, str]], *cut: Joint) -> Plan:
+        follow = tuple(_unknown(link, joint) for link, joint, _ in held)
+        return Plan((*self.held, *held), (*self.cuts, (cut, follow)) if cut else self.cuts)
 
     @property
     def joints(self) -> list[Joint]:
         """The joints that it uses."""
-        return [joint for _, joint, _ in self.held if joint] + [joint for joint, _ in self.cuts]
+        cut = [joint for joints, _ in self.cuts for joint in joints]
+        return [joint for _, joint, _ in self.held if joint] + cut
 
 
 def _unknown(link: str, joint: Joint | None) -> Unknown:
@@ -63,7 +68,7 @@ def _unknown(link: str, joint: Joint | None) -> Unknown:
 def decompose(
     links: Sequence[str], joints: Sequence[Joint], first: str | None, order: Sequence[str] = ()
 ) -> Plan | None:
-    """Decompose a linkage into free links and dyads.
+    """Decompose a linkage into free links and dyads, and larger groups where these do not suffice.
 
     Parameters
     ----------
@@ -82,6 +87,13 @@ def decompose(
         None where the loops do not decompose.
     """
     rank = {name: place for place, name in enumerate(dict.fromkeys([first, *order, *links]))}
+    return _decomposed(links, joints, rank, dyads=True) or _decomposed(links, joints, rank, dyads=False)
+
+
+def _decomposed(
+    links: Sequence[str], joints: Sequence[Joint], rank: dict[str, int], dyads: bool
+) -> Plan | None:
+    """Decompose it, into dyads alone or not."""
     dead: set[frozenset[str]] = set()
 
     def grown(plan: Plan) -> Plan | None:
@@ -94,7 +106,8 @@ def decompose(
             return None
         if len(known) > len(links):
             return plan
-        for step in _steps(plan, known, joints, rank):
+        groups = (group for size in range(4, len(rank), 2) for group in _groups(plan, size, joints, rank))
+        for step in _steps(plan, known, joints, rank, iter(()) if dyads else groups):
             if (found := grown(step)) is not None:
                 return found
         dead.add(frozenset(known))
@@ -104,9 +117,13 @@ def decompose(
 
 
 def _steps(
-    plan: Plan, known: Collection[str], joints: Sequence[Joint], rank: dict[str, int]
+    plan: Plan,
+    known: Collection[str],
+    joints: Sequence[Joint],
+    rank: dict[str, int],
+    groups: Iterator[Plan],
 ) -> Iterator[Plan]:
-    """Ways to go on: with the driven link, the first dyad, one more free link, or one that floats."""
+    """Ways to go on: with the driven link, a dyad or group, one more free link, or one that floats."""
     rest = sorted((name for name in rank if name is not None and name not in known), key=rank.get)
     holds = {name: [j for j in joints if name in j.links and j.links & {*known}] for name in rest}
     if rest[0] == next(iter(rank)) and any(not j.prismatic for j in holds[rest[0]]):
@@ -116,6 +133,9 @@ def _steps(
     dyads = (_dyad(one, other, middle, holds) for one, other, middle in _pairs(rest, joints))
     if dyad := next(filter(None, dyads), None):
         yield plan._with(*dyad)
+        return
+    if (group := next(groups, None)) is not None:
+        yield group
         return
     hung = [name for name in rest if holds[name]]
     for name in hung:
@@ -144,6 +164,36 @@ def _dyad(
     if far.prismatic:
         one, other, near, far = other, one, far, near
     return [(one, near, _other(near, one)), (other, middle, one)], far
+
+
+def _groups(plan: Plan, size: int, joints: Sequence[Joint], rank: dict[str, int]) -> Iterator[Plan]:
+    """Ways to go on with links that as many joints determine together, each cut where none slides."""
+    known = {GROUND, *plan.order}
+
+    def count(links: Collection[str]) -> int:
+        """Equations less unknowns of some links of a group, all others at rest."""
+        held = [joint for joint in inner if joint.links & {*links} and joint.links <= known | {*links}]
+        return 2 * len(held) - 3 * len(links)
+
+    for group in combinations([name for name in rank if name is not None and name not in known], size):
+        inner = [j for j in joints if j.links & {*group} and j.links <= known | {*group}]
+        parts = (part for few in range(1, size) for part in combinations(group, few))
+        if count(group) != 0 or any(count(part) > 0 for part in parts):
+            continue
+        held, seen = [], {*known}
+        while joint := _next(inner, seen):
+            (link,) = joint.links - seen
+            held.append((link, joint, _other(joint, link)))
+            seen.add(link)
+        cut = [joint for joint in inner if all(joint is not one for _, one, _ in held)]
+        if len(held) == size and not any(joint.prismatic for joint in cut):
+            yield plan._with(held, *cut)
+
+
+def _next(joints: Sequence[Joint], known: Collection[str]) -> Joint | None:
+    """A joint that connects one more link to known ones, best a prismatic one."""
+    ends = [joint for joint in joints if len(joint.links & {*known}) == 1]
+    return min(ends, key=lambda joint: not joint.prismatic, default=None)
 
 
 def _other(joint: Joint, link: str) -> str:

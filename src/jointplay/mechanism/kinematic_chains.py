@@ -16,13 +16,13 @@ from itertools import combinations_with_replacement
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.base import GROUND
 from jointplay.mechanism.beam import Link
-from jointplay.mechanism.dyads import Plan, Unknown, decompose
+from jointplay.mechanism.dyads import Cuts, Plan, decompose
 from jointplay.mechanism.joints import Joint, Pin
 from jointplay.mechanism.records import Mechanism
 
 _LOOP = (
-    "ideal loops that close by two links at a time (dyads) are accepted; these joints close loops that do "
-    "not, or hold links twice: clearance greater than 0 m at one of them opens a loop"
+    "ideal loops that leave every link free to move are accepted; these joints hold links twice: clearance "
+    "greater than 0 m at one of them opens a loop"
 )
 _DRIVEN = "a link that no ideal loop determines is accepted, one pinned to the ground by an ideal joint"
 
@@ -84,13 +84,14 @@ class Forest:
         By name, in the mechanism's order; point masses are in their own.
     places : dict of str to Place
         Origin of each link by its name, a holder before what it holds.
-    cuts : tuple of (Joint, tuple of Unknown)
-        Each joint at which an ideal loop is cut, with the angles and slides that follow from it, in order.
+    cuts : tuple of (tuple of Joint, tuple of Unknown)
+        Joints at which ideal loops that close together are cut, with the angles and slides that follow, in
+        order.
     """
 
     links: dict[str, Link]
     places: dict[str, Place]
-    cuts: tuple[tuple[Joint, tuple[Unknown, Unknown]], ...] = ()
+    cuts: Cuts = ()
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> Forest:
@@ -99,7 +100,7 @@ class Forest:
         Raises
         ------
         InputError
-            If ideal loops do not close by two links at a time, or one of them moves the driven link.
+            If ideal loops hold links twice, or one of them moves the driven link.
         """
         links = {link.name: link.total for link in mechanism.links}
         joints = [joint for joint in mechanism.joints if joint.ideal]
@@ -208,7 +209,7 @@ class Forest:
 
 
 def decomposed(mechanism: Mechanism, first: str | None) -> Plan | None:
-    """The order in which the ideal loops close after one link; None where they do not by two links at a time.
+    """The order in which the ideal loops close after one link; None where they do not.
 
     Links that would be known first if clearances were 0 are free first: where that mechanism is away from its
     dead centres, so is this.

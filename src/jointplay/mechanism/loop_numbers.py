@@ -6,6 +6,9 @@ import cmath
 import math
 from collections.abc import Mapping
 
+import numpy as np
+
+from jointplay.equations.structure import Linkage
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.bases import Bases
 from jointplay.mechanism.dyads import Unknown
@@ -23,10 +26,31 @@ def loop_numbers(forest: Forest, bases: Bases) -> dict[str, float]:
     values = {}
     for name, link in forest.slides.items():
         values |= _slide(name, link, forest) | _vector(name, forest.base(link))
-    for joint, unknowns in forest.cuts:
-        vector = forest.closure(joint)
-        values |= _vector(joint.name, vector) | _branch(joint.name, vector, unknowns, forest, bases)
+    for cut, unknowns in forest.cuts:
+        for joint in cut:
+            vector = forest.closure(joint)
+            values |= _vector(joint.name, vector)
+            if len(cut) == 1:
+                values |= _branch(joint.name, vector, unknowns, forest, bases)
     return values
+
+
+def guesses(structure: Linkage, bases: Bases) -> np.ndarray:
+    """Give what larger groups remember at the start: cosine and sine of each angle, slides; and its scale.
+
+    Returns
+    -------
+    ndarray, shape (memories, 2)
+        Without unit, or in m.
+    """
+    rows = []
+    for unknown in structure.guessed:
+        if isinstance(unknown, str):
+            angle = bases.state.angles[unknown]
+            rows += [(math.cos(angle), 1.0), (math.sin(angle), 1.0)]
+        else:
+            rows.append((bases.slide(unknown[1])[0], max(link.length for link in bases.mechanism.links)))
+    return np.array(rows, dtype=float).reshape(-1, 2)
 
 
 def _vector(name: str, vector: Sum) -> dict[str, float]:
@@ -48,7 +72,7 @@ def _slide(name: str, link: str, forest: Forest) -> dict[str, float]:
 
 
 def _branch(
-    name: str, vector: Sum, unknowns: tuple[Unknown, Unknown], forest: Forest, bases: Bases
+    name: str, vector: Sum, unknowns: tuple[Unknown, ...], forest: Forest, bases: Bases
 ) -> dict[str, float]:
     """Lengths of a closure's closed form, and the sign of its root: see equations.loop."""
     angles = [k for k in unknowns if isinstance(k, str)]

@@ -44,8 +44,8 @@ class Model:
         prismatic ones; of the states and of the resets of a test system.
     bending : tuple of str
         The links, where at least one bends.
-    memories : int
-        How many of the last speeds are what laws of contact remember.
+    memories, guesses : int
+        How many of the last speeds are what laws of contact and groups of loops remember; the groups alone.
     modes : tuple of str
         States that are 1 or 0 (mechanism.own_modes), of which nothing near the motion has others.
     crank, crank_angle, crank_speed
@@ -79,6 +79,7 @@ class Model:
     bending: tuple[str, ...] = ()
     memories: int = 0
     modes: tuple[str, ...] = ()
+    guesses: int = 0
 
     @property
     def touching(self) -> tuple[str, ...]:

@@ -38,7 +38,7 @@ def linkage(
     Raises
     ------
     InputError
-        If ideal loops do not close by two links at a time, or a torsion spring turns one of their links.
+        If ideal loops hold links twice, or a torsion spring turns one of their links.
     """
     forest = forest or Forest.of(mechanism)
     links, places = tuple(forest.links), forest.places
@@ -55,7 +55,7 @@ def linkage(
         powers=powers,
         beams=tuple(_beam(link, forest) for link in mechanism.elastic_links),
         slides=tuple(_slide(name, link, forest) for name, link in forest.slides.items()),
-        closures=tuple(_closure(joint, unknowns, forest) for joint, unknowns in forest.cuts),
+        closures=tuple(_closure(joint, led, forest) for cut, led in forest.cuts for joint in cut),
         order="paper" if relaxed else mechanism.order,
         relaxed=relaxed,
         tilted=mechanism.gravity_direction != DOWNWARDS,
@@ -126,7 +126,7 @@ def _slide(name: str, link: str, forest: Forest) -> Slide:
     return Slide(name, link, place.holder, place.chain, base.slides[name], tuple(base.arms), inner)
 
 
-def _closure(joint: Joint, unknowns: tuple[Unknown, Unknown], forest: Forest) -> Closure:
+def _closure(joint: Joint, unknowns: tuple[Unknown, ...], forest: Forest) -> Closure:
     vector = forest.closure(joint)
     names = joint.name, joint.journal.link, joint.bearing.link
     return Closure(*names, tuple(vector.arms), tuple(vector.slides.items()), unknowns)

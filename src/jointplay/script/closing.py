@@ -3,7 +3,7 @@
 A linkage begins as its ideal mechanism does, at the crank's angle. Angles and slides with their speeds are
 outputs of that mechanism's equations, which close its loops (`equations.loop`): the same program gives them
 at other lengths. Over the turn it shows whether loops close: where they do not, there is the root of a
-negative number. Assumption: ideal loops close by two links at a time. Units: rad, m, s.
+negative number. Assumption: ideal loops close by two links at a time; of others None. Units: rad, m, s.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def closing(mechanism: Mechanism | TestSystem, initial: Any, model: Model) -> Cl
     """Give the closing of a model at its start; None where the ideal mechanism's equations do not give it."""
     with suppress(InputError):  # its loops do not close by themselves, or not from there
         found = Closing(model, ideal(mechanism, initial)) if isinstance(mechanism, Mechanism) else None
-        return found if found and found.followed({}, model, found.ideal) else None
+        closes = found and not found.ideal.structure.guessed and found.followed({}, model, found.ideal)
+        return found if closes else None
     return None
 
 

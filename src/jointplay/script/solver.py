@@ -20,7 +20,7 @@ from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.frame_growth import SOLVED, frame
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.quantities import EVENTS, WORDS
-from jointplay.analysis.tangents import scales, tolerated
+from jointplay.analysis.tangents import measures, scales, tolerated
 from jointplay.analysis.trajectory import Request, memory
 from jointplay.codegen import cache, place
 from jointplay.codegen.lambert import LAMBERT
@@ -141,7 +141,7 @@ def _joint(joint: Joint) -> dict[str, Any]:
 def _numbers(model: Model, request: Request) -> dict[tuple[str, int], float]:
     """All that a run begins with and that a parameter may change, by array and place."""
     _, x, o = memory(model, request)
-    arrays = {name: getattr(x, name) for name in ARRAYS} | {"weight": 1 / scales(model)}
+    arrays = {name: getattr(x, name) for name in ARRAYS} | {"weight": 1 / measures(model)}
     arrays |= {name: np.array([getattr(o, name)]) for name in OPTIONS} | {"span": np.array([model.period])}
     return {(name, i): float(v) for name, array in arrays.items() for i, v in enumerate(array)}
 
@@ -236,7 +236,7 @@ def _tangents(model: Model, request: Request, o: Any) -> dict[str, Any]:
     """One tangent, and the motion's own direction before it where nothing outside keeps the time."""
     neutral = timeless(model)
     wanted = frame(1 + neutral, scales(model), model.memories)
-    y = tangents(wanted, scales(model), o.n, 0, 1)  # tangentRows, where it runs
+    y = tangents(wanted, measures(model), o.n, 0, 1)  # tangentRows, where it runs
     y.count[SALTATION], y.count[NEUTRAL] = 1, neutral
     y.real[GRAZING] = y.real[BLOCK] = y.real[NEXT] = np.inf
     y.real[TOLERANCE], y.real[LIMIT] = SOLVED * request.rtol, tolerated(model.structure, request.rtol)
