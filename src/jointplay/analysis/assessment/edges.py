@@ -178,7 +178,7 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
         while len(values) and not all(each[-1] for each in found.values()):
             for place in walk.towards(float(values[0]), trail[-1]):
                 if not here.period:
-                    place = place[0], lasting(place[1], how, LASTING[:1])  # noqa: PLW2901
+                    place = place[0], lasting(place[1], how, LASTING[:1])
                 if any(_changed(found[name], place, here, name) for name in CHANGES):
                     place = walk.lasting(place)
                 for name in CHANGES:
