@@ -7,9 +7,11 @@ import math
 
 import matplotlib.pyplot as plt
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 from jointplay import figures
+from jointplay.cli import results
 from jointplay.errors import InputError
 from jointplay.results.store import write_figure
 from tests.figures.support.synthetic import response, section
@@ -37,6 +39,16 @@ def test_wrong_general_options_are_told(options, key):
     with pytest.raises(InputError) as caught:
         figures.draw(section(), options)
     assert [problem.key for problem in caught.value.problems] == [key]
+
+
+def test_each_file_of_a_command_is_drawn_once_as_it_was_laid_out(tmp_path, monkeypatch):
+    picture, drawn, once = figures.draw(section()), [], Figure.draw
+    places = [ax.get_position().bounds for ax in picture.axes]
+    monkeypatch.setattr(figures, "draw", lambda *_: picture)
+    monkeypatch.setattr(Figure, "draw", lambda self, way: (drawn.append(way), once(self, way)))
+    results.draw(None, {}, [tmp_path / "a.pdf", tmp_path / "a.png"])
+    assert len(drawn) == 2
+    assert [ax.get_position().bounds for ax in picture.axes] == places
 
 
 def test_a_figure_of_one_panel_is_drawn_in_given_axes():

@@ -53,6 +53,16 @@ def test_the_page_says_where_the_motion_changes_and_where_not():
     assert "what begins and ends between two neighbouring values is not seen" in lines
 
 
+def test_a_window_as_narrow_as_the_steps_warns_of_others():
+    """Of 50 values to 300 µm, 0.8 % apart; 260 and 280 µm are edges."""
+    found = assessment()
+    place = {"parameter": "joints.B.clearance", "side": "above", "change": ["doubling", "chaos"]}
+    found["return_ratio"].loc[place] = [1.3 * 1.02, 1.4 * 1.03]
+    lines = [re.sub(" +", " ", line.strip()) for line in page(found).splitlines()]
+    told = "windows of 2 % at most (period 1 is lost); others may lie nearer, between the values looked at"
+    assert [line for line in lines if "windows" in line] == [f"above: {told}"]
+
+
 def test_three_lines_say_the_hardest_joint_the_motion_and_the_nearest_change():
     first, second, third = answer(assessment()).splitlines()
     assert first == "joint forces up to 2.2 times the ideal mechanism's: joint O, 22 N"
@@ -65,7 +75,8 @@ def test_a_chaotic_motion_is_told_by_its_exponent():
     more = {"section_exponent_per_turn": 1.5, "section_standard_error_per_turn": 0.07}
     text = page(assessment(period=0, traits=np.array([1, 1, 1]), **more))
     assert "chaotic, largest exponent of the section map +1.500 ± 0.070 per turn" in text
-    assert "chaos ends" in text
+    assert "below: chaotic at each of the 50 values up to 100 µm, 400 turns later too" in text
+    assert "above: chaos ends" in text
     assert "chaos begins" not in text
     assert "undecided" in page(assessment(period=0, traits=np.array([1, 1, 0]), **more))
 

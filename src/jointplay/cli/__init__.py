@@ -38,7 +38,7 @@ def main(argv: list[str] | None = None) -> int:
     """
     _open_streams()
     gc.set_threshold(COLLECTED)
-    atexit.register(gc.disable)  # nothing of the last collection is needed
+    atexit.register(gc.freeze)  # the last collection would walk through all that was ever loaded
     arguments = build_parser().parse_args(argv)
     with _interrupts() as pressed:
         try:

@@ -51,7 +51,7 @@ def draw(dataset, options: dict, files: list[Path]) -> None:
     from jointplay.results.store import write_figure
 
     picture = figures.draw(dataset, options)
-    picture.set_layout_engine("none")  # it is laid out; each file would take as long again
+    picture.set_layout_engine(None)  # it is laid out; "none" would stand for one, and be drawn for each file
     for file in files:
         print(f"figure  {write_figure(picture, file)}")
 

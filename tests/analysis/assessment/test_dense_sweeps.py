@@ -1,10 +1,11 @@
 """Edges of assessments against dense sweeps at rtol 1e-8: each lies between neighbouring cells that differ.
 
-A sweep carries the motion from the present value outward in steps of 1 %, across each edge in steps a tenth
-as long, and over both ends of its bracket. The cells next to the edge on its two sides, outside its error,
-must differ in the trait; of a motion that is not chaotic, no cell before the edge may differ from the present
-one, nor any where no edge was met. Where the trait is said to be as at present again, it has to be.
-Where a motion without a period loses contact now and then, some cell beside the edge has to.
+A sweep carries the motion from the present value outward over values that the assessment looked at, 1 %
+apart, across each edge in steps a tenth as long, and over both ends of its bracket. The cells next to the
+edge on both sides, outside its error, must differ in the trait. No cell before the edge may differ from the
+present one, nor any where no edge was met; in chaos, and where the page tells of narrow windows, no value
+looked at. Where the trait is said to be as at present again, it has to be. Where a motion without a period
+loses contact now and then, some cell beside the edge has to.
 
 A cell that repeats over 60 turns with the expected traits has settled. The others, and those that confirm an
 edge, are followed 440 turns more from where they stand, and 6000 more for an edge of chaos, which may die out
@@ -15,10 +16,12 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.assessment.edges import HOW
+from jointplay.analysis.assessment.assess import ACCURACY, REACH
+from jointplay.analysis.assessment.edges import CHAOTIC, HOW, Search
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.analysis.vary import changed
+from jointplay.results.answers.assessment import widths
 
 MECHANISMS = {
     "four-bar, 0.029 mm, slow": lambda: jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=15.0),
@@ -32,15 +35,20 @@ SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and b
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
-def outward(limit, edges, others):
-    """Ratios to the present value from 1 to a limit; each edge lies in the middle of a fine step."""
-    coarse = np.geomspace(1.0, limit, int(np.ceil(abs(np.log(limit)) / np.log1p(STEP))) + 1)[1:]
+def outward(step, limit, edges, others):
+    """Ratios to the present value from 1 to a limit, and which of them are values looked at.
+
+    Of these about one in 1 %, and all beside an edge, which lies in the middle of a fine step.
+    """
+    way = 1 if limit > 1 else -1
+    looked = np.append(1.0, Search(REACH, step, ACCURACY).values(1.0, way))
+    coarse = np.arange(len(looked)) % max(round(STEP / step), 1) == 0
     fine = (1 + FINE * STEP) ** (np.arange(2 * CELLS) + 0.5 - CELLS)
     for edge in edges:
-        coarse = coarse[np.abs(np.log(coarse / edge)) > CELLS * FINE * STEP]
-    ratios = np.concatenate([coarse, others, *(edge * fine for edge in edges)])
-    ratios = np.unique(np.append(ratios[(ratios > 1) == (limit > 1)], 1.0))  # edges of two kinds may be one
-    return ratios if limit > 1 else ratios[::-1]
+        coarse |= np.abs(np.log(looked / edge)) < CELLS * FINE * STEP
+    ratios = np.concatenate([looked[coarse], others, *(edge * fine for edge in edges)])
+    ratios = np.unique(ratios[(way * np.log(ratios) >= 0) & (way * np.log(ratios / limit) < 1e-9)])[::way]
+    return ratios, np.isin(ratios, looked)
 
 
 def traits(found):
@@ -118,12 +126,14 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
         for side in found["side"].values:
             here = found.sel(parameter=key, side=side)
             edges, backs = here["edge_ratio"].values, here["return_ratio"].values
-            irregular = [HOW[how] == "irregular" for how in here["found_by"].values]
+            irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
             met += np.isfinite(edges).sum()
             ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
-            ratios = outward(float(here["limit_ratio"]), edges[np.isfinite(edges)], ends[np.isfinite(ends)])
+            step = float(found["step"]) * (1 if found["period"] else CHAOTIC)
+            known = edges[np.isfinite(edges)], ends[np.isfinite(ends)]
+            ratios, looked = outward(step, float(here["limit_ratio"]), *known)
             cells, judged = by_change(ratios, here)
-            judged &= ~np.array(irregular) & ~present[-1]  # of chaos the neighbours alone
+            judged &= ~irregular & (looked[:, None] | ~(present[-1] | np.isfinite(widths(here))))
             again = [np.flatnonzero(ratios == back) for back in backs]
             needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
             last = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1

@@ -59,4 +59,4 @@ def assessment(now=None, **changes) -> xr.Dataset:
     mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
     now = now or motion(["B", "O", "A", "C"], 2.0, **(LOOSE | changes))
     made = assembled(mechanism, KEYS, [now, motion(["O", "A", "B", "C"]), *SIDES])
-    return made.assign(outcome(int(now["status"]), 0.0)).assign(step=0.01)
+    return made.assign(outcome(int(now["status"]), 0.0)).assign(step=0.01, lasting_turns=400)

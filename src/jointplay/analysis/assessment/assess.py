@@ -18,7 +18,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.assessment import assess_dataset
 from jointplay.analysis.assessment.edges import SIDES, Search, edges
 from jointplay.analysis.assessment.forces import WORK, forces
-from jointplay.analysis.assessment.settled import plan
+from jointplay.analysis.assessment.settled import LASTING, plan
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import labelled, outcome
@@ -121,7 +121,8 @@ def assess(
         present one again (NaN: not met); ``found_by`` says how; ``edge_speed`` is the drive's there.
         ``limit_ratio`` is how far was looked, ``values_looked_at`` at how many values, ``side_status`` why no
         further. ``period``, ``section_exponent_per_turn`` with its error; ``preparation`` is the time that
-        compiling or loading took, ``step`` the keyword; ``status``.
+        compiling or loading took, ``step`` the keyword, ``lasting_turns`` how long chaos was followed further
+        at each value beside a chaotic motion; ``status``.
 
     Raises
     ------
@@ -145,6 +146,7 @@ def assess(
     told = {
         "preparation": (ready - began, "s", "time to compile or load functions"),
         "step": (step, "1", "relative distance of the values looked at first"),
+        "lasting_turns": (LASTING[0] * transient, "1", "turns that chaos lasted, beside a chaotic motion"),
     }
     return result.assign(labelled(told) | outcome(assess_dataset.status(answers), began, "how it ended"))
 

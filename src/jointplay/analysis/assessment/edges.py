@@ -5,7 +5,7 @@ logarithm. One of the neighbour's period is taken as soon as a few turns repeat.
 followed to its end, and more values beside it are looked at: the slower a motion settles, the nearer it is to
 the end of its stability, and so a window narrower than a step is met. What has not settled to the neighbour's
 period in the end has it nevertheless where the periodic orbit, found from the neighbour, is stable. In chaos,
-and beyond the end of period 1, steps are longer.
+and beyond the end of period 1, steps are longer; in chaos each motion has to last for some hundred turns.
 
 Where a trait (`settled`) first differs, the step is halved until the two motions that differ are `accuracy`
 apart: they enclose the edge. Chaos beside it has to be lasting; where it is not, the edge lies farther back.
@@ -31,6 +31,7 @@ import xarray as xr
 
 from jointplay.analysis.assessment.settled import (
     CHANGES,
+    LASTING,
     ONCE_A_TURN,
     Settled,
     Unsettled,
@@ -176,6 +177,8 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
         values = search.values(begin, SIDES[side])
         while len(values) and not all(each[-1] for each in found.values()):
             for place in walk.towards(float(values[0]), trail[-1]):
+                if not here.period:
+                    place = place[0], lasting(place[1], how, LASTING[:1])
                 if any(_changed(found[name], place, here, name) for name in CHANGES):
                     place = walk.lasting(place)
                 for name in CHANGES:

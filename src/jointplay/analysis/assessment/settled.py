@@ -9,8 +9,9 @@ its errors say whether these were enough, and it is followed further where they 
 
 Chaos may be transient: beyond a crisis, and in a periodic window, a motion is chaotic for some hundreds or
 thousands of turns before it settles to an orbit (Grebogi, Ott, Yorke, Physica D 7, 1983). Chaos is *lasting*
-where it has not died out after `LASTING` transients more; at an edge of chaos only that counts. What has no
-period there, and an exponent that does not say whether it is chaotic, is asked over `SURE` times the turns.
+where it has not died out after `LASTING` transients more; at an edge of chaos only that counts, and beside a
+chaotic motion what has lasted the first of these. What has no period there, and an exponent that does not say
+whether it is chaotic, is asked over `SURE` times the turns.
 Validity: as of `bifurcation`.
 """
 
@@ -109,13 +110,13 @@ def settled(mechanism: Mechanism, start: Any, how: Plan, usual: int = 1) -> Sett
     return motion
 
 
-def lasting(motion: Settled, how: Plan) -> Settled:
+def lasting(motion: Settled, how: Plan, waits: tuple[int, ...] = LASTING) -> Settled:
     """A motion as it is in the end: where its chaos is transient the one that it becomes."""
     if not (motion.period or motion.traits["chaos"]):
         longer = replace(how, transient=0, exponents=1, lyapunov_turns=SURE * how.lyapunov_turns)
         motion = followed(motion.mechanism, motion.end, longer)
     later = motion
-    for more in LASTING if motion.traits["chaos"] else ():
+    for more in waits if motion.traits["chaos"] else ():
         later = followed(motion.mechanism, later.end, replace(how, transient=max(more * how.transient, 1)))
         if later.period:
             return later

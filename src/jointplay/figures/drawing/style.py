@@ -128,7 +128,7 @@ class Sheet(Figure):
             options["metadata"] = told
         if form not in VECTORS:
             options.setdefault("dpi", PREVIEW_DPI)
-        with paper(self.settings):
+        with paper(self.settings | {"figure.constrained_layout.use": False}):  # matplotlib looks there again
             super().savefig(fname, **options)
 
     def _repr_png_(self) -> bytes:

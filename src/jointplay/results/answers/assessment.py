@@ -25,6 +25,7 @@ FOUND = {
 }
 NONE = "\N{EN DASH}"
 PLACES = 41  # values of the diagram that shows a change by brute force
+NARROW = 3  # distances of the values looked at: a change that is taken back within them is a narrow window
 
 
 def answer(dataset: Dataset) -> str:
@@ -145,7 +146,7 @@ def _changes(dataset: Dataset) -> list[str]:
         unmet = []
         for side in ("below", "above"):
             rows += _met(dataset, key, side)
-            unmet += _not_met(dataset, key, side)
+            unmet += [*_not_met(dataset, key, side), *_windows(dataset, key, side)]
         lines += [*_table(rows), *(f"    {line}" for line in [*unmet, _looked(one)])]
     return [*lines, "  what begins and ends between two neighbouring values is not seen"]
 
@@ -154,10 +155,31 @@ def _looked(one: Dataset) -> str:
     """At how many values of a parameter motions were looked at, and their relative distance."""
     parts = []
     for side in ("below", "above"):
-        count, ratio = (float(one[name].sel(side=side)) for name in ("values_looked_at", "limit_ratio"))
-        apart = f", {plain(100 * abs(math.log(ratio)) / count, 2)} % apart on average" if count else ""
-        parts.append(f"{int(count)} {'value' if count == 1 else 'values'} {side}{apart}")
+        here = one.sel(side=side)
+        count = int(here["values_looked_at"])
+        apart = f", {plain(100 * _apart(here), 2)} % apart on average" if count else ""
+        parts.append(f"{count} {'value' if count == 1 else 'values'} {side}{apart}")
     return f"motions looked at: {'; '.join(parts)}"
+
+
+def _apart(here: Dataset) -> float:
+    """Mean distance of the values looked at on one side, in the logarithm."""
+    return abs(math.log(float(here["limit_ratio"]))) / max(int(here["values_looked_at"]), 1)
+
+
+def widths(here: Dataset) -> np.ndarray:
+    """Widest that each change's window can be, on one side, in the logarithm; NaN where it is not narrow."""
+    width = np.abs(np.log(here["return_ratio"].values / here["edge_ratio"].values))
+    return np.where(width <= NARROW * _apart(here), width, np.nan)
+
+
+def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
+    """A line on the changes that are taken back at once: others like them may have been missed."""
+    width = widths(dataset.sel(parameter=key, side=side))
+    if (narrow := np.isfinite(width)).any():
+        names = ", ".join(_words(dataset, str(name)) for name in dataset["change"].values[narrow])
+        wide = f"{plain(100 * np.nanmax(width), 2)} % at most"
+        yield f"{side}: windows of {wide} ({names}); others may lie nearer, between the values looked at"
 
 
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
@@ -175,12 +197,16 @@ def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
 def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     """A line on the changes that were not met on one side, and how far was looked."""
     one = dataset.sel(parameter=key, side=side)
-    unmet = [_words(dataset, str(n)) for n in dataset["change"].values[one["found_by"].values == 0]]
+    unmet = list(map(str, dataset["change"].values[one["found_by"].values == 0]))
     status = str(codes.words(one["side_status"]).values)
     why = "" if status == "ok" else f", where it stopped: {status}"
+    end = _value(dataset, key, float(one["limit_ratio"]), 4)
+    if "chaos" in unmet and _present(dataset)["chaos"] == "yes":
+        unmet.remove("chaos")
+        count, turns = int(one["values_looked_at"]), int(dataset["lasting_turns"])
+        yield f"{side}: chaotic at each of the {count} values up to {end}{why}, {turns} turns later too"
     if unmet:
-        end = _value(dataset, key, float(one["limit_ratio"]), 4)
-        yield f"{side}: not met up to {end}{why}: {', '.join(unmet)}"
+        yield f"{side}: not met up to {end}{why}: {', '.join(_words(dataset, name) for name in unmet)}"
 
 
 def _words(dataset: Dataset, name: str, how: str = "") -> str:
