@@ -17,6 +17,13 @@ def test_a_record_that_is_set_says_what_to_do():
     assert pickle.loads(pickle.dumps(mechanism)) == mechanism == mechanism.model_copy()
 
 
+def test_a_record_lists_what_it_describes():
+    mechanism = jp.catalog.chunmei2002()
+    assert {"joints", "drive", "replace", "summary"} < set(dir(mechanism))
+    assert not {"parse_raw", "model_dump", "copy", "validate"} & set(dir(mechanism))
+    assert [name for name in dir(jp.CrankAngle()) if name[0] != "_"] == ["angle", "kind", "root"]
+
+
 def test_the_catalog_lists_its_entries():
     assert dir(jp.catalog) == sorted(NAMES)
 

@@ -61,6 +61,10 @@ class Record(BaseModel):
     def __setattr__(self, name: str, value: Any) -> None:
         raise refuse(value, "a record does not change: replace(), or a new one, gives a changed copy", name)
 
+    def __dir__(self) -> list[str]:
+        """What the record describes; pydantic's own names are left out, but for special ones."""
+        return [name for name in super().__dir__() if name[:2] == "__" or name not in dir(BaseModel)]
+
     @classmethod
     def _root(cls) -> str:
         return re.sub(r"(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower() if cls.root is None else cls.root
