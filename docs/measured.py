@@ -191,6 +191,48 @@ def bending(name: str) -> Callable[[xr.Dataset], Iterator[tuple[str, str]]]:
     return numbers
 
 
+def power(value: float) -> str:
+    """A small number to one digit, as m·10ⁿ."""
+    digit, exponent = f"{value:.0e}".split("e")
+    return f"{digit}·10{str(int(exponent)).translate(str.maketrans('-0123456789', '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'))}"
+
+
+def stressed(result: xr.Dataset) -> Iterator[tuple[str, str]]:
+    """Verdicts and ends of scenes under stress, how they closed, their cost; and each law's share."""
+
+    def words(name: str) -> np.ndarray:
+        return np.array(result[name].attrs["flag_meanings"].split())[result[name].values]
+
+    verdict, status = words("verdict"), words("scene_status")
+    ended = status == "ok"
+    yield "scenes", str(len(verdict))
+    for word in VERDICTS:
+        yield word, str(np.sum(verdict == word))
+    for word in ("crashed", "ok", "step_limit", "chatter", "not_converged"):
+        yield f"ended_{word}", str(np.sum(status == word))
+    yield "ended_otherwise", str(np.sum(~np.isin(status, ["ok", "step_limit", "chatter", "not_converged"])))
+    grown = result.growth.values[verdict == "sensitive"] > 1e7
+    yield "grown", f"{100 * grown.mean():.0f} %"
+    residual = result.energy_residual.values[ended & (verdict != "suspect")]
+    times = 1e3 * result.cpu_time.values[ended]
+    yield "largest_residual", power(residual.max())
+    yield "median_residual", power(np.median(residual))
+    yield "disagreement", power(np.median(result.disagreement.values[verdict == "ok"]))
+    yield "median_ms", f"{np.nanmedian(1e3 * result.cpu_time.values):.1f}"
+    yield "slowest_ms", f"{times.max():.0f}"
+    suspect, rigid = verdict == "suspect", words("contact_law") == "restitution"
+    for cause in ("states", "energy", "contacts"):
+        found = suspect & (words("cause") == cause)
+        yield f"{cause}_rigid", str(np.sum(found & rigid))
+        yield f"{cause}_soft", str(np.sum(found & ~rigid))
+    for kind in ("contact", "friction"):
+        laws = words(f"{kind}_law")
+        for law in result[f"{kind}_law"].attrs["flag_meanings"].split():
+            counts = [np.sum(verdict[laws == law] == word) for word in VERDICTS]
+            yield f"{kind}_{law}", row([np.sum(laws == law), *counts])
+
+
+VERDICTS = ["ok", "sensitive", "stopped", "unconfirmed", "suspect"]
 SOLVERS = ["jointplay", "heyoka", "CVODE", "LSODA", "DOP853", "Radau"]
 
 
@@ -238,6 +280,7 @@ STUDIES: dict[str, Callable[[xr.Dataset], Iterator[tuple[str, str]]]] = {
     "sensitivity_12b": growth,
     "sensitivity_12c": growth,
     "claims": claims,
+    "stress_others": stressed,
     "elements_coupler": bending("elements"),
     "modes_coupler": bending("modes"),
     **dict.fromkeys(

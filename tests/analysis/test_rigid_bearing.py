@@ -89,6 +89,43 @@ def test_much_friction_holds_where_one_sense_of_slip_would_need_a_pull(number):
     assert np.abs(found.energy_residual).max() < 1e-6 * np.abs(found.energy).max()
 
 
+@pytest.mark.long
+def test_a_drive_that_imposes_a_speed_answers_impacts_by_work():
+    """Its impulse is the moment of the crank pin's, which the momenta of rod and slider give."""
+    plain = jp.catalog.slider_crank(clearance={"B": 1e-4}, speed=100.0, gravity=9.8)
+    law = jp.Contact(law="restitution", parameters={"restitution": 0.6})
+    smooth = {"contact": law, "friction": None}
+    joints = [joint if joint.ideal else joint.model_copy(update=smooth) for joint in plain.joints]
+    mechanism = jp.Mechanism(**dict(plain) | {"joints": joints})
+    words = [*BALANCE, "angle", "angular_velocity", "slide_velocity"]
+    found = jp.simulate(mechanism, turns=1, rtol=1e-10, steps=True, record=words)
+    assert found.status == 0
+    crank, rod, slider = mechanism.links
+    hits = found.event_time.values[[kind == "impact" for kind in kinds(found)]]
+    worked = []
+    for hit in hits[:20]:
+        before, after = np.flatnonzero(found.time.values == hit)[[0, -1]]
+        jump = found.isel(time=after) - found.isel(time=before)
+        along = [np.exp(1j * float(found.angle.sel(link=k)[before])) for k in ("crank", "rod")]
+        turned = float(jump.angular_velocity.sel(link="rod"))
+        lever, far = rod.centre * along[1], (rod.length - rod.centre) * along[1]
+        moved = rod.mass * 1j * lever * turned
+        push = -slider.mass * float(jump.slide_velocity.sel(joint="G"))  # on the rod at B, along x
+        own = rod.inertia - rod.mass * rod.centre**2
+        # own turned = -lever x (moved - P) + far x P, with P = push + 1j up
+        up = (own * turned + cross(lever, moved - push) - cross(far, push)) / cross(lever + far, 1j)
+        pin = moved - push - 1j * up  # on the rod at A
+        worked.append((float(jump.drive_work), 100.0 * cross(crank.length * along[0], pin)))
+    given_off, wanted = np.array(worked).T
+    assert len(hits) > 3
+    assert np.abs(wanted).max() > 1e-5
+    assert given_off == pytest.approx(wanted, rel=1e-6, abs=1e-9)
+
+
+def cross(a: complex, b: complex) -> float:
+    return (np.conj(a) * b).imag
+
+
 def test_an_impact_is_that_of_rigid_bodies():
     """Speeds of all links after it, by multipliers in full coordinates."""
     mechanism = rigid(0.6)

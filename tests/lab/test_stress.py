@@ -89,6 +89,20 @@ def test_a_touch_as_slight_as_the_tolerance_may_be_missed(sound):
     assert verdict(touched, tight, unit) == ("ok", "none")
 
 
+def test_contacts_that_touch_together_may_do_so_in_either_order(sound):
+    _, loose, tight, unit = sound
+    corner = np.where(np.arange(3) == 0, 1.0, 0.0)
+    first, *others = loose.events
+    beside = np.concatenate([[first, first + corner], others])
+    swapped = np.concatenate([[first + corner, first], others])
+    assert verdict(replace(loose, events=swapped), replace(tight, events=beside), unit) == ("ok", "none")
+    late = np.concatenate([[first + corner], others, [first]])
+    assert verdict(replace(loose, events=late), replace(tight, events=beside), unit) == (
+        "suspect",
+        "contacts",
+    )
+
+
 def test_lost_values_are_suspect(sound):
     _, loose, tight, unit = sound
     assert verdict(replace(loose, states=loose.states * np.nan), tight, unit)[0] == "suspect"

@@ -2,20 +2,28 @@
 
 import math
 import tomllib
+from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from jointplay import catalog
+from jointplay.equations.friction import FRICTIONS
+from jointplay.equations.laws import FACTORS
+from jointplay.equations.laws import LAWS as EQUATIONS
 from jointplay.lab.stress import ranges
-from jointplay.lab.stress.others import LAWS, PRESETS
-from jointplay.lab.stress.scenes import CORNERS, FOUR_BARS, draw, not_drawable
+from jointplay.lab.stress.others import ROWS, pairs
+from jointplay.lab.stress.scenes import CORNERS, FOUR_BARS, STARTS, VARIANTS, draw, not_drawable
 from jointplay.lab.stress.stress_dataset import study_text
 from jointplay.mechanism.assemble import assemble
+from jointplay.mechanism.loads import Force, Torque
 from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.springs import Spring, TorsionSpring
 from jointplay.study.file import validate
 
 PRINTED = catalog.chunmei2002()
+DRIVES = {"motor", "speed", "torque", "profile", "cycle"}
 
 
 def journal(case):
@@ -123,21 +131,61 @@ def test_change_points_lie_at_both_ends_of_the_grounds_range(cases):
     assert 0.3 < np.mean(ends) < 0.7
 
 
-NEW = (*LAWS, *PRESETS)
-
-
-@pytest.mark.parametrize("variant", NEW)
+@pytest.mark.parametrize("variant", ROWS)
 def test_other_laws_and_mechanisms_are_drawn_and_written_down(variant):
-    """Of one structure each, so that all of a series compile once; their study lines hold the whole scene."""
-    drawn = [draw(PRINTED, k, 7, (variant,)) for k in range(CORNERS, CORNERS + 12)]
-    assert len({assemble(case.mechanism, case.initial, powers=True).structure for case in drawn}) == 1
-    assert len({case.mechanism for case in drawn}) == 12
+    """Of few compiled structures, but for the laws' names; their study lines hold the whole scene."""
+    drawn = [draw(PRINTED, k, 7, (variant,)) for k in range(20)]
+    laws = {(case.contact_law, case.friction_law) for case in drawn}
+    assert laws <= {*pairs(variant)}
+    models = [assemble(case.mechanism, case.initial, powers=True) for case in drawn]
+    compiled = {
+        replace(model.structure, joints=tuple(replace(joint, law="") for joint in model.structure.joints))
+        for model in models
+    }
+    assert len(compiled) <= len(ROWS[variant])
+    assert len({case.mechanism for case in drawn}) == 20
     text = study_text(drawn[0], 7, 2, 1e-8, 1000)
     record = validate({"name": "again"} | tomllib.loads(text))
     assert record.mechanism == drawn[0].mechanism
     assert record.keywords()["initial"] == drawn[0].initial
-    law = drawn[0].mechanism.clearance_joints[0].contact.law
-    assert law == (variant if variant in LAWS else "kelvin_voigt")
+
+
+@pytest.fixture(scope="module")
+def all_sorts():
+    return [draw(PRINTED, k, 0, tuple(VARIANTS)) for k in range(CORNERS, CORNERS + 500)]
+
+
+def test_a_series_of_all_variants_has_every_law_and_every_kind_of_joint_drive_and_load(all_sorts):
+    cases, loose = all_sorts, [joint for case in all_sorts for joint in case.mechanism.clearance_joints]
+    assert {joint.contact.law for joint in loose} == {*EQUATIONS}
+    assert {joint.friction.law for joint in loose if joint.friction} == {*FRICTIONS}
+    assert {joint.kind for joint in loose} == {"revolute", "prismatic"}
+    assert {len(case.mechanism.clearance_joints) for case in cases} == {1, 2, 3}
+    drives = {case.mechanism.drive.kind if case.mechanism.drive else "none" for case in cases}
+    assert drives == DRIVES | {"none"}
+    carried = {type(each) for case in cases for each in (*case.mechanism.springs, *case.mechanism.loads)}
+    assert carried == {Spring, TorsionSpring, Force, Torque}
+    links = [link for case in cases for link in case.mechanism.links]
+    assert any(link.masses for link in links)
+    assert {(link.elastic, link.elastic and link.beam.axial) for link in links} == {
+        *[(False, False), (True, False), (True, True)]
+    }
+
+
+def test_every_pair_of_laws_is_as_frequent_as_any_other(all_sorts):
+    rows = [(variant, laws) for variant in VARIANTS for laws in pairs(variant)]
+    found = Counter(case.contact_law for case in all_sorts)
+    for law in ("flores", "johnson", "restitution"):
+        share = sum(laws is not None and laws[0] == law for _, laws in rows) / len(rows)
+        assert found[law] / 500 == pytest.approx(share, abs=4 * math.sqrt(share / 500))
+
+
+def test_nothing_starts_deep_where_the_law_has_no_depth():
+    cases = [draw(PRINTED, k, 5, ("laws",)) for k in range(CORNERS, CORNERS + 200)]
+    for case in cases:
+        if case.contact_law in ("restitution", "johnson", "dubowsky_freudenstein", "liu"):
+            assert abs(journal(case)) < case.mechanism.joint("B").clearance
+    assert {case.start for case in cases if case.contact_law in FACTORS} == {*STARTS}
 
 
 def test_a_series_named_by_no_variants_is_that_of_the_four_bars():

@@ -8,7 +8,7 @@ import pytest
 
 from jointplay import cli, figures
 from jointplay.errors import InputError
-from jointplay.lab.stress.scenes import draw
+from jointplay.lab.stress.scenes import VARIANTS, draw
 from jointplay.lab.stress.stress_table import stress_summary, stress_table
 from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate
@@ -114,7 +114,10 @@ def test_a_start_is_written_out_or_by_the_crank(start, word):
 
 
 def test_the_shipped_studies():
-    whole, few = (load(STUDIES / f"stress_{name}.toml").record for name in ("linkage", "few"))
+    whole, few, others = (
+        load(STUDIES / f"stress_{name}.toml").record for name in ("linkage", "few", "others")
+    )
+    assert {*others.analysis.variants} == {*VARIANTS}
     assert whole.analysis.scenes == 5000
     assert few.analysis.scenes <= 40
     assert "5000 scenes of seed 0" in whole.summary()

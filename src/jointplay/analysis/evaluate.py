@@ -13,6 +13,7 @@ from jointplay.analysis.guard_tolerances import ends
 from jointplay.analysis.labels import coded, described, flags
 from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, WORDS, WORK
 from jointplay.codegen import cache, outputs
+from jointplay.equations.drives import DRIVES
 from jointplay.equations.structure import powers
 from jointplay.errors import warn
 from jointplay.mechanism.model import DEEP, Model
@@ -100,18 +101,35 @@ class Quantities:
             return self.modes
         if name in BALANCE[1:]:
             return self._work.get(name, np.zeros(len(self.rows)))
-        energy = self._mechanical(self.rows)
         if name == "energy":
-            return energy + self._stored()
-        gained = energy - self._mechanical(self.start[None, :])[0]
-        return gained - sum(sign * self._work[name] for name, sign in WORK.values() if name in self._work)
+            return self._mechanical(self.rows) + self._stored()
+        return self._gained - self._taken_in(self._work)
 
     @property
     def _work(self) -> dict[str, np.ndarray]:
-        """Integrals of power that the equations have, by quantity."""
+        """Works since the start that the equations have, by quantity.
+
+        A drive that imposes a speed answers an impact by an impulse, whose work no power has: there the
+        drive's work is what closes the balance.
+        """
+        structure = self.model.structure
         columns = self.rows[:, self._n_state + len(self.model.touching) :].T
-        names = (WORK[word][0] for word in powers(self.model.structure))
-        return dict(zip(names, columns, strict=False))
+        names = (WORK[word][0] for word in powers(structure))
+        found = dict(zip(names, columns, strict=False))
+        if found and structure.rigid_joints and DRIVES[structure.drive].imposed:
+            others = {name: work for name, work in found.items() if name != "drive_work"}
+            found["drive_work"] = self._gained - self._taken_in(others)
+        return found
+
+    @staticmethod
+    def _taken_in(works: dict[str, np.ndarray]) -> np.ndarray:
+        """What works add to the mechanical energy."""
+        return sum(sign * works[name] for name, sign in WORK.values() if name in works)
+
+    @property
+    def _gained(self) -> np.ndarray:
+        """Kinetic and potential energy of the links, less those at the start."""
+        return self._mechanical(self.rows) - self._mechanical(self.start[None, :])[0]
 
     def _mechanical(self, rows: np.ndarray) -> np.ndarray:
         """Kinetic and potential energy of the links."""

@@ -14,6 +14,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, verdict
+from jointplay.analysis.gradients.wanted import usual_quantities
 from jointplay.mechanism.assemble import assemble
 from tests.support import driven, driven_table
 from tests.support.driven_scenes import LINKAGES, SYSTEMS, written
@@ -138,6 +139,15 @@ def test_a_start_that_sticks_forgets_its_sliding_speed():
         block, of=["end:state:x", "end:state:v"], by=["belt", "initial.v", "initial.x"], initial=[0.0, 0.1]
     )
     assert found["derivative"].values == pytest.approx(np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), abs=1e-9)
+
+
+def test_the_work_of_an_imposed_speed_has_no_derivative_with_rigid_bearings():
+    """Its impulses have a part in it; that of a torque has none."""
+    rigid = catalog.flores2010(speed=150.0)
+    with pytest.raises(jp.InputError, match=r"of\[0\]: got 'work:drive'"):
+        jp.gradient(rigid, of=["work:drive"])
+    assert usual_quantities(rigid) == ("time",)
+    assert "work:drive" in usual_quantities(catalog.chunmei2002())
 
 
 @pytest.mark.long

@@ -16,7 +16,7 @@ import numpy as np
 from jointplay.errors import Problem, unknown
 from jointplay.lab.stress import ranges
 from jointplay.lab.stress.geometry import GEOMETRIES, laid, moving
-from jointplay.lab.stress.others import LAWS, PRESETS, preset, with_law
+from jointplay.lab.stress.others import PRESETS, ROWS, pairs, preset, shallow, with_laws
 from jointplay.mechanism.loop import FourBar, find_four_bar
 from jointplay.mechanism.records import GROUND, MAIN_JOINT, Mechanism, MotorLine
 
@@ -27,8 +27,8 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "frictionless": {"friction": 0.0},
     "elastic": {"elastic": ("coupler",)},
     "elastic_no_tension": {"elastic": ("coupler",), "tension": False},
-    **{law: {} for law in LAWS},
-    **{name: {} for name in PRESETS},
+    **{name: {} for name in ROWS},
+    "elastic_laws": {"elastic": ("coupler",)},
 }
 FOUR_BARS = tuple(VARIANTS)[:5]  # with the contact as it is drawn
 STARTS = ("centre", "inside", "edge", "deep")
@@ -44,6 +44,17 @@ class Case:
     variant: str
     geometry: str
     start: str
+
+    @property
+    def contact_law(self) -> str:
+        """Law of contact of the joints with clearance."""
+        return self.mechanism.clearance_joints[0].contact.law
+
+    @property
+    def friction_law(self) -> str:
+        """Law of friction of the joints with clearance, or ``none``."""
+        friction = self.mechanism.clearance_joints[0].friction
+        return friction.law if friction else "none"
 
 
 def not_drawable(mechanism: Any) -> list[Problem]:
@@ -79,12 +90,13 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
     """Draw a scene of a series: a motor-driven four-bar with other numbers, or another mechanism."""
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
     ends = [number >> bit & 1 if number < CORNERS else None for bit in range(6)]
-    variant = variants[int(random.random() * len(variants))]
+    rows = [(variant, laws) for variant in variants for laws in pairs(variant)]
+    variant, laws = rows[int(random.random() * len(rows))]
     if variant in PRESETS:
-        return Case(number, *preset(random, variant), variant, "closed", "centre")
+        return Case(number, *preset(random, variant, laws), variant, "closed", "centre")
     geometry, start = (str(random.choice(words)) for words in (GEOMETRIES, STARTS))
-    if variant == "restitution" and start in ("edge", "deep"):
-        start = "inside"  # nothing goes into a rigid bearing
+    if laws and shallow(laws[0]) and start in ("edge", "deep"):
+        start = "inside"
     contact = {"stiffness": ranges.logarithmic(random, ranges.STIFFNESS, ends[0])}
     contact["damping"] = ranges.damping(random, ends[3])
     changes = {"clearance": ranges.logarithmic(random, ranges.CLEARANCE, ends[1])}
@@ -103,7 +115,7 @@ def draw(printed: Mechanism, number: int, seed: int = 0, variants: tuple[str, ..
     states = {"angle": angles, "angular_velocity": speeds}
     initial = {name: dict(zip(loop.links, values, strict=True)) for name, values in states.items()}
     changed = fitted.replace(**changes | VARIANTS[variant])
-    changed = with_law(random, changed, variant) if variant in LAWS else changed
+    changed = with_laws(random, changed, laws) if laws else changed
     return Case(number, changed, initial, variant, geometry, start)
 
 

@@ -28,7 +28,7 @@ from jointplay.mechanism.records import Mechanism
 TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
 PATIENCE = 4  # steps that the second run may take, relative to the first's
 TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
-LOOKED = 200  # scenes that are looked through for structures to compile
+LOOKED = 500  # scenes that are looked through for structures to compile
 
 
 @divided

@@ -12,10 +12,13 @@ import xarray as xr
 
 from jointplay.analysis.labels import coded, column, number
 from jointplay.analysis.quantities import COUNTERS, STATUS
+from jointplay.equations.friction import FRICTIONS
+from jointplay.equations.laws import LAWS
 from jointplay.lab.stress.geometry import GEOMETRIES
+from jointplay.lab.stress.others import secant
 from jointplay.lab.stress.scenes import STARTS, VARIANTS, Case, draw
 from jointplay.lab.stress.verdict import CAUSES, VERDICTS
-from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.records import GROUND, Mechanism
 
 NUMBERS = {
     "excess": ("1", "distance from what can be explained, over its bound"),
@@ -35,7 +38,7 @@ CODES = {
     "tight_status": (STATUS, "how the tighter run ended"),
 }
 DRAWN = {
-    "stiffness": ("N m-1", "contact stiffness"),
+    "stiffness": ("N m-1", "contact stiffness; of laws with a power that at a tenth of the clearance"),
     "damping": ("N s m-1", "contact damping"),
     "clearance": ("m", "radial clearance"),
     "gear_ratio": ("1", "gear ratio"),
@@ -46,6 +49,8 @@ WORDS = {
     "variant": (tuple(VARIANTS), "what parts the scene has"),
     "geometry": (GEOMETRIES, "where its links lie at the start"),
     "start": (STARTS, "where its journal lies at the start"),
+    "contact_law": (tuple(LAWS), "law of contact of its joints with clearance"),
+    "friction_law": (("none", *FRICTIONS), "law of friction of its joints with clearance"),
 }
 # Recorded by the study that runs a scene again
 RECORD = ("mode", "penetration", "normal_velocity", "tangential_velocity", "normal_force", "energy_residual")
@@ -87,7 +92,7 @@ def _of_answers(answers: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _of_cases(cases: list[Case]) -> dict[str, Any]:
-    rows = [_drawn(case.mechanism) for case in cases]
+    rows = [_drawn(case) for case in cases]
     found: dict[str, Any] = {
         key: number("scene", column(rows, key, math.nan), units, text) for key, (units, text) in DRAWN.items()
     }
@@ -97,11 +102,16 @@ def _of_cases(cases: list[Case]) -> dict[str, Any]:
     return found
 
 
-def _drawn(mechanism: Mechanism) -> dict[str, float]:
+def _drawn(case: Case) -> dict[str, float]:
     """The numbers of a scene that distinguish it in a figure."""
-    joint, speed = mechanism.clearance_joints[0], mechanism.drive.nominal_speed
-    mass = min(mechanism.link(name).mass for name in (joint.journal.link, joint.bearing.link))
+    mechanism = case.mechanism
+    joint, drive = mechanism.clearance_joints[0], mechanism.drive
+    speed = drive.nominal_speed if drive else case.initial["crank_speed"]
+    ends = {joint.journal.link, joint.bearing.link} - {GROUND}
+    mass = min(mechanism.link(name).mass for name in ends)
     K, C = (math.nan if x is None else x for x in (joint.contact.stiffness, joint.contact.damping))
+    if joint.contact.law != "kelvin_voigt":
+        K *= secant(joint)
     return {
         "stiffness": K,
         "damping": C,
@@ -137,7 +147,7 @@ def study_text(case: Case, seed: int, turns: int, rtol: float, max_steps: int) -
     parts.append(_table("[mechanism]", own))
     several = ("links", "joints", "springs", "loads")
     parts += [_table(f"[[mechanism.{key}]]", one) for key in several for one in record[key]]
-    parts.append(_table("[mechanism.drive]", record["drive"]))
+    parts += [_table("[mechanism.drive]", record["drive"])] if "drive" in record else []
     parts.append(_table("[integrator]", {"rtol": rtol, "max_steps": max_steps}))
     parts.append(_table("[analysis]", {"turns": turns, "record": RECORD, "initial": case.initial}))
     return "\n".join(parts)

@@ -31,7 +31,7 @@ SLIGHT = 100.0  # speed of a contact that only one run has met, in units of the 
 CLOSER = (1, 4, 16)  # times that blocks of the growth are shorter: needed for growth that an event soon ends
 SATURATED = 0.1  # grown errors beyond which the runs are two motions, with contacts of their own
 LEVELS = np.concatenate([[0.0], np.logspace(-12, 0, 49)])  # of speeds
-COMPARED = tuple(EVENTS.index(name) for name in ("contact", "separation", "reopening"))
+COMPARED = tuple(EVENTS.index(name) for name in ("contact", "separation"))  # reopenings are rounding's
 
 
 @dataclass(frozen=True)
@@ -109,9 +109,11 @@ def disagreement(one: Motion, other: Motion, unit: np.ndarray) -> float:
 def unmatched(one: Motion, other: Motion) -> float:
     """Normal speed up to which beginnings and ends of contact must be left out for two runs to have the same.
 
-    In units of the largest met, or of the journal's surface speed if that is larger; 0 where none must.
+    In units of the largest met, or of the journal's surface speed if that is larger; 0 where none must. Each
+    contact by itself: which of two comes first, where they touch together, is rounding's.
     """
-    chosen = [motion.events[np.isin(motion.events[:, 1], COMPARED)] for motion in (one, other)]
+    chosen = [motion.events[np.argsort(motion.events[:, 0], kind="stable")] for motion in (one, other)]
+    chosen = [events[np.isin(events[:, 1], COMPARED)] for events in chosen]
     largest = max(1.0, float(np.max(np.abs(np.concatenate(chosen)[:, 2]), initial=0.0)))
     for level in LEVELS:
         kept = [events[np.abs(events[:, 2]) >= level * largest, :2] for events in chosen]
