@@ -1,6 +1,7 @@
 """Studies of coexisting motions: kept, killed, in parts, with a value more, they are the same bit for bit."""
 
 import signal
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -68,6 +69,22 @@ def test_parts_make_the_whole(kind, tmp_path):
     for number in (1, 2):
         complete(loaded(KINDS[kind]), tmp_path, Pool(1), share=(number, 2))
     assert same(merge(loaded(KINDS[kind]), tmp_path).dataset, run(loaded(KINDS[kind]), jobs=1))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("kind", "most"), [("covariant", 16e3), ("attractors", 96e3)])
+def test_a_cell_more_costs_little_memory(kind, most, tmp_path):
+    """Bytes a cell: 6 kB of `covariant`, 59 kB of `attractors`, which keeps the points of all motions."""
+    peaks = []
+    for count in (1, 4, 12):  # the first for what is loaded once
+        study = loaded(
+            KINDS[kind], f"vary.gap={{start=3.4, stop=3.8, num={count}}}" if count > 1 else "vary.gap=[3.6]"
+        )
+        tracemalloc.start()
+        ran(study, tmp_path / str(count))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[2] - peaks[1] < 8 * most
 
 
 def test_the_answer_is_in_words():

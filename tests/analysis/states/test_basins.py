@@ -101,21 +101,32 @@ def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
     assert int(found["count"].sum()) == 25
 
 
-def test_starts_side_by_side_are_those_alone_with_the_journal_as_asked():
-    place = Starts(catalog.chunmei2002(2.5e-4), None, ("journal_x", "journal_velocity_y"))
+@pytest.mark.parametrize("speed", [None, pytest.param(80.0, marks=pytest.mark.long)], ids=["motor", "speed"])
+def test_starts_side_by_side_are_those_alone_with_the_journal_as_asked(speed):
+    mechanism = catalog.chunmei2002(2.5e-4, **({"speed": speed} if speed else {}))
+    place = Starts(mechanism, None, ("journal_x", "journal_velocity_y"))
     nodes = np.array([[0.3, 0.1], [-0.9, -0.2], [1.2, 0.0], [1e5, 0.0]])  # out of the bearing, out of reach
     starts, journals = place.all(nodes), Journals(place.model)
     assert [start is None for start in starts] == [False, False, True, True]
-    states = np.array([start.state for start in starts[:2]])
+    states, own = np.array([start.state for start in starts[:2]]), place.model.state[None]
     assert place.projected(states) == pytest.approx(nodes[:2], abs=1e-9)
-    rest = (journals.positions(states)[:, 1], journals.velocities(states)[:, 0])
-    own = place.model.state[None]
-    assert rest[0] == pytest.approx(np.full(2, journals.positions(own)[0, 1]), abs=1e-13)
-    assert rest[1] == pytest.approx(np.full(2, journals.velocities(own)[0, 0]), abs=1e-9)
+    held = [(journals.positions(each)[:, 1], journals.velocities(each)[:, 0]) for each in (states, own)]
+    assert held[0][0] == pytest.approx(np.repeat(held[1][0], 2), abs=1e-13)
+    assert held[0][1] == pytest.approx(np.repeat(held[1][1], 2), abs=1e-9)
+    n_q, h = states.shape[1] // 2, 1e-7  # velocities are what positions do along the speeds
+    ways = [np.hstack([each * states[:, n_q:], 0 * states[:, n_q:]]) for each in (h, -h)]
+    late, early = (
+        journals.positions(states + w, i * h * (speed or 0)) for w, i in zip(ways, (1, -1), strict=True)
+    )
+    assert journals.velocities(states) == pytest.approx((late - early) / (2 * h), abs=1e-6)
     assert np.array_equal(states, [place(node).state for node in nodes[:2]])
-    crank = Starts(catalog.chunmei2002(2.5e-4), None, ("crank_angle", "journal_x"))
-    turned = crank.all(np.array([[0.5, 0.2], [1.0, -0.4]]))
-    assert [start.state[0] for start in turned] == [0.5, 1.0]
+
+
+def test_starts_with_a_crank_and_a_journal_have_both():
+    place = Starts(catalog.chunmei2002(2.5e-4), None, ("crank_angle", "journal_x"))
+    nodes = np.array([[0.5, 0.2], [1.0, -0.4]])
+    states = np.array([start.state for start in place.all(nodes)])
+    assert place.projected(states) == pytest.approx(nodes, abs=1e-9)
 
 
 def test_a_slow_approach_is_no_chaos():
