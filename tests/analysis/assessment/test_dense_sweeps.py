@@ -38,7 +38,7 @@ STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their nu
 
 
 def looked_at(step, limit, left):
-    """Ratios to the present value at which the assessment looked, in longer steps beyond where period 1 was left."""
+    """Ratios to the present value at which motions were looked at, in longer steps once period 1 was left."""
     way = 1 if limit > 1 else -1
     grid = np.append(1.0, Search(REACH, step, ACCURACY).values(1.0, way))
     grid = grid[way * np.log(grid / limit) < 1e-9]
@@ -142,12 +142,10 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
             irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
             met += np.isfinite(edges).sum()
             ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
-            step, left = float(found["step"]) * CHAOTIC, np.nan
-            if found["period"]:
-                step, left = (
-                    float(found["step"]),
-                    float(here[f"bracket_{FAR[str(side)]}"].sel(change="doubling")),
-                )
+            step = float(found["step"]) * (1 if found["period"] else CHAOTIC)
+            left = (
+                float(here[f"bracket_{FAR[str(side)]}"].sel(change="doubling")) if found["period"] else np.nan
+            )
             looked = looked_at(step, float(here["limit_ratio"]), left)
             ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)])
             cells, judged = by_change(ratios, here)
