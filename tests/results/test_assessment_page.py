@@ -59,7 +59,7 @@ def test_a_window_as_narrow_as_the_steps_warns_of_others():
     place = {"parameter": "joints.B.clearance", "side": "above", "change": ["doubling", "chaos"]}
     found["return_ratio"].loc[place] = [1.3 * 1.02, 1.4 * 1.03]
     lines = [re.sub(" +", " ", line.strip()) for line in page(found).splitlines()]
-    told = "windows of 2 % at most (period 1 is lost); others may lie nearer, between the values looked at"
+    told = "windows of 2 % at most (period 1 is lost); others may lie between the values looked at"
     assert [line for line in lines if "windows" in line] == [f"above: {told}"]
 
 

@@ -18,6 +18,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.assessment.assess import ACCURACY, REACH
 from jointplay.analysis.assessment.edges import CHAOTIC, HOW, Search
+from jointplay.analysis.assessment.edges import LONG as LONG_STEPS
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.analysis.vary import changed
@@ -32,22 +33,34 @@ MECHANISMS = {
 }
 SECTION, RTOL = jp.CrankAngle(), 1e-8
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
+FAR = {"below": "low", "above": "high"}  # end of a bracket
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
-def outward(step, limit, edges, others):
-    """Ratios to the present value from 1 to a limit, and which of them are values looked at.
+def looked_at(step, limit, left):
+    """Ratios to the present value at which motions were looked at, in longer steps once period 1 was left."""
+    way = 1 if limit > 1 else -1
+    grid = np.append(1.0, Search(REACH, step, ACCURACY).values(1.0, way))
+    grid = grid[way * np.log(grid / limit) < 1e-9]
+    first = [*np.flatnonzero(way * np.log(grid / left) > -1e-9)[:1], len(grid) - 1][0]
+    return grid[np.unique([*range(first), *range(first, len(grid), LONG_STEPS), len(grid) - 1])]
+
+
+def outward(looked, edges, others):
+    """Ratios from 1 to the last value looked at, and which of them are values looked at.
 
     Of these about one in 1 %, and all beside an edge, which lies in the middle of a fine step.
     """
-    way = 1 if limit > 1 else -1
-    looked = np.append(1.0, Search(REACH, step, ACCURACY).values(1.0, way))
-    coarse = np.arange(len(looked)) % max(round(STEP / step), 1) == 0
+    way = 1 if looked[-1] > 1 else -1
     fine = (1 + FINE * STEP) ** (np.arange(2 * CELLS) + 0.5 - CELLS)
-    for edge in edges:
-        coarse |= np.abs(np.log(looked / edge)) < CELLS * FINE * STEP
-    ratios = np.concatenate([looked[coarse], others, *(edge * fine for edge in edges)])
-    ratios = np.unique(ratios[(way * np.log(ratios) >= 0) & (way * np.log(ratios / limit) < 1e-9)])[::way]
+    coarse, last = [], 0.0
+    for ratio in looked:
+        beside = np.abs(np.log(ratio / edges)) < CELLS * FINE * STEP
+        if not last or abs(np.log(ratio / last)) > 0.9 * STEP or beside.any():
+            coarse.append(last := ratio)
+    ratios = np.concatenate([coarse, others, *(edge * fine for edge in edges)])
+    inside = (way * np.log(ratios) >= 0) & (way * np.log(ratios / looked[-1]) < 1e-9)
+    ratios = np.unique(ratios[inside])[::way]
     return ratios, np.isin(ratios, looked)
 
 
@@ -130,10 +143,13 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
             met += np.isfinite(edges).sum()
             ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
             step = float(found["step"]) * (1 if found["period"] else CHAOTIC)
-            known = edges[np.isfinite(edges)], ends[np.isfinite(ends)]
-            ratios, looked = outward(step, float(here["limit_ratio"]), *known)
+            left = (
+                float(here[f"bracket_{FAR[str(side)]}"].sel(change="doubling")) if found["period"] else np.nan
+            )
+            looked = looked_at(step, float(here["limit_ratio"]), left)
+            ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)])
             cells, judged = by_change(ratios, here)
-            judged &= ~irregular & (looked[:, None] | ~(present[-1] | np.isfinite(widths(here))))
+            judged &= ~irregular & (looked[:, None] | ~(present[-1] | np.isfinite(widths(here)).any()))
             again = [np.flatnonzero(ratios == back) for back in backs]
             needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
             last = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1

@@ -179,7 +179,7 @@ def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     if (narrow := np.isfinite(width)).any():
         names = ", ".join(_words(dataset, str(name)) for name in dataset["change"].values[narrow])
         wide = f"{plain(100 * np.nanmax(width), 2)} % at most"
-        yield f"{side}: windows of {wide} ({names}); others may lie nearer, between the values looked at"
+        yield f"{side}: windows of {wide} ({names}); others may lie between the values looked at"
 
 
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
