@@ -41,9 +41,10 @@ def test_regions_and_cells_that_differ_are_told():
 
 @pytest.mark.long
 def test_cells_between_curves_have_the_label_of_their_region():
-    """The shipped studies: period 1 doubles and comes back, and both motions gain or lose a separation."""
+    """The shipped studies, with fewer cells: one doubling, and contacts that are gained and lost."""
     curves = jp.run(STUDIES / "orbits" / "curve_wedge.toml")
-    diagram = jp.run(STUDIES / "bifurcation" / "map_wedge.toml")
+    fewer = {f"vary.{name}.num": 60 for name in ("clearance", "gear_ratio")}
+    diagram = jp.run(STUDIES / "bifurcation" / "map_wedge.toml", **fewer)
     found = regions(curves, diagram)
     assert (found.number > 0).mean() > 0.4
     assert {(1, 1.0), (1, 2.0), (2, 1.5)} <= set(found.labels)
