@@ -146,7 +146,7 @@ _ROWS = (
         "basins",
         ".analysis.states.basins:basins",
         ("basins",),
-        shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
+        shown=(Shown("fraction", title="fraction of the starts in the largest basin"),),
         summary=".results.answers.orbits:basins",
         example={
             "mechanism": {"clearance": 2.5e-4},

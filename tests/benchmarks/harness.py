@@ -37,6 +37,7 @@ kind = "section"
 catalog = "chunmei2002"
 [integrator]
 rtol = 1e-7
+ensemble = false  # cells in lanes share their time: none has a share of its own
 [analysis]
 turns = {turns}
 transient = 20

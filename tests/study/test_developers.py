@@ -15,10 +15,12 @@ from jointplay import cli, figures
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError
 from jointplay.kinds import KINDS, Kind, Shown
+from jointplay.mechanism import systems
 from jointplay.study.file import load, schema, validate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
 LAW, ANALYSIS, ROW, FIGURE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
+(SYSTEM,) = re.findall(r"^```py\n(.*?)^```", PAGE, re.S | re.M)
 (STUDY,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.S | re.M)
 SWEEP = STUDY + '\n[vary]\namplitude = [0.2, 0.25, 0.3]\n\n[figure]\nkind = "sweep"\n'
 
@@ -72,6 +74,17 @@ def test_a_law_that_was_added_moves_a_linkage(law):
     force = 1e12 * found.penetration.values**2 + 200 * found.normal_velocity.values
     assert found.normal_force.values[touching] == pytest.approx(force[touching], rel=1e-6, abs=1e-6)
     assert float(np.abs(found.energy_residual).max()) < 1e-6 * float(np.abs(np.diff(found.drive_work)).sum())
+
+
+def test_a_test_system_is_a_function(monkeypatch):
+    names = dict(vars(systems))
+    exec(compile(SYSTEM, "developers.md", "exec"), names)
+    monkeypatch.setitem(systems.SYSTEMS, "van_der_pol", names["van_der_pol"])
+    record = names["van_der_pol"](damping=2.0)
+    assert record.parameters == {"damping": 2.0}
+    assert record.initial == (2.0, 0.0)
+    assert record.replace(damping=3.0) == names["van_der_pol"](damping=3.0)
+    assert set(problems(record.replace, damping=-1.0)) == {"damping"}
 
 
 @pytest.fixture
