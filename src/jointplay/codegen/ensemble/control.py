@@ -207,14 +207,15 @@ def _control(turning: Turning) -> list[str]:
         "ratio = ratio * ratio",
         f"again = error * error / {at(rows.ERROR_BEFORE)} * ratio * ratio * ratio",
         f"again = again if {at(rows.REJECTION)} == 0.0 else 0.0",
-        "r2 = sqrt(min(max(error, again), 1e30))",
+        f"slow = 2.0 * {at(rows.SIZE)} if {at(rows.WAS_JOINED)} == 0.0 else 0.0",
+        "r2 = sqrt(min(max(max(error, again), slow), 1e30))",
         "r4 = sqrt(r2)",
         "r8 = sqrt(r4)",
         "r16 = sqrt(r8)",
         "r32 = sqrt(r16)",
         "r64 = sqrt(r32)",
         f"factor = {SAFETY!r} / (r8 * r32 * sqrt(r64))",
-        f"most = 1.0 if {at(rows.WAS_JOINED)} > 0.0 else 6.0",
+        f"most = 0.85 if {at(rows.WAS_JOINED)} > 0.0 else 6.0",
         "new = min(h * min(max(factor, 0.2), most), limit)",
     ]
     lines += _served()
