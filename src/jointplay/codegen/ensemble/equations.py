@@ -60,8 +60,9 @@ def text(system: System) -> str:
 
 
 class Writer:
-    """Bodies of one structure, whose first positions are so many `phases`; `constants` are rows of what
-    parameters alone make.
+    """Bodies of one structure, whose first positions are so many `phases`.
+
+    `constants` are rows of what parameters alone make, `sticking` contacts that may stick.
     """
 
     def __init__(self, system: System, phases: int):
