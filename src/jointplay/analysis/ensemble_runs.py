@@ -199,9 +199,8 @@ def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
     from jointplay.numerics.ensemble.layout import SIGNATURES, Variations
     from jointplay.numerics.interface import pointers
 
-    size, own = cache.ensemble_tangents(model.structure, len(model.turning))
-    gradients = cache.variation_module(model.structure)
-    v = pointers(gradients, size, own, kind=Variations, signatures=SIGNATURES)
+    size, gradients = cache.ensemble_tangents(len(model.turning)), cache.variation_module(model.structure)
+    v = pointers(gradients, size, kind=Variations, signatures=SIGNATURES)
     starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
     real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
     return v, flow.tangents(starts, scales, real, LOG_ROWS)

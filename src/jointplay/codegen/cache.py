@@ -152,11 +152,9 @@ def ensemble_module(structure) -> ModuleType:
     return _module(f"ensemble {structure!r}", lambda: _from_equations("ensemble.equations", structure))
 
 
-def ensemble_tangents(structure, positions: int) -> tuple[ModuleType, ModuleType]:
-    """What carries a tangent beside each of eight trajectories: code for the size, and for the structure."""
-    algebra = _module(f"ensemble tangents {positions}", lambda: _writer("ensemble.tangent").text(positions))
-    own = f"ensemble held {structure!r}"
-    return algebra, _module(own, lambda: _from_equations("ensemble.equations", structure, of="held"))
+def ensemble_tangents(positions: int) -> ModuleType:
+    """The compiled code that carries a tangent beside each of eight trajectories of so many positions."""
+    return _module(f"ensemble tangents {positions}", lambda: _writer("ensemble.tangent").text(positions))
 
 
 def algebra_module(n_q: int, n: int) -> ModuleType:

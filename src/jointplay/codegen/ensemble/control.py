@@ -24,6 +24,9 @@ from ...numerics.modes import CONE, FORCE, GAP
 from .text import at, choose, lanes, moved, rotation, slope, stage, total
 
 S = range(STAGES)
+# Where Newton's iteration needs a second attempt, which costs as much as a step: what is left of the length;
+# before it does, what an error of the last update's size is worth
+AGAIN, SLOW = 0.85, 2.0
 Turning = tuple[float, ...]  # 1 where a position is an angle, 0 where it is none; PHASE of a phase
 
 
@@ -199,7 +202,10 @@ def _moved(k: int, turns: float) -> list[str]:
 
 
 def _control(turning: Turning) -> list[str]:
-    """Length after a whole step, as numerics.control has it: the power is 1/6, and a length is bounded."""
+    """Length after a whole step, as numerics.control has it: the power is 1/6, and a length is bounded.
+
+    It is the shorter, the more the iteration has left to do.
+    """
     lines = [
         f"whole, h, limit = {at(rows.WHOLE)}, {at(rows.H)}, {at(rows.H_LIMIT)}",
         f"error = max({at(rows.ERROR)}, 1e-8)",
@@ -207,14 +213,15 @@ def _control(turning: Turning) -> list[str]:
         "ratio = ratio * ratio",
         f"again = error * error / {at(rows.ERROR_BEFORE)} * ratio * ratio * ratio",
         f"again = again if {at(rows.REJECTION)} == 0.0 else 0.0",
-        "r2 = sqrt(min(max(error, again), 1e30))",
+        f"slow = {SLOW!r} * {at(rows.SIZE)} if {at(rows.WAS_JOINED)} == 0.0 else 0.0",
+        "r2 = sqrt(min(max(max(error, again), slow), 1e30))",
         "r4 = sqrt(r2)",
         "r8 = sqrt(r4)",
         "r16 = sqrt(r8)",
         "r32 = sqrt(r16)",
         "r64 = sqrt(r32)",
         f"factor = {SAFETY!r} / (r8 * r32 * sqrt(r64))",
-        f"most = 1.0 if {at(rows.WAS_JOINED)} > 0.0 else 6.0",
+        f"most = {AGAIN!r} if {at(rows.WAS_JOINED)} > 0.0 else 6.0",
         "new = min(h * min(max(factor, 0.2), most), limit)",
     ]
     lines += _served()

@@ -6,12 +6,13 @@
     finish(w)     the same at the last stage alone
     base(w)       the same at the base point, for lanes that are NEW there
 
-All lanes take the equations of slip, where masks tell contact from flight: M a_0 = Q - N F_n - T F_t. Lanes
-that stick choose a = a_0 - y dF instead, with y = M^-1 T and dF = (T a_0 + T' w) / (T y), so that
-T a + T' w = 0. Their Jacobian is that of a_0 less y (T da_0 + d(T' w)) / (T y), where what only positions
-change of T and dF is left out: of the order of h^2 in Newton's matrix, whose iteration shows what that costs.
+All lanes take the equations of slip, where masks tell contact from flight: M a_0 = Q - N F_n - T F_t. Only
+where a contact sticks in some lane are those gone over again that are `held`: a = a_0 - Y dF with Y = M^-1 T
+and (T Y) dF = T a_0 + T' w over the contacts that stick, so that T a + T' w = 0. Lanes in which none sticks
+keep what they have, so that their numbers do not depend on others.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from sympy import Expr, Integer, Symbol
@@ -19,8 +20,9 @@ from sympy import Expr, Integer, Symbol
 from ...equations.system import System
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import STAGES
-from ...numerics.modes import FORCE, GAP
-from ..dynamics import Dynamics, dot
+from ...numerics.modes import CONE, FORCE, GAP
+from ..dynamics import Dynamics
+from ..inverse_mass import dot, eliminate
 from ..module import guards
 from ..source import Layout, Program, expression, importing, used
 from ..tape import FLOW
@@ -44,52 +46,45 @@ def text(system: System) -> str:
         laid, resets=()
     )  # where a state jumps, the loop lets the structure's own functions do so
     gaps = {4 * (len(system.contacts) + k) + GAP: each.guard for k, each in enumerate(laid.resets)}
-    writer, dynamics = Writer(system, phases), Dynamics(system, _variant(system))
-    bodies = [_rate(writer, dynamics, gaps), _slopes(writer, dynamics), writer.prepare()]
-    bodies += _functions(len(system.positions), [*range(4 * len(system.contacts)), *gaps])
+    writer, dynamics = Writer(system, phases), Dynamics(system, "touch")
+    bodies = [*_rates(writer, dynamics, gaps), _slopes(writer, "slopes", dynamics)]
+    sticks = bool(writer.sticking)
+    if sticks:
+        bodies += [_rate_held(writer, dynamics), _slopes(writer, "slopes_held", Dynamics(system, "stick"))]
+        bodies += [writer.sticks(), writer.held_rates()]
+    bodies.append(writer.prepare())
+    bodies += _functions(len(system.positions), [*range(4 * len(system.contacts)), *gaps], sticks)
     size = f"ROWS = {writer.first + len(writer.constants)}\n"
     size += f"PHASES = {[angle.name for angle in system.angles[:phases]]!r}\n"
     return importing(HEADER + size + "\n\n" + "\n\n\n".join(bodies) + "\n")
 
 
-def _variant(system: System) -> str:
-    """Equations that all lanes take: those of slip, or with several contacts that of sticking."""
-    several = len(system.contacts) > 1 and any(contact.sticks for contact in system.contacts)
-    return "stick" if several else "touch"
-
-
-def _lone(system: System) -> bool:
-    """Whether the one contact sticks by a choice after the equations of slip."""
-    return len(system.contacts) == 1 and system.contacts[0].sticks
-
-
 class Writer:
-    """Bodies of one structure, at the point X, Y; `constants` are rows of what parameters alone make.
+    """Bodies of one structure, whose first positions are so many `phases`.
 
-    The first positions are so many `phases`.
+    `constants` are rows of what parameters alone make, `sticking` contacts that may stick.
     """
 
     def __init__(self, system: System, phases: int):
         self.system, self.layout, self.phases = system, Layout(system), phases
         self.constants: dict[Expr, int] = {}
         self.first = rows.NUMBERS + len(system.parameters)
+        self.sticking = [j for j, contact in enumerate(system.contacts) if contact.sticks]
 
-    def body(self, name: str, program: Program, stores: dict[int, str], own: bool = True) -> str:
-        """A function that stores in rows what has these names; of lanes that stick, with `held_` before.
+    def body(self, name: str, program: Program, stores: dict[int, str], j: int | None = None) -> str:
+        """A function that stores in rows what stands for it: of the point X, Y, or of stage j.
 
-        Not its `own`: other lanes keep what is there.
+        What is `held_` is of lanes where a contact sticks: others keep what is there.
         """
-        if own:
-            program, loads = self._hoisted(program)
-        else:
-            loads = [f"{value} = {at(row)}" for row, value in stores.items()]
-        names = {str(symbol) for symbol, _ in program}
-        lines = [f"stick = {at(rows.MASK, 2)}", *loads, *self._point(program)]
+        program, lines = self._hoisted(program)
+        place = at if j is None else _named
+        lines += [] if j is None else fetch(len(self.system.positions), j, _named)
+        lines += self._point(program, place)
         lines += [f"{symbol} = {expression(value)}" for symbol, value in program]
         for row, value in stores.items():
-            chosen = f"held_{value} if stick > 0.0 else {value}" if f"held_{value}" in names else value
-            lines.append(f"{at(row)} = {chosen}")
-        return "\n".join(["@inner", f"def {name}(w):", *lanes(*lines)])
+            held = value.startswith("held_")
+            lines += choose(at(row), value, f"{self._stuck()} > 0.0") if held else [f"{at(row)} = {value}"]
+        return _inner(name, lanes(*lines))
 
     def _hoisted(self, program: Program) -> tuple[Program, list[str]]:
         """The program without what parameters alone make, and the lines that load this."""
@@ -106,20 +101,22 @@ class Writer:
             lines.append(f"{symbol} = {at(self.first, place)}")
         return rest, lines
 
-    def _point(self, program: Program) -> list[str]:
-        """Parameters, masks and the state that a program reads."""
+    def _point(self, program: Program, place: Callable[[int, int], str] = at) -> list[str]:
+        """Parameters, masks and the state that a program reads, X and Y from their `place`."""
         system = self.system
         places = {s: at(rows.NUMBERS, k) for k, s in enumerate(system.parameters)}
         places |= {s: at(rows.MASK, k) for s, k in self.layout.masks.items()}
         n = len(system.positions)
-        places |= {s: at(rows.Y, k) for k, s in enumerate(system.speeds[:n])}
+        places |= {s: place(rows.Y, k) for k, s in enumerate(system.speeds[:n])}
         places |= {s: at(rows.MEMORY, k) for k, s in enumerate(system.speeds[n:])}
-        places |= {s: f"{at(rows.POSITION, k)} + {at(rows.X, k)}" for k, s in enumerate(system.positions)}
+        moved = enumerate(system.positions)
+        places |= {s: f"{at(rows.POSITION, k)} + {place(rows.X, k)}" for k, s in moved}
+        places |= {s: at(rows.RATE, k) for k, s in enumerate(_slipped(system))}
         lines = [f"{s} = {places[s]}" for s in used(program, places)]
         for angle in system.angles:
             if used(program, (angle.sin, angle.cos)):
                 k = system.positions.index(angle.position)
-                lines += rotation(angle.sin, angle.cos, k, at(rows.X, k), k < self.phases)
+                lines += rotation(angle.sin, angle.cos, k, place(rows.X, k), k < self.phases)
         return lines
 
     def prepare(self) -> str:
@@ -128,101 +125,117 @@ class Writer:
         lines += [f"{at(self.first, k)} = {expression(value)}" for value, k in self.constants.items()]
         return function("prepare", lanes(*(lines or ["pass"])))
 
+    def _stuck(self) -> str:
+        """How many contacts stick in a lane."""
+        return " + ".join(at(rows.MASK, 3 * j + 2) for j in self.sticking)
 
-def _rate(writer: Writer, dynamics: Dynamics, gaps: dict[int, Expr]) -> str:
-    """Accelerations and guards (codegen.module.guards), `gaps` those of jumps."""
-    system, a = writer.system, dynamics.a
-    N, variant = range(len(system.positions)), _variant(system).replace("touch", "slip")
-    results = {f"out_a{k}": a[k] for k in N}
-    for j, contact in enumerate(system.contacts):
-        watched = guards(dynamics, j, variant) | ({FORCE: contact.pressed} if contact.sticks else {})
-        results |= {f"out_g{4 * j + g}": value for g, value in watched.items()}
-    results |= {f"out_g{g}": value for g, value in gaps.items()}
-    if _lone(system):
-        contact, (column, share) = system.contacts[0], _grip(dynamics)
-        drag = dynamics.tape.let("held_F", (dot(contact.tangential, a) + _bias(dynamics)) * share)
-        results |= {f"held_out_a{k}": a[k] - column[k] * drag for k in N}
-        results["out_g3"] = Integer(0)
-        results["held_out_g3"] = (contact.limit * contact.F_n) ** 2 - (contact.drag + drag) ** 2
-    stores = {rows.RATE + k: f"out_a{k}" for k in N}
-    stores |= {rows.WATCHED + g: f"out_g{g}" for g in range(rows.GUARDS) if f"out_g{g}" in results}
-    return writer.body("rate", dynamics.tape.program(results), stores)
+    def sticks(self) -> str:
+        """A function that says whether any contact sticks in any lane."""
+        lines = ["    most = 0.0", *lanes(f"most = max(most, {self._stuck()})"), "    return most > 0.0"]
+        return _inner("sticks", lines)
 
-
-def _slopes(writer: Writer, dynamics: Dynamics) -> str:
-    """d rate / d state."""
-    system, tape, results = writer.system, dynamics.tape, {}
-    lone, n = _lone(system), len(system.positions)
-    speeds, N = system.speeds[:n], range(n)
-    turning = [0] * n + ([tape.derivative(_bias(dynamics), w) for w in speeds] if lone else [])
-    found = dynamics.jacobian()
-    entries = {(k, i): found.get((k, i), Integer(0)) for k in N for i in range(2 * n)}
-    if lone:
-        column, share = _grip(dynamics)
-        for i in range(2 * n):
-            J = [entries[k, i] for k in N]
-            drag = tape.let(f"held_F{i}", (dot(system.contacts[0].tangential[:n], J) + turning[i]) * share)
-            results |= {f"held_out_{k}_{i}": J[k] - column[k] * drag for k in N}
-    results |= {f"out_{k}_{i}": value for (k, i), value in entries.items()}
-    return writer.body("slopes", tape.program(results), _places(n))
+    def held_rates(self) -> str:
+        """A function that goes over the stages' rates and cones again, for lanes where a contact sticks."""
+        n, lines = len(self.system.positions), []
+        for j in range(STAGES):
+            found = {stage(rows.F, j, k): (at(rows.RATE, k), f"{at(rows.H)} * ") for k in range(n)}
+            slipped = [f"{rate} = {place} / {at(rows.H)}" for place, (rate, _) in found.items()]
+            cones = [4 * c + CONE for c in self.sticking]
+            watches = rows.WATCHES + rows.GUARDS * j
+            found |= {at(watches, g): (at(rows.WATCHED, g), "") for g in cones}
+            chosen = [f"stuck = {self._stuck()}"]
+            for place, (value, factor) in found.items():
+                chosen += choose(place, factor + value, "stuck > 0.0")
+            lines += [*lanes(*fetch(n, j), *slipped), "    rate_held(w)", *lanes(*chosen)]
+        return _inner("rates_held", lines)
 
 
-def held(system: System) -> str:
-    """Source of a module: held(w), d rate / d state where the one contact sticks, nothing left out.
-
-    What only positions change of T and dF, which Newton's matrix does without, tangents need.
-    """
-    if not _lone(system):
-        return importing(HEADER + function("held", ["    pass"]) + "\n")
-    writer, dynamics, n = Writer(system, 0), Dynamics(system, "stick"), len(system.positions)
-    found, N = dynamics.jacobian(), range(n)
-    results = {f"held_out_{k}_{i}": found.get((k, i), Integer(0)) for k in N for i in range(2 * n)}
-    body = writer.body("exact", dynamics.tape.program(results), _places(n), own=False)
-    return importing(HEADER + body + "\n\n\n" + function("held", ["    exact(w)"]) + "\n")
+def _inner(name: str, lines: list[str]) -> str:
+    """A function that others of the module call."""
+    return "\n".join(["@inner", f"def {name}(w):", *lines])
 
 
-def _places(n: int) -> dict[int, str]:
-    """Rows of d rate / d state, and the names of their entries."""
-    shift = rows.N - n  # of the speeds' columns
-    pairs = ((k, i) for k in range(n) for i in range(2 * n))
-    return {rows.JACOBIAN + 2 * rows.N * k + i + shift * (i >= n): f"out_{k}_{i}" for k, i in pairs}
+def _named(row: int, k: int) -> str:
+    """Name of what would be in a row, where it need not be stored."""
+    return f"row_{row + k}"
 
 
-def _grip(dynamics: Dynamics) -> tuple[list[Expr], Expr]:
-    """y = M^-1 T and 1 / (T y)."""
-    T = dynamics.system.contacts[0].tangential
-    column = dynamics.inverse_mass(list(T), "column")
-    return column, dynamics.tape.let("grip", 1 / dot(T, column))
+def _slipped(system: System) -> list[Symbol]:
+    """Accelerations by the equations of slip."""
+    return [Symbol(f"slipped_{k}", real=True) for k in range(len(system.positions))]
 
 
-def _bias(dynamics: Dynamics) -> Expr:
-    """T' w: what of v_t' needs no acceleration."""
-    contact = dynamics.system.contacts[0]
-    return dynamics.tape.derivative(contact.v_t, FLOW) + contact.drift
-
-
-def _take(n: int, watched: list[int], j: int) -> list[str]:
-    """Rates times h, and guards, of stage j."""
-    lines = [f"{stage(rows.F, j, k)} = {at(rows.H)} * {at(rows.RATE, k)}" for k in range(n)]
-    watches = rows.WATCHES + rows.GUARDS * j
-    return lines + [f"{at(watches, g)} = {at(rows.WATCHED, g)}" for g in watched]
-
-
-def _functions(n: int, watched: list[int]) -> list[str]:
-    """Functions that the loop calls: rates and slopes at the points of a step."""
-    N, rates = range(n), [*lanes(*fetch(n, 0)), "    rate(w)"]
+def _rates(writer: Writer, dynamics: Dynamics, gaps: dict[int, Expr]) -> list[str]:
+    """Accelerations and guards (codegen.module.guards), `gaps` those of jumps: at a point, at each stage."""
+    watched = dict(gaps)
+    for j, contact in enumerate(dynamics.system.contacts):
+        more = {FORCE: contact.pressed, CONE: Integer(0)} if contact.sticks else {}
+        watched |= {4 * j + g: value for g, value in (guards(dynamics, j, "slip") | more).items()}
+    found = {f"out_a{k}": a for k, a in enumerate(dynamics.a)}
+    program = dynamics.tape.program(found | {f"out_g{g}": value for g, value in watched.items()})
+    stores = {rows.RATE + k: name for k, name in enumerate(found)}
+    bodies = [writer.body("rate", program, stores | {rows.WATCHED + g: f"out_g{g}" for g in watched})]
     for j in range(STAGES):
-        following = fetch(n, (j + 1) % STAGES)
-        rates += lanes(*_take(n, watched, j), *following) + ["    rate(w)"] * (j < STAGES - 1)
-    here = [f"{at(rows.X, k)} = 0.0" for k in N] + [f"{at(rows.Y, k)} = {at(rows.SPEED, k)}" for k in N]
+        stores = {rows.F + rows.N * j + k: f"{at(rows.H)} * {name}" for k, name in enumerate(found)}
+        stores |= {rows.WATCHES + rows.GUARDS * j + g: f"out_g{g}" for g in watched}
+        bodies.append(writer.body(f"rate_{j}", program, stores, j))
+    return bodies
+
+
+def _rate_held(writer: Writer, dynamics: Dynamics) -> str:
+    """Accelerations and cones where contacts stick, by the accelerations that are found without that."""
+    system, tape, slipped = dynamics.system, dynamics.tape, _slipped(dynamics.system)
+    contacts = [system.contacts[j] for j in writer.sticking]
+    lone = len(system.contacts) == 1
+    masks = [Integer(1) if lone else Symbol(f"stick_{contact.name}", real=True) for contact in contacts]
+    rows_T = [contact.tangential[: len(slipped)] for contact in contacts]
+    Y = [dynamics.inverse_mass(list(T), f"column{j}") for j, T in zip(writer.sticking, rows_T, strict=True)]
+    TY, creep = [], []
+    for i, (mask, contact, T) in enumerate(zip(masks, contacts, rows_T, strict=True)):
+        drift = tape.derivative(contact.v_t, FLOW) + contact.drift  # what of v_t' needs no acceleration
+        creep.append(tape.let(f"creep{i}", mask * (dot(T, slipped) + drift)))
+        entries = [mask * dot(T, y) + (1 - mask) * int(i == j) for j, y in enumerate(Y)]
+        TY.append([tape.let(f"TY{i}_{j}", entry) for j, entry in enumerate(entries)])
+    a, results = slipped, {}
+    for j, y, dF in zip(writer.sticking, Y, eliminate(tape, TY, creep, "dF"), strict=True):
+        a = [value - entry * dF for value, entry in zip(a, y, strict=True)]
+        contact = system.contacts[j]
+        cone = (contact.limit * dynamics.F_n[j]) ** 2 - (contact.drag + dF) ** 2
+        results[rows.WATCHED + 4 * j + CONE] = cone
+    results |= {rows.RATE + k: value for k, value in enumerate(a)}
+    program = tape.program({f"held_out_{row}": value for row, value in results.items()})
+    return writer.body("rate_held", program, {row: f"held_out_{row}" for row in results})
+
+
+def _slopes(writer: Writer, name: str, dynamics: Dynamics) -> str:
+    """d rate / d state; of `slopes_held` where contacts stick."""
+    n, found = len(writer.system.positions), dynamics.jacobian()
+    prefix, shift = "held_out_" if name == "slopes_held" else "out_", rows.N - n  # of the speeds' columns
+    pairs = [(k, i) for k in range(n) for i in range(2 * n)]
+    places = {pair: rows.JACOBIAN + 2 * rows.N * pair[0] + pair[1] + shift * (pair[1] >= n) for pair in pairs}
+    program = dynamics.tape.program(
+        {f"{prefix}{places[pair]}": found.get(pair, Integer(0)) for pair in pairs}
+    )
+    return writer.body(name, program, {row: f"{prefix}{row}" for row in places.values()})
+
+
+def _functions(n: int, watched: list[int], sticks: bool) -> list[str]:
+    """Functions that the loop calls: rates and slopes at the points of a step."""
+    here = [f"{at(rows.X, k)} = 0.0" for k in range(n)]
+    here += [f"{at(rows.Y, k)} = {at(rows.SPEED, k)}" for k in range(n)]
     taken = [f"fresh = {at(rows.NEW)}"]
-    for k in N:
+    for k in range(n):
         taken += choose(at(rows.ACCELERATION, k), at(rows.RATE, k), "fresh > 0.0")
     for g in watched:
         taken += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "fresh > 0.0")
+
+    def whole(name: str) -> list[str]:
+        return ["    if sticks(w):", f"        {name}_held(w)"] * sticks
+
+    rate = ["    rate(w)", *whole("rate")]
     return [
-        function("jacobian", ["    slopes(w)"]),
-        function("rates", rates),
-        function("finish", [*lanes(*fetch(n, STAGES - 1)), "    rate(w)"]),
-        function("base", [*lanes(*here), "    rate(w)", *lanes(*taken, f"{at(rows.NEW)} = 0.0")]),
+        function("jacobian", ["    slopes(w)", *whole("slopes")]),
+        function("rates", [*(f"    rate_{j}(w)" for j in range(STAGES)), *whole("rates")]),
+        function("finish", [*lanes(*fetch(n, STAGES - 1)), *rate]),
+        function("base", [*lanes(*here), *rate, *lanes(*taken, f"{at(rows.NEW)} = 0.0")]),
     ]

@@ -4,7 +4,7 @@ What differs by lane is chosen, with both values loaded first, so that nothing i
 with a mask stands for a choice, since a finished lane's NaN would survive it.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from ...numerics.ensemble import layout as rows
@@ -80,12 +80,12 @@ def moved(j: int, k: int, speed: str, of: Blocks = STEP) -> str:
     return f"{at(rows.H)} * ({float(NODES[j])!r} * {speed} + {gained})"
 
 
-def fetch(n: int, j: int) -> list[str]:
-    """X and Y at stage j: increments of the positions, speeds."""
+def fetch(n: int, j: int, place: Callable[[int, int], str] = at) -> list[str]:
+    """X and Y at stage j: increments of the positions, speeds; in their rows, or another `place`."""
     lines = []
     for k in range(n):
-        lines.append(f"{at(rows.X, k)} = {moved(j, k, at(rows.SPEED, k))}")
-        lines.append(f"{at(rows.Y, k)} = {at(rows.SPEED, k)} + {stage(rows.Z, j, k)}")
+        lines.append(f"{place(rows.X, k)} = {moved(j, k, at(rows.SPEED, k))}")
+        lines.append(f"{place(rows.Y, k)} = {at(rows.SPEED, k)} + {stage(rows.Z, j, k)}")
     return lines
 
 

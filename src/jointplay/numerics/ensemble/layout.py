@@ -82,7 +82,6 @@ class Variations(NamedTuple):
     start: Callable
     point: Callable
     keep: Callable
-    held: Callable
     vary: Callable
     improve: Callable
     judge: Callable

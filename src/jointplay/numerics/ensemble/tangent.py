@@ -84,12 +84,9 @@ def carry(g, v, w):
     if not _any(w, rows.ACTIVE):
         v.judge(w)
         return
-    sticks = _any(w, rows.MASK + 2)
     for s in range(STAGES):
         v.point(w, s)
         g.jacobian(w)
-        if sticks:
-            v.held(w)
         v.keep(w, s)
     for _ in range(MOST):
         v.vary(w)
@@ -112,8 +109,6 @@ def _any(w, row):
 def base_slopes(g, v, w):
     """Slopes at the base points that are new; X and Y are at the base."""
     g.jacobian(w)
-    if _any(w, rows.MASK + 2):
-        v.held(w)
     v.base(w)
 
 
