@@ -27,6 +27,21 @@ def falling():
     return jp.Mechanism(name="falling", links=links, joints=joints, gravity=G, guess=guess)
 
 
+SPEED_UP = {"kind": "profile", "link": "crank", "start": 5.0, "end": 20.0, "time": 0.2}
+DRIVES = [{"kind": "speed", "link": "crank", "speed": 20.0}, pytest.param(SPEED_UP, marks=pytest.mark.long)]
+
+
+@pytest.mark.parametrize("drive", DRIVES, ids=["speed", "profile"])
+def test_an_imposed_speed_ends_where_the_rod_cannot_follow(drive):
+    """A crank longer than its rod: no angle beyond arcsin(3/4), and no value that is none."""
+    mechanism = jp.catalog.slider_crank(crank=0.2, rod=0.15, clearance=0, drive=drive)
+    run = jp.simulate(mechanism, turns=1, record=["angle", "reaction"])
+    assert STATUS[int(run.status)] == "not_converged"
+    assert 0.99 < float(run.angle.sel(link="crank")[-1]) / np.arcsin(0.75) < 1
+    assert not run.angle.isnull().any()
+    assert not run.reaction.isnull().any()
+
+
 @pytest.mark.long
 def test_a_dead_centre_ends_a_run_soon():
     """Energy by hand: inertia 3 M L^2/3 + 2 M L^2, weights at 3 L/2 + 2 L."""

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
+from tests.equations.test_groups import BAR, GUESS, PLATE, SCENES, newton
+from tests.equations.test_ideal_loops import joint, linkage
 
 pytestmark = pytest.mark.long
 EXAMPLES = ("slider_crank", "watt", "stephenson", "quick_return")
@@ -50,3 +52,38 @@ def test_clearance_that_vanishes_leaves_the_ideal_slider_crank(joint):
         )
     assert off[0] < 1.4 * 2e-5
     assert off[0] / off[1] == pytest.approx(2.0, abs=0.2)
+
+
+def test_a_plate_on_three_bars_keeps_its_energy():
+    """Five turns: what closes by four links at a time drifts no more than the rest."""
+    start = {"crank_angle": 0.3, "crank_speed": 20.0}
+    free, words = SCENES["bars"]().replace(drive=None), ["energy", "kinetic_energy", "angle"]
+    motion = jp.simulate(free, turns=5, rtol=1e-11, initial=start, record=words)
+    drift = np.abs(motion.energy - motion.energy[0]).max() / motion.kinetic_energy.max()
+    assert float(drift) < 1e-9
+    names = ["crank", "rod", "plate", "left", "right"]
+    for row in motion.angle.sel(link=names).values[::40]:
+        np.testing.assert_allclose(np.exp(1j * row[1:]), np.exp(1j * newton(row[0])), atol=1e-12)
+    assert abs(motion.angle.sel(link="crank")[-1]) > 9 * np.pi
+
+
+def behind():
+    """The plate on three bars drives a slider by a rod, whose pin has clearance."""
+    contact = {"law": "kelvin_voigt", "stiffness": 1e7, "damping": 500.0}
+    loose = {"clearance": 1e-4, "radius": 0.02, "contact": contact, "friction": {"coefficient": 0.1}}
+    more = [
+        joint("E", ("right", 0.35), ("link",)),
+        joint("F", ("link", 0.8), ("slider",)) | loose,
+        joint("G", ("slider",), ((0.0, 1.6),), "prismatic"),
+    ]
+    drive = {"kind": "speed", "link": "crank", "speed": 30.0}
+    return linkage([*PLATE, *BAR, *more], GUESS | {"link": 2.8}, drive)
+
+
+def test_clearance_beyond_a_plate_on_three_bars():
+    """Exponents are those of what moves: memories add none."""
+    found = jp.lyapunov(behind(), transient=5, turns=20, exponents="all")
+    assert int(found.status) == 0
+    assert found.sizes["exponent"] == 4
+    settling = 5 * 30.0
+    assert np.all(np.abs(found.lyapunov_exponent + settling) > 1.0)

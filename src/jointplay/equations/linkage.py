@@ -35,14 +35,13 @@ class Parts:
         """The equations."""
         structure, c, outputs = self.structure, self.c, dict(self._outputs())
         mass, force = c.mass(self.inertia), list(c.force(self.force, self.inertia))
+        imposed = dict(c.imposed)
         if structure.held:  # the crank: an unknown whose acceleration is none
             (crank,) = (i for i, _ in c.parts[structure.driven])
-            mass = {place: entry for place, entry in mass.items() if crank not in place}
-            mass[crank, crank], force[crank] = Integer(1), Integer(0)
-        memories = [place for place in range(len(c.speeds)) if c.speeds[place] in self.memories]
-        mass |= {(place, place): Integer(1) for place in memories}
-        for place, acceleration in c.imposed.items():
-            mass[place, place], force[place] = Integer(1), acceleration
+            mass, imposed[crank] = {pair: m for pair, m in mass.items() if crank not in pair}, Integer(0)
+        mass |= {(i, i): Integer(1) for i, speed in enumerate(c.speeds) if speed in self.memories}
+        for place, acceleration in imposed.items():
+            mass[place, place], force[place] = Integer(1), acceleration + loop.watched(structure, c)
         return System(
             positions=tuple(c.positions),
             speeds=tuple(c.speeds),

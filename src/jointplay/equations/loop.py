@@ -16,11 +16,14 @@ the known freedoms.
 
 from collections.abc import Callable
 
-from sympy import Expr, Integer
+from sympy import Expr, Integer, Symbol
 
 from . import dyads, groups
 from .coordinates import Coordinates, Freedom, dot
+from .drives import DRIVES
+from .groups import NOTHING
 from .structure import Linkage, Slide
+from .system import Root
 from .vectors import ZERO, Vector, Vectors, plus, turn
 
 
@@ -92,6 +95,17 @@ def _motion(loop: list[Vectors], c: Coordinates) -> None:
     bend = [plus(one, r.centripetal()) for one, r in zip(rest, loop, strict=True)]
     for k, value in zip(unknowns, solve.less(bend), strict=True):
         c.follow(k, ratios[k], c.let(f"gamma_{_word(k)}", value), closes=True)
+
+
+def watched(structure: Linkage, c: Coordinates) -> Expr:
+    """Nothing, and no number where a dyad does not close: of an imposed motion no other rate would tell."""
+    alone = DRIVES[structure.drive].imposed and not structure.joints and not structure.beams
+    folds = [Symbol(f"fold_{loop[0].name}", real=True) for loop in structure.loops if len(loop) == 1]
+    seen = Symbol("closes", real=True)
+    if alone and folds and seen not in dict(c.definitions):
+        c.definitions.append((seen, NOTHING * sum(folds)))
+        c.roots.append(Root({}, (), (), (seen,)))
+    return seen if alone and folds else Integer(0)
 
 
 def closing_forces(loop: list[Vectors], needed: dict[Freedom, Expr]) -> list[Vector]:
