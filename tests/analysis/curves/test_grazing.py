@@ -68,6 +68,59 @@ def test_a_grazing_starts_from_a_branch_whose_points_beside_it_are_on_one_side()
     assert one["amplitude"].values == pytest.approx(limit(one["frequency"].values), rel=1e-9)
 
 
+RESTITUTION, SIDEWAYS = 0.5, {"height": (3.7, 5.0), "acceleration": (1.0, 1.7)}
+FOLD = math.pi * (1 - RESTITUTION) / (1 + RESTITUTION)  # acceleration from which on the ball bounces
+DOUBLING = math.hypot(FOLD, 2 * (1 + RESTITUTION**2) / (1 + RESTITUTION) ** 2)
+
+
+def under_a_ceiling(acceleration):
+    """A ball that bounces once a period of the table, in table amplitudes, and its state at time 0."""
+    system = jp.System(
+        name="ball under a ceiling",
+        states={"y": 1.0, "v": 0.5},
+        parameters={"acceleration": acceleration, "restitution": RESTITUTION, "height": 4.6},
+        rates={"y": "v", "v": "-1/acceleration"},
+        forcing="2*pi",
+        impacts=[
+            {"name": "table", "gap": "y - sin(t)", "restitution": "restitution"},
+            {"name": "ceiling", "gap": "height - y", "restitution": "restitution"},
+        ],
+    )
+    phase = math.acos(FOLD / acceleration)
+    flown, v = TAU - phase, math.pi / acceleration
+    return system, [math.sin(phase) + v * flown - flown**2 / (2 * acceleration), v - flown / acceleration]
+
+
+@pytest.mark.long
+def test_a_doubling_and_a_fold_meet_a_grazing_in_closed_form():
+    """A flight rises to sin(phase) + pi^2 / (2 acceleration): the ceiling there changes no multiplier."""
+    system, state = under_a_ceiling(1.3)
+    given = {"initial": state, "transient": 0, "step": 0.1, "max_curves": 1}
+    found = jp.curve(system, plane=SIDEWAYS, of="grazing", **given)
+    one = found_curve(found, event="impact")
+    rise = math.pi**2 / (2 * one["acceleration"].values)
+    heights = one["height"].values
+    assert (heights - rise) ** 2 + (FOLD / one["acceleration"].values) ** 2 == pytest.approx(1, rel=1e-8)
+    assert np.any(heights < rise)  # round the fold
+    assert "range" in list(one["curve_end"].values)
+    kinds = jp.words(found)["meeting_kind"].values.tolist()
+    tops = {"fold_grazing": FOLD, "doubling_grazing": DOUBLING}
+    assert sorted(kinds) == sorted(tops)
+    for kind, height, acceleration in zip(
+        kinds, found["meeting_height"].values, found["meeting_acceleration"].values, strict=True
+    ):
+        top = math.sqrt(1 - (FOLD / tops[kind]) ** 2) + math.pi**2 / (2 * tops[kind])
+        assert [acceleration, height] == pytest.approx([tops[kind], top], rel=1e-7)
+
+    found = jp.curve(system, plane=dict(reversed(SIDEWAYS.items())), of="period_doubling", **given)
+    one = found_curve(found, "period_doubling")
+    assert one["acceleration"].values == pytest.approx(DOUBLING, rel=1e-9)
+    assert sorted(one["curve_end"].values) == ["grazing", "range"]
+    assert jp.words(found)["meeting_kind"].values.tolist() == ["doubling_grazing"]
+    top = math.sqrt(1 - (FOLD / DOUBLING) ** 2) + math.pi**2 / (2 * DOUBLING)
+    assert found["meeting_height"].values == pytest.approx([top], rel=1e-8)
+
+
 def nearly_missed(gap, restitution, state, periods):
     """State after some periods by exact flights, and the least distance at which a wall is missed."""
     flight, missed = Flight(0.0, *state), []
