@@ -34,6 +34,7 @@ MECHANISMS = {
 SECTION, RTOL = jp.CrankAngle(), 1e-8
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
 FAR = {"below": "low", "above": "high"}  # end of a bracket
+DIED = 0.1  # share of the values looked at in chaos where it may have died out: when it does is chance
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
@@ -157,7 +158,9 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
             answers = swept(mechanism, str(key), begin * ratios, present, judged, needed)
             for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
                 same = answers[:, i] == present[i]
-                bad = not same[judged[:, i]].all() or not same[again[i]].all()
+                died = np.count_nonzero(~same[judged[:, i]])
+                bad = died > (DIED * judged[:, i].sum() if present[-1] and change == "chaos" else 0)
+                bad |= not same[again[i]].all()
                 if irregular[i]:  # seen in some of the cells
                     bad |= same[cells[i]].all()
                 elif np.isfinite(edge):
