@@ -18,6 +18,8 @@ from jointplay.errors import InputError
 from jointplay.jobs.worker import Task, work
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble, linkage
+from jointplay.numerics import interface
+from jointplay.numerics.codes import Status
 from jointplay.numerics.ensemble import layout
 from jointplay.study.file import validate
 from jointplay.study.run import first_work
@@ -53,16 +55,37 @@ def test_a_sweep_in_lanes_is_that_one_by_one():
     assert np.isfinite(found.smallest_impact_speed).any()
 
 
+@pytest.mark.parametrize("exponents", [0, 1])
+def test_what_lanes_cannot_finish_goes_on_by_itself(monkeypatch, exponents):
+    def failing(loop):
+        def run(*given):
+            code = direct(loop)(*given)
+            for jobs in given:
+                if isinstance(jobs, layout.Jobs):
+                    jobs.count[1, layout.C_STATUS] = Status.NOT_CONVERGED
+            return code
+
+        return run
+
+    direct = interface.direct
+    each, over = catalog.chunmei2002(gear_ratio=3.0), {"clearance": np.geomspace(2e-5, 4e-5, 3)}
+    how = SWEEP | {"n_jobs": 1} | ({"exponents": 1, "lyapunov_turns": 5} if exponents else {})
+    alone, beside = (jp.bifurcation(each, over=over, **how, **more) for more in ({}, {"ensemble": True}))
+    monkeypatch.setattr(interface, "direct", failing)
+    found = jp.bifurcation(each, over=over, ensemble=True, **how)
+    assert not found.cell_status.any()
+    assert found.followed.values.ravel().tolist() == [1, 0, 1]
+    for n, same in enumerate((beside, alone, beside)):
+        assert np.array_equal(found.journal_x[n], same.journal_x[n])
+
+
 @pytest.mark.parametrize(
     ("gear", "clearance"), [(9.835, 2.1867241478865552e-05), (18.1, 2.659147948472494e-05)]
 )
-def test_what_lanes_cannot_finish_goes_on_by_itself(gear, clearance):
-    """At two points of a map the iteration in lanes does not converge, and that of one motion does."""
+def test_places_of_a_map_where_the_iteration_is_hard(gear, clearance):
     each, over = catalog.chunmei2002(gear_ratio=gear), {"clearance": [clearance]}
     how = SWEEP | {"turns": 70, "transient": 150, "exponents": 1, "lyapunov_turns": 60, "rtol": 1e-5}
-    found = jp.bifurcation(each, over=over, n_jobs=1, ensemble=True, **how)
-    assert not found.cell_status.any()
-    assert not found.followed.any()
+    assert not jp.bifurcation(each, over=over, n_jobs=1, ensemble=True, **how).cell_status.any()
 
 
 def test_periods_are_found_at_a_loose_tolerance():
