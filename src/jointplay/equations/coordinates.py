@@ -44,7 +44,8 @@ class Coordinates:
     `leads` says how a speed follows from the unknown and prescribed ones, `own` what the acceleration has
     beside theirs, `drift` what prescribed accelerations give it. `tree` says how a freedom follows from
     angles and slides when no loop is closed. `imposed` are accelerations of unknowns that no force changes,
-    by their places. `stretch` says by how much a mode along lengthens a link, over its length.
+    by their places. `stretch` says by how much a mode along lengthens a link, over its length. `folds` are
+    squared sines of the angle between the two columns of each loop: 0 at its dead centre.
     """
 
     angle: dict[Freedom, Angle | Direction] = field(default_factory=dict)
@@ -62,6 +63,7 @@ class Coordinates:
     definitions: list[tuple[Symbol, Expr]] = field(default_factory=list)
     imposed: dict[int, Expr] = field(default_factory=dict)
     stretch: dict[str, dict[Freedom, Expr]] = field(default_factory=dict)
+    folds: list[Expr] = field(default_factory=list)
 
     def e(self, k: Freedom) -> tuple[Expr, Expr]:
         """Unit vector along link k, or along a guide."""

@@ -179,6 +179,7 @@ def _motion(r: Vectors, c: Coordinates) -> None:
     (u, v), columns = r.of.unknowns, r.columns()
     J_u, J_v = columns.pop(u), columns.pop(v)
     det = c.let(f"fold_{r.of.name}", cross(J_u, J_v))
+    c.folds.append(det**2 / (dot(J_u, J_u) * dot(J_v, J_v)))
     led: dict[Freedom, Vector] = {}
     rest = ZERO
     for k, column in columns.items():
