@@ -1,7 +1,12 @@
-"""Five uniform bars in two parallelograms fall into one line, where no step leads on (N-four-bar)."""
+"""Motions that reach a dead centre end there.
+
+Five uniform bars in two parallelograms fall into one line, where no step leads on (N-four-bar). The long
+crank of a slider-crank turns back where the short rod stands across the guide.
+"""
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 
 import jointplay as jp
 from jointplay.analysis.quantities import STATUS
@@ -53,3 +58,54 @@ def test_a_dead_centre_ends_a_run_soon():
     squared = SPEED**2 + 2 * 3.5 * M * G * L * (1 - np.sin(last.angle)) / (3 * M * L**2)
     assert 0 < last.angle < 0.1
     np.testing.assert_allclose(last.angular_velocity**2, squared, rtol=1e-7)
+
+
+LONG, SHORT, ROD, SLIDER = 1.0, 0.5, 0.4, 0.7
+
+
+def turning_back():
+    """A crank and a rod, half as long, to a slider."""
+    links = [
+        jp.Link(name="crank", length=LONG, mass=M, inertia=M * LONG**2 / 3),
+        jp.Link(name="rod", length=SHORT, mass=ROD, inertia=ROD * SHORT**2 / 3),
+        jp.Link(name="slider", length=0.1, mass=SLIDER, inertia=0.01),
+    ]
+    ground = {"link": "ground", "point": (0, 0)}
+    joints = [
+        jp.Joint(name="O", journal={"link": "crank"}, bearing=ground),
+        jp.Joint(name="A", journal={"link": "crank", "at": LONG}, bearing={"link": "rod"}),
+        jp.Joint(name="B", journal={"link": "rod", "at": SHORT}, bearing={"link": "slider"}),
+        jp.Joint(name="G", kind="prismatic", journal={"link": "slider"}, bearing=ground),
+    ]
+    guess = {"crank": 0.2, "rod": -0.4}
+    return jp.Mechanism(name="turning_back", links=links, joints=joints, gravity=0.0, guess=guess)
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-11])
+def test_a_crank_does_not_turn_back_at_a_dead_centre_with_what_it_leads(rtol):
+    """The time to there, by quadrature over the rod's angle, in which the motion is regular."""
+    angle, speed, last = 0.2, 1.0, 1.5
+    names = ["energy_residual", "angular_velocity"]
+    start = {"crank_angle": angle, "crank_speed": speed}
+    at = np.linspace(0.0, last, 3001)
+    run = jp.simulate(turning_back(), duration=last, initial=start, rtol=rtol, record=names, at=at)
+    assert STATUS[int(run.status)] == "not_converged"
+
+    def energy(rod):
+        """Kinetic energy at a rod's angle, below the guide, and its rate 1."""
+        crank = np.arcsin(SHORT / LONG * np.sin(rod))
+        rate = SHORT * np.cos(rod) / (LONG * np.cos(crank))
+        end = LONG * rate * np.array([-np.sin(crank), np.cos(crank)])
+        middle = end - SHORT / 2 * np.array([np.sin(rod), np.cos(rod)])
+        slider = end[0] - SHORT * np.sin(rod)
+        turning = M * LONG**2 / 6 * rate**2 + ROD * SHORT**2 / 24
+        return turning + ROD / 2 * (middle @ middle) + SLIDER / 2 * slider**2
+
+    first = np.arcsin(LONG / SHORT * np.sin(angle))
+    started = speed * LONG * np.cos(angle) / (SHORT * np.cos(first))
+    whole = started**2 * energy(first)
+    arrival = quad(lambda rod: np.sqrt(energy(rod) / whole), first, np.pi / 2)[0]
+    reached = run.time.values
+    assert arrival - last / 1500 < reached[-1] < arrival
+    assert np.all(run.angular_velocity.sel(link="crank") > 0)
+    np.testing.assert_allclose(run.energy_residual, 0.0, atol=300 * rtol * whole)

@@ -116,6 +116,8 @@ def _rate(layout: Layout, dynamics: Dynamics, variant: str) -> str:
 
     for k, a in enumerate(dynamics.a):
         store(f"out_rate_{k}", a, rows["rate"] + k)
+    for k, fold in enumerate(system.folds):
+        store(f"out_fold_{k}", fold, rows["fold"] + k)
     for j in range(len(system.contacts)):
         for place, value in guards(dynamics, j, variant).items():
             store(f"out_guard_{j}_{place}", value, rows["guard"] + 4 * j + place)

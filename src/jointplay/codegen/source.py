@@ -103,6 +103,7 @@ class Layout:
             "time": 1,
             "state": len(self.state),
             "rate": n,
+            "fold": len(system.folds),
             "guard": 4 * len(system.contacts),
             "reset": len(system.resets),
             "rub": system.rubs,

@@ -44,9 +44,10 @@ class Coordinates:
     `leads` says how a speed follows from the unknown and prescribed ones, `own` what the acceleration has
     beside theirs, `drift` what prescribed accelerations give it. `tree` says how a freedom follows from
     angles and slides when no loop is closed. `imposed` are accelerations of unknowns that no force changes,
-    by their places. `stretch` says by how much a mode along lengthens a link, over its length. `roots` and
-    `inverse` are of larger groups of loops (equations.groups), the latter by their unknowns; `mark` ends the
-    names of what is computed more than once.
+    by their places. `stretch` says by how much a mode along lengthens a link, over its length. `folds` are
+    squared sines of the angle between the columns of each loop: 0 at its dead centre. `roots` and `inverse` are
+    of larger groups of loops (equations.groups), the latter by their unknowns; `mark` ends the names of what is
+    computed more than once.
     """
 
     angle: dict[Freedom, Angle | Direction] = field(default_factory=dict)
@@ -64,6 +65,7 @@ class Coordinates:
     definitions: list[tuple[Symbol, Expr]] = field(default_factory=list)
     imposed: dict[int, Expr] = field(default_factory=dict)
     stretch: dict[str, dict[Freedom, Expr]] = field(default_factory=dict)
+    folds: list[Expr] = field(default_factory=list)
     roots: list[Root] = field(default_factory=list)
     inverse: dict[tuple[Freedom, ...], tuple[tuple[Expr, ...], ...]] = field(default_factory=dict)
     mark: str = ""

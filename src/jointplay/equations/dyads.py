@@ -95,6 +95,7 @@ class Cramer:
         (u, v), columns = r.of.unknowns, r.columns()
         self.J_u, self.J_v = columns[u], columns[v]
         self.det = c.let(f"fold_{r.of.name}", cross(self.J_u, self.J_v))
+        c.folds.append(self.det**2 / (dot(self.J_u, self.J_u) * dot(self.J_v, self.J_v)))
 
     def less(self, b: list[Vector]) -> tuple[Expr, Expr]:
         """The unknowns for -b."""

@@ -21,7 +21,7 @@ from functools import cache
 
 from sympy import Expr, Float, Integer, Symbol, sqrt
 
-from .coordinates import Coordinates, Direction, Freedom, guess
+from .coordinates import Coordinates, Direction, Freedom, dot, guess
 from .structure import Closure, Linkage
 from .system import Root, number
 from .vectors import ZERO, Vector, Vectors, turn
@@ -89,7 +89,13 @@ class Inverse:
     """Solves J phi = b for the unknowns of closures, b a vector of each."""
 
     def __init__(self, loop: list[Vectors], c: Coordinates) -> None:
-        self.rows = c.inverse[loop[0].of.unknowns]
+        unknowns, columns = loop[0].of.unknowns, [r.columns() for r in loop]
+        self.rows = c.inverse[unknowns]
+        far = Integer(0)  # 1 / (|row| |column|) is the sine of a column's angle to all others
+        for u, row in zip(unknowns, self.rows, strict=True):
+            column = sum((dot(v, v) for v in (each.get(u, ZERO) for each in columns)), Integer(0))
+            far += sum((entry**2 for entry in row), Integer(0)) * column
+        c.folds.append(1 / far)
 
     def less(self, b: list[Vector]) -> list[Expr]:
         """The unknowns for -b."""

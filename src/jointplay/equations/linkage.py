@@ -51,9 +51,8 @@ class Parts:
             force=tuple(force),
             angles=(*(angle for angle in c.angle.values() if isinstance(angle, Angle)), *self._phases()),
             contacts=self.contacts,
-            resets=tuple(
-                play.wall(joint, self.joints[joint.name], self.c) for joint in structure.rigid_joints
-            ),
+            resets=tuple(play.wall(joint, self.joints[joint.name], c) for joint in structure.rigid_joints),
+            folds=tuple(c.folds),
             powers=self._powers(outputs) if structure.powers else {},
             outputs=outputs,
             section=outputs[structure.section] if structure.section else None,

@@ -135,7 +135,8 @@ class Root:
 class System:
     """Equations of motion, ready for code generation. See the module's text for the form.
 
-    `directions` are those along which parameters change (`directed`), by a symbol each.
+    `directions` are those along which parameters change (`directed`), by a symbol each. `folds` are numbers
+    that fall to 0 where the equations end, as at a dead centre, like squares of the time that is left.
     """
 
     positions: tuple[Symbol, ...]
@@ -150,6 +151,7 @@ class System:
     powers: dict[str, Expr] = field(default_factory=dict)
     outputs: dict[str, Expr] = field(default_factory=dict)
     section: Expr | None = None
+    folds: tuple[Expr, ...] = ()
     directions: dict[Symbol, dict[Symbol, Expr]] = field(default_factory=dict)
     roots: tuple[Root, ...] = ()
 

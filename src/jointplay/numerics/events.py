@@ -19,6 +19,7 @@ TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is on
 FOLLOWING = 1e-6  # share of what a guard comes to in a step
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
 CENTRE_RATIO = 4.0  # ratio of r^2 among the stages, from which on the journal may have passed
+FOLD_RATIO, NEAR_FOLD, AT_FOLD = 4.0, 0.04, 1e-10  # likewise of sin^2 to a dead centre; if below; 0
 
 
 @inner
@@ -38,6 +39,31 @@ def passes_centre(w, row, x):
             if CENTRE_RATIO * least < most:
                 return True
     return False
+
+
+@inner
+def nears_dead_centre(w, o):
+    """Whether the step is so long that it may lead across a loop's dead centre.
+
+    There the links turn back that lead the motion, on a path that is smooth; those that follow swing through,
+    to where the equations have another sign of a root. A step across would turn them back too, or stop them.
+    """
+    for row in range(o.first + 1 + o.n_q + 2 * o.n, o.guards):
+        least, most = np.inf, 0.0
+        for i in range(8):
+            least, most = min(least, w[8 * row + i]), max(most, w[8 * row + i])
+        if least < NEAR_FOLD and FOLD_RATIO * least < most:
+            return True
+    return False
+
+
+@inner
+def at_dead_centre(w, o):
+    """Whether a loop was at its dead centre where the step began: rounding has all digits there."""
+    nearest = np.inf
+    for row in range(o.first + 1 + o.n_q + 2 * o.n, o.guards):
+        nearest = min(nearest, w[8 * row + 7])
+    return nearest < AT_FOLD
 
 
 @inner

@@ -15,7 +15,8 @@ buffer k.w is w[8 r : 8 r + 8], lanes 0 to 6 at the seven stages (lane 6 is the 
 base point x.s. Rows follow each other as
 
     0          the method's own, or those of a structure's plan (codegen.elimination)
-    o.first    the increment of time from x.s on; then of each position and speed; then the rate of each speed
+    o.first    the increment of time from x.s on; then of each position and speed; then the rate of each
+               speed; then how far each loop is from its dead centre (equations.system.System.folds)
     o.guards   four guards of each contact (gap, force, sliding speed, cone); then of each rigid wall; of
                each one's friction, where walls are rough (sliding speed, or cone while a body sticks);
                the section quantity if there is one, and the power of each integral

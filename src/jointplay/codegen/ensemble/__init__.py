@@ -15,14 +15,13 @@ def known(structure: Linkage | Oscillator) -> bool:
     """Whether eight can run at once: rigid links that turn freely, the crank first, and bearings with play.
 
     Each law of contact that has a force is known, and up to three joints with play; springs, and loads and
-    torques that stay the same; ideal loops that close by two links at a time. Corners of sliders, rigid
-    bearings, bristles, elastic links, imposed speeds and what varies with time or an angle are not. Systems
-    of somebody's own are known that have few states, phases, contacts, switches and jumps, and no switch that
-    slides.
+    torques that stay the same. Ideal loops, corners of sliders, rigid bearings, bristles, elastic links,
+    imposed speeds and what varies with time or an angle are not. Systems of somebody's own are known that
+    have few states, phases, contacts, switches and jumps, and no switch that slides.
     """
     if isinstance(structure, Oscillator):
         return _few(structure)
-    if not structure.joints or structure.guessed:
+    if not structure.joints or structure.closures:  # at a dead centre the motion has to end
         return False
     fit = _positions(structure) <= N and len(structure.joints) <= CONTACTS
     bearings = all(
