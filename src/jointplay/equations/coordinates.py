@@ -45,9 +45,9 @@ class Coordinates:
     beside theirs, `drift` what prescribed accelerations give it. `tree` says how a freedom follows from
     angles and slides when no loop is closed. `imposed` are accelerations of unknowns that no force changes,
     by their places. `stretch` says by how much a mode along lengthens a link, over its length. `folds` are
-    squared sines of the angle between the columns of each loop: 0 at its dead centre. `roots` and `inverse` are
-    of larger groups of loops (equations.groups), the latter by their unknowns; `mark` ends the names of what is
-    computed more than once.
+    squared sines of the angle between the columns of each loop, 0 at its dead centre. `roots` and `inverse`
+    are of larger groups of loops (equations.groups), the latter by their unknowns; `mark` ends the names of
+    what is computed more than once.
     """
 
     angle: dict[Freedom, Angle | Direction] = field(default_factory=dict)
