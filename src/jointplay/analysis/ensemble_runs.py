@@ -244,7 +244,8 @@ def _records(jobs, n: int, log: np.ndarray, seconds: float, form: Form, sampled:
     """Records of a trajectory; its section points are the samples where these were asked for."""
     from jointplay.numerics.ensemble.layout import C_STATUS
 
-    kinds = {tag: log[log[:, 0] == tag, 1:][:, form.columns(2)] for tag in Row}
+    columns = form.columns(2)
+    kinds = {tag: log[log[:, 0] == tag, 1:][:, columns] for tag in Row}
     counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
     status, samples = int(jobs.count[n, C_STATUS]), jobs.final[n : n + 1][:, form.columns(0)]
     if sampled:

@@ -52,8 +52,9 @@ class Quantities:
         keys = {
             name: [self.key(name, label) for label in self.labels(word.of)] for name, word in plain.items()
         }
-        series = self._evaluated([key for name in keys if name not in RATES for key in keys[name]], self.rows)
-        series |= self._evaluated([key for name in keys if name in RATES for key in keys[name]], self.sharp)
+        apart = () if self.sharp is self.rows else RATES
+        series = self._evaluated([key for name in keys if name not in apart for key in keys[name]], self.rows)
+        series |= self._evaluated([key for name in keys if name in apart for key in keys[name]], self.sharp)
         none = np.zeros(len(self.rows))  # the moment at a revolute joint
         values = {name: np.stack([series.get(k, none) for k in ks], -1) for name, ks in keys.items() if ks}
         values = {name: each[:, 0] if WORDS[name].of is None else each for name, each in values.items()}

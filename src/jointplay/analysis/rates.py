@@ -11,13 +11,14 @@ them, are taken from there. The motion and all else that is recorded stay as the
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache
 
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.quantities import RATES
 from jointplay.analysis.trajectory import Records, Request, functions, memory
-from jointplay.codegen import cache
+from jointplay.codegen import cache as kernels
 from jointplay.mechanism.model import Model
 
 CLOSER = 1e-3  # of the tolerance
@@ -60,19 +61,27 @@ def resolved(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) ->
 
 def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Rows at the times of `rows`, each from the beginning of the doubt at its place; 0 where none came."""
-    from jointplay.numerics.interface import address, direct
-
-    method, closer = cache.method("flow"), max(CLOSER, min(LEAST / rtol, 1.0))
+    flow, again = _loops()
+    closer = max(CLOSER, min(LEAST / rtol, 1.0))
     k, x, o = memory(model, Request(np.inf, rtol, rows[:, 0], max_steps=ATTEMPTS))
     x = x._replace(absolute=closer * x.absolute, relative=closer * x.relative)
     used, first = np.unique(places, return_index=True)
-    flow, f, again = address(method.flow, method.PLAIN), functions(model.structure), direct(method.anew)
+    f = functions(model.structure)
     for i in range(0, len(used), TOGETHER):
         again(flow, f, k, x, o, doubts[used[i : i + TOGETHER]], first[i : i + TOGETHER])
     return x.samples
 
 
+@cache
+def _loops() -> tuple:
+    """The loop that follows a motion, as the one takes it that follows steps anew, and that one."""
+    from jointplay.numerics.interface import address, direct
+
+    method = kernels.method("flow")
+    return address(method.flow, method.PLAIN), direct(method.anew)
+
+
 def _modes(model: Model, rows: np.ndarray) -> np.ndarray:
     """Contact modes of rows."""
-    sizes, first = cache.structure_module(model.structure).SIZES, 1 + len(model.state)
+    sizes, first = kernels.structure_module(model.structure).SIZES, 1 + len(model.state)
     return rows[:, first : first + sizes["contacts"] + sizes["resets"]]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from numbers import Real
 from typing import Any
 
@@ -78,6 +79,18 @@ def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Me
     InputError
         Listing every key that does not exist, or what is wrong with the values.
     """
+    if isinstance(mechanism, Mechanism) and all(type(value) in (int, float) for value in changes.values()):
+        return _with_numbers(mechanism, tuple(changes.items()))
+    return _made(mechanism, changes)
+
+
+@lru_cache(maxsize=1024)
+def _with_numbers(mechanism: Mechanism, changes: tuple[tuple[str, float], ...]) -> Mechanism:
+    """The same, made once for all who check, name and follow a cell."""
+    return _made(mechanism, dict(changes))
+
+
+def _made(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Mechanism | TestSystem:
     counted = {key: as_counted(Changes, key, value) for key, value in changes.items()}
     return mechanism.replace(**counted) if counted else mechanism
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from jointplay.equations.laws import LAWS
@@ -60,7 +61,7 @@ class Draft:
         guessed = tuple(guess) if isinstance(guess, Mapping) else ()
         return cls(*parts[:2], next(drives, None), *parts[2:], guessed)
 
-    @property
+    @cached_property
     def names(self) -> list[str]:
         """Names of the links that can be names, of invalid links too."""
         return [name for name, _ in self.links if isinstance(name, str) and name != GROUND]
@@ -83,11 +84,12 @@ class Draft:
 
     def _unwound(self, joints: Sequence[Joint]) -> Iterator[Problem]:
         """A torsion spring needs whole turns counted, which links of a closed loop are not."""
-        loop = find_four_bar(joints, driven_link(self.drive, self.names, joints))
-        if loop is None or not all(joint.ideal for joint in joints):
+        twisted = [each for each in self._twisted() if each[0].startswith("springs")]
+        if not twisted or not all(joint.ideal for joint in joints):
             return
-        for key, name in self._twisted():
-            if key.startswith("springs") and name in loop.links[1:]:
+        loop = find_four_bar(joints, driven_link(self.drive, self.names, joints))
+        for key, name in twisted if loop else ():
+            if name in loop.links[1:]:
                 text = f"{loop.crank} or ground is accepted while no joint has clearance: the angles of other"
                 yield Problem(key, name, f"{text} links are then known up to whole turns only")
 
@@ -212,7 +214,7 @@ def _parts(given: Any, *kinds: type[Record]) -> list[tuple[Any, Any]]:
 
 def _valid(kind: Any, given: Any) -> Any:
     try:
-        return kind.model_validate(given)
+        return given if isinstance(given, kind) else kind.model_validate(given)
     except InputError:
         return None
 

@@ -50,10 +50,10 @@ class Place:
 
     def at(self, link: str, distance: float) -> Place:
         """A place on the link at a distance from its origin."""
-        arms = Counter(self.arms)
+        arms = dict(self.arms)
         if distance:
-            arms[link] += distance
-        return Place(dict(arms), self.fixed, self.chain)
+            arms[link] = arms.get(link, 0.0) + distance
+        return Place(arms, self.fixed, self.chain)
 
     def motion(self, angles: Angles, speeds: Angles) -> tuple[list[float], list[float]]:
         """Position and velocity relative to the base."""

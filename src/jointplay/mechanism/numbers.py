@@ -54,9 +54,9 @@ def numbers(mechanism: Mechanism, forest: Forest, structure: Linkage, bases: Bas
 
 
 def _joint(joint: Joint, forest: Forest) -> dict[str, float]:
-    x, y = forest.separation(joint).fixed
-    values = joint.numbers | {"rx0": x, "ry0": y}
-    arms = {f"D_{joint.name}_{k}": arm for k, arm in forest.separation(joint).arms.items()}
+    apart = forest.separation(joint)
+    values = joint.numbers | dict(zip(("rx0", "ry0"), apart.fixed, strict=True))
+    arms = {f"D_{joint.name}_{k}": arm for k, arm in apart.arms.items()}
     return {f"{word}_{joint.name}": value for word, value in values.items()} | arms
 
 

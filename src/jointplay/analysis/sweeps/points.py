@@ -76,7 +76,8 @@ def _padded(dims: tuple[str, ...], values: Any, keep: int) -> np.ndarray:
     """Values of section points, filled up to `keep` points."""
     values = np.asarray(values)
     missing = [(0, keep - n if dim == "point" else 0) for dim, n in zip(dims, values.shape, strict=True)]
-    return np.pad(values, missing, constant_values=NOT_KNOWN if values.dtype.kind == "i" else np.nan)
+    none = NOT_KNOWN if values.dtype.kind == "i" else np.nan
+    return np.pad(values, missing, constant_values=none) if np.any(missing) else values
 
 
 def attributes(name: str, si: bool = True) -> dict[str, str]:
