@@ -351,6 +351,6 @@ def test_memory_stays_flat_and_frames_go_on(chromium, page):
     sleep(60)
     after, frames = heap(), chromium.execute_script("return frames_seen") - begun
     print({"before": before, "after": after, "frames_per_second": frames / 60})
-    assert after < 1.1 * before + 2e5
+    assert after < 1.1 * before + 1e6  # a frame of which a kilobyte stayed would come to more in this minute
     assert frames > 60 * 15  # 30 and more on a machine of its own
     assert complaints(chromium) == []
