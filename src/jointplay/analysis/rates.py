@@ -11,14 +11,14 @@ them, are taken from there. The motion and all else that is recorded stay as the
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.quantities import RATES
 from jointplay.analysis.trajectory import Records, Request, functions, memory
-from jointplay.codegen import cache as kernels
+from jointplay.codegen import cache
 from jointplay.mechanism.model import Model
 
 CLOSER = 1e-3  # of the tolerance
@@ -72,16 +72,16 @@ def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, row
     return x.samples
 
 
-@cache
+@lru_cache(maxsize=1)
 def _loops() -> tuple:
     """The loop that follows a motion, as the one takes it that follows steps anew, and that one."""
     from jointplay.numerics.interface import address, direct
 
-    method = kernels.method("flow")
+    method = cache.method("flow")
     return address(method.flow, method.PLAIN), direct(method.anew)
 
 
 def _modes(model: Model, rows: np.ndarray) -> np.ndarray:
     """Contact modes of rows."""
-    sizes, first = kernels.structure_module(model.structure).SIZES, 1 + len(model.state)
+    sizes, first = cache.structure_module(model.structure).SIZES, 1 + len(model.state)
     return rows[:, first : first + sizes["contacts"] + sizes["resets"]]
