@@ -80,14 +80,14 @@ def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Me
         Listing every key that does not exist, or what is wrong with the values.
     """
     if isinstance(mechanism, Mechanism) and all(type(value) in (int, float) for value in changes.values()):
-        return _with_numbers(mechanism, tuple(changes.items()))
+        return _with_numbers(mechanism, tuple(changes), *changes.values())
     return _made(mechanism, changes)
 
 
-@lru_cache(maxsize=1024)
-def _with_numbers(mechanism: Mechanism, changes: tuple[tuple[str, float], ...]) -> Mechanism:
-    """The same, made once for all who check, name and follow a cell."""
-    return _made(mechanism, dict(changes))
+@lru_cache(maxsize=1024, typed=True)
+def _with_numbers(mechanism: Mechanism, keys: tuple[str, ...], *values: float) -> Mechanism:
+    """The same, made once for all who check, name and follow a cell; 1 is another value than 1.0."""
+    return _made(mechanism, dict(zip(keys, values, strict=True)))
 
 
 def _made(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Mechanism | TestSystem:
