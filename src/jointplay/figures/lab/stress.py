@@ -1,8 +1,14 @@
 """Stress: run times and energy residuals of scenes far outside ordinary use."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator
 from xarray import Dataset
 
@@ -17,6 +23,7 @@ LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder, and told
     "unconfirmed": ("+", style.BLACK, 4.0),
     "suspect": ("s", style.WARNING, 4.0),
 }
+HATCHES = {"suspect": "////////", "stopped": "...."}  # of bars beside others as dark
 BINS = np.logspace(-17, 0, 69)  # of energy residuals; what is smaller is drawn in the first
 
 
@@ -34,6 +41,7 @@ def stress(dataset: Dataset) -> Figure:
     times, residuals = figure.subplots(1, 2)
     time_panel(times, dataset)
     residual_panel(residuals, dataset)
+    explain(figure, times.get_lines(), dataset)
     artists.letter((times, residuals))
     return artists.finish(figure, dataset)
 
@@ -44,11 +52,9 @@ def time_panel(ax: Axes, dataset: Dataset) -> None:
     for word, chosen in verdicts(dataset):
         marker, colour, size = LOOKS[word]
         look = {"marker": marker, "color": colour, "markersize": size, "markeredgewidth": 0.7}
-        label = f"{word} ({np.count_nonzero(chosen)})"
-        ax.plot(x[chosen], y[chosen], linestyle="none", label=label, rasterized=True, **look)
+        ax.plot(x[chosen], y[chosen], linestyle="none", label=word, rasterized=True, **look)
     ax.set(xscale="log", yscale="log")
     ax.set(xlabel="Contact vibration per turn (rad)", ylabel="Processor time per turn (ms)")
-    ax.figure.legend(loc="outside upper center", ncols=len(LOOKS), handletextpad=0.2, columnspacing=1.2)
 
 
 def residual_panel(ax: Axes, dataset: Dataset) -> None:
@@ -56,11 +62,29 @@ def residual_panel(ax: Axes, dataset: Dataset) -> None:
     values = np.clip(dataset["energy_residual"].values, BINS[0], BINS[-1])
     groups = [(word, values[chosen & np.isfinite(values)]) for word, chosen in verdicts(dataset)]
     if groups:
-        colours = [LOOKS[word][1] for word, _ in groups]
-        ax.hist([each for _, each in groups], BINS, stacked=True, color=colours)
+        below = np.zeros(len(BINS) - 1)
+        for word, each in groups:
+            count = np.histogram(each, BINS)[0]
+            ax.bar(BINS[:-1], count, np.diff(BINS), below, align="edge", **filled(word))
+            below += count
     ax.set(xscale="log", xlabel="Energy unaccounted for, over what flowed", ylabel="Scenes")
     ax.set_xlim(BINS[0], max(1e-5, 10 * np.max(values, initial=0.0, where=np.isfinite(values))))
     ax.xaxis.set_major_locator(LogLocator(numticks=7))
+
+
+def filled(word: str) -> dict[str, Any]:
+    """Return how bars of a verdict look."""
+    return {"facecolor": LOOKS[word][1], "edgecolor": "white", "linewidth": 0.0, "hatch": HATCHES.get(word)}
+
+
+def explain(figure: Figure, points: Sequence[Line2D], dataset: Dataset) -> None:
+    """Name each verdict above the panels, by its bars and points, with how many scenes have it."""
+    numbers = {word: np.count_nonzero(chosen) for word, chosen in verdicts(dataset)}
+    handles = [(Patch(**filled(line.get_label())), line) for line in points]
+    words = [f"{line.get_label()} ({numbers[line.get_label()]})" for line in points]
+    look = {"ncols": len(LOOKS), "handletextpad": 0.4, "columnspacing": 1.2, "handlelength": 2.2}
+    kinds = {tuple: HandlerTuple(None)}
+    figure.legend(handles, words, loc="outside upper center", handler_map=kinds, **look)
 
 
 def verdicts(dataset: Dataset) -> list[tuple[str, np.ndarray]]:

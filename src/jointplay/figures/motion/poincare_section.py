@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
-from xarray import Dataset
+from xarray import DataArray, Dataset
 
 from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.motion.journal_orbit import journal, orbit_frame
-from jointplay.figures.motion.phase_portrait import pair
+from jointplay.figures.motion.phase_portrait import bearing_edge, pair
 from jointplay.figures.registry import picture
 
 
@@ -33,7 +33,7 @@ def poincare_section(
         A section, or a response that kept one.
     x, y : str, optional
         The variables of the second panel, for instance "contact_angle" and "tangential_velocity"; by default
-        eccentricity and normal velocity. A test system has this panel only, by default its first two states.
+        eccentricity (beside other results over the clearance) and normal velocity. A test system has this panel only, by default its first two states.
     link, joint : str, optional
         Of which link or joint; by default the first.
     turns : float or pair, optional
@@ -105,12 +105,21 @@ def words(period: int, missed: float, count: str) -> str:
 def variable_points(ax: Axes, dataset: Dataset, x, y, link=None, joint=None, count="", single=False) -> None:
     """Draw one variable over another at the crossings; `single` where they are one point but for rounding."""
     one, two = pair(dataset, x, y, "turn", link, joint)
+    if x is None and style.beside():
+        one = over_clearance(dataset, one)
     (xs, x_unit), (ys, y_unit) = artists.displayed(one), artists.displayed(two)
     artists.cloud(ax, xs, ys)
     artists.roomy(ax, xs, ys, single)
     artists.name_axes(ax, one, x_unit, two, y_unit)
     ax.set_box_aspect(1)
     explain(ax, xs, ys, count)
+
+
+def over_clearance(dataset: Dataset, one: DataArray) -> DataArray:
+    """Return the eccentricity over the clearance: results of different clearances have its axis in common."""
+    edge = bearing_edge(dataset, one)
+    told = {"units": "1", "long_name": "eccentricity over clearance"}
+    return (one / edge).rename("eccentricity_ratio").assign_attrs(told) if edge else one
 
 
 def explain(ax: Axes, x: np.ndarray, y: np.ndarray, count: str) -> None:

@@ -18,7 +18,7 @@ from jointplay.figures.drawing import artists, hermite, select, style, sweep_axe
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
 
-COLOURS = (style.BLUE, style.WARNING, "#2f9e44", style.AMBER)  # of branches, by period
+COLOURS = (style.BLUE, style.AMBER, style.WARNING, "#2f9e44")  # by period; neighbours differ in grey too
 STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}
 MARKS = {  # kind of special point: marker, name
     "fold": ("s", "fold"),
@@ -27,7 +27,8 @@ MARKS = {  # kind of special point: marker, name
     "neimark_sacker": ("D", "Neimark-Sacker"),
     "grazing": ("|", "grazing"),
 }
-OVER = {"size": 0.5}  # of a diagram's points, pt, under branches
+OVER = {"color": style.BLACK, "markersize": 1.0, "zorder": 2.6}  # points of a diagram, seen on branches
+UNDER = "bifurcation diagram"
 
 
 @picture(checks={"limits": lambda value: lines(value)})
@@ -55,7 +56,7 @@ def continuation(
     multipliers : bool
         Draw the moduli of the two largest multipliers below.
     over : Dataset, optional
-        A bifurcation diagram over the same parameter, drawn underneath.
+        A bifurcation diagram over the same parameter, drawn as small points.
     """
     if dataset.attrs.get("kind") != "continuation" or "parameter" not in dataset.attrs:
         raise select.refuse("kind", "continuation", "a result of a study of kind continuation")
@@ -72,7 +73,7 @@ def continuation(
     for number, ax in enumerate(axes):
         mark(ax, marked, frame.x, named=number == 0)
     if "special" in dataset.dims or dataset.sizes.get("branch"):
-        explain(figure, dataset)
+        explain(figure, dataset, over is not None)
     artists.letter(axes)
     return artists.finish(figure, dataset)
 
@@ -88,7 +89,7 @@ def background(ax: Axes, dataset: Dataset, over, quantity, link, joint) -> Frame
     part, other = sweep_axes.one_parameter(over, None)
     if other != name:
         raise select.refuse("over", other, f"a diagram over {name} is accepted")
-    under = diagram(ax, part, quantity=quantity, link=link, joint=joint, **OVER)
+    under = diagram(ax, part, quantity=quantity, link=link, joint=joint, look=OVER)
     x, (low, high) = dataset[name].values * under.x.factor, ax.get_xlim()
     ax.set_xlim(np.nanmin(x, initial=low), np.nanmax(x, initial=high))
     return Frame(name, array, under.x, under.y)
@@ -203,7 +204,7 @@ def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
     ax.set_xlabel(artists.axis_label(dataset[frame.parameter], frame.x))
 
 
-def explain(figure: Figure, dataset: Dataset) -> None:
+def explain(figure: Figure, dataset: Dataset, over: bool = False) -> None:
     """Name line styles, colours and markers above the panels."""
     turns = sorted({float(np.nanmax(row, initial=1.0)) for row in dataset["period"].values})
     handles = [
@@ -215,5 +216,7 @@ def explain(figure: Figure, dataset: Dataset) -> None:
     for code in np.unique(dataset["special_kind"].values):
         shape, name = MARKS[kinds[int(code)]]
         handles.append(Line2D([], [], marker=shape, label=name, **marker(kinds[int(code)])))
+    if over:
+        handles.append(Line2D([], [], linestyle="none", marker="o", label=UNDER, **(OVER | {"markersize": 2})))
     look = {"loc": "outside upper center", "ncols": 4, "columnspacing": 1.2, "handletextpad": 0.5}
     figure.legend(handles=handles, **look)

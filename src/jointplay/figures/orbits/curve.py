@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 from xarray import Dataset
 
 from jointplay.display import codes
@@ -26,6 +27,7 @@ LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
 MARKED = {"linestyle": "none", "markerfacecolor": "white", "color": style.BLACK}
 MARKED |= {"markeredgewidth": 0.9, "zorder": 3.2}
 SIZES = np.linspace(6.4, 2.4, 4)  # the later on top and smaller: two kinds at one place are both seen
+HALO = [withStroke(linewidth=2.6, foreground="white")]  # around a curve: seen on a dark map too
 SIGNS = "osD^v<>pP*"  # of the kinds of points at which curves meet
 EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn", "period")
 
@@ -94,7 +96,7 @@ def line(ax: Axes, one: Dataset, names: Sequence[str], factors: np.ndarray, kind
     spans = np.where(spans > 0, spans, 1.0)
     colour, dashes = LOOKS[kind]
     path = through(points / spans, slopes / spans) * spans
-    ax.plot(*path.T, color=colour, linestyle=dashes, linewidth=1.2, zorder=2.5)
+    ax.plot(*path.T, color=colour, linestyle=dashes, linewidth=1.2, zorder=2.5, path_effects=HALO)
 
 
 def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarray) -> None:
@@ -103,7 +105,7 @@ def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarr
     kinds = codes.words(dataset["meeting_kind"]).values
     for kind, sign, size in zip(dict.fromkeys(kinds), cycle(SIGNS), cycle(SIZES)):
         there = kinds == kind
-        ax.plot(x[there], y[there], sign, markersize=size, label=_name(kind), **MARKED)
+        ax.plot(x[there], y[there], sign, markersize=size, label=_met(kind), **MARKED)
 
 
 def explain(figure: Figure, ax: Axes, kinds: Sequence[str]) -> None:
@@ -116,6 +118,10 @@ def explain(figure: Figure, ax: Axes, kinds: Sequence[str]) -> None:
     handles += [line for line in ax.get_lines() if not line.get_label().startswith("_")]
     if handles:
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 3))
+
+
+def _met(kind: str) -> str:
+    return "two grazings" if kind == "grazing" else _name(kind).replace(" grazing", " and grazing")
 
 
 def _name(kind: str) -> str:

@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from xarray import DataArray, Dataset
 
@@ -60,7 +62,7 @@ def attractors(
         exponents(axes["exponents"], dataset, name, unit, colours)
     fractions(axes["fractions"], dataset, name, unit, colours)
     artists.letter(axes.values())
-    figure.legend(handles=legend(dataset, colours), loc="outside lower left", ncols=3)
+    explain(figure, dataset, colours)
     return artists.finish(figure, dataset)
 
 
@@ -84,6 +86,11 @@ def place_of(colour: str) -> int:
     return COLOURS.index(colour) if colour in COLOURS else len(COLOURS)
 
 
+def sign(colour: str) -> str:
+    """Return the marker of the points of the motion with this colour."""
+    return SIGNS[place_of(colour) // 2 % len(SIGNS)]
+
+
 def points(ax: Axes, array: DataArray, axis: DataArray, unit: Shown, colours: dict[int, str]) -> None:
     """Draw section points of every motion."""
     _, y_unit = artists.displayed(array)
@@ -92,8 +99,7 @@ def points(ax: Axes, array: DataArray, axis: DataArray, unit: Shown, colours: di
         y = array.sel(identity=number).transpose(axis.name, "point").values * y_unit.factor
         x = np.broadcast_to((axis.values * unit.factor)[:, None], y.shape)
         look = {"color": colour, "markersize": size, "markeredgewidth": 0, "rasterized": True}
-        sign = SIGNS[place_of(colour) // 2 % len(SIGNS)]
-        ax.plot(x[np.isfinite(y)], y[np.isfinite(y)], sign, linestyle="none", **look)
+        ax.plot(x[np.isfinite(y)], y[np.isfinite(y)], sign(colour), linestyle="none", **look)
     artists.name_y(ax, array, y_unit, longest=30)
 
 
@@ -125,18 +131,25 @@ def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
     ax.set(ylim=(0, 1), xlim=x[[0, -1]], ylabel="Fraction of\nthe starts")
 
 
-def legend(dataset: Dataset, colours: dict[int, str]) -> list[Patch]:
-    """Return an entry a motion: the periods that it has."""
-    entries = []
+def explain(figure: Figure, dataset: Dataset, colours: dict[int, str]) -> None:
+    """Name each motion below the panels by the periods that it has, with its band and its points."""
+    entries: dict[str, Any] = {}
     for number, colour in colours.items():
         if colour != REST:
             found = np.unique(dataset["period"].sel(identity=number).values)
             periods = [str(p) for p in found if p > 0]
             periods = [*periods[:NAMED], *["\N{HORIZONTAL ELLIPSIS}"] * (len(periods) > NAMED)]
             words = [f"period {', '.join(periods)}"] * bool(periods) + ["no period"] * (0 in found)
-            entries.append(Patch(**band(place_of(colour)), label=f"{number}: {', '.join(words)}"))
+            entries[f"{number}: {', '.join(words)}"] = both(colour)
     if rest := sum(colour == REST for colour in colours.values()):
-        entries.append(Patch(color=REST, label=f"{rest} more"))
+        entries[f"{rest} more"] = both(REST)
     if (dataset["fraction_unsettled"] > 0).any():
-        entries.append(Patch(label="not settled", **UNSETTLED))
-    return entries
+        entries["not settled"] = Patch(**UNSETTLED)
+    kinds = {tuple: HandlerTuple(None)}
+    figure.legend(entries.values(), entries.keys(), loc="outside lower left", ncols=3, handler_map=kinds)
+
+
+def both(colour: str) -> tuple[Patch, Line2D]:
+    """Return a band and a point of the motion with this colour, for the legend."""
+    point = {"color": colour, "marker": sign(colour), "markersize": 3.0, "markeredgewidth": 0}
+    return Patch(**band(place_of(colour))), Line2D([], [], linestyle="none", **point)

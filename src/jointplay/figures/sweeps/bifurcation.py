@@ -1,6 +1,6 @@
 """Bifurcation diagram: section points over a parameter, below them the largest exponent and the period."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -95,31 +95,31 @@ def diagram(
     quantity: str | None = None,
     link: str | None = None,
     joint: str | None = None,
-    size: float | None = None,
+    look: Mapping[str, Any] | None = None,
 ) -> Frame:
     """Draw section points over a sweep's parameter, with labels, units, scale and legend, on given axes.
 
     What else is drawn over the diagram (branches of orbits, say) goes at stored values times the factors of
     the `Frame`: ``ax.plot(x * frame.x.factor, y * frame.y.factor)``.
 
-    The dataset is a sweep of one parameter (`sweep_axes.one_parameter`); `size` is that of a point in pt, by
-    default from the number of points.
+    The dataset is a sweep of one parameter (`sweep_axes.one_parameter`); `look` is that of all its points, which
+    are not explained then. By default their colours tell directions and starts, and their size how many there are.
     """
     (name,) = sweep_axes.parameters(dataset, "bifurcation")
     array = sought(dataset, quantity)
     array = select.labelled_slice(array, dataset, (name, "point", *sweep_axes.BESIDE), link=link, joint=joint)
     _, y_unit = artists.displayed(array)
     x_unit = sweep_axes.parameter_axis(ax, dataset[name])
-    size = size or float(np.interp(array.size, SIZES[0], SIZES[1]))
+    size = float(np.interp(array.size, SIZES[0], SIZES[1]))
     handles = []
-    for one, look in sweep_axes.motions(dataset.assign(drawn=array)):
+    for one, own in sweep_axes.motions(dataset.assign(drawn=array)):
         y = one["drawn"].transpose(name, "point").values * y_unit.factor
         x = np.broadcast_to((one[name].values * x_unit.factor)[:, None], y.shape)
-        there, dots = np.isfinite(y), {"marker": "o", "linestyle": "none", "color": look["color"]}
-        wide = look["size"] * size
-        ax.plot(x[there], y[there], markersize=wide, markeredgewidth=0, rasterized=True, **dots)
-        if look["label"] not in ("", "_"):
-            handles.append(Line2D([], [], markersize=3, label=look["label"], **dots))
+        there, dots = np.isfinite(y), {"marker": "o", "linestyle": "none", "color": own["color"]}
+        wide = {"markersize": own["size"] * size, "markeredgewidth": 0, "rasterized": True}
+        ax.plot(x[there], y[there], **(dots | wide | dict(look or {})))
+        if own["label"] not in ("", "_") and not look:
+            handles.append(Line2D([], [], markersize=3, label=own["label"], **dots))
     artists.name_y(ax, array, y_unit, longest=30)
     if handles:
         ax.legend(
