@@ -134,7 +134,6 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
     if colours is classes:
         bar.set_ticks(range(1, LONGEST + 3), labels=[*map(str, range(1, LONGEST + 1)), f">{LONGEST}", "0"])
         bar.ax.tick_params(length=0, labelsize=SMALL, pad=rcParams["xtick.major.pad"] + LOWER)
-        bar.ax.xaxis.labelpad += LOWER
 
 
 def colour_scale(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
