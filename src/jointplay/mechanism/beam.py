@@ -124,7 +124,7 @@ class Link(Record):
     Parameters
     ----------
     name : str
-        Name; ``ground`` is taken.
+        Name, other than ``ground``, which is the frame.
     length : float
         Length from the origin to the far end, m.
     mass : float

@@ -29,8 +29,10 @@ class MotorLine(Record):
         i, motor speed over link speed.
     efficiency : float
         μ of the gear, above 0 and at most 1.
-    synchronous_speed, rated_speed : float
-        ω_s and ω_r of the motor, rad/s; rated below synchronous.
+    synchronous_speed : float
+        ω_s of the motor, without load, rad/s.
+    rated_speed : float
+        ω_r of the motor at its rated torque, rad/s; less than the synchronous speed.
     rated_torque : float
         T_r of the motor at its rated speed, N m.
     efficiency_in_slope : bool

@@ -84,8 +84,10 @@ class Joint(Record):
         Name.
     kind : {'revolute', 'prismatic'}
         Prismatic: the journal's point moves along the bearing's line, and both lines stay parallel.
-    journal, bearing : Pin
-        Where the journal and the bearing sit; of a prismatic joint, a point and line of slider and guide.
+    journal : Pin
+        Link that carries the journal (the pin), and where on it; of a prismatic joint, the slider.
+    bearing : Pin
+        Link that carries the bearing (the hole), or the ground, and where; of a prismatic joint, the guide.
     clearance : float
         Radial clearance e, of a prismatic joint that on either side, m; 0 makes the joint ideal, and contact
         data are then not used.

@@ -101,7 +101,7 @@ def chart_of(ax: Axes, name: str, columns: int, ranges: dict[Any, Range1d]) -> A
         given[f"{which}_range"] = ranges.setdefault(key, Range1d(*limits))
         given[f"{which}_axis_type"] = "log" if getattr(ax, f"get_{which}scale")() == "log" else "linear"
         named = (getattr(each, f"get_{which}label")() for each in (ax, *shared))
-        labels[which] = words(next(filter(None, named), "")).replace("\n", " ")
+        labels[which] = words(next(filter(None, named), ""))
     size = ax.figure.bbox.height / ax.figure.dpi * 72 * ax.get_position().height
     square = ax.get_aspect() == 1.0 or ax.get_box_aspect() == 1.0
     side = max(LEAST, min(SIDE, COLUMN * columns - BESIDE))
@@ -142,7 +142,7 @@ def fill(chart: Any, ax: Axes, most: int) -> tuple[str, ...]:
         left = f"{type(mark).__name__} is in the still picture only"
         notes.append(draw(chart, ax, mark, most) if draw else left)
     if chart.legend:
-        chart.legend[0].update(click_policy="hide", label_text_font_size="11px", spacing=0, padding=4)
+        chart.legend[0].update(click_policy="hide", label_text_font_size="11px", spacing=12, padding=4)
         chart.legend[0].orientation = "horizontal"
         chart.add_layout(chart.legend[0], "above")
     if chart.select(name="cells"):

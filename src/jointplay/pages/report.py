@@ -13,7 +13,7 @@ from matplotlib.collections import QuadMesh
 from xarray import Dataset
 
 from jointplay import figures
-from jointplay.errors import NOTHING, InputError, refuse
+from jointplay.errors import InputError, refuse
 from jointplay.figures.registry import suited_to
 from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import accepts
@@ -27,6 +27,7 @@ from jointplay.study.file import figure_options
 from jointplay.study.mechanism_table import build_mechanism
 
 MOST = 5  # figures of a page
+NEEDS = "a page of a result needs the package bokeh: pip install 'jointplay[report]'"
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ def report(
         check_writable(path.parent, files=[path.name])
         return [written(path, live.page(dataset))]
     if find_spec("bokeh") is None:
-        raise refuse(NOTHING, "the package bokeh is needed: pip install 'jointplay[report]'", "report")
+        raise refuse(str(path), NEEDS, "report")
     answer, content = summary(dataset), content_of(dataset, mechanism)
     picture = path.with_name(f"{path.stem}_report.png")  # NAME.png is the figure of the run
     check_writable(path.parent, files=[path.name, picture.name])

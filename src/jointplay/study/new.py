@@ -65,7 +65,7 @@ def _lines(row: Kind, name: str, mechanism: str | None) -> Iterator[str]:
         f"# {about}",
         f"# Validate: jointplay check {name}.toml. Compute and draw: jointplay run {name}.toml",
         f"kind = {written(row.name)}",
-        *_commented("title", None, "A line for people"),
+        *_commented("title", None, "What this study is, in a line"),
         "",
         "[mechanism]",
     )
@@ -118,6 +118,7 @@ def _commented(key: str, default: Any, about: str) -> Iterator[str]:
 
 def _line(line: str, about: str) -> Iterator[str]:
     """A line and its comment, beside it or, where it is long, above."""
+    about = about.replace("``", "`")
     if about and len(line) >= COLUMN:
         yield f"# {about}:"
         yield line

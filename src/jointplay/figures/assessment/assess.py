@@ -9,10 +9,10 @@ from xarray import Dataset
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
-MARKS = {  # of a change: marker, colour, words
-    "contact_loss": ("o", style.BLUE, "contact lost or kept"),
-    "doubling": ("s", style.AMBER, "period 1 lost or reached"),
-    "chaos": ("D", style.BLACK, "chaos begins or ends"),
+MARKS = {  # of a change: marker, colour, how far below its parameter's line, words
+    "contact_loss": ("o", style.BLUE, -0.16, "contact lost or kept"),
+    "doubling": ("s", style.AMBER, 0.0, "period 1 lost or reached"),
+    "chaos": ("D", style.BLACK, 0.16, "chaos begins or ends"),
 }
 SHARES = (0.25, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 
@@ -64,9 +64,8 @@ def peak_panel(ax: Axes, dataset: Dataset) -> None:
         ax.bar(place + shift, dataset[name].values, 0.36, color=colour)
         look = {"fmt": "none", "ecolor": style.GREY, "capsize": 2, "linewidth": 0.8}
         ax.errorbar(place + shift, dataset[name].values, dataset[f"{name}_error"].values, **look)
-    for i, (top, ratio) in enumerate(
-        zip(dataset["peak_force"].values, dataset["force_ratio"].values, strict=True)
-    ):
+    tops = dataset["peak_force"].values + dataset["peak_force_error"].fillna(0.0).values
+    for i, (top, ratio) in enumerate(zip(tops, dataset["force_ratio"].values, strict=True)):
         if np.isfinite(ratio):
             ax.annotate(
                 f"{ratio:.3g}×", (i, top), (0, 3), textcoords="offset points", ha="center", fontsize=7
@@ -88,10 +87,10 @@ def edge_panel(ax: Axes, dataset: Dataset) -> None:
             linestyle="-",
             zorder=1,
         )
-    for name, (marker, colour, label) in MARKS.items():
+    for name, (marker, colour, below, label) in MARKS.items():
         one = dataset.sel(change=name)
         look = {"marker": marker, "color": colour, "linestyle": "none", "markersize": 4, "label": label}
-        rows = np.broadcast_to(np.arange(len(names))[:, None], one["edge_ratio"].shape)
+        rows = np.broadcast_to(np.arange(len(names))[:, None] + below, one["edge_ratio"].shape)
         ax.plot(one["edge_ratio"].values.ravel(), rows.ravel(), **look)
     ax.axvline(1.0, color=style.GREY, linewidth=0.8, linestyle=(0, (4, 2)), zorder=0)
     ax.set_xscale("log")

@@ -33,7 +33,8 @@ def poincare_section(
         A section, or a response that kept one.
     x, y : str, optional
         The variables of the second panel, for instance "contact_angle" and "tangential_velocity"; by default
-        eccentricity (beside other results over the clearance) and normal velocity. A test system has this panel only, by default its first two states.
+        eccentricity (beside other results over the clearance) and normal velocity. A test system has this
+        panel only, by default its first two states.
     link, joint : str, optional
         Of which link or joint; by default the first.
     turns : float or pair, optional

@@ -217,6 +217,7 @@ def explain(figure: Figure, dataset: Dataset, over: bool = False) -> None:
         shape, name = MARKS[kinds[int(code)]]
         handles.append(Line2D([], [], marker=shape, label=name, **marker(kinds[int(code)])))
     if over:
-        handles.append(Line2D([], [], linestyle="none", marker="o", label=UNDER, **(OVER | {"markersize": 2})))
+        dot = OVER | {"marker": "o", "linestyle": "none", "markersize": 2}
+        handles.append(Line2D([], [], label=UNDER, **dot))
     look = {"loc": "outside upper center", "ncols": 4, "columnspacing": 1.2, "handletextpad": 0.5}
     figure.legend(handles=handles, **look)

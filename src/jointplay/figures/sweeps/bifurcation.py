@@ -102,8 +102,8 @@ def diagram(
     What else is drawn over the diagram (branches of orbits, say) goes at stored values times the factors of
     the `Frame`: ``ax.plot(x * frame.x.factor, y * frame.y.factor)``.
 
-    The dataset is a sweep of one parameter (`sweep_axes.one_parameter`); `look` is that of all its points, which
-    are not explained then. By default their colours tell directions and starts, and their size how many there are.
+    The dataset is a sweep of one parameter (`sweep_axes.one_parameter`). By default colours tell directions
+    and starts, and the size of points how many there are; `look` is instead that of all, without a legend.
     """
     (name,) = sweep_axes.parameters(dataset, "bifurcation")
     array = sought(dataset, quantity)

@@ -24,6 +24,7 @@ FOUND = {
     "irregular": "now and then, in a motion without a period",
 }
 NONE = "\N{EN DASH}"
+UNEQUAL = 1e-3  # difference of works, over them, that is told
 PLACES = 41  # values of the diagram that shows a change by brute force
 NARROW = 3  # distances of the values looked at: a change that is taken back within them is a narrow window
 
@@ -125,9 +126,12 @@ def _contacts(dataset: Dataset) -> list[str]:
         each = (_number(float(one[n]), float(one[f"{n}_error"]), factor) for n in losses)
         rows.append((name, count, share, speed, *each))
     losses = _number(float(dataset["joint_loss"]), float(dataset["joint_loss_error"]), factor)
-    whole = (f"{plain(factor * float(dataset[name]), 5)} {symbol}" for name in ("joint_work", "drive_work"))
+    taken, given = (float(dataset[name]) for name in ("joint_work", "drive_work"))
+    whole = (f"{plain(factor * work, 5)} {symbol}" for work in (taken, given))
     check = "  check: losses together {} {}; integrated along, the joints take {}, the drive gives {}"
     check = check.format(losses, symbol, *whole)
+    if abs(given - taken) > UNEQUAL * abs(taken):
+        check += " (the difference is stored, or goes elsewhere)"
     title = "Contact, per turn: separations, energy lost, and normal force times sliding distance"
     return [title, *_table(rows), check]
 
