@@ -65,13 +65,13 @@ def figure(*_):
 
 def test_all_studies_are_computed_drawn_and_the_table_printed(folder, tmp_path, capsys):
     assert cli.main(["reproduce", "--jobs", "1"]) == 0
-    out = tmp_path / "results" / "paper"
+    out = tmp_path / "results" / "reproduced"
     names = [f"{stem}.{end}" for stem in ("claims", "fig03", "fig04") for end in ("nc", "pdf", "png")]
     assert sorted(path.name for path in out.iterdir()) == sorted([*names, "claims.txt"])
     said = capsys.readouterr().out
     assert re.findall(r"\d of 3  (\w+) +done", said) == ["claims", "fig03", "fig04"]
     assert (out / "claims.txt").read_text() in said
-    assert "3 of 3 studies done; results in results/paper" in said
+    assert "3 of 3 studies done; results in results/reproduced" in said
     assert store.open_result(out / "fig03.nc").attrs["study"] == "fig03"
 
 
@@ -119,8 +119,8 @@ def test_a_study_that_fails_is_named_and_the_rest_goes_on(folder, tmp_path, monk
     assert "turnz" in failures["fig01"]
     assert "ZeroDivisionError: at the end of the road" in failures["fig05"]
     assert failures["fig03"].startswith("step_limit")
-    assert (tmp_path / "results" / "paper" / "fig03.nc").is_file()  # what was computed is kept
-    assert (tmp_path / "results" / "paper" / "claims.txt").is_file()
+    assert (tmp_path / "results" / "reproduced" / "fig03.nc").is_file()  # what was computed is kept
+    assert (tmp_path / "results" / "reproduced" / "claims.txt").is_file()
 
 
 def test_without_studies_it_says_where_to_run_it(tmp_path, monkeypatch, capsys):

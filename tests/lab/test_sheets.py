@@ -36,6 +36,16 @@ def test_results_of_unlike_size_are_shown_in_one_unit():
     assert jp.figure(narrow, kind="poincare_section").axes[1].get_ylabel() not in labels[1]
 
 
+def test_sections_of_two_clearances_have_the_eccentricity_over_them_in_common():
+    both = [jp.open(RESULTS / f"fig12{letter}.nc") for letter in "ac"]
+    panels = [place.axes[1] for place in jp.figure(both, kind="poincare_section", joint="B").subfigs]
+    assert {ax.get_xlabel() for ax in panels} == {"Eccentricity over clearance"}
+    for ax, section, clearance in zip(panels, both, (29e-6, 290e-6), strict=True):
+        x = ax.lines[0].get_xdata()
+        assert x == pytest.approx(section["eccentricity"].sel(joint="B").values / clearance)
+    assert "(µm)" in jp.figure(both[0], kind="poincare_section").axes[1].get_xlabel()
+
+
 def test_only_results_are_compared():
     with pytest.raises(InputError, match="list of results"):
         jp.figure([jp.open(RESULTS / "fig12a.nc"), 3])

@@ -47,7 +47,8 @@ def test_a_run_draws_the_usual_number_of_each_cell_and_says_which(study, tmp_pat
     options = ["quantity=n_steps", "along=gap"]
     code, _ = said(capsys, "figure", tmp_path / "cells.nc", "--kind", "sweep", "--set", *options)
     assert code == 0
-    assert (tmp_path / "cells.pdf").exists()
+    assert (tmp_path / "cells_sweep.pdf").exists()
+    assert not (tmp_path / "cells.pdf").exists()  # the place of the picture that the study asks for
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ FILM = ("joint", "turns", "time", "seconds", "rate", "frames")  # options of a f
     option("result", metavar="RESULT.nc|STUDY.toml"),
     option("--kind", help="another kind of figure than the study asked for"),
     option("--over", metavar="DIAGRAM.nc", help="draw branches over this bifurcation diagram"),
-    option("--out", metavar="FILE", help="default: PDF and PNG beside the result"),
+    option("--out", metavar="FILE", help="default: NAME.pdf, .png beside the result; of --kind, NAME_KIND"),
     changes("an option of the figure, such as joint=B"),
     example="results/quickstart.nc --kind journal_orbit --set joint=B --out orbit.pdf",
 )
@@ -31,10 +31,17 @@ def draw_result(arguments: Namespace) -> int:
     options = figure_options(dataset, arguments.kind, arguments.set)
     if arguments.over:
         options["over"] = open_result(arguments.over)
-    files = targets(arguments.out, Path(arguments.result))
+    files = targets(arguments.out, beside(Path(arguments.result), arguments.kind))
     check_writable(files[0].parent, files=[file.name for file in files])
     draw(dataset, options, files)
     return DONE
+
+
+def beside(result: Path, kind: str | None) -> Path:
+    """The name from which that of a picture is made: one of another kind leaves the study's own as it is."""
+    from jointplay.figures import KINDS
+
+    return result.with_name(f"{result.stem}_{kind}.nc") if kind in KINDS else result
 
 
 def targets(out: str | None, result: Path) -> list[Path]:

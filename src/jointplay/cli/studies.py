@@ -172,8 +172,8 @@ def show_status(arguments: Namespace) -> int:
 @verb(
     "reproduce",
     option("names", nargs="*", metavar="NAME", help="studies of studies/paper, such as fig05b; all if none"),
-    *(JOBS, folder("results/paper"), FRESH),
-    example="fig12c --out reproduced",
+    *(JOBS, folder("results/reproduced"), FRESH),
+    example="fig12c --jobs 1",
 )
 def reproduce_paper(arguments: Namespace) -> int:
     """Compute and draw every figure of the paper, or those named, and grade its conclusions."""

@@ -92,7 +92,7 @@ def _rank(path: Path) -> int:
 def reproduce(
     names: Sequence[str] = (),
     jobs: int = 2,
-    out: Path | str = "results/paper",
+    out: Path | str = "results/reproduced",
     folder: Path | None = None,
     fresh: bool = False,
     say: Callable[[str], None] = lambda line: None,

@@ -104,6 +104,9 @@ def test_over_a_diagram():
     np.testing.assert_allclose(dots[1], values.ravel())
     np.testing.assert_allclose(finite(curves(ax)[0][0])[0], 1e6 * data.clearance[0, :11])
     assert ax.get_xlim() == pytest.approx((20.0, 30.0))
+    points = next(line for line in ax.lines if line.get_marker() == "o")
+    assert points.get_zorder() > curves(ax)[0][0].get_zorder(), "the line would hide them"
+    assert "bifurcation diagram" in [text.get_text() for text in ax.figure.legends[0].get_texts()]
     other = sweep.rename(clearance="gear_ratio")
     with pytest.raises(InputError, match=r"figure\.over"):
         figures.draw(data, over=other)

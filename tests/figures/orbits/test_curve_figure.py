@@ -46,6 +46,20 @@ def test_another_number_of_the_map_lies_underneath():
         figures.draw(curves(), over=diagram, shown="contacts")
 
 
+@pytest.mark.parametrize(
+    ("kind", "words"), [("grazing", "two grazings"), ("doubling_grazing", "doubling and grazing")]
+)
+def test_where_curves_meet_is_told_by_both(kind, words):
+    found = curves()
+    found["meeting_kind"].attrs["flag_meanings"] = kind
+    assert words in [text.get_text() for text in figures.draw(found).legends[0].get_texts()]
+
+
+def test_a_curve_is_seen_on_a_dark_map():
+    dark = sweep(("reset",), over=("clearance", "gear_ratio"))
+    assert all(line.get_path_effects() for line in figures.draw(curves(), over=dark).axes[0].lines[:2])
+
+
 def test_what_it_cannot_be_drawn_of_or_over():
     with pytest.raises(InputError, match=r"figure\.kind"):
         figures.draw(branches(), kind="curve")

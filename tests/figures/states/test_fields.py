@@ -4,6 +4,7 @@ import matplotlib.colors
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.lines import Line2D
 
 from jointplay import figures
 from jointplay.errors import InputError
@@ -221,6 +222,9 @@ def test_attractors_have_points_and_bands_in_one_colour():
     assert heights == pytest.approx([0.7, 0.9, 1.0])
     assert len(middle.lines) == 3
     assert below.get_xlim() == pytest.approx((87.5, 212.5))
+    named = [line for line in above.figure.legends[0].findobj(Line2D) if line.get_marker() != "None"]
+    looks = [[(line.get_marker(), line.get_color()) for line in each] for each in (above.lines, named)]
+    assert looks[0] == looks[1], "the legend names bands and points"
 
 
 def test_attractors_need_a_result_of_that_kind():

@@ -67,7 +67,9 @@ def residual_panel(ax: Axes, dataset: Dataset) -> None:
             count = np.histogram(each, BINS)[0]
             ax.bar(BINS[:-1], count, np.diff(BINS), below, align="edge", **filled(word))
             below += count
+    ax.use_sticky_edges = False  # a bar's foot on top of others takes no margin away
     ax.set(xscale="log", xlabel="Energy unaccounted for, over what flowed", ylabel="Scenes")
+    ax.set_ylim(bottom=0.0)
     ax.set_xlim(BINS[0], max(1e-5, 10 * np.max(values, initial=0.0, where=np.isfinite(values))))
     ax.xaxis.set_major_locator(LogLocator(numticks=7))
 
