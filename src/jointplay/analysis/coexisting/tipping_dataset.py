@@ -11,7 +11,7 @@ import numpy as np
 from jointplay.analysis.coexisting.knocks import UNITS, Knock
 from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW
 from jointplay.analysis.coexisting.smallest import SHARES as TRIED
-from jointplay.analysis.labels import labelled
+from jointplay.analysis.labels import labelled, number
 from jointplay.analysis.orbits.floquet import multipliers
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
@@ -58,16 +58,8 @@ class Table:
             "knock": ("knock", names, {"long_name": "kind of knock"}),
             "state": ("state", states, {"long_name": "state"}),
             "part": ("part", np.array(PARTS), {"long_name": "part of a complex number"}),
-            "knock_share": (
-                "knock_share",
-                np.array(shares),
-                {"units": "1", "long_name": "share of the knock"},
-            ),
-            "tried_share": (
-                "tried_share",
-                np.array(TRIED),
-                {"units": "1", "long_name": "share of the knock that was tried"},
-            ),
+            "knock_share": number("knock_share", np.array(shares), "1", "share of the knock"),
+            "tried_share": number("tried_share", np.array(TRIED), "1", "share of the knock that was tried"),
         }
 
     def motions_found(self, times: Entry) -> dict[str, Any]:
