@@ -38,7 +38,7 @@ def blocks(w, first, count):
     return w.reshape(-1, 8)[first : first + count]
 
 
-QUICK = ("a memory", "two joints")
+QUICK = ("one joint", "a memory", "two joints")
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,9 @@ import sys
 
 import pytest
 
+from jointplay.codegen import cache
 from jointplay.equations.parameters import parameter_names
+from jointplay.equations.structure import Linkage
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.beam import Beam
@@ -94,3 +96,16 @@ def test_undamped_links_have_no_damping():
 def local_names(model):
     """Names that functions of a model's module assign, without the number of the variant."""
     return {name.split("__")[0] for name in re.findall(r"^ +(\w+) =", text(model.structure), re.MULTILINE)}
+
+
+def test_a_structure_is_written_out_once_however_often_its_module_is_asked_for(monkeypatch):
+    """Sweeps make it anew at every point."""
+    written, asked = [], []
+    monkeypatch.setattr(Linkage, "__repr__", lambda self: written.append(1) or "a structure")
+    monkeypatch.setattr(cache, "_module", lambda key, text: asked.append(key))
+    cache._text.cache_clear()
+    for clearance in (1e-5, 2e-5, 3e-5):
+        cache.structure_module(assemble(catalog.chunmei2002(clearance=clearance)).structure)
+    cache._text.cache_clear()
+    assert asked == 3 * ["structure a structure"]
+    assert len(written) == 1

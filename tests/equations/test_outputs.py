@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from jointplay.codegen import outputs
+from jointplay.mechanism.assemble import assemble
+from tests.support.laws_grid import mechanism
 from tests.support.linkages import ARRANGEMENTS, scattered
 from tests.support.plain import masks, plain
 
@@ -140,3 +142,24 @@ def test_power_balance(joints, drive, mode):
     ]
     scale = abs(drive_power) + np.abs(taken).sum()
     assert gained == pytest.approx(drive_power - sum(taken), abs=1e-6 * scale)
+
+
+def test_the_recorded_force_of_johnsons_law_presses_a_journal_in_as_far_as_published():
+    """Depth over force, in the units of the publication: force a length."""
+    one = mechanism("four_bar", "johnson", "none", False)
+    model = assemble(one)
+    functions, state = plain(model.structure), np.tile(model.state, (3, 1))
+    state[:, 1] += [1.8e-3, 2e-3, 1.9e-3]  # the coupler ahead: the journal is pressed into its bearing
+    state[:, 3:6] = 0.0
+    given = dict(zip(functions.STATE, [0.0, *state.T], strict=True)) | {
+        "touch_B": 1,
+        "slip_B": 0,
+        "stick_B": 0,
+    }
+    given |= dict(zip(functions.PARAMETERS, model.numbers, strict=True))
+    found = outputs.evaluate(functions, ["penetration:B", "normal_force:B"], given)
+    h = 2 * (1 - 0.3**2) / (np.pi * 2.07e11)  # steel on steel
+    f = found["normal_force:B"] / one.joint("B").contact.parameters["length"]
+    deep = f * h * (np.log(4 * one.joint("B").clearance / (h * f)) - 1)
+    assert found["penetration:B"] == pytest.approx(deep, rel=1e-9)
+    assert np.all(deep > 1e-6)

@@ -15,6 +15,7 @@ from jointplay.jobs.files import Busy
 from jointplay.jobs.frames import MAGIC
 from jointplay.jobs.job import CRASHED, key_of
 from jointplay.jobs.journal import Journal, write_part
+from jointplay.kinds import KINDS
 from tests.support.sweep_samples import die, forked
 
 
@@ -182,6 +183,11 @@ def test_cells_of_other_code_are_not_mixed(journal, harm, monkeypatch):
     with journal.held(fresh=True):
         assert journal.index() == {}
     assert json.loads(path.read_text())["code"] == origin.code()
+
+
+def test_the_code_counts_every_folder_with_a_kind_of_study():
+    folders = {row.function.__module__.split(".")[1] for row in KINDS.values()}
+    assert folders <= set(origin.FOLDERS)
 
 
 def test_the_code_counts_analyses_and_mechanisms_beside_kernels(tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 import pytest
 
+from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble, check_section
 from jointplay.mechanism.records import (
@@ -56,6 +57,28 @@ def test_drive_can_be_another_one_or_none():
     assert mechanism.replace(drive=None).replace(speed=-5).drive.nominal_speed == -5
     assert mechanism.replace(speed=20).replace(drive=mechanism.drive, gear_ratio=3).drive.gear_ratio == 3
     assert mechanism.replace(drive={"kind": "speed", "link": "crank", "speed": 2}).drive.speed == 2
+
+
+def test_a_varied_copy_is_made_once_and_is_nobody_elses():
+    base = catalog.chunmei2002(clearance=1e-4)
+    one = base.varied({"gear_ratio": 2.0})
+    assert one == base.replace(gear_ratio=2.0)
+    assert base.varied({"gear_ratio": 2.0}) is one
+    assert base.varied({"gear_ratio": 3.0}) == base.replace(gear_ratio=3.0)
+    assert base.varied({"gravity": 2.0}) == base.replace(gravity=2.0)
+    assert base.varied({"gravity": 1}) is not base.varied({"gravity": 1.0})
+    assert base.varied({"tension": True}) == base
+    with pytest.raises(InputError):
+        base.varied({"tension": 1})
+    wider = base.replace(clearance=2e-4)
+    assert wider.varied({"gear_ratio": 2.0}) == wider.replace(gear_ratio=2.0)
+
+
+def test_a_count_may_be_varied_by_floats():
+    bent = catalog.chunmei2002(elastic=("coupler",))
+    assert bent.varied({"elements": 4.0}) == bent.replace(elements=4)
+    with pytest.raises(InputError):
+        bent.varied({"elements": 4.5})
 
 
 def test_every_wrong_change_at_once():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import pickle
@@ -15,6 +16,7 @@ from sympy import cos, symbols
 
 import jointplay as jp
 from jointplay.analysis.coexisting.knocks import knocks
+from jointplay.analysis.exponents.growth import DISTANCE, measure
 from jointplay.analysis.vary import axes, units_of
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import System
@@ -208,6 +210,23 @@ def test_nothing_near_a_motion_has_another_mode():
         jp.gradient(system, by=["initial.fills"])
     with pytest.raises(jp.InputError, match="no such coordinate"):
         jp.basins(system, plane={"x": [0.2, 0.8], "fills": [0, 1]})
+
+
+@pytest.mark.parametrize(("shrinks", "growth"), [((0.5, 0.9), 0.9), ((0.0, 0.0), 1e-12 / DISTANCE)])
+def test_a_difference_in_modes_does_not_grow(shrinks, growth):
+    """Of a map that leaves a neighbour in another mode, of which the next neighbour has nothing."""
+
+    class Turned:
+        model, scale, rtol = assemble(System(**PUMP)), np.ones(5), 1e-12
+        sides = itertools.cycle(([0, 1, 0], [1, 0, 0]))  # of the neighbour, of the motion
+
+        def __call__(self, state):
+            assert list(state[2:]) == [1, 0, 0]
+            return np.array([*(shrinks * state[:2]), *next(self.sides)]), 1.0, 0
+
+    logs, _, status = measure(Turned(), np.array([0.5, 0.2, 1, 0, 0]), 30)
+    assert not status
+    assert np.exp(logs.mean()) == pytest.approx(growth, rel=1e-4)
 
 
 def test_what_moves_while_a_mode_lasts_is_no_position():

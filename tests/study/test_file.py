@@ -3,12 +3,15 @@
 import json
 
 import pytest
+import xarray as xr
 
 from jointplay.analysis.quantities import LINKAGE, WORDS
 from jointplay.analysis.signals import chaos_test
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.records import CrankAngle, MotorLine
+from jointplay.results import provenance
+from jointplay.results.store import write_result
 from jointplay.study.file import load, validate
 from jointplay.study.toml_text import override, parse
 from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
@@ -32,6 +35,18 @@ def test_a_study_is_read(study):
     assert record.keywords() == {
         "rtol": 1e-9, "turns": 2, "transient": 1, "section": CrankAngle(angle=0.5), "steps": False,
     }  # fmt: skip
+
+
+def test_of_a_file_or_a_result_of_another_kind_the_mechanism_alone_is_taken(study, tmp_path):
+    loaded = load(study)
+    kept = provenance.attach(xr.Dataset(), loaded.record.model_dump(mode="json"), loaded.text)
+    result = write_result(kept, tmp_path / "motion.nc")
+    assert load(result).record == load(study, kind="response").record == loaded.record
+    for path in (study, result):
+        found = load(path, kind="assess").record
+        assert (found.kind, found.name) == ("assess", f"{path.stem}_assess")
+        assert found.mechanism == loaded.record.mechanism
+    assert load(study, ["name=mine"], kind="assess").record.name == "mine"
 
 
 def test_a_linkage_written_out_equals_the_catalog():

@@ -154,12 +154,27 @@ g = [1, 2.0]
 """
 
 
+LINKAGE = """\
+name = "linkage"
+kind = "section"
+[mechanism]
+catalog = "chunmei2002"
+clearance = 1e-4
+[analysis]
+turns = 2
+[vary]
+gear_ratio = [2.0, 3.0]
+"""
+
+
 @pytest.mark.parametrize(("study", "same", "others"), [
+    (LINKAGE, ["mechanism.gear_ratio=7.0", "vary.gear_ratio=[2, 3]"],
+     ["mechanism.friction=0.2", "mechanism.clearance=2e-4"]),
     (BALL, ["mechanism.acceleration=7.0"], ["mechanism.restitution=0.7", "mechanism.catalog='impact_pair'"]),
     (FALL, ["mechanism.parameters.g=3.0", "vary.g=[1.0, 2]"],
      ["mechanism.parameters.h=2.0", "mechanism.states.v=1", "mechanism.rates.v='-2*g'"]),
 ])  # fmt: skip
-def test_a_cell_of_own_equations_is_known_by_its_numbers_and_its_tables(study, same, others):
+def test_a_cell_is_known_by_its_numbers_and_its_tables(study, same, others):
     def keys(*more):
         return {job.key for job in first_work(loaded(study, *more).record).jobs}
 

@@ -31,9 +31,11 @@ def _found(dataset) -> dict:
 def all_found() -> dict:
     """Each optimisation by name."""
     name, run = "largest:state:x", {"transient": 12, "rtol": 1e-9}
-    at_resonance = oscillator(FREQUENCY**2)
+    at_resonance, told = oscillator(FREQUENCY**2), []
+    watched = run | {"progress": told.append}
     return {
-        "resonance": _found(jp.optimise(oscillator(1.0), by={"k": (0.7, 2.5)}, most=name, **run)),
+        "resonance": _found(jp.optimise(oscillator(1.0), by={"k": (0.7, 2.5)}, most=name, **watched)),
+        "progress": told,
         "damped": _found(
             jp.optimise(at_resonance, by={"c": (0.4, 3.0)}, subject={name: (0.0, AMPLITUDE)}, **run)
         ),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from numbers import Real
 from typing import Any
 
@@ -18,7 +17,7 @@ from jointplay.errors import InputError, Problem, join, refuse, unknown
 from jointplay.mechanism.base import is_number
 from jointplay.mechanism.changes import Changes
 from jointplay.mechanism.courses import FORCES
-from jointplay.mechanism.paths import as_counted, below, is_path, part_at, steps
+from jointplay.mechanism.paths import below, is_path, part_at, steps
 from jointplay.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
@@ -79,20 +78,7 @@ def changed(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Me
     InputError
         Listing every key that does not exist, or what is wrong with the values.
     """
-    if isinstance(mechanism, Mechanism) and all(type(value) in (int, float) for value in changes.values()):
-        return _with_numbers(mechanism, tuple(changes), *changes.values())
-    return _made(mechanism, changes)
-
-
-@lru_cache(maxsize=1024, typed=True)
-def _with_numbers(mechanism: Mechanism, keys: tuple[str, ...], *values: float) -> Mechanism:
-    """The same, made once for all who check, name and follow a cell; 1 is another value than 1.0."""
-    return _made(mechanism, dict(zip(keys, values, strict=True)))
-
-
-def _made(mechanism: Mechanism | TestSystem, changes: Mapping[str, Any]) -> Mechanism | TestSystem:
-    counted = {key: as_counted(Changes, key, value) for key, value in changes.items()}
-    return mechanism.replace(**counted) if counted else mechanism
+    return mechanism.varied(changes) if changes else mechanism
 
 
 def largest(mechanism: Mechanism | TestSystem, over: Mapping[str, Sequence[float]]) -> Mechanism | TestSystem:

@@ -111,9 +111,9 @@ def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
     from jointplay.jobs.pool import Pool
     from jointplay.results.answers.assessment import page
-    from jointplay.study.file import load_as
+    from jointplay.study.file import load
 
-    study = _doubted(load_as("assess", arguments.study, arguments.set))
+    study = _doubted(load(arguments.study, arguments.set, kind="assess"))
     out = _free(study, arguments, fresh=arguments.fresh)
     pool = Pool.checked(arguments.jobs, "loky", None)
     outcome = _completed(study, out, pool, fresh=arguments.fresh)

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from functools import cache
+from functools import cache, lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
@@ -133,7 +133,7 @@ def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:
 
 def structure_module(structure) -> ModuleType:
     """The compiled functions of a structure; equations are derived only if they never were."""
-    return _module(f"structure {structure!r}", lambda: _from_equations("module", structure))
+    return _module(f"structure {_text(structure)}", lambda: _from_equations("module", structure))
 
 
 def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) -> ModuleType:
@@ -143,13 +143,13 @@ def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) ->
     """
     sizes = structure_module(structure).SIZES
     given = sizes["first"], bool(sizes["planned"]), directions
-    key = f"variation {structure!r} {directions!r}" if directions else f"variation {structure!r}"
+    key = f"variation {_text(structure)}" + f" {directions!r}" * bool(directions)
     return _module(key, lambda: _from_equations("variation", structure, *given))
 
 
 def ensemble_module(structure) -> ModuleType:
     """The compiled equations of a structure (that is `ensemble.known`) for eight trajectories at once."""
-    return _module(f"ensemble {structure!r}", lambda: _from_equations("ensemble.equations", structure))
+    return _module(f"ensemble {_text(structure)}", lambda: _from_equations("ensemble.equations", structure))
 
 
 def ensemble_tangents(positions: int) -> ModuleType:
@@ -177,6 +177,11 @@ def _from_equations(name: str, structure, *sizes: int, of: str = "text") -> str:
     from ..equations.write import system
 
     return getattr(_writer(name), of)(system(structure), *sizes)
+
+
+@lru_cache(maxsize=256)
+def _text(structure) -> str:
+    return repr(structure)
 
 
 @cache

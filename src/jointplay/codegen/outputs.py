@@ -15,6 +15,10 @@ import numpy as np
 
 from .lambert import LAMBERT
 
+FUNCTIONS = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh}
+FUNCTIONS |= {"exp": np.exp, "copysign": np.copysign, "log": np.log, "compiled": lambda f: f}
+exec(LAMBERT, FUNCTIONS)
+
 
 def text(system) -> str:
     """The program as source of constants: OUTPUTS (name: symbol), PROGRAM (symbol, expression, reads)."""
@@ -61,11 +65,7 @@ def evaluate(
     dict of str to ndarray
     """
     names = tuple(names)
-    scope = {"sqrt": np.sqrt, "sin": np.sin, "cos": np.cos, "atan2": np.arctan2, "tanh": np.tanh}
-    scope |= {"exp": np.exp, "copysign": np.copysign, "log": np.log, "compiled": lambda f: f}
-    if any("lambert(" in source for _, source, _ in module.PROGRAM):
-        exec(LAMBERT, scope)
-    scope |= given
+    scope = FUNCTIONS | given
     with np.errstate(invalid="ignore"):  # beyond where a law ends there is no number
         exec(_needed(module, names), scope)
     values = {name: np.asarray(scope[module.OUTPUTS[name]]) for name in names}

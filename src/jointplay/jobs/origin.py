@@ -14,7 +14,7 @@ from typing import NamedTuple
 from jointplay.codegen import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
-FOLDERS = ("analysis", "mechanism")  # beside those that the kernels' digest covers
+FOLDERS = ("analysis", "lab", "mechanism")  # beside those that the kernels' digest covers
 
 
 class Origin(NamedTuple):
@@ -26,7 +26,7 @@ class Origin(NamedTuple):
 
 @lru_cache(maxsize=1)
 def code() -> str:
-    """Digest of all code that decides what a cell answers: kernels, analyses, mechanisms."""
+    """Digest of all code that decides what a cell answers: kernels, analyses, the laboratory, mechanisms."""
     total = hashlib.sha256(cache.digest().encode())
     for folder in FOLDERS:
         for path in sorted((PACKAGE / folder).rglob("*.py")):

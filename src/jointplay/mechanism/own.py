@@ -89,6 +89,10 @@ class System(Equations):
             record = System(**dict(self) | {"parameters": self.parameters | values})
         return record if initial is None else System(**dict(record) | {"states": record._started(initial)})
 
+    def varied(self, changes: Mapping[str, Any]) -> System:
+        """Give a copy as sweeps vary it."""
+        return self.replace(**changes)
+
     def known_by(self, numbers: Mapping[str, float]) -> System:
         """Give a copy with other parameters for a hash alone: it is not checked, as `replace` does.
 

@@ -71,19 +71,21 @@ def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
 def as_paths(table: Mapping[str, Any]) -> dict[str, Any]:
     """A table of changes in which tables of parts stand as paths; a whole drive, which has a kind, stays."""
     own = {key: value for key, value in table.items() if not _holds_parts(key, value)}
-    return own | dict(each for key in table.keys() - own.keys() for each in _ends(key, table[key]))
+    return own | dict(ends({key: table[key] for key in table.keys() - own.keys()}))
 
 
 def _holds_parts(key: str, value: Any) -> bool:
     return key in WITH_PARTS and isinstance(value, Mapping) and "kind" not in value
 
 
-def _ends(path: str, value: Any) -> Iterator[tuple[str, Any]]:
-    if not isinstance(value, Mapping) or not value:
-        yield path, value
-        return
-    for key, each in value.items():
-        yield from _ends(join(path, str(key)), each)
+def ends(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Paths and values of what nested tables hold."""
+    for key, value in table.items():
+        path = join(above, str(key))
+        if isinstance(value, Mapping) and value:
+            yield from ends(value, path)
+        else:
+            yield path, value
 
 
 def _with(record: Any, changes: Mapping[tuple[str, ...], Any]) -> Any:

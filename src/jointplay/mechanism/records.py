@@ -7,7 +7,8 @@ All are validated and frozen; every record of the package can be imported from h
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
@@ -33,7 +34,7 @@ from jointplay.mechanism.loads import AnyLoad, Force, Torque
 from jointplay.mechanism.masses import PointMass
 from jointplay.mechanism.own import System
 from jointplay.mechanism.own_parts import Impact, Jump, Rubbing, Switch, Touch
-from jointplay.mechanism.paths import checked_paths, with_parts
+from jointplay.mechanism.paths import as_counted, checked_paths, with_parts
 from jointplay.mechanism.section import ContactSection, CrankAngle, Plane, Section, SeparationSection
 from jointplay.mechanism.signature import checked
 from jointplay.mechanism.springs import AnySpring, Spring, TorsionSpring
@@ -165,6 +166,19 @@ class Mechanism(Record):
         renewed = type(self)(**dict(self) | changed(self, named)) if named or not by_path else self
         return with_parts(renewed, by_path)
 
+    def varied(self, changes: Mapping[str, Any]) -> Mechanism:
+        """Give a copy as sweeps vary it: a whole float is accepted where `replace` wants an integer."""
+        if all(type(value) in (int, float) for value in changes.values()):
+            return _with_numbers(self, tuple(changes), *changes.values())
+        return self._varied(changes)
+
+    def _varied(self, changes: Mapping[str, Any]) -> Mechanism:
+        return self.replace(**{key: as_counted(Changes, key, value) for key, value in changes.items()})
+
+    def known_by(self, numbers: Mapping[str, float]) -> Mechanism:
+        """Give the copy with other numbers, for a hash."""
+        return self.varied(numbers)
+
     def summary(self) -> str:
         """Describe the mechanism in a few lines of text."""
         links = [f"  link {link.name}: {link.description}" for link in self.links]
@@ -188,3 +202,9 @@ class Mechanism(Record):
     @property
     def _drive(self) -> str:
         return self.drive.description if self.drive else "none"
+
+
+@lru_cache(maxsize=1024, typed=True)
+def _with_numbers(mechanism: Mechanism, keys: tuple[str, ...], *values: float) -> Mechanism:
+    """A varied copy, made once for all who check, name and follow a cell; 1 is another value than 1.0."""
+    return mechanism._varied(dict(zip(keys, values, strict=True)))

@@ -39,7 +39,7 @@ class Loaded:
     text: str
 
 
-def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
+def load(path: Path | str, changes: Iterable[str] = (), kind: str | None = None) -> Loaded:
     """Read and validate a study file.
 
     Parameters
@@ -48,35 +48,27 @@ def load(path: Path | str, changes: Iterable[str] = ()) -> Loaded:
         A TOML file; or a result (``.nc``), for the study that it answers.
     changes : iterable of str
         ``key.path=value`` changes, laid over the file before it is validated.
+    kind : str, optional
+        What is wanted: of a file of another kind, or of none, the mechanism alone is taken, in a study
+        that is named after the file and the kind.
 
     Returns
     -------
     Loaded
         Else `InputError`, with everything that is wrong and its key paths.
     """
-    if Path(path).suffix == ".nc":
-        table, text = _stored(path)
-    else:
-        text = toml_text.read_text(path)
-        table = toml_text.parse(text)
-    return Loaded(validate({"name": Path(path).stem} | toml_text.override(table, changes)), text)
-
-
-def load_as(kind: str, path: Path | str, changes: Iterable[str] = ()) -> Loaded:
-    """Read a study file for a study of one kind: of a file of another kind, or of none, its mechanism alone.
-
-    Parameters and errors as of `load`; the study of a mechanism alone is named after the file and the kind.
-    """
-    text = toml_text.read_text(path)
-    table = toml_text.parse(text)
-    if table.get("kind") != kind:
+    (table, text), name = _read(path), Path(path).stem
+    if kind not in (None, table.get("kind")):
         own = {"mechanism": table["mechanism"]} if "mechanism" in table else {}
-        table = {"kind": kind, "name": f"{Path(path).stem}_{kind}"} | own
-    return Loaded(validate({"name": Path(path).stem} | toml_text.override(table, changes)), text)
+        name, table = f"{name}_{kind}", {"kind": kind} | own
+    return Loaded(validate({"name": name} | toml_text.override(table, changes)), text)
 
 
-def _stored(path: Path | str) -> tuple[dict[str, Any], str]:
-    """The study that a result answers, with every default filled in, and the text that it was read from."""
+def _read(path: Path | str) -> tuple[dict[str, Any], str]:
+    """The table of a study file, or of the study that a result answers, defaults filled in; and its text."""
+    if Path(path).suffix != ".nc":
+        text = toml_text.read_text(path)
+        return toml_text.parse(text), text
     origin = provenance.read(open_result(path))
     if not isinstance(origin.get("study"), dict):
         expected = "a result that holds its study is accepted; this one has no provenance"
@@ -94,7 +86,7 @@ def mechanism_of(path: Path | str) -> Mechanism:
 
 def moving_of(path: Path | str) -> Mechanism | TestSystem:
     """Give what moves in such a file: a linkage or a test system."""
-    table = _stored(path)[0] if Path(path).suffix == ".nc" else toml_text.parse(toml_text.read_text(path))
+    table, _ = _read(path)
     if "mechanism" not in table:
         raise InputError([Problem("mechanism", NOTHING, "a file with a table [mechanism] is accepted")])
     return build_mechanism(table["mechanism"])

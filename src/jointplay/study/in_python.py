@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -12,6 +11,7 @@ import xarray as xr
 from jointplay.analysis.keywords import Progress as Keyword
 from jointplay.errors import refuse
 from jointplay.mechanism.base import Natural, accepts
+from jointplay.mechanism.paths import ends
 from jointplay.mechanism.signature import checked
 from jointplay.study import run as runner
 from jointplay.study.file import load
@@ -55,19 +55,9 @@ def run(
     >>> import jointplay as jp
     >>> motion = jp.run("studies/quickstart.toml", analysis={"turns": 3})  # doctest: +SKIP
     """
-    loaded = load(study, [f"{path}={_text(path, value)}" for path, value in _flat(changes)])
+    loaded = load(study, [f"{path}={_text(path, value)}" for path, value in ends(changes)])
     with asked_for(progress, loaded.record.name) as tell:
         return runner.run(loaded, tell, jobs)
-
-
-def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Paths and values of what tables hold."""
-    for key, value in table.items():
-        path = f"{above}.{key}" if above else str(key)
-        if isinstance(value, Mapping) and value:
-            yield from _flat(value, path)
-        else:
-            yield path, value
 
 
 def _text(path: str, value: Any) -> str:

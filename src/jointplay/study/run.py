@@ -27,7 +27,6 @@ from jointplay.errors import InputError, ModelWarning, Problem
 from jointplay.jobs.job import KEY, Entry, Job, key_of
 from jointplay.jobs.pool import check_jobs
 from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.own import System
 from jointplay.numerics.codes import Status
 from jointplay.results import provenance
 from jointplay.study.file import Loaded
@@ -130,10 +129,8 @@ def _together(record: Study, changes: Sequence[Mapping[str, float]]) -> bool:
 
 def _key(record: Study, change: Mapping[str, float], together: bool) -> str:
     settings = (record.kind, record.integrator, record.analysis, *["in lanes"] * together)
-    if isinstance(record.mechanism, System):
-        return key_of(*settings, record.mechanism.known_by(change))
     try:
-        return key_of(*settings, changed(record.mechanism, change))
+        return key_of(*settings, record.mechanism.known_by(change))
     except InputError:  # the cell will say so
         return key_of(*settings, record.mechanism, change)
 

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from jointplay.analysis.curves.tracing import Curves, starts_of
+from jointplay.analysis.curves.corners import _unstuck as unstuck
+from jointplay.analysis.curves.tracing import CONDITIONS, Curves, starts_of
+from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.continuation import Explorer
 from jointplay.analysis.orbits.shooting import newton
 from jointplay.numerics.codes import Event
@@ -49,14 +51,31 @@ def stuck(p, x):
     return x * (1 + p[1] - 2 / 3 * root) + p[0], np.diag([1 + p[1] - root])
 
 
+PLANE = np.array([[-0.4, -0.5], [0.3, 1.0]])
+
+
+def sticking(contact, onset, share):
+    """Rows of a piece of sticking that takes a share of an orbit."""
+    places = (onset, Event.STICK_ONSET), ((onset + share) % 1.0, Event.SLIP_ONSET)
+    return [[contact, kind, place, place] for place, kind in sorted(places)] if share else []
+
+
 class Stuck(Plain):
-    """The map `stuck` with its sticking: it takes a tenth of the root of x."""
+    """The map `stuck` with its sticking: it takes a tenth of the root of x, across the section."""
 
     def image(self, state, *given, **named):
-        share = 0.1 * math.sqrt(max(state[0], 0.0))
-        sticks = [[0, Event.STICK_ONSET, 0.5, 0.5], [0, Event.SLIP_ONSET, 0.5 + share, 0.5 + share]]
-        events = np.array(sticks if share else [], dtype=float).reshape(-1, 4)
+        events = np.reshape(self.events(state), (-1, 4)).astype(float)
         return replace(super().image(state, *given, **named), events=events)
+
+    def events(self, state):
+        return sticking(0, 0.9995, 0.1 * math.sqrt(max(state[0], 0.0)))
+
+
+class Twice(Stuck):
+    """The same with a short piece of sticking in another contact, below q = 0.5 alone."""
+
+    def events(self, state):
+        return super().events(state) + sticking(1, 0.5, 1e-5 * (self.p[1] < 0.5))
 
 
 def curves(rule, start, p, low, high, of, step=0.04, most=200, plain=Plain):
@@ -125,14 +144,27 @@ def test_a_doubling_touches_a_fold():
 @pytest.mark.parametrize("most", [200, 44])
 def test_a_fold_ends_where_sticking_has_shrunk_to_nothing(most):
     """It is at x = q^2, p = -q^3/3; at q = 0 P' jumps to 1/2. Points that one half leaves serve the other."""
-    ((_, places, met, ends),) = curves(
-        stuck, [2.25], [0.225, 0.9], [-0.4, -0.5], [0.3, 1.0], ("fold",), most=most, plain=Stuck
-    )
+    ((_, places, met, ends),) = curves(stuck, [2.25], [0.225, 0.9], *PLANE, ("fold",), most=most, plain=Stuck)
     assert places[:, 0] == pytest.approx(-(places[:, 1] ** 3) / 3, abs=1e-9)
     assert met == {"grazing": pytest.approx([0.0, 0.0], abs=1e-6)}
     assert sorted(ends) == ["grazing", "range"]
     assert np.sum(places[:, 1] < 0.9) > 22
     assert len(places) <= 44
+
+
+def test_only_sticking_that_shrinks_to_nothing_soon_ends_a_fold():
+    def ahead(q, plain=Stuck):
+        family = Plains(lambda value: plain(stuck, value), *PLANE, 1e-9, CONDITIONS["fold"])
+        p = np.array([-(q**3) / 3, q])
+        orbit = newton(plain(stuck, p), np.array([q**2]), 1e-9)
+        met = unstuck(family, first(family, orbit, family.fraction(p), (0.0, -1.0)))
+        return None if met is None else (family.parameter(met.q), met.event)
+
+    place, event = ahead(0.01)
+    assert place == pytest.approx([0.0, 0.0], abs=1e-5)
+    assert event == (0, Event.STICK_ONSET)
+    assert ahead(0.1) is None
+    assert ahead(0.49999, Twice) is None  # what appears beside the point shrinks nowhere
 
 
 def beside(pair):

@@ -11,6 +11,7 @@ from jointplay import catalog
 from jointplay.analysis.curves.margins import Guards
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.starts import placed
+from jointplay.numerics.codes import Mode
 from tests.analysis.exact_maps import TAU, Flight
 
 
@@ -173,6 +174,11 @@ def test_guards_are_those_of_the_flow():
     y = rows[:, 1]
     assert guards.margins(rows) == pytest.approx(np.stack([15 - y, 15 + y], -1), abs=1e-12)
     assert [guards.owner(g) for g in (0, 1)] == [0, 1]
+    mixed = rows[[0, 1, 1, 0]]
+    mixed[1:3, 3] = Mode.REST  # the first wall holds, and what it pushes with is watched
+    alone = np.concatenate([guards.margins(row[None]) for row in mixed])
+    assert abs(alone[1, 0]) != pytest.approx(15 - y[1], rel=0.1)
+    assert np.array_equal(guards.margins(mixed), alone)
     falling = np.array([0.0, -0.5])  # v = 0.5 - cos t: lowest at pi/3
     image = section.image(falling, False)
     least, when, _ = guards.nearest(section, falling, image.time, image.events)

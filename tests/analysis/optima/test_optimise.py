@@ -41,6 +41,13 @@ def test_resonance(found):
     assert max(one["neighbours"]) < one["value"][0]
 
 
+def test_progress_is_told_design_by_design_and_ends_at_one(found):
+    begin, *designs, end = dict.fromkeys(found["progress"])
+    assert (begin, end) == (0.0, 1.0)
+    assert designs == pytest.approx([n / 100 for n in range(1, len(designs) + 1)])
+    assert len(designs) > 3
+
+
 def test_a_constraint_holds_at_the_optimum(found):
     """The smallest change of c that keeps the amplitude at resonance below a ends at 1 / (a w)."""
     one = found["damped"]

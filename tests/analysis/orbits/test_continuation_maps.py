@@ -1,13 +1,15 @@
 """The algebra of continuation on maps with known bifurcations, in place of sections of a motion."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from jointplay.analysis.orbits.continuation import Explorer
-from jointplay.analysis.orbits.family import Family
+from jointplay.analysis.orbits.branch import Branch
+from jointplay.analysis.orbits.branch_points import Special
+from jointplay.analysis.orbits.continuation import Explorer, joined
+from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.shooting import newton
 
@@ -146,3 +148,16 @@ def test_fold():
 def test_a_real_pair_is_no_torus():
     _, told, _ = branches(saddle, [0.0, 0.0], 0.3, 0.2, 0.8, many=1)
     assert told[0] == []
+
+
+def test_halves_are_joined_at_the_point_that_both_have():
+    """Also where a change lies at that very point, as of a branch that ends where it begins."""
+    at, back, forth = (Point(None, q, 1.0, np.array([q, 1.0])) for q in (0.5, 0.4, 0.6))
+    turned = replace(at, tangent=-at.tangent)
+    changes = [Special("grazing", turned, 0.5, 0.0), Special("fold", back, 0.4, 0.0)]
+    ahead = Branch([at, forth], [Special("fold", forth, 0.6, 0.0)], ("origin", "max_points"))
+    found = joined(Branch([turned, back], changes, ("origin", "range")), ahead)
+    assert [point.q for point in found.points] == [0.4, 0.5, 0.6]
+    assert [found.points.index(each.point) for each in found.specials] == [0, 1, 2]
+    assert all(point.tangent[1] * (point.q - 0.5) >= 0 for point in found.points)
+    assert found.ends == ("range", "max_points")

@@ -44,7 +44,7 @@ def assembled(mechanism: Mechanism, keys: Sequence[str], answers: Sequence[Answe
     """Make the dataset: of the present motion, of the ideal one, and of each parameter's sides."""
     now, ideal, *sides = answers
     joints = [joint.name for joint in mechanism.joints]
-    variables = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(mechanism, now)
+    variables = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(now)
     variables |= _edges(mechanism, keys, sides)
     texts = {
         "joint": (joints, "joint"),
@@ -90,7 +90,7 @@ def _contacts(mechanism: Mechanism, joints: list[str], now: Answer) -> dict[str,
     return labelled(table, "joint")
 
 
-def _motion(mechanism: Mechanism, now: Answer) -> dict[str, Any]:
+def _motion(now: Answer) -> dict[str, Any]:
     taken = float(sum(np.sum(now.get(name, np.nan)) for name in PER_TURN[:2]))
     doubt = float(np.hypot(*(np.sum(now.get(f"{name}_error", np.nan)) for name in PER_TURN[:2])))
     exponent, error = (float(now.get(name, np.nan)) for name in EXPONENT)

@@ -152,10 +152,9 @@ def tipping(
     search |= {"edge_turns": edge_turns if edge else 0, "impulses": impulses}
     cells = [shared | search | {"own": own, "knock": k} for own, k in places]
     answers = yield from handed_out(knocked, cells, part(progress, 0.4, 1.0))
-    table = tipping_dataset.Table(mechanism, base, motions, seeded, kinds, starts)
-    variables = table.motions_found(times) | table.knocks_found(
-        dict(zip(places, answers, strict=True)), SHARES
-    )
+    table = tipping_dataset.Table(base, motions, seeded, kinds, starts)
+    found = dict(zip(places, answers, strict=True))
+    variables = table.motions_found(times) | table.knocks_found(found, SHARES) | table.edges_found(found)
     status = first_bad([seeded, times, *answers])
     return xr.Dataset(
         variables | outcome(status, began),

@@ -11,7 +11,7 @@ import numpy as np
 from jointplay.analysis.coexisting.knocks import UNITS, Knock
 from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW
 from jointplay.analysis.coexisting.smallest import SHARES as TRIED
-from jointplay.analysis.labels import labelled
+from jointplay.analysis.labels import labelled, number
 from jointplay.analysis.orbits.floquet import multipliers
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
@@ -20,7 +20,7 @@ from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.jobs.job import Entry
 from jointplay.mechanism.model import Model
 
-PARTS = ("real", "imaginary")
+PARTS, DIMS = ("real", "imaginary"), ("number", "knock")
 Answers = Mapping[tuple[int, int], Entry]
 
 
@@ -35,9 +35,8 @@ def edge_entry(orbit: Orbit, base: Model) -> Entry:
 
 @dataclass(frozen=True)
 class Table:
-    """The motions of a mechanism, and kinds of knock."""
+    """The motions of a model, and kinds of knock."""
 
-    mechanism: Any
     base: Model
     motions: Sequence[Mapping[str, Any]]
     seeded: Entry
@@ -59,16 +58,8 @@ class Table:
             "knock": ("knock", names, {"long_name": "kind of knock"}),
             "state": ("state", states, {"long_name": "state"}),
             "part": ("part", np.array(PARTS), {"long_name": "part of a complex number"}),
-            "knock_share": (
-                "knock_share",
-                np.array(shares),
-                {"units": "1", "long_name": "share of the knock"},
-            ),
-            "tried_share": (
-                "tried_share",
-                np.array(TRIED),
-                {"units": "1", "long_name": "share of the knock that was tried"},
-            ),
+            "knock_share": number("knock_share", np.array(shares), "1", "share of the knock"),
+            "tried_share": number("tried_share", np.array(TRIED), "1", "share of the knock that was tried"),
         }
 
     def motions_found(self, times: Entry) -> dict[str, Any]:
@@ -104,18 +95,20 @@ class Table:
         return found | labelled(whole, ("number", "point", "state")) | labelled(turns, "within")
 
     def knocks_found(self, answers: Answers, shares: Sequence[float]) -> dict[str, Any]:
-        """Smallest knocks, and the states on the boundaries that they cross."""
+        """Smallest knocks, where these and others near them lead, and turns to return."""
         place = self._filled(answers, "place", np.full(3, np.nan))
+        size, safe, confirmed, share = (
+            self._filled(answers, name, np.nan) for name in ("size", "safe", "confirmed", "share")
+        )
         reaches = self._filled(answers, "ends", np.full(len(TRIED), -4.0)).astype(int) + 1
         reaches = np.where(reaches > 0, reaches, -1)
-        ends, size = reaches[..., [BELOW, ABOVE]], self._filled(answers, "size", np.nan)
+        below, above = reaches[..., BELOW], reaches[..., ABOVE]
         own = 1 + np.arange(len(self.motions))[:, None]
-        known = np.isfinite(size)
-        right = known & (ends[..., 0] == own) & (ends[..., 1] != own) & (ends[..., 1] > 0)
+        right = np.isfinite(size) & (below == own) & (above != own) & (above > 0)
         rows = {
             "knock_size": (size, "1", "smallest knock that tips; see knock_units"),
             "knock_safe": (
-                self._filled(answers, "safe", np.nan),
+                safe,
                 "1",
                 "largest knock there up to which each one tried returns; see knock_units",
             ),
@@ -123,62 +116,55 @@ class Table:
             "knock_phase": (place[..., 1], "rad", "angle of a turn after it"),
             "knock_direction": (place[..., 2], "rad", "direction of the knock; 0 and pi are its two signs"),
             "confirmed_size": (
-                self._filled(answers, "confirmed", np.nan),
+                confirmed,
                 "1",
                 "smallest knock there that is confirmed, up to 1.2 of knock_size; see knock_units",
             ),
             "tipping_share": (
-                self._filled(answers, "share", np.nan),
+                share,
                 "1",
                 "fraction that tips of sizes from knock_size to 1.2 of it; NaN if that is confirmed",
             ),
             "knock_reaches": (reaches[..., AT], "1", "motion that the knock leads to; -1: none"),
-            "below_reaches": (ends[..., 0], "1", "motion that 0.99 of the knock leads to; -1: none"),
-            "above_reaches": (ends[..., 1], "1", "motion that 1.01 of the knock leads to; -1: none"),
+            "below_reaches": (below, "1", "motion that 0.99 of the knock leads to; -1: none"),
+            "above_reaches": (above, "1", "motion that 1.01 of the knock leads to; -1: none"),
             "knock_confirmed": (
                 right.astype(np.int8),
                 "1",
                 "1: the former is the motion itself, the latter another",
             ),
-            "edge_period": (
-                self._filled(answers, "period", 0).astype(int),
-                "1",
-                "period in turns; 0: none found",
-            ),
+        }
+        tried = {"tried_reaches": (reaches, "1", "motion that a share of the knock leads to; -1: none")}
+        returns = self._filled(answers, "returns", np.full(len(shares), -1.0)).astype(int)
+        turns = {"return_turns": (returns, "1", "turns to return; -1: not in time")}
+        units = np.array([UNITS[each.kind] for each in self.kinds], dtype=str)
+        return {
+            **labelled(rows, DIMS),
+            **labelled(tried, (*DIMS, "tried_share")),
+            **labelled({"knock_units": (units, "1", "units of its size")}, "knock"),
+            **labelled(turns, (*DIMS, "knock_share")),
+        }
+
+    def edges_found(self, answers: Answers) -> dict[str, Any]:
+        """States on the boundaries that the smallest knocks cross."""
+        period = self._filled(answers, "period", 0).astype(int)
+        time, residual = (self._filled(answers, name, np.nan) for name in ("period_time", "residual"))
+        rows = {
+            "edge_period": (period, "1", "period in turns; 0: none found"),
             "edge_period_time": (
-                self._filled(answers, "period_time", np.nan),
+                time,
                 "s",
                 "time of a period of the edge state; of an equilibrium the nominal period",
             ),
-            "edge_residual": (
-                self._filled(answers, "residual", np.nan),
-                "1",
-                "change over a period, in scales",
-            ),
+            "edge_residual": (residual, "1", "change over a period, in scales"),
         }
-        units = np.array([UNITS[each.kind] for each in self.kinds], dtype=str)
-        free = max((len(each["multiplier"]) for each in answers.values() if "multiplier" in each), default=0)
-        returns = self._filled(answers, "returns", np.full(len(shares), -1.0))
         state = self._filled(answers, "state", np.full(len(self.base.state), np.nan))
+        free = max((len(each["multiplier"]) for each in answers.values() if "multiplier" in each), default=0)
         multiplier = self._filled(answers, "multiplier", np.full((free, len(PARTS)), np.nan))
-        dims = ("number", "knock")
-        return {
-            **labelled(rows, dims),
-            **labelled(
-                {"tried_reaches": (reaches, "1", "motion that a share of the knock leads to; -1: none")},
-                (*dims, "tried_share"),
-            ),
-            **labelled({"knock_units": (units, "1", "units of its size")}, "knock"),
-            **labelled(
-                {"return_turns": (returns.astype(int), "1", "turns to return; -1: not in time")},
-                (*dims, "knock_share"),
-            ),
-            **labelled({"edge_state": (state, "1", "edge state at the section (SI)")}, (*dims, "state")),
-            **labelled(
-                {"edge_multiplier": (multiplier, "1", "multiplier of the edge state")},
-                (*dims, "multiplier", "part"),
-            ),
-        }
+        states = {"edge_state": (state, "1", "edge state at the section (SI)")}
+        pairs = {"edge_multiplier": (multiplier, "1", "multiplier of the edge state")}
+        found = labelled(rows, DIMS) | labelled(states, (*DIMS, "state"))
+        return found | labelled(pairs, (*DIMS, "multiplier", "part"))
 
     def _filled(self, answers: Answers, name: str, missing: Any) -> np.ndarray:
         table = np.empty((*self.shape, *np.shape(missing)))

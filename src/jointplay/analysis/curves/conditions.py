@@ -22,7 +22,7 @@ from itertools import combinations
 import numpy as np
 from scipy.linalg import schur
 
-from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits.branch_points import doubling, torus, unit
 from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.orbit_events import same_events
 
@@ -69,16 +69,16 @@ class Critical:
 
     def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
         """Zeros at meetings with other curves, by their names."""
-        torus = _torus if len(one.tangent) > 3 else _none
+        pairs = torus if len(one.tangent) > 3 else lambda point: 1.0
         if self.multiplier < 0:
             other = "fold_symmetry_breaking" if self.half else "fold_doubling"
-            return {other: _unit, "resonance_1_2": torus, "doubling_torus": torus}
+            return {other: unit, "resonance_1_2": pairs, "doubling_torus": pairs}
         before = one.tangent[-2:]
         return {
             "cusp": lambda point: float(point.tangent[-2:] @ before),
-            "fold_doubling": _doubling,
-            "resonance_1_1": torus,
-            "fold_torus": torus,
+            "fold_doubling": doubling,
+            "resonance_1_1": pairs,
+            "fold_torus": pairs,
         }
 
     def genuine(self, kind: str, point: Point) -> bool:
@@ -126,7 +126,7 @@ class Torus:
         def share(double: float) -> Callable[[Point], float]:
             return lambda point: self.trace(point) - double
 
-        others = {"fold_torus": _unit, "doubling_torus": _doubling} if len(one.tangent) > 4 else {}
+        others = {"fold_torus": unit, "doubling_torus": doubling} if len(one.tangent) > 4 else {}
         return {name: share(double) for name, double in SHARES.items()} | others
 
     def genuine(self, kind: str, point: Point) -> bool:
@@ -177,19 +177,3 @@ def _scaled(row: np.ndarray, like: Point) -> np.ndarray:
     """Derivatives in coordinates and parameters, the first in units of the constant c."""
     row[:-2] *= like.unit
     return row
-
-
-def _unit(point: Point) -> float:
-    return floquet.unit_test(point.multipliers)
-
-
-def _doubling(point: Point) -> float:
-    return floquet.doubling_test(point.multipliers)
-
-
-def _torus(point: Point) -> float:
-    return floquet.torus_test(point.multipliers)
-
-
-def _none(point: Point) -> float:
-    return 1.0

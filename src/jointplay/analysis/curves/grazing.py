@@ -18,7 +18,7 @@ import numpy as np
 from jointplay.analysis.curves.half_map import HalfMap
 from jointplay.analysis.curves.margins import SAMPLES, Guards
 from jointplay.analysis.gradients.directions import Directions
-from jointplay.analysis.orbits import floquet
+from jointplay.analysis.orbits.branch_points import doubling, unit
 from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
@@ -38,10 +38,7 @@ class Meeting:
 
     def tests(self, one: Point) -> Mapping[str, Callable[[Point], float]]:
         """Zeros where the orbit that grazes also folds or doubles."""
-        return {
-            "fold_grazing": lambda point: floquet.unit_test(point.multipliers),
-            "doubling_grazing": lambda point: floquet.doubling_test(point.multipliers),
-        }
+        return {"fold_grazing": unit, "doubling_grazing": doubling}
 
     def genuine(self, kind: str, point: Point) -> bool:
         """Whether a zero of a test is what its name says."""
@@ -132,8 +129,8 @@ def _slopes(family: Family, trial: Trial, like: Point, bundle: Bundle, later: fl
     gradients = (values[::2] - values[1::2]).T / (2 * PART * section.scale)
     rows = gradients @ bundle.vectors.T
     own = [
-        np.diff([of(moved, here[None])[0] for moved in sides], axis=0)[0] / (2 * PART * unit)
-        for sides, unit in zip(_beside(section.model, directions), directions.units, strict=True)
+        np.diff([of(moved, here[None])[0] for moved in sides], axis=0)[0] / (2 * PART * size)
+        for sides, size in zip(_beside(section.model, directions), directions.units, strict=True)
     ]
     ahead = later * np.concatenate([[1.0], bundle.rate(), 0.0 * bundle.x.modes])
     after, ago = of(section.model, np.stack([here + ahead, here - ahead]))
@@ -145,9 +142,9 @@ def _slopes(family: Family, trial: Trial, like: Point, bundle: Bundle, later: fl
 def _beside(model: Model, directions: Directions) -> Iterator[tuple[Model, Model]]:
     """The model with its numbers a little before and after, in each direction."""
     places = {name: i for i, name in enumerate(cache.structure_module(model.structure).PARAMETERS)}
-    for names, rates, unit in zip(directions.names, directions.rates_of, directions.units, strict=True):
+    for names, rates, size in zip(directions.names, directions.rates_of, directions.units, strict=True):
         change = np.zeros(len(model.numbers))
-        change[[places[name] for name in names]] = PART * unit * rates
+        change[[places[name] for name in names]] = PART * size * rates
         yield replace(model, numbers=model.numbers - change), replace(model, numbers=model.numbers + change)
 
 

@@ -7,7 +7,9 @@ structure's own compiled functions on recorded states.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -48,11 +50,10 @@ class Guards:
         """Margins at rows of time, state, modes; shape (rows, guards); NaN where a guard is not watched."""
         from jointplay.numerics.events import side_of
 
-        x, width = self._x, 1 + len(self.model.state)
-        modes = rows[:, width : width + len(x.modes)].astype(x.modes.dtype)
-        each, which = np.unique(modes, axis=0, return_inverse=True)
-        sides = [[side_of(g, row, x.flags) or np.nan for g in range(len(x.fired))] for row in each]
-        return np.reshape(sides, (-1, len(x.fired)))[which.ravel()] * self.values(rows)
+        x, found = self._x, self.values(rows)
+        for modes, own in self._stretches(rows):
+            found[own] *= [side_of(g, modes, x.flags) or np.nan for g in range(len(x.fired))]
+        return found
 
     def values(self, rows: np.ndarray) -> np.ndarray:
         """The guards' numbers with their signs, as the modes of each row give them; shape (rows, guards)."""
@@ -61,15 +62,24 @@ class Guards:
         k, x, o = self._k, self._x, self._o
         width, last = 1 + len(self.model.state), 8 * (o.guards + np.arange(len(x.fired))) + 7
         found = np.empty((len(rows), len(x.fired)))
-        for row, numbers in zip(rows, found, strict=True):
-            x.s[:width] = row[:width]
-            x.modes[:] = row[width : width + len(x.modes)]
-            self._module.trig(x.s, x.p)
-            mask(x.modes, x.m)
-            k.w[:] = 0.0
-            self._module.rate(variant_of(x.modes), k.w, x.s, x.p, x.m)
-            numbers[:] = k.w[last]
+        for modes, own in self._stretches(rows):
+            variant = variant_of(modes)
+            mask(modes, x.m)
+            k.w[:] = 0.0  # the increments; and guards that are not watched in these modes
+            for row, numbers in zip(rows[own], found[own], strict=True):
+                x.s[:width] = row[:width]
+                self._module.trig(x.s, x.p)
+                self._module.rate(variant, k.w, x.s, x.p, x.m)
+                numbers[:] = k.w[last]
         return found
+
+    def _stretches(self, rows: np.ndarray) -> Iterator[tuple[np.ndarray, slice]]:
+        """Contact modes, and the rows one after another that have them."""
+        first = 1 + len(self.model.state)
+        modes = rows[:, first : first + len(self._x.modes)].astype(self._x.modes.dtype)
+        changes = 1 + np.flatnonzero(np.any(modes[1:] != modes[:-1], axis=1))
+        for begin, end in pairwise((0, *changes, len(rows))):
+            yield modes[begin], slice(begin, end)
 
     def owner(self, guard: int) -> int:
         """Number of the contact, or wall, of a guard, as in rows of events."""
@@ -107,7 +117,8 @@ class Guards:
             sizes = np.nanmax(np.abs(margins), axis=0, initial=0.0, where=np.isfinite(margins))
         for row in events:
             at = int((row[TIME] - section.begin) / duration * count)
-            own = [self.owner(g) == row[CONTACT] and row[KIND] in self.kinds(g) for g in range(len(sizes))]
+            contact, kind = int(row[CONTACT]), int(row[KIND])
+            own = [self.owner(g) == contact and kind in self.kinds(g) for g in range(len(sizes))]
             minimal[np.ix_(np.arange(at - 1, at + 3) % count, np.flatnonzero(own))] = False
         least, shift = np.full_like(margins, np.inf), np.zeros_like(margins)
         least[minimal], shift[minimal] = vertex(before[minimal], margins[minimal], after[minimal])

@@ -18,7 +18,7 @@ from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.vary import changed
 
 FIRST, WIDER = 0.1, 10**0.5  # share of the clearance in the first step; of the next in each
-TRIES = 4  # steps that may fail
+STAGES, TRIES = 4, 4  # steps to the whole clearance where none fails; steps that may fail
 PARTLY = 1e-3  # tolerance with part of the play
 IDEAL = "reaction:"
 

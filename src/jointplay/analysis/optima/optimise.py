@@ -28,7 +28,7 @@ from jointplay.analysis.labels import coded, number, outcome
 from jointplay.analysis.optima.asked import aim_fits, bounds_fit, contacts, ideal_fits
 from jointplay.analysis.optima.confirmed import beside, followed
 from jointplay.analysis.optima.descent import descended
-from jointplay.analysis.optima.opening import opened
+from jointplay.analysis.optima.opening import STAGES, opened
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.mechanism.base import Count, Flag, Natural, Number
@@ -86,8 +86,10 @@ def optimise(
         Designs after which no new pass of the search begins, in each stage.
     neighbourhood : float
         By what share of its value each parameter of the optimum is changed, to both sides.
-    rtol, initial, max_steps, progress
+    rtol, initial, max_steps
         As in `gradient`.
+    progress : callable, optional
+        Called with the fraction done, of at most `max_iterations` designs in each stage.
 
     Returns
     -------
@@ -109,8 +111,13 @@ def optimise(
     names = tuple(dict.fromkeys(([least or most] if least or most else []) + list(limits)))
     settings = {"turns": turns, "orbit": orbit, "transient": transient, "rtol": rtol}
     settings |= {"initial": initial, "max_steps": max_steps}
-    made: list[Trial] = []
-    trials = Trials(mechanism, names, by, settings, 1.0, made)
+    most_designs = max_iterations * (STAGES if ideal else 1)
+
+    def tell(designs: int) -> None:
+        if progress is not None:
+            progress(designs / most_designs)
+
+    trials = Trials(mechanism, names, by, settings, 1.0, [], tell)
     first = np.array([wanted.value_of(mechanism, key) for key in by])
     x = (first - trials.low) / trials.width
     sign = -1.0 if most else 1.0

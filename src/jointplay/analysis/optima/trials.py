@@ -9,7 +9,7 @@ followed, and the orbit is the same one, stable or not.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -67,6 +67,8 @@ class Trials:
         Of the clearance in these trials.
     made : list of Trial
         All so far, those with other clearance too.
+    tell : callable
+        Called with their number whenever there is one more.
     """
 
     mechanism: Mechanism | TestSystem
@@ -75,6 +77,7 @@ class Trials:
     settings: Mapping[str, Any]
     share: float
     made: list[Trial]
+    tell: Callable[[int], None]
     known: dict[bytes, Trial] = field(default_factory=dict)
     near: Trial | None = None
 
@@ -98,6 +101,7 @@ class Trials:
         if key not in self.known:
             self.known[key] = self.tried(np.array(x, dtype=float))
             self.made.append(self.known[key])
+            self.tell(len(self.made))
         return self.known[key]
 
     def tried(self, x: np.ndarray) -> Trial:

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -33,11 +34,28 @@ PRECISE = 1e-11  # of the arc; the parameter is then found by interpolation
 SHARES = (0.3, 0.1, 0.03, 0.01, 0.003, 0.001)  # of the longest step, tried as the first step on a new branch
 
 Test = Callable[[Point], float]
+
+
+def unit(point: Point) -> float:
+    """Zero where a multiplier is +1: det(P - I)."""
+    return float(np.prod(point.multipliers - 1).real)
+
+
+def doubling(point: Point) -> float:
+    """Zero where a multiplier is -1: det(P + I)."""
+    return float(np.prod(point.multipliers + 1).real)
+
+
+def torus(point: Point) -> float:
+    """Zero where the product of two multipliers is 1."""
+    return float(np.prod([a * b - 1 for a, b in combinations(point.multipliers, 2)]).real)
+
+
 TESTS: dict[str, Test] = {
     "fold": lambda point: float(point.tangent[-1]),
-    "branch_point": lambda point: floquet.unit_test(point.multipliers) / float(point.tangent[-1]),
-    "period_doubling": lambda point: floquet.doubling_test(point.multipliers),
-    "neimark_sacker": lambda point: floquet.torus_test(point.multipliers),
+    "branch_point": lambda point: unit(point) / float(point.tangent[-1]),
+    "period_doubling": doubling,
+    "neimark_sacker": torus,
 }
 
 
@@ -90,9 +108,9 @@ def between(family: Family, one: Point, other: Point) -> list[Special]:
 def _located(family: Family, one: Point, other: Point, kind: str, test: Test, ends) -> Special | None:
     """The zero of a test function; None if it jumps there, or a pair is real."""
     if kind == "branch_point":  # beside one the tangent is ill-conditioned; multipliers are not
-        units = [floquet.unit_test(point.multipliers) for point in (one, other)]
+        units = [unit(point) for point in (one, other)]
         if units[0] * units[1] < 0:
-            test, ends = (lambda point: floquet.unit_test(point.multipliers)), units
+            test, ends = unit, units
     near = [(ends[0], one, one.tangent), (ends[1], other, other.tangent)]
 
     def value(place: float) -> float:

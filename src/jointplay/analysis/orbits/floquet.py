@@ -1,18 +1,11 @@
-"""Floquet multipliers of a periodic orbit, its stability, and test functions of its bifurcations.
+"""Floquet multipliers of a periodic orbit, and its stability.
 
 A multiplier mu is an eigenvalue of the section map's derivative P at its fixed point; the orbit is stable
-where all |mu| < 1, and ln|mu|/T is an exponent of the flow. Test functions, real and regular in a parameter:
-
-fold, branch point   det(P - I)                    one multiplier +1
-period doubling      det(P + I)                    one multiplier -1
-Neimark-Sacker       prod_{i<j} (mu_i mu_j - 1)    a pair on the unit circle, unless it is real
-
+where all |mu| < 1, and ln|mu|/T is an exponent of the flow.
 Reference: Kuznetsov, Elements of Applied Bifurcation Theory (2004), chapters 5 and 10.
 """
 
 from __future__ import annotations
-
-from itertools import combinations
 
 import numpy as np
 
@@ -37,21 +30,6 @@ def exponents(multipliers: np.ndarray, period: float) -> np.ndarray:
 def stable(multipliers: np.ndarray) -> bool:
     """Whether every multiplier lies within the unit circle."""
     return bool(np.all(np.abs(multipliers) < 1))
-
-
-def doubling_test(multipliers: np.ndarray) -> float:
-    """Zero where a multiplier is -1."""
-    return float(np.prod(multipliers + 1).real)
-
-
-def unit_test(multipliers: np.ndarray) -> float:
-    """Zero where a multiplier is +1."""
-    return float(np.prod(multipliers - 1).real)
-
-
-def torus_test(multipliers: np.ndarray) -> float:
-    """Zero where the product of two multipliers is 1."""
-    return float(np.prod([a * b - 1 for a, b in combinations(multipliers, 2)]).real)
 
 
 def critical(multipliers: np.ndarray, kind: str) -> complex:

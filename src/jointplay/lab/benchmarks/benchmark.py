@@ -61,7 +61,7 @@ def benchmark(
         If the mechanism is none whose answer is published.
     """
     began = time.perf_counter()
-    found = ANSWERS[mechanism.name](mechanism, rtol, steps(max_steps))
+    found = ANSWERS[mechanism.name](mechanism, rtol, steps(max_steps), progress)
     computed, published = (
         np.array([getattr(row, word) for row in found.rows]) for word in ("computed", "published")
     )

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.keywords import Progress
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.lab.benchmarks.answer import Answer, Digits
 from jointplay.mechanism.assemble import assemble
@@ -28,10 +29,10 @@ PUBLISHED = {
 }
 
 
-def answer(mechanism: Mechanism, rtol: float, max_steps: int) -> Answer:
+def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress = None) -> Answer:
     """Follow the motion from the paper's start and give it beside the stored state."""
     model = assemble(mechanism, {"crank_speed": SPEED})
-    records = follow(model, Request(END, rtol, at=np.array([END]), max_steps=max_steps))
+    records = follow(model, Request(END, rtol, at=np.array([END]), max_steps=max_steps), progress)
     computed = [math.nan] * len(PUBLISHED)
     if len(records.samples):
         words = ("angle", "angular_velocity")

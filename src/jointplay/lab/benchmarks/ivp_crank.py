@@ -18,6 +18,7 @@ from functools import cache
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.keywords import Progress
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.equations.parameters import parameter_names
 from jointplay.lab.benchmarks.answer import Answer, Digits
@@ -103,14 +104,14 @@ def _struck() -> np.ndarray:
     return (RATES - pushed @ np.linalg.solve(G @ pushed, open_by))[2:]
 
 
-def answer(mechanism: Mechanism, rtol: float, max_steps: int) -> Answer:
+def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress = None) -> Answer:
     """Follow the published motion and give it beside the published state."""
     model, (_, T) = assemble(mechanism), _modes()
     back = np.linalg.inv(T)
     state, half = model.state.copy(), len(model.state) // 2
     state[:4], state[half : half + 4] = back @ START, back @ _struck()
     model = dataclasses.replace(model, numbers=_numbers(model), state=state)
-    records = follow(model, Request(END, rtol, at=np.array([END]), max_steps=max_steps))
+    records = follow(model, Request(END, rtol, at=np.array([END]), max_steps=max_steps), progress)
     if not len(records.samples):  # it stopped before
         rows = (Digits(k, u, math.nan, p) for k, (u, p) in PUBLISHED.items())
         return Answer(tuple(rows), records.status, records.counts)

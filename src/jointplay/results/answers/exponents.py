@@ -56,7 +56,7 @@ def lyapunov(dataset: Dataset) -> str:
         return _at_rest(dataset) or f"{name}: not known"
     lines = [f"{name} {signed(float(value), float(error))} {per}: {verdict}"]
     if verdict == UNDECIDED:
-        lines.append(_why(dataset, float(value), float(error)))
+        lines.append(_why(float(value), float(error)))
     if "growth" in dataset and math.isfinite(float(dataset["growth"])):
         twin = signed(float(dataset["growth"]), float(dataset["growth_standard_error"]))
         apart = abs(float(dataset["growth_difference"]))
@@ -76,7 +76,7 @@ def _at_rest(dataset: Dataset) -> str:
     return f"{said}; the motion rests or comes to rest: no section"
 
 
-def _why(dataset: Dataset, value: float, error: float) -> str:
+def _why(value: float, error: float) -> str:
     if math.isfinite(error) and abs(value) > ERRORS * error:
         return "batches of the record follow one another, so that its error is too small: take more turns"
     return f"it does not differ from 0 by {ERRORS} standard errors: take more turns"
