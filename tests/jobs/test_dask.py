@@ -17,6 +17,7 @@ from jointplay.jobs import cluster
 from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
+from tests.study.test_refined_maps import MAP
 from tests.support.deadly import Deadly, DeadlyChain
 from tests.support.sweep_samples import CELLS, CHAINS, KINDS, SLOW, ran, same
 from tests.support.sweep_samples import loaded as read
@@ -63,8 +64,11 @@ def nursery():
 
 @pytest.mark.parametrize(
     "text",
-    [CELLS, CHAINS, *(pytest.param(KINDS[k], marks=pytest.mark.long if k in SLOW else ()) for k in KINDS)],
-    ids=["cells", "chains", *KINDS],
+    [
+        *(CELLS, CHAINS, pytest.param(MAP, marks=pytest.mark.long)),
+        *(pytest.param(KINDS[k], marks=pytest.mark.long if k in SLOW else ()) for k in KINDS),
+    ],
+    ids=["cells", "chains", "refined", *KINDS],
 )
 def test_a_cluster_gives_the_same(text, scheduler, tmp_path):
     path, name = tmp_path / "a.toml", read(text).record.name

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
+from itertools import takewhile
 
 import numpy as np
 import pytest
@@ -31,6 +32,7 @@ SCENES = {
     "slider": lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81).replace(drive=TORQUE),
 }
 STARTS, TURNS = 12, 2.0
+SLACK = 5  # times the error of one by one: another method at the same tolerance
 LANES = [pair for pair in PAIRS if pair not in (("restitution", "none"), ("liu", "lugre"))]
 
 
@@ -44,39 +46,53 @@ def starts(model):
         yield replace(model, state=model.state + unit * random.uniform(-1, 1, len(unit)))
 
 
-def compared(model):
-    """Share of motions in lanes that have a sharp run's events, and how far these are off, in turns."""
+def shared(records, truth):
+    """How many events a run has in common with a sharp one, before the first that differs."""
+    pairs = zip(records.events[:, :2].tolist(), truth.events[:, :2].tolist(), strict=False)
+    return sum(takewhile(bool, (one == other for one, other in pairs)))
+
+
+def as_one_by_one(model):
+    """Over two turns lanes go along with a sharp run for as long as motions one by one do at their tolerance.
+
+    These motions lose it themselves, some after a turn: with much sticking a small difference grows fast. Up
+    to half of what they meet, no event may be another nor much farther off in time; all in all lanes may meet
+    a twentieth fewer.
+    """
     scenes = list(starts(model))
     cut = {"level": model.crank_angle + 1.0, "period": math.tau, "direction": 1}
     request = Request(TURNS * model.period, 1e-7, events=True, misses=True, log_from=-1.0, **cut)
     assert all(suits(each, request) for each in scenes)
-    found, met, late = follow_ensemble(scenes, [request] * STARTS), 0, []
+    found, counts, late = follow_ensemble(scenes, [request] * STARTS), [], []
     for each, records in zip(scenes, found, strict=True):
-        truth = follow(each, replace(request, rtol=1e-11))
+        truth, alone = (follow(each, replace(request, rtol=rtol)) for rtol in (1e-11, 1e-7))
         assert (records.status, truth.status, records.way) == (0, 0, 1)
-        same = records.events[:, :2].tolist() == truth.events[:, :2].tolist()
-        met += same
-        if same:
-            late.append(np.abs(records.events[:, 2] - truth.events[:, 2]).max() / model.period)
+        counts.append([shared(run, truth) for run in (records, alone)])
+        half = counts[-1][1] // 2
+        assert counts[-1][0] >= half
+        off = [
+            np.abs(run.events[:half, 2] - truth.events[:half, 2]).max(initial=0.0) for run in (records, alone)
+        ]
+        late.append(np.array(off) / model.period)
+        if counts[-1][0] == len(truth.events) == len(records.events):
             assert records.sections.shape == truth.sections.shape
     assert min(len(each.events) for each in found) > 1
-    return met / STARTS, late
+    lanes, one_by_one = np.sum(counts, axis=0)
+    assert lanes >= 0.95 * one_by_one
+    ours, theirs = np.median(late, axis=0)
+    assert ours < min(1e-5, SLACK * theirs + request.rtol)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("normal", "friction"), LANES)
 def test_each_law_is_as_one_by_one(normal, friction):
-    share, late = compared(assemble(mechanism("four_bar", normal, friction, False), section="angle:crank"))
-    assert share == 1.0
-    assert np.median(late) < 1e-5
+    as_one_by_one(assemble(mechanism("four_bar", normal, friction, False), section="angle:crank"))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", SCENES)
 def test_several_joints_springs_and_loads_are_as_one_by_one(name):
-    share, late = compared(assemble(SCENES[name](), section="angle:crank"))
-    assert share == 1.0
-    assert np.median(late) < 1e-5
+    as_one_by_one(assemble(SCENES[name](), section="angle:crank"))
 
 
 @pytest.mark.parametrize(("normal", "friction"), [("restitution", "none"), ("liu", "lugre")])

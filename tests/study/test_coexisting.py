@@ -1,17 +1,23 @@
 """Studies of coexisting motions: kept, killed, in parts, with a value more, they are the same bit for bit."""
 
+import random
 import signal
 import tracemalloc
+from functools import wraps
 
 import numpy as np
 import pytest
 
+from jointplay.analysis.coexisting import passes, tipping
 from jointplay.jobs import worker
+from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
 from jointplay.results.answers.coexisting import attractors
 from jointplay.results.store import open_result
+from jointplay.study import execute
 from jointplay.study.execute import complete, merge
+from jointplay.study.plan import plan, status
 from jointplay.study.run import run
 from tests.support.sweep_samples import KINDS, SLOW, die, forked, loaded, ran, same
 
@@ -39,6 +45,11 @@ lyapunov_turns = 10
 JOURNAL = "coexisting.journal"
 
 
+def some(kinds):
+    """Kinds, of which the slow ones are long."""
+    return [pytest.param(k, marks=pytest.mark.long) if k in SLOW else k for k in kinds]
+
+
 def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatch):
     whole = run(loaded(STUDY), jobs=1)
     assert same(ran(loaded(STUDY), tmp_path / "kept"), whole)
@@ -64,11 +75,93 @@ def test_a_killed_study_goes_on_and_a_value_more_runs_alone(tmp_path, monkeypatc
     assert 0 < len(more) < len(cells)
 
 
-@pytest.mark.parametrize("kind", [pytest.param(k, marks=pytest.mark.long) if k in SLOW else k for k in KINDS])
+@pytest.mark.parametrize("kind", some(KINDS))
 def test_parts_make_the_whole(kind, tmp_path):
     for number in (1, 2):
         complete(loaded(KINDS[kind]), tmp_path, Pool(1), share=(number, 2))
     assert same(merge(loaded(KINDS[kind]), tmp_path).dataset, run(loaded(KINDS[kind]), jobs=1))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", ["attractors", "covariant", "tipping"])
+def test_neither_workers_nor_the_order_of_cells_and_parts_show(kind, tmp_path, monkeypatch):
+    def shuffled(jobs, _):
+        return random.Random(5).sample(list(jobs), len(jobs))
+
+    whole, parts = run(loaded(KINDS[kind]), jobs=1), Journal.parts
+    monkeypatch.setattr(worker, "BATCH", 0.0)
+    monkeypatch.setattr(execute, "part", shuffled)
+    monkeypatch.setattr(Journal, "parts", lambda journal: parts(journal)[::-1])
+    assert same(ran(loaded(KINDS[kind]), tmp_path, jobs=2), whole)
+
+
+@pytest.mark.parametrize("kind", some(["covariant", "tipping"]))
+def test_a_kill_between_two_cells_costs_neither(kind, tmp_path, monkeypatch):
+    monkeypatch.setattr(worker, "BATCH", 0.0)
+    began, begin = [], worker.Notes.begin
+
+    def noted(notes, key):
+        began.append(key)
+        if len(began) == 3:
+            die()
+        begin(notes, key)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(worker.Notes, "begin", noted)
+        assert forked(lambda: ran(loaded(KINDS[kind]), tmp_path)) == signal.SIGKILL
+        done = Journal(tmp_path / f"{kind}.journal").index()
+        assert len(done) == 2
+        began += [""] * 3  # so that none is fatal
+        found = ran(loaded(KINDS[kind]), tmp_path)
+    cells = Journal(tmp_path / f"{kind}.journal").index().keys()
+    assert sorted(began[3:]) == sorted(cells - done.keys())
+    assert same(found, run(loaded(KINDS[kind]), jobs=1))
+
+
+@pytest.mark.parametrize("kind", some(["attractors", "tipping"]))
+def test_a_cell_that_crashed_runs_again_though_others_follow_from_it(kind, tmp_path, monkeypatch):
+    place, name = {"attractors": (passes, "found"), "tipping": (tipping, "knocked")}[kind]
+    real, calls = getattr(place, name), []
+
+    @wraps(real)
+    def failing(*given, **cell):
+        calls.append(1)
+        if len(calls) == 2:
+            raise MemoryError("by chance")
+        return real(*given, **cell)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(place, name, failing)
+        hurt = ran(loaded(KINDS[kind]), tmp_path)
+    assert [*Journal(tmp_path / f"{kind}.journal").index().values()].count(CRASHED) == 1
+    whole = run(loaded(KINDS[kind]), jobs=1)
+    assert not same(hurt, whole)
+    assert same(ran(loaded(KINDS[kind]), tmp_path), whole)
+
+
+def test_what_follows_from_the_first_cells_is_told_and_not_called_others(tmp_path, monkeypatch):
+    study, given, call = loaded(STUDY), [], execute._Journaled.__call__
+    follow = "others may follow from what these find"
+    assert f"follow   {follow}; not estimated here" in [*plan(study, tmp_path, 1)]
+
+    def stopped(journaled, work):
+        given.append(work)
+        if len(given) == 2:
+            raise KeyboardInterrupt
+        return call(journaled, work)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(execute._Journaled, "__call__", stopped)
+        with pytest.raises(KeyboardInterrupt):
+            ran(study, tmp_path)
+    assert next(iter(status(study, tmp_path))) == f"cells    3 of 3 finished; {follow}"
+    said = []
+    for _ in range(2):
+        ran(study, tmp_path, say=said.append)
+    assert next(iter(status(study, tmp_path))) == "cells    3 of 3 finished"
+    assert not any("other values" in line for line in said)
+    ran(loaded(STUDY, "analysis.starts=5"), tmp_path, say=said.append, fresh=False)
+    assert said[-1].endswith("cells of other values or settings are kept; --fresh drops them")
 
 
 @pytest.mark.long

@@ -7,8 +7,10 @@ import pytest
 
 import jointplay as jp
 from jointplay import cli
+from jointplay.analysis.sweeps import chains
 from jointplay.errors import InputError
 from jointplay.jobs import worker
+from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.study.plan import plan, status
 from tests.support.sweep_samples import die, forked, loaded, ran, same
@@ -93,6 +95,20 @@ def test_a_killed_map_goes_on_where_it_was(count, whole, tmp_path, monkeypatch):
     assert not set(said) & done.keys()
     assert len(said) == len(set(said)) == int(whole[1]["computed"].sum()) - len(done)
     assert not any("other values or settings" in line for line in lines)
+
+
+def test_a_cell_that_crashed_in_the_first_round_runs_again(whole, tmp_path, monkeypatch):
+    def failing(mechanism, start, plan):
+        if mechanism.parameters == {"gap": 5.0, "restitution": 0.78}:
+            raise MemoryError("by chance")
+        return settle(mechanism, start, plan)
+
+    settle = chains.settle
+    with monkeypatch.context() as patch:
+        patch.setattr(chains, "settle", failing)
+        hurt = ran(loaded(MAP), tmp_path)
+    assert int(hurt["cell_status"].sel(gap=5.0, restitution=0.78, method="nearest").item()) == CRASHED
+    assert same(ran(loaded(MAP), tmp_path), whole[1])
 
 
 @pytest.mark.long

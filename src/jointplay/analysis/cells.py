@@ -12,7 +12,7 @@ from collections.abc import Callable, Container, Generator, Iterable, Mapping, S
 from dataclasses import dataclass
 from functools import partial, wraps
 from inspect import signature
-from typing import Any, ClassVar, ParamSpec
+from typing import Any, ClassVar, ParamSpec, TypeVar
 
 import xarray as xr
 
@@ -28,6 +28,7 @@ from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Status
 
 P = ParamSpec("P")
+F = TypeVar("F", bound=Callable[..., Any])
 JOBS = 2
 DIGITS = 7  # of a number in the key of a numbered cell
 
@@ -193,6 +194,12 @@ def divided(steps: Callable[P, Steps]) -> Callable[P, xr.Dataset]:
     analysis.steps = steps  # type: ignore[attr-defined]
     analysis.__annotations__ = steps.__annotations__ | {"return": xr.Dataset}
     analysis.__signature__ = signature(steps).replace(return_annotation=xr.Dataset)  # type: ignore[attr-defined]
+    return analysis
+
+
+def growing(analysis: F) -> F:
+    """Mark an analysis whose later cells follow from the answers of its first ones."""
+    analysis.growing = True  # type: ignore[attr-defined]
     return analysis
 
 

@@ -113,10 +113,12 @@ def complete(
         kept = _Journaled(record, journal_of(out, name, share), pool, say, held, fresh, share)
         if share:
             kept(replace(_divisible(record), progress=progress))
+            kept.tell_others()
             kept.journal.compact()
             return Outcome(None, None, kept.journal.folder)
         with keeping(record.row.kept and not has_cells(record)):
             dataset = computed(record, kept, progress)
+        kept.tell_others()
         unfinished = out / f"{name}.partial.nc"
         if name_of(dataset) == "interrupted":
             say(f"partial  {store.write_result(dataset, unfinished)}: what was computed up to here")
@@ -138,21 +140,31 @@ class _Journaled:
     share: tuple[int, int] | None
     works: int = 0
     keys: set[str] = field(default_factory=set)
+    others: set[str] = field(default_factory=set)  # found in the journal, and not asked for so far
 
     def __call__(self, work: Work) -> Read:
         if not self.works:
             self.held.enter_context(self.journal.held(self.fresh))
+        index = self.journal.index()
+        self.others |= set() if self.works else index.keys()
         jobs, before = with_journal_keys(self.record, work, self.works)
         jobs = part(jobs, self.share)
         self.works += 1
-        if missing := _missing(jobs, self.journal, self.say, {*self.keys, *work.possible}):
+        if missing := _missing(jobs, index, self.journal, self.say):
             if self.pool.workers:
                 work.warm()
             with _watched(self.journal, sum(len(job.keys) for job in missing), work.progress):
                 self.pool.run(missing, self.journal, self.say)
         keys = {key for job in jobs for key in job.keys}
         self.keys |= keys
+        self.others -= keys.union(work.possible)
         return partial(_read, self.journal, keys, before)
+
+    def tell_others(self) -> None:
+        """Say how many cells of the journal no work has asked for."""
+        if self.others:
+            others = f"{len(self.others)} cells of other values or settings"
+            self.say(f"journal  {others} are kept; --fresh drops them")
 
 
 def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[str, Entry]]:
@@ -164,20 +176,19 @@ def _read(journal: Journal, keys: set[str], before: int = 0) -> Iterator[tuple[s
     refuse_lost(left)
 
 
-def _missing(jobs: Sequence[Job], journal: Journal, say: Callable[[str], None], also: set[str]) -> list[Job]:
-    """Jobs missing in a journal, of which cells that crashed are taken out; `also`: others of the study."""
-    index = journal.index()
-    if again := redone(jobs, index):
+def _missing(
+    jobs: Sequence[Job], index: dict[str, int], journal: Journal, say: Callable[[str], None]
+) -> list[Job]:
+    """Jobs missing in a journal, by its index; cells that crashed are taken out of it."""
+    keys = [key for job in jobs for key in job.keys]
+    if again := redone(jobs, index) & {*keys}:  # those of earlier works are answers of this run
         journal.keep_only(index.keys() - again)
         index = {key: status for key, status in index.items() if key not in again}
-    keys = [key for job in jobs for key in job.keys]
-    _report(journal, keys, also, index, say)
+    _report(journal, keys, index, say)
     return journal.remaining(jobs, index)
 
 
-def _report(
-    journal: Journal, keys: list[str], also: set[str], index: Mapping[str, int], say: Callable[[str], None]
-) -> None:
+def _report(journal: Journal, keys: list[str], index: Mapping[str, int], say: Callable[[str], None]) -> None:
     there = sum(key in index for key in keys)
     for line in journal.notes(keys):
         say(f"journal  {line}")
@@ -185,8 +196,6 @@ def _report(
         say(f"journal  {there} of {len(keys)} cells are there already")
     if there < len(keys) and (kinds := journal.kinds(keys)) and kinds != {processor()}:
         say(f"journal  this is another kind of processor ({processor()}) than theirs: {', '.join(kinds)}")
-    if others := len(index.keys() - set(keys) - also):
-        say(f"journal  {others} cells of other values or settings are kept; --fresh drops them")
 
 
 def _stored(

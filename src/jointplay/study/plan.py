@@ -28,6 +28,7 @@ from jointplay.study.run import (
     computed,
     count_by_keys,
     first_work,
+    grows,
     has_cells,
     study_hash,
     with_journal_keys,
@@ -35,6 +36,7 @@ from jointplay.study.run import (
 from jointplay.study.standing import standing
 
 LENGTHS = ("turns", "transient")
+FOLLOW = "others may follow from what these find"
 LEAST = 20  # turns of one analysis that are timed, beside twice as many
 
 
@@ -68,6 +70,8 @@ def plan(study: Loaded, out: Path, jobs: int) -> Iterator[str]:
     yield f"cells    {cells}: " + " x ".join(f"{n} {dim}" for dim, n in work.shape.items())
     if work.possible:
         yield f"refine   where these differ others follow, up to {len(work.possible)}; not estimated here"
+    if grows(study.record):
+        yield f"follow   {FOLLOW}; not estimated here"
     chains = [keys for job in queue for keys in job.chains]
     if chains:
         longest = max(map(len, chains))
@@ -170,7 +174,8 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield from _answer(study, out / f"{name}.nc")
         return
     index, cells = _finished(study, journal)
-    yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + " finished"
+    more = f"; {FOLLOW}" if grows(study.record) and not _has_own(study, out / f"{name}.nc") else ""
+    yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + f" finished{more}"
     ends = Counter(Status(code).word for code in index.values() if code)
     for word, n in sorted(ends.items()):
         yield f"{word:<8} {n}" + (" (these run again)" if word == Status.CRASHED.word else "")
@@ -184,8 +189,13 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
 
 def _answer(study: Loaded, path: Path) -> Iterator[str]:
     """The answer of a stored result, if it is this study's own."""
-    if "other" not in (standing(study.record, path) or "other"):
+    if _has_own(study, path):
         yield from answer(open_result(path))
+
+
+def _has_own(study: Loaded, path: Path) -> bool:
+    """Whether a result is there that is this study's own."""
+    return "other" not in (standing(study.record, path) or "other")
 
 
 def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:

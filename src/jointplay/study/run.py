@@ -88,6 +88,12 @@ def has_cells(record: Study) -> bool:
     return _steps(record) is not None
 
 
+def grows(record: Study) -> bool:
+    """Whether later cells of a study follow from the answers of its first ones."""
+    inside = not record.vary or isinstance(record, SweepStudy)
+    return inside and getattr(record.row.function, "growing", False)
+
+
 def first_work(record: Study) -> Work:
     """The first cells that a study hands out; `InputError` where it has none."""
     if (steps := _steps(record)) is None:

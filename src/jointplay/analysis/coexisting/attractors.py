@@ -22,7 +22,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Read, Steps, Work, divided, first_bad, handed_out, warm
+from jointplay.analysis.cells import Read, Steps, Work, divided, first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
@@ -53,6 +53,7 @@ def _start_fits(varied: Mechanism | TestSystem, initial: Any) -> None:
     rules.assembled_at(varied, initial)
 
 
+@growing
 @divided
 @analysis(
     one_parameter,

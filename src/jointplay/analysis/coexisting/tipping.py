@@ -24,7 +24,7 @@ import xarray as xr
 from pydantic import Field
 
 from jointplay.analysis import rules
-from jointplay.analysis.cells import Steps, divided, first_bad, handed_out, warm
+from jointplay.analysis.cells import Steps, divided, first_bad, growing, handed_out, warm
 from jointplay.analysis.coexisting import passes, tipping_dataset
 from jointplay.analysis.coexisting.edge import Boundary, edge_state
 from jointplay.analysis.coexisting.knocks import knocks
@@ -55,6 +55,7 @@ CLOUD = 4  # section points of a motion without period that are knocked
 EDGE_RTOL = 1e-11
 
 
+@growing
 @divided
 @analysis(coordinate_rules, impulses_fit, rules.start_fits, rules.turns_alike, ensemble_fits)
 def tipping(

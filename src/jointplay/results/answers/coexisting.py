@@ -28,7 +28,7 @@ def attractors(dataset: Dataset) -> str:
     kinds, counts = np.unique(codes.words(dataset["change_kind"]).values, return_counts=True)
     told = [_several(int(n), str(kind)) for kind, n in zip(kinds, counts, strict=True)]
     unsettled = float(dataset["fraction_unsettled"].max())
-    told += [f"up to {plain(100 * unsettled, 2)} % of the starts did not settle"] if unsettled > 0 else []
+    told += [f"up to {plain(100 * unsettled, 3)} % of the starts did not settle"] if unsettled > 0 else []
     return "\n".join([*lines, *([", ".join(told)] if told else [])])
 
 
@@ -83,6 +83,7 @@ def _unsure(one: Dataset, k: int, units: str) -> str:
     size, safe, sure, share = (float(one[name].values[k]) for name in names)
     below = "all smaller ones" if safe >= CLOSE * size else f"those up to {measure(safe, units, 3)}"
     told = [f"{below} that were tried return"] if safe > 0 else []
-    told.append(f"{plain(100 * share, 2)} % of those up to 1.2 times it tip, as at a fractal boundary")
+    why = ", as at a fractal boundary" if share < 1 else ""  # else what it leads to has not settled
+    told.append(f"{plain(100 * share, 3)} % of those up to 1.2 times it tip{why}")
     told.append(f"{measure(sure, units, 3) if np.isfinite(sure) else 'none'} is confirmed")
     return f" (not confirmed: {', '.join(told)})"
