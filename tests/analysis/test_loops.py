@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from tests.equations.test_groups import BAR, GUESS, PLATE, SCENES, newton
-from tests.equations.test_ideal_loops import joint, linkage
+from tests.equations.test_groups import SCENES, beside_a_group, newton
 
 pytestmark = pytest.mark.long
+DRIVE = {"kind": "speed", "link": "crank", "speed": 30.0}
 EXAMPLES = ("slider_crank", "watt", "stephenson", "quick_return")
 
 
@@ -67,22 +67,9 @@ def test_a_plate_on_three_bars_keeps_its_energy():
     assert abs(motion.angle.sel(link="crank")[-1]) > 9 * np.pi
 
 
-def behind():
-    """The plate on three bars drives a slider by a rod, whose pin has clearance."""
-    contact = {"law": "kelvin_voigt", "stiffness": 1e7, "damping": 500.0}
-    loose = {"clearance": 1e-4, "radius": 0.02, "contact": contact, "friction": {"coefficient": 0.1}}
-    more = [
-        joint("E", ("right", 0.35), ("link",)),
-        joint("F", ("link", 0.8), ("slider",)) | loose,
-        joint("G", ("slider",), ((0.0, 1.6),), "prismatic"),
-    ]
-    drive = {"kind": "speed", "link": "crank", "speed": 30.0}
-    return linkage([*PLATE, *BAR, *more], GUESS | {"link": 2.8}, drive)
-
-
 def test_clearance_beyond_a_plate_on_three_bars():
     """Exponents are those of what moves: memories add none."""
-    found = jp.lyapunov(behind(), transient=5, turns=20, exponents="all")
+    found = jp.lyapunov(beside_a_group(DRIVE), transient=5, turns=20, exponents="all")
     assert int(found.status) == 0
     assert found.sizes["exponent"] == 4
     settling = 5 * 30.0

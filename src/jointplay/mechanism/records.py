@@ -25,6 +25,7 @@ from jointplay.mechanism.drive import (
     Drive,
     MotorLine,
     PrescribedTorque,
+    Servo,
     SpeedCycle,
     SpeedProfile,
 )

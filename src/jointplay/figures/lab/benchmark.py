@@ -27,7 +27,7 @@ def benchmark(dataset: Dataset) -> Figure:
     ax.set(
         xscale="log",
         xlim=(LEAST, max(1e-6, 10 * off.max())),
-        xlabel="Relative difference from the published value",
+        xlabel="Relative difference",
     )
     ax.set_yticks(rows, [str(name) for name in names])
     ax.invert_yaxis()
