@@ -94,8 +94,7 @@ class MotorLine(Record):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        ratio, no_load = f"{self.gear_ratio:g}", f"{self.no_load_speed:.6g}"
-        return f"motor, gear ratio {ratio} on {self.link}, no load at {no_load} rad/s"
+        return f"motor, gear ratio {self.gear_ratio:g} on {self.link}, no load at {self.no_load_speed:.6g} rad/s"
 
 
 def _turns(speed: float) -> float:
