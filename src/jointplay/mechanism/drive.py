@@ -94,7 +94,8 @@ class MotorLine(Record):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        return f"motor, gear ratio {self.gear_ratio:g} on {self.link}, no load at {self.no_load_speed:.6g} rad/s"
+        ratio = f"motor, gear ratio {self.gear_ratio:g}"
+        return f"{ratio} on {self.link}, no load at {self.no_load_speed:.6g} rad/s"
 
 
 def _turns(speed: float) -> float:
@@ -179,8 +180,7 @@ class PrescribedTorque(Course):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        over = " over its angle" if self.varies else ""
-        return f"torque on {self.link}, {self.course_description}{over}"
+        return f"torque on {self.link}, {self.course_description}{' over its angle' * self.varies}"
 
 
 class SpeedProfile(Record):
