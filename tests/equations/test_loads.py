@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from jointplay.analysis.vary import changed
 from jointplay.codegen import outputs
 from jointplay.equations.structure import powers
 from jointplay.errors import InputError
@@ -316,3 +317,11 @@ def test_a_servo_that_is_fed_what_is_needed_lacks_nothing():
 def test_a_servo_that_is_none_is_refused(wrong, key):
     with pytest.raises(InputError, match=rf"drive\.{key}"):
         Servo(**(GAINS | {"speed": 6.0} | wrong))
+
+
+def test_a_servos_numbers_can_be_swept():
+    text = {"where": {"a": "2*angle"}, "feedforward": "a"}
+    made = pendulum(drive=Servo(**GAINS, **text, speed=6.0))
+    swept = [changed(made, {"drive.stiffness": value}).drive for value in (5.0, 5.0, 7.0)]
+    assert [drive.stiffness for drive in swept] == [5.0, 5.0, 7.0]
+    assert swept[0] == swept[1] != swept[2]

@@ -11,7 +11,7 @@ from jointplay.equations.drives import NAMES
 from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, Tree, is_name, parse
 from jointplay.equations.structure import Course as Structure
 from jointplay.errors import InputError, Problem, join, unknown
-from jointplay.mechanism.base import Name, NonNegative, Number, Positive, measured, named
+from jointplay.mechanism.base import Name, NonNegative, Number, Positive, hash_of, measured, named
 from jointplay.mechanism.courses import Course
 from jointplay.mechanism.own_parts import Text
 
@@ -59,6 +59,9 @@ class Servo(Course):
     feedforward: Text | None = None
     where: dict[Name, Text] = Field({}, json_schema_extra={"accepts": "a table of expressions by name,"})
     nominal_speed: Number = measured("nominal speed", "rad/s")
+
+    def __hash__(self) -> int:
+        return hash_of(self)
 
     @model_validator(mode="after")
     def _sound(self) -> Self:
