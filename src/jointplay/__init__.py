@@ -30,7 +30,7 @@ __version__ = "0.1.0"
 
 _RECORDS = (
     "Mechanism Link PointMass Beam Joint Pin Contact Friction Spring TorsionSpring Force Torque Harmonic "
-    "MotorLine ConstantSpeed PrescribedTorque SpeedCycle SpeedProfile TestSystem "
+    "MotorLine ConstantSpeed PrescribedTorque SpeedCycle SpeedProfile Servo TestSystem "
     "System Touch Rubbing Switch Impact Jump "
     "CrankAngle ContactSection SeparationSection Plane"
 )

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from tests.equations.test_groups import BAR, GUESS, PLATE, SCENES, newton
-from tests.equations.test_ideal_loops import joint, linkage
+from jointplay.mechanism.assemble import assemble
+from tests.equations.test_groups import BAR, GUESS, PLATE, SCENES, beside_a_group, newton
+from tests.equations.test_ideal_loops import linkage
 
 pytestmark = pytest.mark.long
+DRIVE = {"kind": "speed", "link": "crank", "speed": 30.0}
 EXAMPLES = ("slider_crank", "watt", "stephenson", "quick_return")
 
 
@@ -67,23 +69,58 @@ def test_a_plate_on_three_bars_keeps_its_energy():
     assert abs(motion.angle.sel(link="crank")[-1]) > 9 * np.pi
 
 
-def behind():
-    """The plate on three bars drives a slider by a rod, whose pin has clearance."""
-    contact = {"law": "kelvin_voigt", "stiffness": 1e7, "damping": 500.0}
-    loose = {"clearance": 1e-4, "radius": 0.02, "contact": contact, "friction": {"coefficient": 0.1}}
-    more = [
-        joint("E", ("right", 0.35), ("link",)),
-        joint("F", ("link", 0.8), ("slider",)) | loose,
-        joint("G", ("slider",), ((0.0, 1.6),), "prismatic"),
-    ]
-    drive = {"kind": "speed", "link": "crank", "speed": 30.0}
-    return linkage([*PLATE, *BAR, *more], GUESS | {"link": 2.8}, drive)
-
-
 def test_clearance_beyond_a_plate_on_three_bars():
     """Exponents are those of what moves: memories add none."""
-    found = jp.lyapunov(behind(), transient=5, turns=20, exponents="all")
+    found = jp.lyapunov(beside_a_group(DRIVE), transient=5, turns=20, exponents="all")
     assert int(found.status) == 0
     assert found.sizes["exponent"] == 4
     settling = 5 * 30.0
     assert np.all(np.abs(found.lyapunov_exponent + settling) > 1.0)
+
+
+def bars(elastic=None, **loose):
+    """The plate on three bars, its rod rigid or elastic; play at a joint that is named."""
+    joints = [
+        each
+        | ({"journal": each["journal"] | {"at": 1.0}} if each["name"] == "B" else {})
+        | loose.get(each["name"], {})
+        for each in PLATE + BAR
+    ]
+    made = linkage(joints, GUESS, DRIVE | {"speed": 10.0})
+    beam = {} if elastic is None else {"elastic": True, "beam": elastic}
+    links = [
+        jp.Link(**dict(link) | {"mass": 1.0, "centre": 0.5, "inertia": 0.4} | beam)
+        if link.name == "rod"
+        else link
+        for link in made.links
+    ]
+    return jp.Mechanism(**dict(made) | {"links": tuple(links)})
+
+
+def test_an_elastic_link_within_a_group_nears_a_rigid_one():
+    """Its energy is balanced; damped, its drive's torque nears that of the rigid one as 1/E."""
+    run = {"turns": 1, "rtol": 1e-10, "record": ["energy_residual", "drive_work", "drive_torque", "angle"]}
+    firm, off = jp.simulate(bars(), **run), []
+    assert assemble(bars()).guesses == 8
+    for modulus in (1e9, 4e9):
+        beam = jp.Beam(modulus=modulus, density=1000.0, shapes="sine", modes=1, damping_ratio=0.3)
+        bent = jp.simulate(bars(beam), **run)
+        assert int(bent.status) == 0
+        assert np.abs(bent.energy_residual).max() < 1e-9 * np.abs(bent.drive_work).max()
+        late = slice(len(bent.time) // 2, None)  # the start is straight, and rings
+        off.append(float(np.abs((bent.drive_torque - firm.drive_torque)[late]).max()))
+    assert off[0] < 0.02 * float(np.abs(firm.drive_torque).max())
+    assert off[0] / off[1] == pytest.approx(4.0, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["B", "C"])
+def test_play_within_a_group_opens_it(name):
+    """What is left closes by two links at a time, and the energy is balanced."""
+    contact = jp.Contact(stiffness=1e6, damping=500.0)
+    loose = {"clearance": 1e-3, "radius": 0.02, "contact": contact, "friction": {"coefficient": 0.1}}
+    made = bars(**{name: loose})
+    assert assemble(made).guesses == 0
+    motion = jp.simulate(made, turns=1, rtol=1e-10, record=["energy_residual", "drive_work"])
+    assert int(motion.status) == 0
+    assert motion.sizes["event"] > 5
+    assert float(np.abs(motion.energy_residual).max()) < 1e-7 * float(np.abs(motion.drive_work).max())

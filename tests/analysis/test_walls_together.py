@@ -178,3 +178,17 @@ def test_two_rigid_bearings_only_lose_energy(friction):
     assert found.penetration.max() < 1e-11
     both = (found["mode"].values > 1).all(1)
     assert 0 < both.sum() < len(both)
+
+
+@pytest.mark.parametrize(("walls", "status"), [(6, "ok"), (7, "jammed")])
+def test_more_contacts_at_once_than_are_solved_for_are_told(walls, status):
+    """A body that falls on so many walls in one place."""
+    impacts = [{"name": f"wall{i}", "gap": "y", "restitution": 0.5} for i in range(walls)]
+    body = jp.System(states={"y": 1.0, "v": 0.0}, rates={"y": "v", "v": "-1"}, impacts=impacts)
+    found = jp.simulate(body, duration=2.0)
+    assert jp.words(found).status == status
+    assert ("more than six met at once" in str(jp.summary(found))) == (walls == 7)
+    if walls == 6:
+        assert float(found.state_value[-1, 0]) == pytest.approx(
+            0.5 * (2 - 2**0.5) * 2**0.5 - (2 - 2**0.5) ** 2 / 2
+        )

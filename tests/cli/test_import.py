@@ -124,9 +124,7 @@ def test_a_joint_of_three_links_is_two(tmp_path):
     text, _ = written(tmp_path, data, unit="mm")
     assert text.count('bearing = { link = "coupler"') == 2
     assert 'name = "B_2"' in text
-    assert (
-        "# Angles of the links as drawn, rad: { " in text
-    )  # which way other linkages are assembled is not known
+    assert "guess = { " in text  # which way other linkages are assembled
 
 
 @pytest.mark.parametrize(
@@ -243,3 +241,40 @@ def test_the_help_has_an_example(capsys):
     with pytest.raises(SystemExit):
         main(["import", "--help"])
     assert "example: jointplay import linkage.json --unit mm" in " ".join(capsys.readouterr().out.split())
+
+
+PLATE = """part, name, length, mass, inertia, angle, journal, journal_at, bearing, bearing_at, x, y
+link, crank, 1, 0.5, 0.4, 0
+link, rod, 1, 0.8, 0.4, 90 deg
+link, plate, 1, 1.1, 0.5, 0
+link, right, 1, 1.4, 0.6, -2.55
+link, left, 1, 1.7, 0.7, 2.36
+joint, O, , , , , crank, , ground, , 0, 0
+joint, A, , , , , crank, 0.1, rod
+joint, B, , , , , rod, 0.9, plate
+joint, D, , , , , right, 0.7, plate, 0.8
+joint, Q, , , , , right, , ground, , 1.4, 1.3
+joint, C, , , , , left, 0.7, plate, 0.4
+joint, P, , , , , left, , ground, , 0.9, 0.4
+"""
+
+
+def test_rough_angles_in_a_table_say_how_it_is_assembled(tmp_path):
+    """A plate on three bars, whose loops close together only; a four-bar's branch."""
+    path, out = tmp_path / "plate.csv", tmp_path / "plate.toml"
+    path.write_text(PLATE)
+    assert main(["import", str(path)]) == 0
+    assert 'guess = { "crank" = 0, "rod" = 1.57079633,' in out.read_text()
+    assert main(["check", str(out)]) == 0
+    assert len(load(out).record.mechanism.guess) == 5
+    head, rest = CSV.replace("inertia,", "inertia, angle,").split("joint,", 1)
+    rows = (head + "joint," + rest).replace(", , , , ", ", , , , , ")
+    for branch, angles in {"upper": ("0.9", "1.6"), "lower": ("-0.9", "-1.6")}.items():
+        table = rows.replace("2.7e-3", f"2.7e-3, {angles[0]}").replace("1.34e-3", f"1.34e-3, {angles[1]}")
+        path.write_text(table.replace("1.5e-4", "1.5e-4, 0"))
+        (tmp_path / "plate.toml").unlink()
+        assert main(["import", str(path)]) == 0
+        assert f'branch = "{branch}"' in out.read_text()
+    path.write_text(PLATE.replace("90 deg", "steep"))
+    with pytest.raises(InputError, match="line 3, angle: got 'steep'; a rough angle"):
+        imported(path)

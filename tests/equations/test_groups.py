@@ -67,6 +67,18 @@ def double_butterfly():
     return linkage(joints, guess)
 
 
+def beside_a_group(drive):
+    """The plate on three bars drives a slider by a rod, whose pin has clearance."""
+    contact = {"law": "kelvin_voigt", "stiffness": 1e7, "damping": 500.0}
+    loose = {"clearance": 1e-4, "radius": 0.02, "contact": contact, "friction": {"coefficient": 0.1}}
+    more = [
+        joint("E", ("right", 0.35), ("link",)),
+        joint("F", ("link", 0.8), ("slider",)) | loose,
+        joint("G", ("slider",), ((0.0, 1.6),), "prismatic"),
+    ]
+    return linkage([*PLATE, *BAR, *more], GUESS | {"link": 2.8}, drive)
+
+
 SCENES = {
     "bars": lambda: linkage(PLATE + BAR, GUESS),
     "a slider": lambda: linkage(PLATE + GUIDE, {k: GUESS[k] for k in ("rod", "plate", "right")}),

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from jointplay.analysis.vary import changed
 from jointplay.codegen import outputs
 from jointplay.equations.structure import powers
 from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.courses import series
-from jointplay.mechanism.drive import ConstantSpeed, PrescribedTorque, SpeedCycle, SpeedProfile
+from jointplay.mechanism.drive import ConstantSpeed, PrescribedTorque, Servo, SpeedCycle, SpeedProfile
 from jointplay.mechanism.loads import Force, Torque
 from tests.reference.bodies import Parameters
 from tests.support.linkages import mechanism
@@ -249,3 +250,78 @@ def test_a_cycle_moves_all_as_the_torque_that_it_takes(joints, modes):
 def test_a_cycle_that_is_none_is_refused(wrong, key):
     with pytest.raises(InputError, match=rf"drive\.{key}"):
         SpeedCycle(link="crank", **({"frequency": 30.0} | wrong))
+
+
+# A servo
+
+GAINS = {"link": "arm", "stiffness": 8.0, "damping": 0.3, "nominal_speed": 6.0}
+SWING = [{"order": 2, "cosine": 0.2, "sine": -0.1}]
+FOLLOWING = Servo(**GAINS, speed=6.0, constant=0.4, harmonics=SWING, frequency=7.0)
+
+
+def wanted(t):
+    """Angle, speed and acceleration that the servo wants."""
+    nu, c, s = 14.0, np.cos(14.0 * t), np.sin(14.0 * t)
+    angle = 6.0 * t + 0.4 + 0.2 * c - 0.1 * s
+    return angle, 6.0 - nu * (0.2 * s + 0.1 * c), -(nu**2) * (0.2 * c - 0.1 * s)
+
+
+def test_what_a_servo_lacks_decays_as_an_oscillator():
+    """J x'' + K_d x' + K_p x = -J phi'': free oscillation beside a forced one of the course's frequency."""
+    pulled = pendulum(drive=FOLLOWING)
+    model, states, work = follow(pulled, at(pulled, [1.0], [2.0]), TIMES)
+    forced = -J * -(14.0**2) * (0.2 + 0.1j) / (8.0 - J * 14.0**2 + 0.3 * 14.0j)  # of exp(14 i t), real part
+    x0, v0 = 1.0 - wanted(0.0)[0] - forced.real, 2.0 - wanted(0.0)[1] - (14.0j * forced).real
+    damped, own = 0.3 / (2 * J), np.sqrt(8.0 / J - (0.3 / (2 * J)) ** 2)
+    free = np.exp(-damped * TIMES) * (
+        x0 * np.cos(own * TIMES) + (v0 + damped * x0) / own * np.sin(own * TIMES)
+    )
+    exact = wanted(TIMES)[0] + free + (forced * np.exp(14.0j * TIMES)).real
+    assert states[:, 0] == pytest.approx(exact, abs=1e-9)
+    gained = J * (states[:, 1] ** 2 - 4.0) / 2
+    assert dict(zip(powers(model.structure), work.T, strict=True))["drive"] == pytest.approx(gained, abs=1e-9)
+    angle, speed, _ = wanted(TIMES[-1])
+    torque = 8.0 * (angle - states[-1, 0]) + 0.3 * (speed - states[-1, 1])
+    assert seen(model, states[-1], TIMES[-1])["drive_torque"] == pytest.approx(torque, rel=1e-12)
+
+
+def test_a_servo_that_is_fed_what_is_needed_lacks_nothing():
+    """Inertia times wanted acceleration, and as much again as a load of sin and time takes away."""
+    load = Torque(name="drag", link="arm", constant=-0.7)
+    text = {"J": "0.1", "inertia": "J*wanted_acceleration + tanh(0*angular_velocity)"}
+    fed = FOLLOWING.model_copy(
+        update={"where": text, "feedforward": "inertia + 0.7*(sin(angle)**2 + cos(angle)**2)"}
+    )
+    _, states, _ = follow(
+        held := pendulum(drive=fed, loads=(load,)), at(held, [wanted(0.0)[0]], [wanted(0.0)[1]]), TIMES
+    )
+    assert fed.start_speed == pytest.approx(wanted(0.0)[1])
+    assert states[:, 0] == pytest.approx(wanted(TIMES)[0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "key"),
+    [
+        ({"stiffness": 0.0}, "stiffness"),
+        ({"damping": -1.0}, "damping"),
+        ({"nominal_speed": 0.0}, "nominal_speed"),
+        ({"harmonics": SWING}, "frequency"),
+        ({"frequency": 3.0}, "frequency"),
+        ({"feedforward": "sin(angel)"}, "feedforward"),
+        ({"feedforward": "2*abs(angle)"}, "feedforward"),
+        ({"where": {"a": "b", "b": "1"}, "feedforward": "a"}, "where.a"),
+        ({"where": {"angle": "1"}, "feedforward": "angle"}, "where.angle"),
+        ({"where": {"a": "1 +"}, "feedforward": "a"}, "where.a"),
+    ],
+)
+def test_a_servo_that_is_none_is_refused(wrong, key):
+    with pytest.raises(InputError, match=rf"drive\.{key}"):
+        Servo(**(GAINS | {"speed": 6.0} | wrong))
+
+
+def test_a_servos_numbers_can_be_swept():
+    text = {"where": {"a": "2*angle"}, "feedforward": "a"}
+    made = pendulum(drive=Servo(**GAINS, **text, speed=6.0))
+    swept = [changed(made, {"drive.stiffness": value}).drive for value in (5.0, 5.0, 7.0)]
+    assert [drive.stiffness for drive in swept] == [5.0, 5.0, 7.0]
+    assert swept[0] == swept[1] != swept[2]

@@ -64,7 +64,7 @@ WRONG = [
     (FORCE | {"harmonics": [], "table": [0.0, 1.0]}, "loads[0].table", "a list of 3 to 1000 finite numbers"),
     (FORCE | {"harmonics": [], "table": [2.0, 2.0, 2.0]}, "loads[0].table", "not all alike"),
     (FORCE | {"harmonics": [], "table": JUMP}, "loads[0].table", "differ by 0.0"),
-    (TORQUE | {"frequency": None}, "loads[0].frequency", "what the load varies with"),
+    (TORQUE | {"frequency": None}, "loads[0].frequency", "what it varies with"),
     (TORQUE | {"frequency": 0.0}, "loads[0].frequency", "greater than 0 rad/s"),
     (TORQUE | {"link": "rod"}, "loads[0].link", "no such link"),
     (TORQUE | {"link": "ground"}, "loads[0].link", "accepted: crank, coupler, rocker"),

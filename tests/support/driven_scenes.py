@@ -27,6 +27,7 @@ from jointplay.mechanism.records import (
 )
 from jointplay.study.mechanism_table import build_mechanism
 from tests.analysis.test_rigid_bearing import rigid
+from tests.equations.test_groups import beside_a_group
 from tests.support.laws_grid import BEAM, FRICTION, NORMAL, PAIRS, mechanism
 
 STUDIES = Path(__file__).parents[2] / "studies" / "own"
@@ -195,6 +196,17 @@ TORQUE = PrescribedTorque(
 )
 PROFILE = SpeedProfile(link="crank", start=20.0, end=90.0, time=0.05)
 CYCLE = SpeedCycle(link="crank", constant=40.0, harmonics=(Harmonic(order=1, sine=6.0),), frequency=30.0)
+SERVO = jp.Servo(
+    link="crank",
+    stiffness=20.0,
+    damping=0.5,
+    speed=40.0,
+    harmonics=(Harmonic(order=2, cosine=0.1, sine=-0.05),),
+    frequency=25.0,
+    where={"weight": "1.5*cos(angle) + 0.2*sin(2*angle + t)"},
+    feedforward="weight + 2e-3*wanted_acceleration - 1e-3*angular_velocity*tanh(wanted_angle - angle)",
+    nominal_speed=40.0,
+)
 SOFT = jp.Beam(modulus=1e10, damping_ratio=0.01, shapes="sine", modes=2)
 WEIGHTS = {"crank": (PointMass(at=-0.02, mass=0.3),), "rocker": (PointMass(at=0.05, mass=0.2),)}
 
@@ -258,9 +270,15 @@ LINKAGES = {  # how it is made, start, turns
     "torque": (lambda: FOUR_BAR(clearance=2.9e-4, drive=TORQUE), None, 0.3),
     "profile": (lambda: FOUR_BAR(clearance=2.9e-4, drive=PROFILE), None, 0.4),
     "cycle": (lambda: FOUR_BAR(clearance=2.9e-4, drive=CYCLE), None, 0.4),
+    "servo": (
+        lambda: FOUR_BAR(clearance=2.9e-4, drive=SERVO),
+        {"crank_angle": 0.2, "crank_speed": 45.0},
+        0.4,
+    ),
+    "group": (lambda: beside_a_group({"kind": "speed", "link": "crank", "speed": 30.0}), None, 0.3),
     "weights": (lambda: weighted(FOUR_BAR(gravity_direction=0.4, **PLAY)), None, 0.3),
     "siconos": (
-        partial(catalog.siconos_four_bar, clearance=5e-3),
+        partial(catalog.siconos_four_bar, clearance=5e-3, restitution=None, drive=None),
         {"crank_angle": 0.2, "crank_speed": 10.0},
         0.2,
     ),

@@ -16,17 +16,25 @@ class Drive:
     letters : tuple of str
         Its numbers, in order.
     torque : callable, optional
-        Torque as a law of the crank's speed and the numbers; None where it is another law or an outcome.
+        Torque as a law of the crank's speed, or of what `follows`, and the numbers; None where it is another
+        law or an outcome.
     acceleration : callable, optional
         Acceleration that is imposed on the crank, of the time and the numbers.
     imposed : bool
         Whether the motion is imposed, and the torque an outcome.
+    follows : bool
+        Whether the torque is of how much the crank's angle and speed lack of those of a course over time.
     """
 
     letters: tuple[str, ...] = ()
     torque: Callable | None = None
     acceleration: Callable | None = None
     imposed: bool = False
+    follows: bool = False
+
+
+WANTED = ("wanted_angle", "wanted_velocity", "wanted_acceleration")
+NAMES = ("t", "angle", "angular_velocity", *WANTED)  # what a servo's feedforward may depend on
 
 
 def _run_up(t, w_0, w_1, T):
@@ -46,6 +54,7 @@ def _run_up(t, w_0, w_1, T):
 # 1/s. A prescribed speed makes the crank's angle a phase, Omega t + theta_0, and its torque an outcome; so
 # does a profile, whose angle and speed are states with a given acceleration. A prescribed torque is a course
 # (equations.loads) over the crank's angle; the speed of a cycle is one over time, and its slope is imposed.
+# A servo pulls the crank towards an angle over time, W t and a course (equations.servo).
 DRIVES = {
     "none": Drive(),
     "motor": Drive(("a", "b"), torque=lambda w, a, b: a - b * w),
@@ -53,4 +62,5 @@ DRIVES = {
     "torque": Drive(),
     "cycle": Drive(imposed=True),
     "profile": Drive(("w_0", "w_1", "T"), acceleration=_run_up, imposed=True),
+    "servo": Drive(("K_p", "K_d", "W"), lambda off, late, K_p, K_d: K_p * off + K_d * late, follows=True),
 }

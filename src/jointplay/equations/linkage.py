@@ -8,7 +8,7 @@ from functools import cached_property
 from sympy import Expr, Integer, Symbol, sqrt
 
 from . import beam as elastic
-from . import chain, contact, corner, loads, loop, play, springs
+from . import chain, contact, corner, loads, loop, play, servo, springs
 from .contact import Geometry
 from .coordinates import Coordinates, Freedom, coordinates, dot
 from .drives import DRIVES
@@ -64,7 +64,7 @@ class Parts:
         """The freedoms."""
         found, course = coordinates(self.structure), self.structure.course
         if course and DRIVES[self.structure.drive].imposed:
-            found.impose(self.structure.driven, loads.slope(course, found))
+            found.impose(self.structure.driven, loads.derivatives(course, found, 1)[1])
         loop.complete(self.structure, found)
         return found
 
@@ -131,6 +131,8 @@ class Parts:
     def _law_torque(self) -> Expr:
         """Torque of the drive on the crank where it is a law; 0 where it is an outcome."""
         structure, drive = self.structure, DRIVES[self.structure.drive]
+        if drive.follows:
+            return self.c.let("servo", servo.torque(structure, self.c))
         if structure.course and not drive.imposed:
             return loads.value(structure.course, self.c)
         w = self.c.speed[structure.driven]

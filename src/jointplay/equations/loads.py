@@ -33,10 +33,14 @@ def value(course: Course, c: Coordinates) -> Expr:
     return c.let(f"f_{course.name}", total)
 
 
-def slope(course: Course, c: Coordinates) -> Expr:
-    """What a course over time gains a second."""
-    nu = number(f"nu_{course.name}")
-    return sum((n * nu * (b * cos - a * sin) for n, a, b, cos, sin in _harmonics(course, c)), Integer(0))
+def derivatives(course: Course, c: Coordinates, most: int) -> list[Expr]:
+    """A course over time, and its derivatives by the time up to so many."""
+    nu, found = number(f"nu_{course.name}"), [number(f"mean_{course.name}"), *[Integer(0)] * most]
+    for n, a, b, cos, sin in _harmonics(course, c) if course.orders else ():
+        for k in range(most + 1):
+            found[k] += a * cos + b * sin
+            a, b = n * nu * b, -n * nu * a
+    return found
 
 
 def _harmonics(course: Course, c: Coordinates) -> Iterator[tuple[int, Expr, Expr, Expr, Expr]]:

@@ -101,7 +101,7 @@ class _Writer:
         given = (*structure.positions, *structure.speeds, *structure.parameters)
         self.names = dict(zip(given, self.q + self.z + self.parameters, strict=True)) | {"t": TIME}
         if structure.period:
-            period = parse(structure.period).made_of(self.names, _SMOOTH, _numeral)
+            period = smooth(structure.period, self.names)
             self.angles.append(Angle("phase", None, (2 * pi / period).xreplace(_NUMBERS)))
         self.names |= {each.name: _mode(each.name) for each in structure.switches}
         self.names |= {each.name: filippov.share(each) for each in structure.switches if each.slides}
@@ -254,6 +254,11 @@ class _Writer:
 def _mode(name: str) -> Symbol:
     """The mode of a switch as a number, which is the solved force of its contact."""
     return traction(Contact(name, _ONE, _NONE, _ONE, ()))[0]
+
+
+def smooth(text: str, names: Mapping[str, Expr], more: dict[str, Callable] | None = None) -> Expr:
+    """An expression without kinks of these names, and of more functions where they are given."""
+    return parse(text).made_of(names, _SMOOTH | (more or {}), _numeral).xreplace(_NUMBERS)
 
 
 def _numeral(value: float) -> Expr:

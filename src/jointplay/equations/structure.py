@@ -186,9 +186,10 @@ class Linkage:
     """Links, the pairs coupled in the mass matrix, floating chains, joints, drive, and what is recorded.
 
     `driven` is the crank; `drive` says how, a key of `equations.drives.DRIVES`; `course` is its own, if
-    prescribed. `section` names a quantity whose level crossings are wanted, as word:label; `powers` asks for
-    the work integrals of the energy balance. `order` says which inertia terms of the `beams` are kept,
-    "consistent" or "paper" (equations.beam); `relaxed` makes the modes' motion numbers, given from outside.
+    prescribed, and `fed` what a servo feeds forward: names and expressions, the torque's name empty.
+    `section` names a quantity whose level crossings are wanted, as word:label; `powers` asks for the work
+    integrals of the energy balance. `order` says which inertia terms of the `beams` are kept, "consistent"
+    or "paper" (equations.beam); `relaxed` makes the modes' motion numbers, given from outside.
     `tilted`: gravity does not point along -y.
     """
 
@@ -211,6 +212,7 @@ class Linkage:
     springs: tuple[Spring, ...] = ()
     loads: tuple[Load, ...] = ()
     course: Course | None = None
+    fed: tuple[tuple[str, str], ...] = ()
 
     @property
     def soft_joints(self) -> tuple[Clearance, ...]:

@@ -5,7 +5,7 @@ import xarray as xr
 
 from jointplay.display.number_text import plain
 
-ROW = "{:<18} {:<8} {:>22} {:>22} {:>10} {:>10}"
+ROW = "{:<24} {:<8} {:>22} {:>22} {:>10} {:>10}"
 HEAD = ("quantity", "units", "computed", "published", "difference", "relative")
 
 

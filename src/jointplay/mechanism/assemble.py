@@ -77,7 +77,8 @@ def assemble(
     # some of the motion is no unknown whose error is watched
     followed = DRIVES[structure.drive].imposed or forest.cuts
     varying = [load for load in mechanism.loads if load.varies]
-    varying += [mechanism.drive] if structure.course and followed else []
+    course = structure.course
+    varying += [mechanism.drive] if course and (followed or course.timed) else []
     spans = [each.step / (getattr(each, "frequency", None) or nominal) for each in varying]
     return Model(
         structure=structure,

@@ -85,6 +85,11 @@ def _in_si(given: Any, units: str | None) -> Any:
         return Refused(error)
 
 
+def hash_of(record: Record) -> int:
+    """Hash of a record some of whose fields are tables."""
+    return hash(tuple(tuple(each.items()) if isinstance(each, dict) else each for _, each in record))
+
+
 def plain(given: Any) -> Any:
     """Turn NumPy's numbers and arrays into Python's, in tables and lists too, and keys into texts."""
     if type(given).__module__ == "numpy" and hasattr(given, "tolist"):

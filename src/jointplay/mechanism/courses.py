@@ -150,7 +150,7 @@ class Course(Record):
         if not self.phases:
             return
         if self.varies and not given:
-            yield Problem(self.phases[0], NOTHING, f"one of {keys} is needed: what the load varies with")
+            yield Problem(self.phases[0], NOTHING, f"one of {keys} is needed: what it varies with")
         elif len(given) > 1:
             yield Problem(given[1], getattr(self, given[1]), f"either {words} is accepted, not both")
         elif given and not self.varies:

@@ -1,4 +1,4 @@
-"""What drives a linkage: a motor's torque line, a prescribed torque, a constant speed, or a profile of speed.
+"""What drives a linkage: a motor, a torque, a constant speed, a profile or cycle of speeds (or a servo).
 
 A drive's `kind` is what the structure of the equations calls it; its `numbers` are their parameters.
 """
@@ -14,6 +14,7 @@ from jointplay.equations.structure import Course as Structure
 from jointplay.errors import NOTHING, refuse
 from jointplay.mechanism.base import Flag, Fraction, Name, Number, Positive, Record, measured, named
 from jointplay.mechanism.courses import Course
+from jointplay.mechanism.servo import Servo
 
 
 class MotorLine(Record):
@@ -181,8 +182,7 @@ class PrescribedTorque(Course):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        over = " over its angle" if self.varies else ""
-        return f"torque on {self.link}, {self.course_description}{over}"
+        return f"torque on {self.link}, {self.course_description}{' over its angle' * self.varies}"
 
 
 class SpeedProfile(Record):
@@ -297,6 +297,6 @@ class SpeedCycle(Course):
         return f"{self.link} at {self.course_description}, at {self.frequency:g} rad/s"
 
 
-AnyDrive = MotorLine | ConstantSpeed | PrescribedTorque | SpeedCycle | SpeedProfile
+AnyDrive = MotorLine | ConstantSpeed | PrescribedTorque | SpeedCycle | SpeedProfile | Servo
 DRIVES: tuple[type[AnyDrive], ...] = get_args(AnyDrive)
 Drive = Annotated[AnyDrive, Field(discriminator="kind")]

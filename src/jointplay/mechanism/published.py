@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any
 
 from jointplay.mechanism.base import NonNegative, unit
 from jointplay.mechanism.beam import Beam, Link
+from jointplay.mechanism.courses import Harmonic
 from jointplay.mechanism.drive import ConstantSpeed
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.joints import Contact, Joint
 from jointplay.mechanism.preset_parts import Gravity, Play, fixed, joined, on
 from jointplay.mechanism.records import Mechanism
+from jointplay.mechanism.servo import Servo
 from jointplay.mechanism.signature import checked
 
 _SLIDER = 0.02  # m: a size that nothing depends on
@@ -61,19 +64,69 @@ def ivp_crank(**changes: Any) -> Mechanism:
     ).replace(**changes)
 
 
+# The controller of the four-bar below: what the ideal linkage needs, in closed form. `half` is the tangent of
+# half the rocker's angle; c and s are cosines and sines of coupler and rocker, `across` and `along` those of
+# the angle between them, `k` and `dk` their speeds and accelerations over the crank's.
+_MODEL = {
+    "x": "0.25 - 6*cos(angle)",
+    "root": "sqrt((5*sin(angle))**2 + (15 - 5*cos(angle))**2 - x**2)",
+    "half": "(5*sin(angle) - root)/(x - 15 + 5*cos(angle))",
+    "c_rocker": "(1 - half**2)/(1 + half**2)",
+    "s_rocker": "2*half/(1 + half**2)",
+    "c_coupler": "(3 - cos(angle) + 2.5*c_rocker)/4",
+    "s_coupler": "(2.5*s_rocker - sin(angle))/4",
+    "across": "s_coupler*c_rocker - c_coupler*s_rocker",
+    "along": "c_coupler*c_rocker + s_coupler*s_rocker",
+    "ahead": "c_coupler*cos(angle) + s_coupler*sin(angle)",
+    "aside": "s_coupler*cos(angle) - c_coupler*sin(angle)",
+    "k_coupler": "(s_rocker*cos(angle) - c_rocker*sin(angle))/(4*across)",
+    "k_rocker": "aside/(2.5*across)",
+    "dk": "along*(k_coupler - k_rocker)",
+    "dk_coupler": "((k_rocker - 1)*(c_rocker*cos(angle) + s_rocker*sin(angle)) - 4*k_coupler*dk)/(4*across)",
+    "dk_rocker": "((k_coupler - 1)*ahead - 2.5*k_rocker*dk)/(2.5*across)",
+    "inertia": "4/3 + 16/3*k_coupler**2 + 25/12*k_rocker**2 + 4*ahead*k_coupler",
+    "coupled": "ahead*dk_coupler + k_coupler*aside*(1 - k_coupler)",
+    "slope": "16/3*k_coupler*dk_coupler + 25/24*k_rocker*dk_rocker + 2*coupled",
+    "weight": "9.81*(1.5*cos(angle) + 2*k_coupler*c_coupler + 1.25*k_rocker*c_rocker)",
+    "wanted": "wanted_acceleration - 10*(angular_velocity - wanted_velocity)",
+    "reached": "angular_velocity - 10*(angle - wanted_angle)",
+}
+_CONTROLLER = Servo(
+    link="crank",
+    stiffness=2000.0,
+    damping=200.0,
+    harmonics=(Harmonic(order=1, sine=6.0),),
+    frequency=0.75 * math.pi,
+    where=_MODEL,
+    feedforward="inertia*wanted + slope*angular_velocity*reached + weight",
+    nominal_speed=4.5 * math.pi,
+)
+
+
 @checked()
-def siconos_four_bar(clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3}, **changes: Any) -> Mechanism:  # noqa: B006
+def siconos_four_bar(
+    clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3},  # noqa: B006  read only
+    restitution: _Restitution | None = 0.0,
+    friction: _Coefficient = 0.1,
+    **changes: Any,
+) -> Mechanism:
     """Give the four-bar with three clearances of the Siconos examples (``FourBarClearance``).
 
     Links of 1, 4 and 2.5 m, 3 m between the pivots, 1 kg each, uniform; journals of radius 0.055 m, bearings
-    of 0.06 m. Published with rigid plastic impacts (restitution 0), friction 0.1, and a controller that makes
-    the crank's angle follow 6 sin(3πt/4) rad by a torque computed from its angle and speed. Not those of the
-    publication: a stiff contact that does not pull, and no drive, since none here is such a controller.
+    of 0.06 m, rigid. A controller (Slotine and Li 1991) makes the crank's angle follow 6 sin(3πt/4) rad: 200
+    N m s/rad times what angle and speed lack, λ = 10 1/s, and the torque of the ideal linkage at the crank's
+    angle, which stays that of these numbers whatever is changed. As published, its term of the speed's square
+    has the rocker's inertia about its centre, and θ' − λ (θ − φ) in the place of φ' − λ (θ − φ). Theirs
+    starts at rest, the crank upright: ``initial={"crank_angle": pi / 2, "crank_speed": 0.0}``, to 3e-5 rad.
 
     Parameters
     ----------
     clearance : float or dict of str to float
         Radial clearance, m: a number is joint B's; 0 or unnamed: ideal.
+    restitution : float or None
+        Of the journals, 0 to 1; None: a stiff contact that does not pull instead.
+    friction : float
+        Coulomb's coefficient in the bearings.
     **changes
         As in `Mechanism.replace`.
 
@@ -83,15 +136,18 @@ def siconos_four_bar(clearance: Play = {"A": 5e-3, "B": 5e-3, "C": 5e-3}, **chan
     """
     lengths = {"crank": 1.0, "coupler": 4.0, "rocker": 2.5}
     links = tuple(Link(name=name, length=l, mass=1.0, inertia=l**2 / 3) for name, l in lengths.items())
-    pins = {
-        "O": (on("crank"), fixed(0.0, 0.0)),
-        "A": (on("crank", 1.0), on("coupler")),
-        "B": (on("coupler", 4.0), on("rocker", 2.5)),
-        "C": (on("rocker"), fixed(3.0, 0.0)),
-    }
-    joints = joined(pins, "", radius=0.055, stiffness=1e7, damping=1e3, friction=0.1)
-    made = Mechanism(name="siconos_four_bar", links=links, joints=joints, gravity=9.81)
-    return made.replace(clearance=clearance, tension=False, **changes)
+    contact = Contact(stiffness=1e7, damping=1e3, tension=False)
+    if restitution is not None:
+        contact = Contact(law="restitution", parameters={"restitution": restitution})
+    law = {"contact": contact, "friction": Friction(coefficient=friction), "radius": 0.055}
+    joints = (
+        Joint(name="O", journal=on("crank"), bearing=fixed(0.0, 0.0), **law),
+        Joint(name="A", journal=on("crank", 1.0), bearing=on("coupler"), **law),
+        Joint(name="B", journal=on("coupler", 4.0), bearing=on("rocker", 2.5), **law),
+        Joint(name="C", journal=on("rocker"), bearing=fixed(3.0, 0.0), **law),
+    )
+    made = Mechanism(name="siconos_four_bar", links=links, joints=joints, drive=_CONTROLLER, gravity=9.81)
+    return made.replace(clearance=clearance, **changes)
 
 
 @checked()

@@ -16,7 +16,18 @@ from pydantic import Field, ValidationError, model_validator
 from jointplay.accepted import from_pydantic
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, unknown
-from jointplay.mechanism.base import DOWNWARDS, GROUND, Angle, Few, Name, Number, Record, Several, measured
+from jointplay.mechanism.base import (
+    DOWNWARDS,
+    GROUND,
+    Angle,
+    Few,
+    Name,
+    Number,
+    Record,
+    Several,
+    hash_of,
+    measured,
+)
 from jointplay.mechanism.beam import Beam, Link
 from jointplay.mechanism.changes import MAIN_JOINT, Changes, changed
 from jointplay.mechanism.courses import Harmonic
@@ -26,6 +37,7 @@ from jointplay.mechanism.drive import (
     Drive,
     MotorLine,
     PrescribedTorque,
+    Servo,
     SpeedCycle,
     SpeedProfile,
 )
@@ -101,7 +113,7 @@ class Mechanism(Record):
         return record
 
     def __hash__(self) -> int:
-        return hash(tuple(tuple(each.items()) if isinstance(each, dict) else each for _, each in self))
+        return hash_of(self)
 
     @property
     def clearance_joints(self) -> tuple[Joint, ...]:

@@ -113,8 +113,9 @@ def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any,
         Problem(f"initial.angle.{name}", angle, ANGLE) for name, angle in given[0].items() if abs(angle) > FAR
     ]
     drive = mechanism.drive
-    if not problems and drive and drive.transient and given[1][drive.link] != drive.imposed_speed:
-        accepted = f"{drive.imposed_speed:g}, at which its drive starts, is accepted"
+    imposed = drive.imposed_speed if drive and drive.transient else None
+    if not problems and imposed is not None and given[1][drive.link] != imposed:
+        accepted = f"{imposed:g}, at which its drive starts, is accepted"
         problems = [Problem(f"initial.angular_velocity.{drive.link}", given[1][drive.link], accepted)]
     if problems:
         raise InputError(problems, "initial")

@@ -62,6 +62,7 @@ def linkage(
         springs=actions.springs(mechanism, forest),
         loads=actions.loads(mechanism, forest),
         course=mechanism.drive.structure if mechanism.drive else None,
+        fed=getattr(mechanism.drive, "fed", ()),
     )
     stretched = stretch.problems(mechanism, forest, structure.beams, structure.order)
     if problems := [*_unwound(mechanism, structure), *stretched]:

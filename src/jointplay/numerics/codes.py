@@ -127,3 +127,8 @@ class Status(Code):
         "no derivative: rigid faces were met at one time, or a jump ended beyond another guard",
         "start tilted a little, give faces a stiffness, end jumps within guards, or ask for the motion alone",
     )
+    JAMMED = (
+        10,
+        "rigid contacts had no answer: more than six met at once, or friction wedged one",
+        "give some of these contacts a law with stiffness, or a smaller friction coefficient",
+    )

@@ -20,6 +20,7 @@ from .control import (
     ORDER,
     STEP_LIMIT,
     TURN,
+    WEDGED,
     after_whole,
     at_end,
     bounded,
@@ -270,7 +271,9 @@ def run(f, k, x, o, g, y):
                 real[H_START + variant] = learnt(kept, real[H_REJECTED] > 0.0, h, error)
             count[IDLE] = idle_steps(count[IDLE], h, o.near, k.w, 8 * (o.first + 1), k.weight)
             _take(f, variant, k, x, o, g, y, h, error)
-            if count[IDLE] >= IDLE_COUNT or count[JAMMED] > 0:
+            if count[JAMMED] > 0:
+                return WEDGED
+            if count[IDLE] >= IDLE_COUNT:
                 return NOT_CONVERGED
             if y is not None and count[TOGETHER] > 0:
                 return NO_DERIVATIVE

@@ -13,7 +13,7 @@ from typing import Any
 
 from jointplay.jobs.origin import version
 from jointplay.mechanism import catalog
-from jointplay.mechanism.records import Mechanism, MotorLine
+from jointplay.mechanism.records import Mechanism, MotorLine, Servo
 from jointplay.study.models import Study
 
 PROGRAM = {
@@ -60,6 +60,8 @@ def _of_a_linkage(mechanism: Mechanism) -> Iterator[str]:
         yield f"mechanism {mechanism.name}"
     if isinstance(mechanism.drive, MotorLine):
         yield "the motor line"
+    if isinstance(mechanism.drive, Servo):
+        yield "the servo"
     if mechanism.elastic_links and mechanism.order == "paper":
         yield "the elastic links' paper order"
     for joint in mechanism.clearance_joints:

@@ -24,7 +24,7 @@ from jointplay.terminal import one_line
 READERS = {".json": pylinkage_file.read, ".csv": parts_table.read}
 NEEDED = {"mass": "kg", "inertia": "kg m², about the link's origin"}  # of a link
 OF_A_BAR = {"length": "m", "mass": "kg", "inertia": "kg m²"}
-NEAR = 1e-6  # rad; a drawing's angles are those of the mechanism up to its rounding
+NEAR = 0.5  # rad; so near a branch rough angles name it
 AT_THE_END = """
 # Every joint is ideal. One with clearance has, beside its other keys (FILL IN):
 # clearance =    # m, radial
@@ -116,17 +116,19 @@ def _complete(drawing: Drawing) -> Mechanism:
 
 
 def _branch(mechanism: Mechanism, angles: Mapping[str, float]) -> str | None:
-    """On which branch of a four-bar its links have these angles; None of another linkage."""
+    """On which branch of a four-bar its links have nearly these angles; None of another linkage."""
     if find_four_bar(mechanism.joints, mechanism.crank) is None or not angles:
         return None
+    apart = {}
     for branch in BRANCHES:
         try:
-            ideal, _ = ideal_state(mechanism, angles[mechanism.crank], branch=branch)
+            ideal, _ = ideal_state(mechanism, angles.get(mechanism.crank, 0.0), branch=branch)
         except InputError:  # drawn at a dead centre
             return None
-        if all(abs(math.remainder(ideal[name] - angle, math.tau)) < NEAR for name, angle in angles.items()):
-            return branch
-    return None
+        off = (abs(math.remainder(ideal[name] - angle, math.tau)) for name, angle in angles.items())
+        apart[branch] = max(off)
+    nearest = min(apart, key=apart.get)
+    return nearest if apart[nearest] < NEAR else None
 
 
 def _lines(drawing: Drawing, mechanism: Mechanism, source: str) -> Iterator[str]:
@@ -139,7 +141,9 @@ def _lines(drawing: Drawing, mechanism: Mechanism, source: str) -> Iterator[str]
         yield f"branch = {written(branch)}"
     elif drawing.angles:
         drawn = ", ".join(f"{written(name)} = {angle:.9g}" for name, angle in drawing.angles.items())
-        yield f"# Angles of the links as drawn, rad: {{ {drawn} }}"
+        dead = find_four_bar(mechanism.joints, mechanism.crank) is not None
+        word = "# These angles are of no branch, or of both:" if dead else "guess ="
+        yield f"{word} {{ {drawn} }}    # rad"
     for link in table["links"]:
         yield from ("", "[[mechanism.links]]", *(f"{key} = {written(value)}" for key, value in link.items()))
         yield from (f"# FILL IN: {key} =    # {words}" for key, words in NEEDED.items() if key not in link)
@@ -153,4 +157,4 @@ def _lines(drawing: Drawing, mechanism: Mechanism, source: str) -> Iterator[str]
         )
     yield AT_THE_END
     if branch:
-        yield f"initial = {{ crank_angle = {drawing.angles[mechanism.crank]!r} }}"
+        yield f"initial = {{ crank_angle = {drawing.angles.get(mechanism.crank, 0.0)!r} }}"

@@ -5,6 +5,7 @@ Columns, in any order, of which ``part`` and ``name`` are needed; empty cells ar
 part          ``link`` or ``joint``
 name          name of the link or joint
 length, mass, inertia, centre      of a link, as in a study file
+angle                              of a link: roughly how it lies, rad, to say how loops are assembled
 journal, journal_at                of a joint: link of the journal, and the distance along it
 bearing, bearing_at, x, y          link of the bearing, and the distance along it; or ``ground`` and the place
 
@@ -19,10 +20,11 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
-from jointplay.mechanism.base import GROUND
+from jointplay.mechanism.base import GROUND, is_number
+from jointplay.mechanism.measures import in_si
 from jointplay.study.pylinkage_file import Drawing
 
-OF_LINKS = ("length", "mass", "inertia", "centre")
+OF_LINKS = ("length", "mass", "inertia", "centre", "angle")
 OF_JOINTS = ("journal", "journal_at", "bearing", "bearing_at", "x", "y")
 COLUMNS = ("part", "name", *OF_LINKS, *OF_JOINTS)
 PARTS = {"link": OF_LINKS, "joint": OF_JOINTS}
@@ -43,18 +45,24 @@ def read(text: str, unit: str | None) -> Drawing:
     if unit is not None:
         accepted = "accepted for files of pylinkage; here each cell may say its own, as 30 mm"
         problems.append(Problem("--unit", unit, accepted))
-    table: dict[str, Any] = {"links": [], "joints": []}
+    table, angles = {"links": [], "joints": []}, {}
     for place, cells in lines[1:]:
         row = {column: cell for column, cell in zip(columns, cells, strict=False) if cell}
         problems += _wrong_row(place, row, len(cells) > len(columns))
         if row.get("part") == "link":
             values = {key: _value(row[key]) for key in OF_LINKS if key in row}
+            if "angle" in values:
+                angle = values.pop("angle")
+                try:
+                    angles[row.get("name")] = _angle(angle)
+                except InputError as error:
+                    problems += error.under(f"{place}, angle").problems
             table["links"].append({"name": row.get("name"), **values})
         else:
             table["joints"].append(_joint(row))
     if problems:
         raise InputError(problems)
-    return Drawing(table)
+    return Drawing(table, angles)
 
 
 def _wrong_row(place: str, row: Mapping[str, str], longer: bool) -> Iterator[Problem]:
@@ -80,6 +88,13 @@ def _joint(row: Mapping[str, str]) -> dict[str, Any]:
     if {"x", "y"} & row.keys():
         sides["bearing"]["point"] = [_value(row.get(key, "")) for key in ("x", "y")]
     return {"name": row.get("name"), **sides}
+
+
+def _angle(given: float | str) -> float:
+    angle = in_si(given, "rad")
+    if not is_number(angle):
+        raise refuse(given, "a rough angle, such as 0.5 or 30 deg, is accepted")
+    return angle
 
 
 def _value(cell: str) -> float | str:

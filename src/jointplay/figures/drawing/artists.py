@@ -37,6 +37,7 @@ EXPLAINED = {
     "not_run": "it has not been run",
     "interrupted": "it was stopped before its end",
     "no_derivative": "the motion has no derivative",
+    "jammed": "rigid contacts had no answer",
 }
 
 

@@ -22,6 +22,11 @@ MILLIMETRE = 1 / 25.4
 COLUMNS = {"single": 88.0, "double": 180.0}  # mm
 
 BLACK, BLUE, AMBER, GREY = "#000000", "#0072b2", "#e69f00", "#7f7f7f"
+MORE = ("#8b2500", "#56b4e9", "#007a5a", "#cc79a7")  # of lines beyond the fourth
+DASHES = (
+    *("-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1))),
+    *((0, (6, 1, 1, 1, 1, 1)), (0, (10, 2)), (0, (3, 2.5)), (0, (1, 2.5))),
+)
 DISC, WARNING = "#f2f2f2", "#a40000"
 
 # dark and thick against light and thin: distinct without colour
@@ -34,9 +39,7 @@ RC = {
     "axes.formatter.useoffset": False,
     "axes.labelsize": 8,
     "axes.linewidth": 0.6,
-    "axes.prop_cycle": cycler(
-        color=[BLACK, BLUE, AMBER, GREY], linestyle=["-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1))]
-    ),
+    "axes.prop_cycle": cycler(color=[BLACK, BLUE, AMBER, GREY, *MORE], linestyle=DASHES),
     "axes.titlesize": 8,
     "figure.constrained_layout.h_pad": 0.06,
     "figure.constrained_layout.use": True,

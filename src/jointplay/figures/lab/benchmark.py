@@ -7,6 +7,7 @@ from xarray import Dataset
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 
+NAME = 18  # characters of a quantity that leave room for the axis
 LEAST = 1e-16  # a difference that is rounding: smaller ones are drawn there
 
 
@@ -21,7 +22,8 @@ def benchmark(dataset: Dataset) -> Figure:
     """
     select.require(dataset, "benchmark", ("computed", "published", "relative_difference"))
     names, off = dataset["quantity"].values, dataset["relative_difference"].values
-    figure = style.sheet(88.0, 20.0 + 4.5 * len(names))
+    longer = max(0, max(map(len, names)) - NAME)
+    figure = style.sheet(88.0 + 2.0 * longer, 20.0 + 4.5 * len(names))
     ax, rows = figure.subplots(), np.arange(len(names))
     ax.plot(np.maximum(off, LEAST), rows, "o", color=style.BLUE, markersize=3)
     ax.set(

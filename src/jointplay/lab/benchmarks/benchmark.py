@@ -12,7 +12,7 @@ from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis
 from jointplay.analysis.labels import number, outcome
 from jointplay.analysis.rules import steps
 from jointplay.errors import Problem
-from jointplay.lab.benchmarks import flores2010, ivp_crank
+from jointplay.lab.benchmarks import flores2010, ivp_crank, siconos_four_bar
 from jointplay.lab.benchmarks.answer import Answer
 from jointplay.mechanism import catalog
 from jointplay.mechanism.base import Natural
@@ -21,6 +21,7 @@ from jointplay.mechanism.records import Mechanism, TestSystem
 ANSWERS: dict[str, Callable[[Mechanism, float, int], Answer]] = {
     "ivp_crank": ivp_crank.answer,
     "flores2010": flores2010.answer,
+    "siconos_four_bar": siconos_four_bar.answer,
 }
 
 
@@ -45,7 +46,7 @@ def benchmark(
     Parameters
     ----------
     mechanism : Mechanism
-        `catalog.ivp_crank` or `catalog.flores2010`, unchanged.
+        `catalog.ivp_crank`, `catalog.flores2010` or `catalog.siconos_four_bar`, unchanged.
     rtol, max_steps, progress
         As in `simulate`.
 

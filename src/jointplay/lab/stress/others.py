@@ -160,7 +160,7 @@ PRESETS: dict[str, tuple[Callable[..., Mechanism], str, Callable[[Random, Mechan
     "stephenson": (six_bars.stephenson, "BD", _run_up),
     "watt": (six_bars.watt, "E", _turned),
     "quick_return": (presets.quick_return, "E", _loaded),
-    "three_clearances": (partial(published.siconos_four_bar, drive=None), "ABC", _plain),
+    "three_clearances": (partial(published.siconos_four_bar, restitution=None, drive=None), "ABC", _plain),
 }
 
 
