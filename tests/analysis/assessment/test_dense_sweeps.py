@@ -8,9 +8,15 @@ looked at. Where the trait is said to be as at present again, it has to be. Wher
 loses contact now and then, some cell beside the edge has to.
 
 A cell that repeats over 60 turns with the expected traits has settled. The others, and those that confirm an
-edge, are followed 440 turns more from where they stand, and 6000 more for an edge of chaos, which may die out
-late; and their exponent is measured.
+edge, are followed 440 turns more from where they stand, and their exponent is measured. What has not settled
+then is followed 6000 more, as at an edge of chaos, which may die out late: an orbit that repeats and is not
+stable, and what has neither period nor chaos. So a window is seen whose multiplier passes -1 by 0.004. Where
+a value said to be chaotic is not so in the sweep, chaos has to last there, 440 turns and those of its
+exponent, from one of the `STARTS` nearest chaotic cells: the page says that it lasts so long, and when it
+dies out is chance.
 """
+
+import itertools
 
 import numpy as np
 import pytest
@@ -34,7 +40,7 @@ MECHANISMS = {
 SECTION, RTOL = jp.CrankAngle(), 1e-8
 SHORT, LONG, LASTING = 100, 440, 6000  # turns before a cell is looked at, and before it is looked at again
 FAR = {"below": "low", "above": "high"}  # end of a bracket
-DIED = 0.1  # share of the values looked at in chaos where it may have died out: when it does is chance
+STARTS = 8  # chaotic motions from which it is tried again where chaos has died out
 STEP, FINE, CELLS = 0.01, 0.1, 5  # relative step; of it the fine ones; their number on each side of an edge
 
 
@@ -93,14 +99,39 @@ def swept(mechanism, key, values, present, judged, needed):
     open_yet = np.flatnonzero(chaos | (judged & (answers != present)).any(axis=1))
     lasting = np.unique(needed[-1])
     others = np.setdiff1d(np.concatenate([open_yet, *needed]), lasting)
-    for these, turns, averaged in ((others, LONG, 200), (lasting, LASTING, 800)):
-        lengths = {"turns": 60, "transient": turns, "lyapunov_turns": averaged}
-        plan = Plan(SECTION, (), keep=1, exponents=1, rtol=RTOL, **lengths)
-        points = [(changed(mechanism, {key: float(values[i])}), cells[i]["end_state"].values) for i in these]
-        for i, one in zip(these, settle_together(points, plan), strict=True):
-            assert one["status"] == 0, (key, values[i], one["trouble"])
-            answers[i] = traits({name: value for name, (_, value) in one["values"].items()})
+
+    def followed(these, starts, *lengths):
+        """Follow cells on from the ends of other cells, or of their own."""
+        places = [changed(mechanism, {key: float(values[i])}) for i in these]
+        return followed_on(places, [cells[i]["end_state"].values for i in starts], *lengths)
+
+    answers[others], settled = followed(others, others, LONG, 200)
+    lasting = np.concatenate([lasting, others[~settled]])
+    answers[lasting], _ = followed(lasting, lasting, LASTING, 800)
+    chaotic = np.flatnonzero(answers[:, -1])
+    died = judged[:, -1] & present[-1] & ~answers[:, -1]
+    for i in np.setdiff1d(np.flatnonzero(died), needed[-1]):
+        near = chaotic[np.argsort(np.abs(chaotic - i), kind="stable")[:STARTS]]
+        tried, _ = followed(np.full(len(near), i), near, LONG, 200)
+        answers[i] = max(answers[i], *tried, key=lambda answer: answer[-1])
     return answers
+
+
+def followed_on(places, starts, turns, averaged):
+    """Answers of `CHANGES` of motions that are followed on; and whether these are settled.
+
+    A period is where its orbit is stable, no period where the motion is chaotic.
+    """
+    lengths = {"turns": 60, "transient": turns, "lyapunov_turns": averaged}
+    plan = Plan(SECTION, (), keep=1, exponents=1, rtol=RTOL, **lengths)
+    answers, settled = np.zeros((len(places), len(CHANGES)), dtype=bool), np.zeros(len(places), dtype=bool)
+    for i, one in enumerate(settle_together(list(zip(places, starts, strict=True)), plan)):
+        assert one["status"] == 0, one["trouble"]
+        described = {name: value for name, (_, value) in one["values"].items()}
+        answers[i] = traits(described)
+        stable = np.ravel(described["section_exponent_per_turn"])[0] < 0
+        settled[i] = stable if described["period"] else answers[i, -1]
+    return answers, settled
 
 
 def by_change(ratios, here):
@@ -125,6 +156,35 @@ def by_change(ratios, here):
     return cells, before
 
 
+def disagreements(mechanism, found, key, side):
+    """Changes on one side whose edge, or its absence, the sweep does not confirm."""
+    here = found.sel(parameter=key, side=side)
+    present, begin = found["present"].values == 1, float(here["present_value"])
+    edges, backs = here["edge_ratio"].values, here["return_ratio"].values
+    irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
+    ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
+    step = float(found["step"]) * (1 if found["period"] else CHAOTIC)
+    left = float(here[f"bracket_{FAR[side]}"].sel(change="doubling")) if found["period"] else np.nan
+    looked = looked_at(step, float(here["limit_ratio"]), left)
+    ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)])
+    cells, judged = by_change(ratios, here)
+    judged &= ~irregular & (looked[:, None] | ~(present[-1] | np.isfinite(widths(here)).any()))
+    again = [np.flatnonzero(ratios == back) for back in backs]
+    needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
+    last = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
+    ratios, judged = ratios[:last], judged[:last]
+    answers = swept(mechanism, key, begin * ratios, present, judged, needed)
+    for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
+        same = answers[:, i] == present[i]
+        bad = not same[judged[:, i]].all() or not same[again[i]].all()
+        if irregular[i]:  # seen in some of the cells
+            bad |= same[cells[i]].all()
+        elif np.isfinite(edge):
+            bad |= same[cells[i]].tolist() != [True, False]
+        if bad:
+            yield key, side, change, edge, answers[:, i].tolist()
+
+
 @pytest.mark.long
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", MECHANISMS)
@@ -133,39 +193,6 @@ def test_edges_lie_between_neighbouring_cells_of_a_dense_sweep(name):
     found = jp.assess(mechanism)
     assert int(found["status"]) == 0
     assert np.all(found["side_status"] == 0)
-    present = found["present"].values == 1
-    wrong, met = [], 0
-    for key in found["parameter"].values:
-        begin = float(found["present_value"].sel(parameter=key))
-        for side in found["side"].values:
-            here = found.sel(parameter=key, side=side)
-            edges, backs = here["edge_ratio"].values, here["return_ratio"].values
-            irregular = np.array([HOW[how] == "irregular" for how in here["found_by"].values])
-            met += np.isfinite(edges).sum()
-            ends = np.concatenate([here["bracket_low"].values, here["bracket_high"].values, backs])
-            step = float(found["step"]) * (1 if found["period"] else CHAOTIC)
-            left = (
-                float(here[f"bracket_{FAR[str(side)]}"].sel(change="doubling")) if found["period"] else np.nan
-            )
-            looked = looked_at(step, float(here["limit_ratio"]), left)
-            ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)])
-            cells, judged = by_change(ratios, here)
-            judged &= ~irregular & (looked[:, None] | ~(present[-1] | np.isfinite(widths(here)).any()))
-            again = [np.flatnonzero(ratios == back) for back in backs]
-            needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]
-            last = max([*np.flatnonzero(judged.any(axis=1)), *np.concatenate(needed)], default=0) + 1
-            ratios, judged = ratios[:last], judged[:last]
-            answers = swept(mechanism, str(key), begin * ratios, present, judged, needed)
-            for i, (change, edge) in enumerate(zip(CHANGES, edges, strict=True)):
-                same = answers[:, i] == present[i]
-                died = np.count_nonzero(~same[judged[:, i]])
-                bad = died > (DIED * judged[:, i].sum() if present[-1] and change == "chaos" else 0)
-                bad |= not same[again[i]].all()
-                if irregular[i]:  # seen in some of the cells
-                    bad |= same[cells[i]].all()
-                elif np.isfinite(edge):
-                    bad |= same[cells[i]].tolist() != [True, False]
-                if bad:
-                    wrong.append((str(key), str(side), change, edge, answers[:, i].tolist()))
-    assert met
-    assert wrong == []
+    assert np.isfinite(found["edge_ratio"]).any()
+    pairs = itertools.product(map(str, found["parameter"].values), map(str, found["side"].values))
+    assert [wrong for pair in pairs for wrong in disagreements(mechanism, found, *pair)] == []

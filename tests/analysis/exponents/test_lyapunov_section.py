@@ -19,6 +19,13 @@ from jointplay.mechanism.records import CrankAngle
 
 LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}
 TIGHT = {"clearance": 2.9e-5, "gear_ratio": 3.0}
+SHAKEN = {
+    "name": "shake",
+    "kind": "torque",
+    "link": "rocker",
+    "frequency": 50.0,
+    "table": [0.0, 1.0, 2.0, 3.0, 2.0, 1.0],
+}
 RTOL = 1e-10
 
 
@@ -177,6 +184,8 @@ def test_a_motion_that_comes_to_rest_has_no_section():
     [
         (catalog.chunmei2002(**LOOSE), True),
         (catalog.chunmei2002(2.9e-4, speed=80.0, friction=0), False),
+        (catalog.watt(clearance={"D": 5e-5}), False),  # beyond D the crank is felt in contact alone
+        (catalog.chunmei2002(**LOOSE, loads=[SHAKEN]), False),
         (catalog.lorenz(), True),
         (catalog.impact_pair(1.0, 0.8), False),
         (catalog.bouncing_ball(1.2, 0.5), False),

@@ -60,7 +60,8 @@ LONG = 2  # steps at once where the motion that is left has lost period 1 alread
 CHAOTIC = 10  # steps at once where the present motion is chaotic; its edges are enclosed to one step
 NARROW = 4  # values in a step beside which a motion settles slowly
 WIDER = 5.0  # brackets beyond each end in which a branch is searched: motions settle slowly beside an edge
-RTOL, STEP, POINTS = 1e-10, 0.1, 100  # of the branch
+BEYOND = 0.1  # likewise where the orbit is stable, and what ends that lies between
+RTOL, STEP, POINTS = 1e-10, 0.2, 24  # of the branch: there may be dozens of grazings on it, and each costs
 Place = tuple[float, Settled]
 LEAVES = {"contact_loss": ("grazing",), "doubling": tuple(kind for kind in SPECIAL if kind != "grazing")}
 
@@ -247,7 +248,8 @@ def _special(
     """
     value, motion = place
     low, high = sorted((value, other[0]))
-    wide = WIDER * (high - low)
+    stable = name == "doubling" and STABILITY[int(walk.orbit(motion.mechanism, motion)["stable"])]
+    wide = (BEYOND if stable == "stable" else WIDER) * (high - low)
     branch = continuation(
         motion.mechanism,
         ONCE_A_TURN,
@@ -271,7 +273,6 @@ def _special(
     if name == "doubling":
         begin, ahead = value, way * (places - value)
         between = (ahead >= 0) & (ahead <= high - low)
-        stable = STABILITY[int(walk.orbit(motion.mechanism, motion)["stable"])]
         fits &= {"stable": between, "unstable": ahead <= 0}.get(stable, True)
     for i in sorted(np.flatnonzero(fits), key=lambda i: abs(places[i] - begin)):
         edge = float(places[i])
