@@ -92,7 +92,7 @@ def suits(model: Model, request: Request) -> bool:
     longest = MAX_TURN if model.links else MAX_TURN / PHASE  # one section point in a step
     asked = not (request.steps or request.event >= 0 or request.rates) and _even(model, request, longest)
     whole = request.log_from <= 0 or not (request.events or request.misses)
-    ahead = (request.level - (model.state[0] if model.links else 0.0)) * request.direction > 0
+    ahead = (request.level - (model.crank_angle if model.links else 0.0)) * request.direction > 0
     section = request.direction == 0 or (ahead and request.period > longest)
     if not (asked and section and whole and request.rtol >= RTOL):
         return False
@@ -213,7 +213,7 @@ def _kernels(model: Model, form: Form, loop: str) -> tuple:
 
     cache.prepare(loop)
     module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
-    algebra = cache.ensemble_algebra(form.turning, len(form.flags), form.jumps)
+    algebra = cache.ensemble_algebra(form.turning, len(form.flags), form.jumps, form.sizes["folds"])
     f = pointers(own, kind=AtPoint)
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
     return cache.method(loop), f, g, module.ROWS
