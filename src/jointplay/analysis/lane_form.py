@@ -71,8 +71,8 @@ class Form:
         return np.concatenate([now, model.state[:n_q], np.zeros(self.unused), later - now, model.state[n_q:]])
 
     def _phases(self, model: Model) -> np.ndarray:
-        """Phases at the times 0 and 1, shape (2, phases); of a linkage, the angle of a crank at given speed."""
-        if model.links:
+        """Phases at the times 0 and 1, shape (2, phases)."""
+        if model.links:  # the angle of a crank whose speed is imposed
             both = model.crank_angle + np.array([[0.0], [model.crank_speed]])
             return np.broadcast_to(both, (2, len(self.phases)))
         own = [name for name in self.phases if name != CLOCK]

@@ -190,7 +190,7 @@ class Dynamics:
 
     def _ease(self, i: int) -> dict[int, Expr]:
         """What contact i and the other on its face have in v_t,i' while that one sticks, by their F_t."""
-        if not self.contacts[i].face:
+        if i not in self.held:
             return {}
         place, sticks = self.held.index(i), [self.masks[j].stick for j in self.held]
         contacts, pushes = ([each[j] for j in self.held] for each in (self.contacts, self.F_n))
