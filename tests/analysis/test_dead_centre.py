@@ -83,6 +83,7 @@ def turning_back(clearance=0.0):
     ]
     guess = {"crank": 0.2, "rod": -0.4}
     if clearance:
+        guess["tail"] = 0.0
         links.append(jp.Link(name="tail", length=0.3, mass=0.1, inertia=0.003))
         loose = {"clearance": clearance, "radius": 0.01, "contact": {"stiffness": 1e6, "damping": 10.0}}
         joints.append(jp.Joint(name="T", journal={"link": "slider"}, bearing={"link": "tail"}, **loose))
@@ -123,11 +124,11 @@ def test_a_crank_does_not_turn_back_at_a_dead_centre_with_what_it_leads(rtol):
 def test_lanes_leave_it_to_one_by_one():
     """A motion that arrives beside others that do not: lanes took it across, as `ok`."""
     slack = assemble(turning_back(clearance=1e-3), {"crank_angle": 0.2, "crank_speed": 1.0})
-    asked = [Request(time, 1e-6, events=True, log_from=-1.0) for time in (1.5, 0.1, 1.4, 0.12, 1.3)]
+    asked = [Request(time, 1e-6, at=np.array([time])) for time in (1.5, 0.1, 1.4, 0.12, 1.3)]
     found = follow_ensemble([slack] * len(asked), asked)
     for request, run in zip(asked, found, strict=True):
         alone, arrives = follow(slack, request), request.duration > 1
         assert STATUS[run.status] == STATUS[alone.status] == ("not_converged" if arrives else "ok")
         assert WAYS[run.way] == ("left_lanes" if arrives else "in_lanes")
-        assert (run.samples.tobytes() == alone.samples.tobytes()) == arrives
-        assert np.allclose(run.samples[-1], alone.samples[-1], atol=1e-5)
+        assert run.samples.shape == alone.samples.shape
+        assert np.allclose(run.samples, alone.samples, atol=1e-5)
