@@ -13,7 +13,6 @@ FRICTION = (  # with which it has been tried: laws without a state of their own
 DRIVES = ("none", "motor", "speed", "torque")
 HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
     "no_clearance": "a linkage without clearance",
-    "elastic_links": "elastic links",
     "rigid_impacts": "impacts of rigid joints (`restitution`)",
     "bristles": "a law of friction with bristles",
     "imposed_motion": "a speed that is imposed and varies",
@@ -23,13 +22,8 @@ HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
     "section": "a section other than at an angle of the driven link, or a phase",
     "loop_groups": "ideal loops that close by more than two links at a time",
     "sliding_switch": "a switch that slides",
-    "size": f"more than {N} positions and phases, {CONTACTS} contacts and walls, or {FOLDS} ideal loops",
+    "size": f"more than {N} positions, elastic modes and phases, {CONTACTS} contacts and walls, or {FOLDS} ideal loops",
 }
-
-
-def known(structure: Linkage | Oscillator) -> bool:
-    """Whether eight can run at once."""
-    return not hindrance(structure)
 
 
 def hindrance(structure: Linkage | Oscillator) -> str:
@@ -42,7 +36,6 @@ def _linkage(structure: Linkage) -> Iterator[tuple[str, bool]]:
     joints, loops = structure.joints, structure.loops
     courses = [load.course for load in structure.loads] + [structure.course] * bool(structure.course)
     yield "no_clearance", not joints
-    yield "elastic_links", bool(structure.beams)
     yield "rigid_impacts", any(LAWS[joint.law].rigid for joint in joints)
     yield "bristles", any(joint.friction not in FRICTION for joint in joints)
     yield "imposed_motion", structure.drive not in DRIVES
@@ -55,10 +48,10 @@ def _linkage(structure: Linkage) -> Iterator[tuple[str, bool]]:
 
 
 def _oscillator(structure: Oscillator) -> Iterator[tuple[str, bool]]:
-    sizes = structure_module(structure).SIZES
-    positions = int(not structure.period) + sizes["angles"] + sizes["speeds"]
     yield "sliding_switch", any(switch.slides for switch in structure.switches)
     yield "section", structure.section not in (None, "phase")
+    sizes = structure_module(structure).SIZES
+    positions = int(not structure.period) + sizes["angles"] + sizes["speeds"]
     yield "size", positions > N or sizes["contacts"] + sizes["resets"] > CONTACTS
 
 
@@ -66,4 +59,5 @@ def _positions(structure: Linkage) -> int:
     dependent = structure.dependent
     free = [link for link in structure.links if link not in dependent]
     slides = [slide for slide in structure.slides if slide.freedom not in dependent]
-    return len(free) + 2 * len(structure.floating) + len(slides)
+    modes = sum(beam.modes + beam.axial for beam in structure.beams if not structure.relaxed)
+    return len(free) + 2 * len(structure.floating) + len(slides) + modes
