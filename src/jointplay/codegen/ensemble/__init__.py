@@ -15,14 +15,14 @@ HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
     "no_clearance": "a linkage without clearance",
     "rigid_impacts": "impacts of rigid joints (`restitution`)",
     "bristles": "a law of friction with bristles",
-    "imposed_motion": "a speed that is imposed and varies",
+    "imposed_motion": "a speed that is imposed and varies, or leaves no angle free",
     "driven_link": "a drive at another link than the first",
     "over_time": "a load or torque over time",
     "work": "works, which are integrated",
     "section": "a section other than at an angle of the driven link, or a phase",
     "loop_groups": "ideal loops that close by more than two links at a time",
     "sliding_switch": "a switch that slides",
-    "size": f"more than {N} positions, elastic modes and phases, {CONTACTS} contacts and walls, or {FOLDS} ideal loops",
+    "size": f"more than {N} positions (modes, phases), {CONTACTS} contacts and walls, or {FOLDS} ideal loops",
 }
 
 
@@ -38,7 +38,8 @@ def _linkage(structure: Linkage) -> Iterator[tuple[str, bool]]:
     yield "no_clearance", not joints
     yield "rigid_impacts", any(LAWS[joint.law].rigid for joint in joints)
     yield "bristles", any(joint.friction not in FRICTION for joint in joints)
-    yield "imposed_motion", structure.drive not in DRIVES
+    turned = structure.drive != "speed" or any(link != structure.driven for link in _free(structure))
+    yield "imposed_motion", structure.drive not in DRIVES or not turned  # angles tell a linkage (form)
     yield "driven_link", structure.driven != structure.links[0]
     yield "over_time", any(course.timed for course in courses)
     yield "work", structure.powers
@@ -55,9 +56,13 @@ def _oscillator(structure: Oscillator) -> Iterator[tuple[str, bool]]:
     yield "size", positions > N or sizes["contacts"] + sizes["resets"] > CONTACTS
 
 
+def _free(structure: Linkage) -> list[str]:
+    dependent = structure.dependent
+    return [link for link in structure.links if link not in dependent]
+
+
 def _positions(structure: Linkage) -> int:
     dependent = structure.dependent
-    free = [link for link in structure.links if link not in dependent]
     slides = [slide for slide in structure.slides if slide.freedom not in dependent]
     modes = sum(beam.modes + beam.axial for beam in structure.beams if not structure.relaxed)
-    return len(free) + 2 * len(structure.floating) + len(slides) + modes
+    return len(_free(structure)) + 2 * len(structure.floating) + len(slides) + modes
