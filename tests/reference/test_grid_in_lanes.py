@@ -35,6 +35,7 @@ SCENES = {
     "given speed": lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81),
     "loops": lambda: catalog.watt(clearance={"F": 1e-4}),
     "guide": lambda: catalog.slider_crank(clearance={"G": 1e-4}, gravity=9.81),
+    "shaken": lambda: paper(clearance=4e-5, loads=[SHAKE | {"constant": 0.1}]),
     "elastic": lambda: mechanism("four_bar", "kelvin_voigt", "coulomb", True),
 }
 STARTS, TURNS = 12, 2.0
@@ -117,7 +118,6 @@ HINDERED = {
     "bristles": lambda: linkage(mechanism("four_bar", "liu", "lugre", False)),
     "imposed_motion": lambda: linkage(catalog.chunmei2002(drive=PROFILE)),
     "driven_link": lambda: linkage(catalog.chunmei2002(drive=TORQUE | {"link": "rocker"})),
-    "over_time": lambda: linkage(paper(clearance=4e-5, loads=[SHAKE])),
     "work": lambda: linkage(paper(clearance=4e-5), powers=True),
     "section": lambda: linkage(paper(clearance=4e-5), section="angle:rocker"),
     "loop_groups": grouped,

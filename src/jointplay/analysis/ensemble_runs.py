@@ -123,9 +123,8 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
     jobs = flow.jobs(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
-    lanes = flow.lanes(
-        rows, numbers.shape[1], np.array(form.turning), models[0].memories, form.flags, form.sizes
-    )
+    turning, memories = np.array(form.turning), models[0].memories
+    lanes = flow.lanes(rows, numbers.shape[1], turning, form.crank, memories, form.flags, form.sizes)
     v, y = _with(tangents, models[0], flow) if tangents else (None, None)
     run, place = direct(flow.flow), jobs.place
     logs = [[jobs.log[:0, 1:]] for _ in models]
@@ -184,7 +183,8 @@ def _kernels(model: Model, form: Form, loop: str) -> tuple:
 
     cache.prepare(loop)
     module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
-    algebra = cache.ensemble_algebra(form.turning, len(form.flags), form.jumps, form.sizes["folds"])
+    sizes = len(form.flags), form.jumps, form.sizes["folds"], form.crank
+    algebra = cache.ensemble_algebra(form.turning, *sizes)
     f = pointers(own, kind=AtPoint)
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
     return cache.method(loop), f, g, module.ROWS

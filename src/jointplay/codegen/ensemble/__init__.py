@@ -17,7 +17,6 @@ HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
     "bristles": "a law of friction with bristles",
     "imposed_motion": "a speed that is imposed and varies, or leaves no angle free",
     "driven_link": "a drive at another link than the first",
-    "over_time": "a load or torque over time",
     "work": "works, which are integrated",
     "section": "a section other than at an angle of the driven link, or a phase",
     "loop_groups": "ideal loops that close by more than two links at a time",
@@ -34,14 +33,12 @@ def hindrance(structure: Linkage | Oscillator) -> str:
 
 def _linkage(structure: Linkage) -> Iterator[tuple[str, bool]]:
     joints, loops = structure.joints, structure.loops
-    courses = [load.course for load in structure.loads] + [structure.course] * bool(structure.course)
     yield "no_clearance", not joints
     yield "rigid_impacts", any(LAWS[joint.law].rigid for joint in joints)
     yield "bristles", any(joint.friction not in FRICTION for joint in joints)
     turned = structure.drive != "speed" or any(link != structure.driven for link in _free(structure))
     yield "imposed_motion", structure.drive not in DRIVES or not turned  # angles tell a linkage (form)
     yield "driven_link", structure.driven != structure.links[0]
-    yield "over_time", any(course.timed for course in courses)
     yield "work", structure.powers
     yield "section", structure.section not in (None, f"angle:{structure.driven}")
     yield "loop_groups", any(len(loop) > 1 for loop in loops)

@@ -35,14 +35,14 @@ def watched(contacts: int, jumps: int) -> list[int]:
     return [*range(4 * contacts), *range(4 * contacts + GAP, 4 * (contacts + jumps), 4)]
 
 
-def judge(turning: Turning, contacts: int, jumps: int, folds: int) -> list[str]:
-    """Error, guards, dead centres, section; whether the attempt is plain."""
+def judge(turning: Turning, contacts: int, jumps: int, folds: int, crank: int) -> list[str]:
+    """Error, guards, dead centres, section at the position `crank`; whether the attempt is plain."""
     guards = ["low = 0.0", "approach = 0.0", "through = 0.0"]
     guards += [line for g in watched(contacts, jumps) for line in _guard(g, g < 4 * contacts)]
     guards += [line for g in range(rows.FOLD, rows.FOLD + folds) for line in _dead_centre(g)]
     stores = {rows.LOW: "low", rows.PASSES: "approach", rows.CENTRE: "through"}
     guards += [f"{at(row)} = {value}" for row, value in stores.items()]
-    return lanes(*_error(turning)) + lanes(*guards) + lanes(*_ahead()) + lanes(*_plain())
+    return lanes(*_error(turning)) + lanes(*guards) + lanes(*_ahead(crank)) + lanes(*_plain())
 
 
 def _guard(g: int, touches: bool) -> list[str]:
@@ -145,15 +145,15 @@ def _largest(row: int, turning: Turning) -> str:
     return _nested("max", sizes)
 
 
-def _ahead() -> list[str]:
-    """How far beyond the section's level the crank, the first angle, comes at any stage."""
+def _ahead(crank: int) -> list[str]:
+    """How far beyond the section's level the crank's angle, or a phase, comes at any stage."""
     lines = ["most = -1e300"]
     for j in S:
-        lines.append(f"x = {moved(j, 0, at(rows.SPEED))}")
+        lines.append(f"x = {moved(j, crank, at(rows.SPEED, crank))}")
         lines.append(f"most = max(most, {at(rows.DIRECTION)} * x)")
     return [
         *lines,
-        f"{at(rows.CROSSED)} = most - {at(rows.DIRECTION)} * ({at(rows.AHEAD)} - {at(rows.POSITION)})",
+        f"{at(rows.CROSSED)} = most - {at(rows.DIRECTION)} * ({at(rows.AHEAD)} - {at(rows.POSITION, crank)})",
     ]
 
 

@@ -211,7 +211,8 @@ def _accept(k, j, i, guard, later, looked):
 def _crossed(k, j, i):
     """An attempt that was to end at the section. True: an event follows the step that it lies in."""
     w, job, h = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.H + i]
-    later = (w[8 * rows.AHEAD + i] - w[8 * rows.POSITION + i] - w[8 * rows.X + i]) / w[8 * rows.Y + i]
+    at = 8 * k.crank + i
+    later = (w[8 * rows.AHEAD + i] - w[8 * rows.POSITION + at] - w[8 * rows.X + at]) / w[8 * rows.Y + at]
     if not abs(later) < max(NEAR_ROOT * h, AT_START * k.real[8 * rows.LENGTH + i]):
         _nearer(k, j, i, h + min(max(later, -0.5 * h), 0.5 * h))
         return False

@@ -150,14 +150,15 @@ class Lanes(NamedTuple):
     """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts.
 
     The first positions are `phases`, and the last ones have no place in the structure's own state, which has
-    `n_q`. Contacts are those of the structure (of which there are flags), then jumps of the state. `x` is a
-    trajectory as numerics.flow has it, whose arrays those from `s` on are.
+    `n_q`; sections cut the position `crank`. Contacts are those of the structure (of which there are flags), then
+    jumps of the state. `x` is a trajectory as numerics.flow has it, whose arrays those from `s` on are.
     """
 
     n: int
     memories: int
     contacts: int
     phases: int
+    crank: int
     n_q: int
     turning: np.ndarray  # 1 where a position is an angle, PHASE of a phase
     w: np.ndarray
