@@ -150,8 +150,8 @@ class Lanes(NamedTuple):
     """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts.
 
     The first positions are `phases`, and the last ones have no place in the structure's own state, which has
-    `n_q`; sections cut the position `crank`. Contacts are those of the structure (of which there are flags), then
-    jumps of the state. `x` is a trajectory as numerics.flow has it, whose arrays those from `s` on are.
+    `n_q`; sections cut the position `crank`. Contacts are those of the structure (of which there are flags),
+    then jumps of the state. `x` is a trajectory as numerics.flow has it, whose arrays those from `s` on are.
     """
 
     n: int
