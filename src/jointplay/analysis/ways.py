@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,6 @@ from jointplay.codegen import ensemble
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import Model
 from jointplay.numerics.ensemble import PHASE
-
-if TYPE_CHECKING:
-    from jointplay.analysis.trajectory import Request
 
 FOLLOWED = "how the motion was followed"
 RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
@@ -34,8 +31,11 @@ def both(first: int, then: int) -> int:
     return then if first == IN_LANES else first
 
 
-def hindrance(model: Model, request: Request) -> str:
-    """What keeps a motion from lanes, a word of `WAYS`; empty where it can be followed beside others."""
+def hindrance(model: Model, request: Any) -> str:
+    """What keeps a motion from lanes, a word of `WAYS`; empty where it can be followed beside others.
+
+    The request is a trajectory.Request.
+    """
     if found := of_structure(model.structure):
         return found
     if not request.rtol >= RTOL:
@@ -49,7 +49,7 @@ def of_structure(structure: Linkage | Oscillator) -> str:
     return ensemble.hindrance(structure)
 
 
-def _recorded(model: Model, request: Request) -> bool:
+def _recorded(model: Model, request: Any) -> bool:
     """Whether lanes make the records that are asked for."""
     from jointplay.numerics.ensemble.radau import MAX_TURN
 
@@ -63,7 +63,7 @@ def _recorded(model: Model, request: Request) -> bool:
     return asked and section and whole and scaled
 
 
-def _even(model: Model, request: Request, longest: float) -> bool:
+def _even(model: Model, request: Any, longest: float) -> bool:
     """Whether samples are asked for at the end alone, or of a test system at even times as sections are."""
     at = request.at
     if len(at) < 2:
