@@ -124,7 +124,7 @@ def test_a_point_that_fails_leaves_the_others_alone():
     ("mechanism", "plane", "rtol"),
     [
         (
-            catalog.chunmei2002(elastic=["rocker", "coupler"]),
+            catalog.chunmei2002(clearance=0.0),
             {"crank_angle": [0.0, 1.0], "crank_speed": [1.0, 2.0]},
             1e-6,
         ),
@@ -182,7 +182,7 @@ def test_studies_take_lanes_where_they_are_used():
     assert validate(table | over).keywords()["ensemble"] is True
     assert validate(table | over | {"integrator": {"rtol": 1e-6}}).keywords().get("ensemble") is None
     with pytest.raises(InputError, match=r"integrator\.ensemble"):
-        validate(table | over | {"mechanism": {"catalog": "chunmei2002", "clearance": 0.0}})
+        validate(table | over | {"mechanism": {"catalog": "chunmei2002", "elastic": ["coupler", "rocker"]}})
     sharp = table | {"kind": "basins", "analysis": plane, "integrator": {"ensemble": True, "rtol": 1e-10}}
     with pytest.raises(InputError, match=r"integrator\.ensemble"):
         validate(sharp)
