@@ -9,7 +9,11 @@ import pytest
 from scipy.integrate import quad
 
 import jointplay as jp
+from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.trajectory import Request, follow
+from jointplay.analysis.ways import WAYS
+from jointplay.mechanism.assemble import assemble
 
 L, M, G, SPEED = 1.0, 1.0, 9.81, -1.0
 
@@ -63,8 +67,8 @@ def test_a_dead_centre_ends_a_run_soon():
 LONG, SHORT, ROD, SLIDER = 1.0, 0.5, 0.4, 0.7
 
 
-def turning_back():
-    """A crank and a rod, half as long, to a slider."""
+def turning_back(clearance=0.0):
+    """A crank and a rod, half as long, to a slider; with clearance, something hangs on that."""
     links = [
         jp.Link(name="crank", length=LONG, mass=M, inertia=M * LONG**2 / 3),
         jp.Link(name="rod", length=SHORT, mass=ROD, inertia=ROD * SHORT**2 / 3),
@@ -78,6 +82,11 @@ def turning_back():
         jp.Joint(name="G", kind="prismatic", journal={"link": "slider"}, bearing=ground),
     ]
     guess = {"crank": 0.2, "rod": -0.4}
+    if clearance:
+        guess["tail"] = 0.0
+        links.append(jp.Link(name="tail", length=0.3, mass=0.1, inertia=0.003))
+        loose = {"clearance": clearance, "radius": 0.01, "contact": {"stiffness": 1e6, "damping": 10.0}}
+        joints.append(jp.Joint(name="T", journal={"link": "slider"}, bearing={"link": "tail"}, **loose))
     return jp.Mechanism(name="turning_back", links=links, joints=joints, gravity=0.0, guess=guess)
 
 
@@ -109,3 +118,17 @@ def test_a_crank_does_not_turn_back_at_a_dead_centre_with_what_it_leads(rtol):
     assert arrival - last / 1500 < reached[-1] < arrival
     assert np.all(run.angular_velocity.sel(link="crank") > 0)
     np.testing.assert_allclose(run.energy_residual, 0.0, atol=300 * rtol * whole)
+
+
+@pytest.mark.long
+def test_lanes_leave_it_to_one_by_one():
+    """A motion that arrives beside others that do not: lanes took it across, as `ok`."""
+    slack = assemble(turning_back(clearance=1e-3), {"crank_angle": 0.2, "crank_speed": 1.0})
+    asked = [Request(time, 1e-6, at=np.array([time])) for time in (1.5, 0.1, 1.4, 0.12, 1.3)]
+    found = follow_ensemble([slack] * len(asked), asked)
+    for request, run in zip(asked, found, strict=True):
+        alone, arrives = follow(slack, request), request.duration > 1
+        assert STATUS[run.status] == STATUS[alone.status] == ("not_converged" if arrives else "ok")
+        assert WAYS[run.way] == ("left_lanes" if arrives else "in_lanes")
+        assert run.samples.shape == alone.samples.shape
+        assert np.allclose(run.samples, alone.samples, atol=1e-5)

@@ -11,7 +11,6 @@ import jointplay as jp
 from jointplay.analysis import trajectory
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.equations.structure import CORNERS
-from jointplay.errors import InputError
 from jointplay.mechanism.assemble import assemble
 from tests.numerics.test_tangent import differences, distance, scaled
 from tests.support.multibody_records import from_mechanism
@@ -100,17 +99,6 @@ def test_energy_is_balanced_with_friction_that_sticks(name, loose):
     assert motion.sizes["event"] > 30
     assert float(motion.joint_work.max()) > 1e-4
     assert float(np.abs(motion.energy_residual).max()) < 1e-7 * float(np.abs(motion.drive_work).max())
-
-
-def test_ensembles_refuse_guides_with_clearance():
-    """Four contacts and an ideal loop: said before anything runs."""
-    with pytest.raises(InputError, match=r"ensemble: got True; .*three revolute joints"):
-        jp.bifurcation(
-            jp.catalog.slider_crank(clearance={"G": 1e-4}),
-            over={"drive.speed": [100.0, 120.0]},
-            ensemble=True,
-            rtol=1e-8,
-        )
 
 
 def test_clearance_that_vanishes_leaves_the_ideal_slider_crank():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.codegen.ensemble import algebra, equations, known
+from jointplay.codegen.ensemble import algebra, equations, hindrance
 from jointplay.equations.write import system
 from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.ensemble import layout as rows
@@ -30,6 +30,15 @@ SCENES = {
         lambda: catalog.chunmei2002(clearance=TWO, friction=0.3),
         ["free free", "slip+ free", "slip- slip+", "stick slip-", "free stick", "stick stick"],
     ),
+    "a loop": (lambda: catalog.watt(clearance={"F": 1e-4}), ["free", "slip+", "slip-", "stick"]),
+    "a beam": (lambda: mechanism("four_bar", "kelvin_voigt", "coulomb", True), ["free", "slip-", "stick"]),
+    "a guide": (
+        lambda: catalog.slider_crank(clearance={"G": 1e-4}, gravity=9.81),
+        [
+            *("free free free free", "slip+ slip- free free", "stick stick free free"),
+            *("stick free free slip+", "free free stick stick", "stick free free stick"),
+        ],
+    ),
 }
 
 
@@ -38,7 +47,7 @@ def blocks(w, first, count):
     return w.reshape(-1, 8)[first : first + count]
 
 
-QUICK = ("one joint", "a memory", "two joints")
+QUICK = ("one joint", "a memory", "two joints", "a loop")
 
 
 @pytest.mark.parametrize(
@@ -47,28 +56,35 @@ QUICK = ("one joint", "a memory", "two joints")
 def test_rates_guards_and_slopes_are_those_of_one_trajectory(name):
     make, words = SCENES[name]
     model, random = assemble(make()), np.random.default_rng(4)
-    assert known(model.structure)
+    assert not hindrance(model.structure)
     functions = run(equations.text(system(model.structure)))
     n, count, p = len(model.turning), len(model.joints), model.numbers
+    turned, loops = len(functions.PHASES), len(model.structure.loops)
     w = np.zeros(8 * functions.ROWS)
     points = []
     for lane, word in enumerate(np.resize(words, 8)):
         state = model.state + random.uniform(-1e-4, 1e-4, len(model.state))
         points.append(Point(plain(model.structure), p, state, str(word).split()))
-        blocks(w, rows.POSITION, n)[:, lane], blocks(w, rows.SPEED, n)[:, lane] = state[:n], state[n : 2 * n]
+        blocks(w, rows.POSITION + turned, n)[:, lane] = state[:n]
+        blocks(w, rows.SPEED, turned + n)[:, lane] = [*[model.crank_speed] * turned, *state[n : 2 * n]]
         blocks(w, rows.MEMORY, model.memories)[:, lane] = state[2 * n :]
-        angles, turning = points[-1].s[1 + len(state) :], np.flatnonzero(model.turning)
-        blocks(w, rows.SINE, n)[turning, lane], blocks(w, rows.COSINE, n)[turning, lane] = np.split(angles, 2)
+        angles, turning = np.split(points[-1].s[1 + len(state) :], 2), np.flatnonzero(model.turning)
+        turning = [*range(turned), *(turned + turning)]
+        for row, values in zip((rows.SINE, rows.COSINE), angles, strict=True):
+            blocks(w, row, turned + n)[turning, lane] = values
         blocks(w, rows.MASK, 3 * count)[:, lane] = masks(str(word).split())
         blocks(w, rows.NUMBERS, len(p))[:, lane] = p
     blocks(w, rows.NEW, 1)[:] = 1.0
     functions.prepare(w)
     functions.base(w)
     functions.jacobian(w)
-    found = blocks(w, rows.JACOBIAN, 2 * rows.N * rows.N).reshape(rows.N, 2, rows.N, 8)[:n, :, :n]
+    found = blocks(w, rows.JACOBIAN, 2 * rows.N * rows.N).reshape(rows.N, 2, rows.N, 8)
+    found = found[turned : turned + n, :, turned : turned + n]
     for lane, own in enumerate(points):
-        rate, guards = own.rate()[:n, 0], own.watched()[: 4 * count, 0]
-        assert np.allclose(blocks(w, rows.ACCELERATION, n)[:, lane], rate, rtol=1e-8, atol=1e-8)
+        rate, (folds, guards) = own.rate()[:n, 0], np.split(own.watched()[: loops + 4 * count, 0], [loops])
+        rounding = 1e-9 * max(10.0, np.abs(rate).max())
+        assert np.allclose(blocks(w, rows.ACCELERATION + turned, n)[:, lane], rate, rtol=1e-8, atol=rounding)
+        assert np.allclose(blocks(w, rows.GUARD + rows.FOLD, loops)[:, lane], folds, rtol=1e-12)
         sticks = own.m[2::3] > 0
         seen = np.repeat(own.m[::3] > 0, 4) & np.tile([True, True, True, False], count) | np.repeat(sticks, 4)
         ours = blocks(w, rows.GUARD, 4 * count)[:, lane]

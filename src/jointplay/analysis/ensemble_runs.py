@@ -2,9 +2,9 @@
 
 The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
 numbers, mode and step of its own (numerics.ensemble). Reference: Hairer and Wanner, Solving Ordinary
-Differential Equations II, section IV.8. Validity: structures that codegen.ensemble knows (rigid links, one to
-three joints with clearance; small systems of own equations), rtol from 1e-8 up. Whatever else is asked for is
-followed one by one, and so is a body that comes to rest on a wall, and a motion that lanes cannot finish.
+Differential Equations II, section IV.8. Validity: what nothing keeps from lanes (analysis.ways). Whatever
+else is asked for is followed one by one, and so is a motion that lanes cannot finish: a body that rests on a
+wall, a loop at its dead centre.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,30 +21,27 @@ from jointplay.analysis.lane_form import Form
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.trajectory import Records, Request, follow
+from jointplay.analysis.ways import IN_LANES, LEFT, RTOL, hindrance, of_structure
 from jointplay.codegen import cache
-from jointplay.codegen.ensemble import known
+from jointplay.codegen.ensemble import HINDRANCES
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.structure import linkage
 from jointplay.numerics.codes import Row, Status
-from jointplay.numerics.ensemble import PHASE
 
-RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
 LOG_ROWS = 8192
-SAME = 1e-12  # of the last of several times: how far steps between them may differ that are even
 FEWEST = 16  # motions side by side that fill the lanes of two workers
-ACCEPTED = (
-    "false is accepted, or true for a rigid linkage that a motor or a constant torque turns, with play in "
-    "one to three revolute joints, without impacts, bristles, or what varies with time, and for a small test "
-    f"system or system of own equations, at an rtol of {RTOL:g} or more"
-)
 
 
 def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
     """Rule: motions of the mechanism can be followed eight at once, where `ensemble` asks for it."""
-    fit = not ensemble or (rtol >= RTOL and _fits(mechanism))
-    return [] if fit else [Problem("ensemble", ensemble, ACCEPTED)]
+    if ensemble and (found := _hindrance(mechanism)):
+        expected = f"false is accepted: motions side by side cannot have {HINDRANCES[found]}"
+        return [Problem("ensemble", ensemble, expected)]
+    if ensemble and not rtol >= RTOL:
+        return [Problem("ensemble", ensemble, f"true is accepted at an rtol of {RTOL:g} or more")]
+    return []
 
 
 def in_lanes(ensemble: bool | None, mechanism: Mechanism | TestSystem, rtol: float, count: int) -> bool:
@@ -54,19 +51,20 @@ def in_lanes(ensemble: bool | None, mechanism: Mechanism | TestSystem, rtol: flo
     return count >= FEWEST and not ensemble_fits(mechanism, True, rtol)
 
 
-def _fits(mechanism: Mechanism | TestSystem) -> bool:
-    """Whether the structure of its equations goes in lanes."""
+def _hindrance(mechanism: Mechanism | TestSystem) -> str:
+    """What of its structure keeps it from lanes; nothing if it cannot be assembled, and will say so."""
     try:
-        return known(linkage(mechanism) if isinstance(mechanism, Mechanism) else mechanism.structure())
+        given = linkage(mechanism) if isinstance(mechanism, Mechanism) else mechanism.structure()
     except InputError:
-        return True  # a mechanism that cannot be assembled says so when it is
+        return ""
+    return of_structure(given)
 
 
 def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> list[Records]:
     """Follow the motions of models as requested, eight at once where that can be.
 
     Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
-    eight at once cannot do (`suits`) is followed one by one.
+    eight at once cannot do (`ways.hindrance`) is followed one by one.
 
     Returns
     -------
@@ -76,38 +74,11 @@ def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> lis
     """
     pairs, groups = list(zip(models, requests, strict=True)), {}
     for n, pair in enumerate(pairs):
-        groups.setdefault(pair[0].structure if suits(*pair) else None, []).append(n)
+        groups.setdefault(None if hindrance(*pair) else pair[0].structure, []).append(n)
     records = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
     for group in groups.values():
         records |= zip(group, _in_lanes([pairs[n] for n in group])[0], strict=True)
     return [records[n] for n in range(len(pairs))]
-
-
-def suits(model: Model, request: Request) -> bool:
-    """Whether this can be followed beside others: a structure that is known, at a moderate rtol."""
-    from jointplay.numerics.ensemble.radau import MAX_TURN
-
-    if not known(model.structure):
-        return False
-    longest = MAX_TURN if model.links else MAX_TURN / PHASE  # one section point in a step
-    asked = not (request.steps or request.event >= 0 or request.rates) and _even(model, request, longest)
-    whole = request.log_from <= 0 or not (request.events or request.misses)
-    ahead = (request.level - (model.state[0] if model.links else 0.0)) * request.direction > 0
-    section = request.direction == 0 or (ahead and request.period > longest)
-    if not (asked and section and whole and request.rtol >= RTOL):
-        return False
-    n = len(model.turning)
-    return not (model.links and np.any(model.relative[:n])) and bool(np.all(model.relative[n:] == 1.0))
-
-
-def _even(model: Model, request: Request, longest: float) -> bool:
-    """Whether samples are asked for at the end alone, or of a test system at even times as sections are."""
-    at = request.at
-    if len(at) < 2:
-        return not len(at) or at[0] == request.duration
-    far = np.diff(at, prepend=0.0) * math.tau / model.period > longest
-    even = far.all() and np.ptp(np.diff(at)) < SAME * at[-1]
-    return not model.links and request.direction == 0 and bool(even)
 
 
 @dataclass(frozen=True)
@@ -152,9 +123,8 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
     jobs = flow.jobs(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
-    lanes = flow.lanes(
-        rows, numbers.shape[1], np.array(form.turning), models[0].memories, form.flags, form.sizes
-    )
+    turning, memories = np.array(form.turning), models[0].memories
+    lanes = flow.lanes(rows, numbers.shape[1], turning, form.crank, memories, form.flags, form.sizes)
     v, y = _with(tangents, models[0], flow) if tangents else (None, None)
     run, place = direct(flow.flow), jobs.place
     logs = [[jobs.log[:0, 1:]] for _ in models]
@@ -176,7 +146,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     each, found = (time.perf_counter() - began) / len(models), []
     for n, (model, request) in enumerate(asked):
         if jobs.count[n, C_STATUS] != Status.OK:  # it steps aside, or failed: by itself it may go on
-            found.append(None if tangents else follow(model, request))
+            found.append(None if tangents else replace(follow(model, request), way=LEFT))
         else:
             log = np.concatenate(logs[n])
             found.append(_records(jobs, n, log, each, form, len(request.at) > 1))
@@ -213,7 +183,8 @@ def _kernels(model: Model, form: Form, loop: str) -> tuple:
 
     cache.prepare(loop)
     module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
-    algebra = cache.ensemble_algebra(form.turning, len(form.flags), form.jumps)
+    sizes = len(form.flags), form.jumps, form.sizes["folds"], form.crank
+    algebra = cache.ensemble_algebra(form.turning, *sizes)
     f = pointers(own, kind=AtPoint)
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
     return cache.method(loop), f, g, module.ROWS
@@ -250,4 +221,5 @@ def _records(jobs, n: int, log: np.ndarray, seconds: float, form: Form, sampled:
     status, samples = int(jobs.count[n, C_STATUS]), jobs.final[n : n + 1][:, form.columns(0)]
     if sampled:
         samples, kinds[Row.SECTION] = kinds[Row.SECTION][:, 2:], kinds[Row.SECTION][:0]
-    return Records(samples, *kinds.values(), jobs.start[n][form.columns(0)], status, seconds, counts, 1)
+    ended = jobs.start[n][form.columns(0)], status, seconds, counts, IN_LANES
+    return Records(samples, *kinds.values(), *ended)

@@ -9,6 +9,7 @@ import numpy as np
 
 from jointplay.analysis.trajectory import Request
 from jointplay.codegen import cache, outputs
+from jointplay.equations.parameters import parameter_names
 from jointplay.mechanism.model import Model
 from jointplay.numerics.ensemble import CLOCK, PHASE
 
@@ -34,6 +35,8 @@ class Form:
         How many speeds are what laws of contact remember.
     turns : tuple of float
         1 where a position is an angle.
+    crank : int
+        Place of the angle or phase that sections cut.
     """
 
     phases: tuple[str, ...]
@@ -41,6 +44,7 @@ class Form:
     sizes: dict[str, int]
     memories: int
     turns: tuple[float, ...]
+    crank: int
 
     @classmethod
     def of(cls, model: Model) -> Form:
@@ -48,7 +52,9 @@ class Form:
         module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
         flags = np.array([*own.CONTACTS.values()], dtype=np.int64)
         turns = tuple(float(turn) for turn in model.turning[: own.SIZES["positions"]])
-        return cls(tuple(module.PHASES), flags, own.SIZES, model.memories, turns)
+        phases, crank = tuple(module.PHASES), f"theta_{model.crank}"
+        place = len(phases) + own.STATE.index(crank) - 1 if crank in own.STATE else 0
+        return cls(phases, flags, own.SIZES, model.memories, turns, place)
 
     @property
     def jumps(self) -> int:
@@ -72,6 +78,12 @@ class Form:
 
     def _phases(self, model: Model) -> np.ndarray:
         """Phases at the times 0 and 1, shape (2, phases)."""
+        if model.links:  # of a crank whose speed is imposed, and of loads
+            numbers = dict(zip(parameter_names(model.structure), model.numbers, strict=True))
+            names = [f"nu_{name.removeprefix('phase_')}" for name in self.phases]
+            rates = [numbers.get(name, model.crank_speed) for name in names]
+            first = [model.crank_angle if name == model.crank else 0.0 for name in self.phases]
+            return first + np.outer([0.0, 1.0], rates)
         own = [name for name in self.phases if name != CLOCK]
         module = cache.structure_module(model.structure)
         given = dict(zip(module.STATE, [np.array([0.0, 1.0]), *model.state], strict=False))

@@ -26,7 +26,8 @@ from jointplay.analysis.keywords import (
 )
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.quantities import EVENTS, recorded
-from jointplay.analysis.trajectory import FOLLOWED, WAYS, Request, follow
+from jointplay.analysis.trajectory import Request, follow
+from jointplay.analysis.ways import FOLLOWED, WAYS
 from jointplay.mechanism.base import Flag, Natural
 from jointplay.mechanism.records import CrankAngle, Section
 

@@ -14,14 +14,13 @@ from jointplay.analysis import company, guard_tolerances
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
+from jointplay.analysis.ways import hindrance, way
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Row, Section, Status
 
 INTERRUPTED = int(Status.INTERRUPTED)
-WAYS = ("one_by_one", "in_lanes")  # of following a motion
-FOLLOWED = "how the motion was followed"
 LOG_ROWS = 4096
 MAX_STEPS = 10**9
 SHARP = 1500.0  # tolerated errors of its speed in a turn: an acceleration in doubt; its error is below 1000
@@ -79,9 +78,9 @@ class Request:
 class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
-    `way` says how the motion was followed, by its place in `WAYS`. Misses have the gap that is left in place
-    of a kind. Doubts are beginnings of steps where accelerations may be wrong (analysis.rates), after which
-    guards fired there and the time of the end.
+    `way` says how the motion was followed, by its place in `ways.WAYS`. Misses have the gap that is left in
+    place of a kind. Doubts are beginnings of steps where accelerations may be wrong (analysis.rates), after
+    which guards fired there and the time of the end.
     """
 
     samples: np.ndarray
@@ -123,7 +122,8 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     log = np.concatenate(parts)
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     samples = x.samples[: x.count[SAMPLES]]
-    return Records(samples, *kinds, start, code, time.perf_counter() - began, counts(x))
+    went = time.perf_counter() - began, counts(x), way(hindrance(model, request))
+    return Records(samples, *kinds, start, code, *went)
 
 
 def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None = None) -> int:

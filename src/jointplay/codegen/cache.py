@@ -162,10 +162,10 @@ def algebra_module(n_q: int, n: int) -> ModuleType:
     return _module(f"algebra {n_q} {n}", lambda: _writer("algebra").text(n_q, n))
 
 
-def ensemble_algebra(turning: tuple[float, ...], contacts: int, jumps: int) -> ModuleType:
+def ensemble_algebra(turning: tuple[float, ...], *sizes: int) -> ModuleType:
     """The compiled algebra of the method for eight trajectories at once (codegen.ensemble.algebra)."""
-    key = f"ensemble algebra {turning!r} {contacts} {jumps}"
-    return _module(key, lambda: _writer("ensemble.algebra").text(turning, contacts, jumps))
+    key = f"ensemble algebra {turning!r} {sizes!r}"
+    return _module(key, lambda: _writer("ensemble.algebra").text(turning, *sizes))
 
 
 def _writer(name: str) -> ModuleType:

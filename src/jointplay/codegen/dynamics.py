@@ -37,6 +37,18 @@ from .tape import Tape
 EASE, TINY = Float(1e-9), Float(1e-100)  # TINY, N^2: its square is a number still
 
 
+def eased(
+    tape: Tape, contacts: list[Contact], i: int, sticks: list[Expr], pushes: list[Expr], own: Expr
+) -> dict[int, Expr]:
+    """What contact i and the other on its face have in v_t,i' by their F_t, `own` being S_ii."""
+    for j, other in enumerate(contacts):
+        if j != i and other.face and other.face == contacts[i].face:
+            c_j, c_i = pushes[i], pushes[j]
+            size = tape.let(f"ease_{i}", EASE * sticks[j] * own / (c_i**2 + c_j**2 + TINY))
+            return {i: size * c_i**2, j: -size * c_i * c_j}
+    return {}
+
+
 class Dynamics:
     """A system solved in one variant: `tape` holds the program, `a`, `F_n`, `F_t` the results."""
 
@@ -178,14 +190,12 @@ class Dynamics:
 
     def _ease(self, i: int) -> dict[int, Expr]:
         """What contact i and the other on its face have in v_t,i' while that one sticks, by their F_t."""
-        face = self.contacts[i].face
-        for j in self.held if face else ():
-            if j != i and self.contacts[j].face == face:
-                (c_j, c_i), own = (self.F_n[i], self.F_n[j]), self._columns[self.held.index(i)]
-                size = EASE * self.masks[j].stick * dot(self._row(i), own) / (c_i**2 + c_j**2 + TINY)
-                size = self.tape.let(f"ease_{i}", size)
-                return {i: size * c_i**2, j: -size * c_i * c_j}
-        return {}
+        if i not in self.held:
+            return {}
+        place, sticks = self.held.index(i), [self.masks[j].stick for j in self.held]
+        contacts, pushes = ([each[j] for j in self.held] for each in (self.contacts, self.F_n))
+        found = eased(self.tape, contacts, place, sticks, pushes, self.restoring(i))
+        return {self.held[j]: value for j, value in found.items()}
 
     def _eased(self, i: int, forces) -> Expr:
         return sum((entry * forces[j] for j, entry in self._ease(i).items()), Integer(0))

@@ -83,6 +83,7 @@ def _sizes(layout: Layout, plans: list[elimination.Plan]) -> dict[str, int]:
         "contacts": len(system.contacts),
         "resets": len(system.resets),
         "rubs": system.rubs,
+        "folds": len(system.folds),
         "sections": int(system.section is not None),
         "powers": len(system.powers),
         "first": layout.rows["time"],

@@ -18,52 +18,55 @@ REFINEMENTS = 8
 TOGETHER = 1e-6  # of a step that ends at an event: what happens within it is one event's
 FOLLOWING = 1e-6  # share of what a guard comes to in a step
 ROUNDING = 0.06  # of a guard's margin, which is more than sixteen roundings
-CENTRE_RATIO = 4.0  # ratio of r^2 among the stages, from which on the journal may have passed
-FOLD_RATIO, NEAR_FOLD, AT_FOLD = 4.0, 0.04, 1e-10  # likewise of sin^2 to a dead centre; if below; 0
+SQUARES = 4.0  # ratio of a squared distance among the stages, from which on zero may have been passed
+NEAR_FOLD, AT_FOLD = 0.04, 1e-10  # sin^2 to a dead centre below which that is looked at; that counts as 0
+AWAY, NEARING, THERE = range(3)  # from a dead centre
+
+
+@inner
+def _passes_zero(w, row, shift):
+    """Whether the squared distance in a lane row, and a shift, may have passed zero in the step.
+
+    It may lie between two stages, unseen. On a line past zero the distance changes fivefold at least among
+    the stages; it may change twofold, its square fourfold.
+    """
+    least, most = np.inf, 0.0
+    for i in range(8):
+        square = w[8 * row + i] + shift
+        least, most = min(least, square), max(most, square)
+    return SQUARES * least < most
 
 
 @inner
 def passes_centre(w, row, x):
     """Whether a journal in contact may have passed the bearing's centre in the step: the force turns there.
 
-    A flight across a bearing that is small beside the penetration lies between two stages, unseen. On a line
-    past the centre r changes fivefold at least among the stages; it may change twofold, r^2 (known from the
-    guard r^2 - e^2) fourfold. `row` is the lane row of the first guard.
+    `row` is the lane row of the first guard, which is r^2 - e^2.
     """
     for j in range(len(x.flags)):
-        if x.modes[j] > RELEASED:
-            least, most = np.inf, 0.0
-            for i in range(8):
-                square = w[8 * (row + 4 * j) + i] + x.clearance_squared[j]
-                least, most = min(least, square), max(most, square)
-            if CENTRE_RATIO * least < most:
-                return True
-    return False
-
-
-@inner
-def nears_dead_centre(w, o):
-    """Whether the step is so long that it may lead across a loop's dead centre.
-
-    There the links turn back that lead the motion, on a path that is smooth; those that follow swing through,
-    to where the equations have another sign of a root. A step across would turn them back too, or stop them.
-    """
-    for row in range(o.first + 1 + o.n_q + 2 * o.n, o.guards):
-        least, most = np.inf, 0.0
-        for i in range(8):
-            least, most = min(least, w[8 * row + i]), max(most, w[8 * row + i])
-        if least < NEAR_FOLD and FOLD_RATIO * least < most:
+        if x.modes[j] > RELEASED and _passes_zero(w, row + 4 * j, x.clearance_squared[j]):
             return True
     return False
 
 
 @inner
-def at_dead_centre(w, o):
-    """Whether a loop was at its dead centre where the step began: rounding has all digits there."""
-    nearest = np.inf
+def dead_centre(w, o):
+    """Whether the step is so long that it may lead across a loop's dead centre, or one lies where it began.
+
+    There the links turn back that lead the motion, on a path that is smooth; those that follow swing through,
+    to where the equations have another sign of a root. A step across would turn them back too, or stop them.
+    At the dead centre itself rounding has all digits.
+    """
+    found = AWAY
     for row in range(o.first + 1 + o.n_q + 2 * o.n, o.guards):
-        nearest = min(nearest, w[8 * row + 7])
-    return nearest < AT_FOLD
+        least = np.inf
+        for i in range(8):
+            least = min(least, w[8 * row + i])
+        if w[8 * row + 7] < AT_FOLD:
+            return THERE
+        if least < NEAR_FOLD and _passes_zero(w, row, 0.0):
+            found = NEARING
+    return found
 
 
 @inner

@@ -34,14 +34,7 @@ from .control import (
     shorter,
 )
 from .doubts import again, doubt, doubtful
-from .events import (
-    accept_until_event,
-    at_dead_centre,
-    begins_beyond,
-    nears_dead_centre,
-    passes_centre,
-    state_at,
-)
+from .events import AWAY, THERE, accept_until_event, begins_beyond, dead_centre, passes_centre, state_at
 from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, AtPoint, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
@@ -262,7 +255,7 @@ def run(f, k, x, o, g, y):
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = shorter(real, h, error)
-        elif passes_centre(k.w, o.guards, x) or nears_dead_centre(k.w, o):
+        elif passes_centre(k.w, o.guards, x) or dead_centre(k.w, o) != AWAY:
             count[FAILED] += 1
             real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0
         else:
@@ -279,7 +272,7 @@ def run(f, k, x, o, g, y):
                 return NO_DERIVATIVE
             if count[CLOSE] >= CHATTER_COUNT:
                 return CHATTER
-        if at_dead_centre(k.w, o) or not real[H] > instant(x.s[0], o.near):
+        if dead_centre(k.w, o) == THERE or not real[H] > instant(x.s[0], o.near):
             return failure(x.s, o.n_q + o.n)
 
 

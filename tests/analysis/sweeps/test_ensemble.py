@@ -11,6 +11,7 @@ import pytest
 from jointplay.analysis import ensemble_runs
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.trajectory import Request, follow
+from jointplay.analysis.ways import hindrance
 from jointplay.lab.stress.scenes import draw
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
@@ -115,14 +116,14 @@ def test_chatter_and_divergence_are_those_of_one_trajectory():
 def test_what_lanes_cannot_do_is_followed_alone():
     good = model(3e-5, 3.0, 0.01)
     sampled = asked(good, 1, at=np.array([0.5 * good.period]))
-    ball = assemble(catalog.chunmei2002(speed=10.0))
-    assert not ensemble_runs.suits(good, sampled)
-    assert not ensemble_runs.suits(good, asked(good, 1, 1e-9))
-    found = ensemble_runs.follow_ensemble([ball, good, good], [Request(1.0), asked(good, 1), sampled])
+    ideal = assemble(catalog.chunmei2002(clearance=0.0))
+    assert hindrance(good, sampled) == "records"
+    assert hindrance(good, asked(good, 1, 1e-9)) == "tolerance"
+    found = ensemble_runs.follow_ensemble([ideal, good, good], [Request(1.0), asked(good, 1), sampled])
     alone = follow(good, sampled)
     assert found[2].samples.tobytes() == alone.samples.tobytes()
     assert found[2].events.tobytes() == alone.events.tobytes()
-    assert found[0].counts == follow(ball, Request(1.0)).counts
+    assert found[0].counts == follow(ideal, Request(1.0)).counts
 
 
 def hard(number, *variants):
@@ -183,7 +184,7 @@ def test_hard_scenes_lose_no_event(number):
     """Scenes of analysis.test_hard_scenes: as many events in a row as the one-trajectory kernel has."""
     each = hard(number)
     request = Request(2 * each.period, 1e-6, events=True, log_from=-1.0, max_steps=10_000)
-    assert ensemble_runs.suits(each, request)
+    assert not hindrance(each, request)
     (found,), truth = (
         ensemble_runs.follow_ensemble([each], [request]),
         follow(each, replace(request, rtol=1e-10)),

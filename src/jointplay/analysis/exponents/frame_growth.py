@@ -9,18 +9,19 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from jointplay.analysis import company
-from jointplay.analysis.ensemble_runs import Carried, Tangent, carry, follow_ensemble, suits
+from jointplay.analysis.ensemble_runs import Carried, Tangent, carry, follow_ensemble
 from jointplay.analysis.exponents import batch_means, section_exponents
 from jointplay.analysis.looks import Stopped
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales, tolerated
 from jointplay.analysis.trajectory import INTERRUPTED, Records, Request, counts
+from jointplay.analysis.ways import LEFT, hindrance, way
 from jointplay.mechanism.model import Model
 
 LOOKS = 10  # how often a target error is looked at
@@ -129,7 +130,14 @@ def grown(
         if not neutral or section_exponents.moves(start, float(bundle.y.logs[0])):
             break
     kept = {"neutral": neutral, "rested": timeless and not neutral, "grazing": bundle.grazing}
-    return Stretched(model, rows, bundle.logs, **kept, **ended)
+    hindered = hindrance(model, asked.request) or ("" if _alike(model, asked) else "exponents")
+    return Stretched(model, rows, bundle.logs, **kept, **ended, way=way(hindered))
+
+
+def _alike(model: Model, asked: Stretch) -> bool:
+    """Whether lanes carry the tangents that are asked for: one of what nothing outside keeps the time of."""
+    alone = asked.count == 1 and model.links and not model.memories
+    return bool(alone) and section_exponents.timeless(model)
 
 
 def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[Stretched]:
@@ -140,24 +148,25 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
     """
     groups: dict[Any, list[int]] = {}
     for n, (model, one) in enumerate(zip(models, asked, strict=True)):
-        if one.count == 1 and model.links and not model.memories and suits(model, one.request):
+        if not hindrance(model, one.request) and _alike(model, one):
             groups.setdefault(model.structure, []).append(n)
     found: dict[int, Stretched | None] = {}
     for group in groups.values():
-        if section_exponents.timeless(models[group[0]]):
-            some, own = [models[n] for n in group], [asked[n] for n in group]
-            carried = carry(some, [one.request for one in own], list(map(_tangent, some, own)))
-            found |= zip(group, map(_stretched, some, carried), strict=True)
-    return [found.get(n) or grown(*pair) for n, pair in enumerate(zip(models, asked, strict=True))]
+        some, own = [models[n] for n in group], [asked[n] for n in group]
+        carried = carry(some, [one.request for one in own], list(map(_tangent, some, own)))
+        found |= zip(group, map(_stretched, some, carried), strict=True)
+    alone = {n: grown(*pair) for n, pair in enumerate(zip(models, asked, strict=True)) if not found.get(n)}
+    alone |= {n: replace(run, way=LEFT) for n, run in alone.items() if n in found}
+    return [alone.get(n) or found[n] for n in range(len(models))]
 
 
 def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
     """Follow motions side by side, those with tangents in lanes of their own (see analysis.company)."""
     found: dict[int, Records | Stretched] = {}
-    for kind, way in ((Request, follow_ensemble), (Stretch, grown_together)):
+    for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
         some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]
         if some:
-            found |= zip(some, way(*zip(*(asked[n] for n in some), strict=True)), strict=True)
+            found |= zip(some, together(*zip(*(asked[n] for n in some), strict=True)), strict=True)
     return [found[n] for n in range(len(asked))]
 
 

@@ -34,7 +34,8 @@ from jointplay.analysis.exponents.frame_growth import (
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.looks import part
-from jointplay.analysis.trajectory import FOLLOWED, INTERRUPTED, WAYS, Request
+from jointplay.analysis.trajectory import INTERRUPTED, Request
+from jointplay.analysis.ways import FOLLOWED, WAYS
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit

@@ -31,7 +31,7 @@ from jointplay.analysis.states.matching import Attractors, match
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import quarters
 from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing
-from jointplay.analysis.trajectory import WAYS
+from jointplay.analysis.ways import WAYS
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 
 TURNS, TRANSIENT, PATIENCE = 64, 100, 4

@@ -24,6 +24,7 @@ from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.trajectory import Records, Request, follow
+from jointplay.analysis.ways import both
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle
 
@@ -91,7 +92,7 @@ def end_states(
         drop, models = 0 if again else observation.transient, [model for model, *_ in left.values()]
         cuts = section_states(base, models, drop, observation)
         for (n, (_, seen, before)), (states, status, way) in zip([*left.items()], cuts, strict=True):
-            repeats, way = 0 if status else _period(base, states, observation), min(way, before)
+            repeats, way = 0 if status else _period(base, states, observation), both(before, way)
             if status or repeats:
                 result[n] = (status, repeats, nothing if status else states[-repeats:], way)
                 del left[n]

@@ -27,6 +27,7 @@ from jointplay.analysis.starts import End, crank_place, moved, placed, state_nam
 from jointplay.analysis.sweeps.points import LABELLED
 from jointplay.analysis.tangents import scales
 from jointplay.analysis.trajectory import Records, Request, follow
+from jointplay.analysis.ways import both
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
 
@@ -104,7 +105,7 @@ def settle(mechanism: Mechanism | TestSystem, start: Any, plan: Plan) -> dict[st
         model = moved(model, _state(model, plan, _last(model, plan, dropped)))
         steps, way = dropped.counts["n_steps"], dropped.way
     records = _run(model, plan, plan.turns, watched=True)
-    records = replace(records, way=min(way, records.way))
+    records = replace(records, way=both(way, records.way))
     if records.status:
         return _failed(records, f"in the {plan.turns} turns looked at", steps)
     result = _described(model, plan, records)

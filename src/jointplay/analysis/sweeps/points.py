@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.labels import flags
-from jointplay.analysis.trajectory import WAYS
+from jointplay.analysis.ways import WAYS
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
 

@@ -1,53 +1,65 @@
 """Source of the eight-lane kernels: a structure's equations, and the method's algebra and control."""
 
+from collections.abc import Iterator
+
 from ...equations.laws import LAWS
-from ...equations.structure import Course, Linkage, Oscillator
-from ...numerics.ensemble import CONTACTS, N
+from ...equations.structure import Linkage, Oscillator
+from ...numerics.ensemble import CONTACTS, FOLDS, N
 from ..cache import structure_module
 
 FRICTION = (  # with which it has been tried: laws without a state of their own
     *("none", "coulomb", "tanh", "ramp", "ambrosio", "threlfall", "andersson", "brown_mcphee", "stribeck"),
 )
-DRIVES = ("none", "motor", "torque")
+DRIVES = ("none", "motor", "speed", "torque")
+HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
+    "no_clearance": "a linkage without clearance",
+    "rigid_impacts": "impacts of rigid joints (`restitution`)",
+    "bristles": "a law of friction with bristles",
+    "imposed_motion": "a speed that is imposed and varies, or leaves no angle free",
+    "driven_link": "a drive at another link than the first",
+    "work": "works, which are integrated",
+    "section": "a section other than at an angle of the driven link, or a phase",
+    "loop_groups": "ideal loops that close by more than two links at a time",
+    "sliding_switch": "a switch that slides",
+    "size": f"more than {N} positions (modes, phases), {CONTACTS} contacts and walls, or {FOLDS} ideal loops",
+}
 
 
-def known(structure: Linkage | Oscillator) -> bool:
-    """Whether eight can run at once: rigid links that turn freely, the crank first, and bearings with play.
-
-    Each law of contact that has a force is known, and up to three joints with play; springs, and loads and
-    torques that stay the same. Ideal loops, corners of sliders, rigid bearings, bristles, elastic links,
-    imposed speeds and what varies with time or an angle are not. Systems of somebody's own are known that
-    have few states, phases, contacts, switches and jumps, and no switch that slides.
-    """
-    if isinstance(structure, Oscillator):
-        return _few(structure)
-    if not structure.joints or structure.closures:  # at a dead centre the motion has to end
-        return False
-    fit = _positions(structure) <= N and len(structure.joints) <= CONTACTS
-    bearings = all(
-        not LAWS[joint.law].rigid and joint.corner is None and joint.friction in FRICTION
-        for joint in structure.joints
-    )
-    free = structure.drive in DRIVES and structure.driven == structure.links[0]
-    courses = [load.course for load in structure.loads] + [structure.course] * bool(structure.course)
-    steady = not any(map(_varies, courses)) and not structure.powers
-    section = structure.section in (None, f"angle:{structure.driven}")
-    return fit and bearings and not structure.beams and free and steady and section
+def hindrance(structure: Linkage | Oscillator) -> str:
+    """The first of `HINDRANCES` that a structure has; empty where eight can run at once."""
+    found = _oscillator(structure) if isinstance(structure, Oscillator) else _linkage(structure)
+    return next((name for name, there in found if there), "")
 
 
-def _few(structure: Oscillator) -> bool:
-    """Whether the states of a system with its phases, and all that touches or jumps, have room in a lane."""
+def _linkage(structure: Linkage) -> Iterator[tuple[str, bool]]:
+    joints, loops = structure.joints, structure.loops
+    yield "no_clearance", not joints
+    yield "rigid_impacts", any(LAWS[joint.law].rigid for joint in joints)
+    yield "bristles", any(joint.friction not in FRICTION for joint in joints)
+    turned = structure.drive != "speed" or any(link != structure.driven for link in _free(structure))
+    yield "imposed_motion", structure.drive not in DRIVES or not turned  # angles tell a linkage (form)
+    yield "driven_link", structure.driven != structure.links[0]
+    yield "work", structure.powers
+    yield "section", structure.section not in (None, f"angle:{structure.driven}")
+    yield "loop_groups", any(len(loop) > 1 for loop in loops)
+    yield "size", _positions(structure) > N or len(joints) > CONTACTS or len(loops) > FOLDS
+
+
+def _oscillator(structure: Oscillator) -> Iterator[tuple[str, bool]]:
+    yield "sliding_switch", any(switch.slides for switch in structure.switches)
+    yield "section", structure.section not in (None, "phase")
     sizes = structure_module(structure).SIZES
-    clock = int(not structure.period)
-    fit = clock + sizes["angles"] + sizes["speeds"] <= N and sizes["contacts"] + sizes["resets"] <= CONTACTS
-    slides = any(switch.slides for switch in structure.switches)
-    return fit and not slides and structure.section in (None, "phase")
+    positions = int(not structure.period) + sizes["angles"] + sizes["speeds"]
+    yield "size", positions > N or sizes["contacts"] + sizes["resets"] > CONTACTS
+
+
+def _free(structure: Linkage) -> list[str]:
+    dependent = structure.dependent
+    return [link for link in structure.links if link not in dependent]
 
 
 def _positions(structure: Linkage) -> int:
-    free = [link for link in structure.links if link not in structure.dependent]
-    return len(free) + 2 * len(structure.floating) + len(structure.slides)
-
-
-def _varies(course: Course) -> bool:
-    return bool(course.orders or course.timed)
+    dependent = structure.dependent
+    slides = [slide for slide in structure.slides if slide.freedom not in dependent]
+    modes = sum(beam.modes + beam.axial for beam in structure.beams if not structure.relaxed)
+    return len(_free(structure)) + 2 * len(structure.floating) + len(slides) + modes

@@ -29,12 +29,13 @@ from jointplay.numerics.interface import entry
 S = range(STAGES)
 
 
-def text(turning: Turning, contacts: int, jumps: int = 0) -> str:
-    """Source of the module, for positions that turn or do not, so many contacts, and jumps of the state."""
+def text(turning: Turning, contacts: int, jumps: int = 0, folds: int = 0, crank: int = 0) -> str:
+    """Source of the module: which positions turn, and is cut; how many contacts, jumps, loops (folds)."""
     N = range(len(turning))
     late, size = lanes(*fetch(len(N), LATE)), lanes(*_size(N, free(turning)))
     parts = {"predict": predict(N) + late, "factor": _factor(N), "solve": solve(N) + size}
-    parts |= {"judge": judge(turning, contacts, jumps), "settle": settle(turning, contacts, jumps)}
+    parts |= {"judge": judge(turning, contacts, jumps, folds, crank)}
+    parts |= {"settle": settle(turning, contacts, jumps, folds)}
     return HEADER + "\n\n" + "\n\n\n".join(function(*part) for part in parts.items()) + "\n"
 
 

@@ -19,7 +19,7 @@ from ...numerics.ensemble.radau import (
     STAGES,
     TO_BERNSTEIN,
 )
-from ...numerics.events import CENTRE_RATIO
+from ...numerics.events import AT_FOLD, AWAY, NEAR_FOLD, NEARING, SQUARES, THERE
 from ...numerics.modes import CONE, FORCE, GAP
 from .text import at, choose, lanes, moved, rotation, slope, stage, total
 
@@ -35,13 +35,14 @@ def watched(contacts: int, jumps: int) -> list[int]:
     return [*range(4 * contacts), *range(4 * contacts + GAP, 4 * (contacts + jumps), 4)]
 
 
-def judge(turning: Turning, contacts: int, jumps: int) -> list[str]:
-    """Error, guards, section; whether the attempt is plain."""
+def judge(turning: Turning, contacts: int, jumps: int, folds: int, crank: int) -> list[str]:
+    """Error, guards, dead centres, section at the position `crank`; whether the attempt is plain."""
     guards = ["low = 0.0", "approach = 0.0", "through = 0.0"]
     guards += [line for g in watched(contacts, jumps) for line in _guard(g, g < 4 * contacts)]
+    guards += [line for g in range(rows.FOLD, rows.FOLD + folds) for line in _dead_centre(g)]
     stores = {rows.LOW: "low", rows.PASSES: "approach", rows.CENTRE: "through"}
     guards += [f"{at(row)} = {value}" for row, value in stores.items()]
-    return lanes(*_error(turning)) + lanes(*guards) + lanes(*_ahead()) + lanes(*_plain())
+    return lanes(*_error(turning)) + lanes(*guards) + lanes(*_ahead(crank)) + lanes(*_plain())
 
 
 def _guard(g: int, touches: bool) -> list[str]:
@@ -53,14 +54,32 @@ def _guard(g: int, touches: bool) -> list[str]:
         f"start, side, margin = {at(rows.GUARD, g)}, {at(rows.SIDE, g)}, {margin}",
         f"level = level_of(start, side, {at(rows.FIRED, g)}, margin)",
     ]
-    names = [f"v{j}" for j in range(STAGES + 1)]
-    values = ["start", *(at(rows.WATCHES, rows.GUARDS * n + g) for n in S)]
-    lines += [f"{name} = {value}" for name, value in zip(names, values, strict=True)]
+    names, loads = _values(g)
+    lines += loads
     lines += [f"b{n} = {total(TO_BERNSTEIN[n], names)}" for n in range(1, STAGES)]
     lines += [f"b0, b{STAGES} = v0, v{STAGES}"]
     lines += [f"low = min(low, side * (b{n} - level))" for n in range(STAGES + 1)]
     lines += _approach(touches) if place == GAP else []
     return lines + (_centre(names, j) if place == GAP and touches else [])
+
+
+def _values(g: int) -> tuple[list[str], list[str]]:
+    """Names of what is watched, at the base point and at the stages; the lines that load it."""
+    names = [f"v{j}" for j in range(STAGES + 1)]
+    places = [at(rows.GUARD, g), *(at(rows.WATCHES, rows.GUARDS * n + g) for n in S)]
+    return names, [f"{name} = {place}" for name, place in zip(names, places, strict=True)]
+
+
+def _dead_centre(g: int) -> list[str]:
+    """Whether the step may lead across a loop's dead centre, or one is met (numerics.events)."""
+    names, loads = _values(g)
+    return [
+        *loads,
+        f"least, most = {_nested('min', names)}, {_nested('max', names)}",
+        f"near = {float(NEARING)!r} if {SQUARES!r} * least < most else {float(AWAY)!r}",
+        f"near = near if least < {NEAR_FOLD!r} else {float(AWAY)!r}",
+        f"through = max(through, {float(THERE)!r} if least < {AT_FOLD!r} else near)",
+    ]
 
 
 def _approach(touches: bool) -> list[str]:
@@ -78,7 +97,7 @@ def _centre(names: list[str], contact: int) -> list[str]:
     return [
         f"square = {at(rows.CLEARANCE_SQUARED, contact)}",
         f"least, most = {_nested('min', names)} + square, {_nested('max', names)} + square",
-        f"centre = 1.0 if {CENTRE_RATIO!r} * least < most else 0.0",
+        f"centre = 1.0 if {SQUARES!r} * least < most else 0.0",
         f"through = max(through, centre * {at(rows.MASK, 3 * contact)})",
     ]
 
@@ -103,7 +122,7 @@ def _error(turning: Turning) -> list[str]:
     lines += [f"ez{k} = " + " + ".join(f"{at(rows.INVERSE, rows.N * k + j)} * z{j}" for j in N) for k in N]
     for k in N:
         floor = at(rows.FLOOR_POSITION, k)
-        if PHASE in turning:  # of a system of somebody's own, whose positions may be of any size
+        if 1.0 not in turning:  # of a system of somebody's own, whose positions may be of any size
             floor = f"({floor} + {at(rows.TOLERANCE)} * abs({at(rows.POSITION, k)} + {at(rows.X, k)}))"
         lines.append(f"eq{k} = h * {1 / GAMMA!r} * (q{k} + ez{k}) / {floor}")
     for k in N:
@@ -126,15 +145,15 @@ def _largest(row: int, turning: Turning) -> str:
     return _nested("max", sizes)
 
 
-def _ahead() -> list[str]:
-    """How far beyond the section's level the crank, the first angle, comes at any stage."""
+def _ahead(crank: int) -> list[str]:
+    """How far beyond the section's level the crank's angle, or a phase, comes at any stage."""
     lines = ["most = -1e300"]
     for j in S:
-        lines.append(f"x = {moved(j, 0, at(rows.SPEED))}")
+        lines.append(f"x = {moved(j, crank, at(rows.SPEED, crank))}")
         lines.append(f"most = max(most, {at(rows.DIRECTION)} * x)")
     return [
         *lines,
-        f"{at(rows.CROSSED)} = most - {at(rows.DIRECTION)} * ({at(rows.AHEAD)} - {at(rows.POSITION)})",
+        f"{at(rows.CROSSED)} = most - {at(rows.DIRECTION)} * ({at(rows.AHEAD)} - {at(rows.POSITION, crank)})",
     ]
 
 
@@ -160,7 +179,7 @@ def _plain() -> list[str]:
     return [*lines, f"{at(rows.H_NEXT)} = {at(rows.H)}"]
 
 
-def settle(turning: Turning, contacts: int, jumps: int) -> list[str]:
+def settle(turning: Turning, contacts: int, jumps: int, folds: int) -> list[str]:
     """Control; then the base point moves to the step's end, and LATER by Taylor's series."""
     moved = [f"taken, later = {at(rows.TAKEN)}, {at(rows.LATER)}"]
     values = {
@@ -175,6 +194,8 @@ def settle(turning: Turning, contacts: int, jumps: int) -> list[str]:
     for g in watched(contacts, jumps):
         moved += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "taken > 0.0")
         moved += choose(at(rows.FIRED, g), "0.0", "taken > 0.0")
+    for g in range(rows.FOLD, rows.FOLD + folds):
+        moved += choose(at(rows.GUARD, g), at(rows.WATCHED, g), "taken > 0.0")
     kept = [f"keep = {at(rows.KEEP)}", *choose(at(rows.H_PAST), at(rows.H), "keep > 0.0")]
     for k in range(len(turning)):
         for j in S:

@@ -21,7 +21,7 @@ from ...equations.system import System
 from ...numerics.ensemble import layout as rows
 from ...numerics.ensemble.radau import STAGES
 from ...numerics.modes import CONE, FORCE, GAP
-from ..dynamics import Dynamics
+from ..dynamics import Dynamics, eased
 from ..inverse_mass import dot, eliminate
 from ..module import guards
 from ..source import Layout, Program, expression, importing, used
@@ -53,7 +53,8 @@ def text(system: System) -> str:
         bodies += [_rate_held(writer, dynamics), _slopes(writer, "slopes_held", Dynamics(system, "stick"))]
         bodies += [writer.sticks(), writer.held_rates()]
     bodies.append(writer.prepare())
-    bodies += _functions(len(system.positions), [*range(4 * len(system.contacts)), *gaps], sticks)
+    watched = [*range(4 * len(system.contacts)), *gaps, *(rows.FOLD + k for k in range(len(system.folds)))]
+    bodies += _functions(len(system.positions), watched, sticks)
     size = f"ROWS = {writer.first + len(writer.constants)}\n"
     size += f"PHASES = {[angle.name for angle in system.angles[:phases]]!r}\n"
     return importing(HEADER + size + "\n\n" + "\n\n\n".join(bodies) + "\n")
@@ -168,6 +169,7 @@ def _slipped(system: System) -> list[Symbol]:
 def _rates(writer: Writer, dynamics: Dynamics, gaps: dict[int, Expr]) -> list[str]:
     """Accelerations and guards (codegen.module.guards), `gaps` those of jumps: at a point, at each stage."""
     watched = dict(gaps)
+    watched |= {rows.FOLD + k: fold for k, fold in enumerate(dynamics.system.folds)}
     for j, contact in enumerate(dynamics.system.contacts):
         more = {FORCE: contact.pressed, CONE: Integer(0)} if contact.sticks else {}
         watched |= {4 * j + g: value for g, value in (guards(dynamics, j, "slip") | more).items()}
@@ -190,11 +192,12 @@ def _rate_held(writer: Writer, dynamics: Dynamics) -> str:
     masks = [Integer(1) if lone else Symbol(f"stick_{contact.name}", real=True) for contact in contacts]
     rows_T = [contact.tangential[: len(slipped)] for contact in contacts]
     Y = [dynamics.inverse_mass(list(T), f"column{j}") for j, T in zip(writer.sticking, rows_T, strict=True)]
-    TY, creep = [], []
+    TY, creep, pushes = [], [], [dynamics.F_n[j] for j in writer.sticking]
     for i, (mask, contact, T) in enumerate(zip(masks, contacts, rows_T, strict=True)):
         drift = tape.derivative(contact.v_t, FLOW) + contact.drift  # what of v_t' needs no acceleration
         creep.append(tape.let(f"creep{i}", mask * (dot(T, slipped) + drift)))
-        entries = [mask * dot(T, y) + (1 - mask) * int(i == j) for j, y in enumerate(Y)]
+        ease = eased(tape, contacts, i, masks, pushes, dot(T, Y[i]))
+        entries = [mask * (dot(T, y) + ease.get(j, 0)) + (1 - mask) * int(i == j) for j, y in enumerate(Y)]
         TY.append([tape.let(f"TY{i}_{j}", entry) for j, entry in enumerate(entries)])
     a, results = slipped, {}
     for j, y, dF in zip(writer.sticking, Y, eliminate(tape, TY, creep, "dF"), strict=True):

@@ -2,7 +2,7 @@
 
 A phase of the forcing is an angle that turns at a speed which stays, so that a section at a phase is one at
 an angle; time is the first phase over its speed, or that of a clock. A state of first order is the speed of a
-position on which nothing depends. A linkage has this form already.
+position on which nothing depends. A linkage has this form already, but for a crank whose speed is imposed.
 """
 
 from dataclasses import replace
@@ -17,17 +17,20 @@ NONE = Integer(0)
 
 def laid_out(system: System) -> tuple[System, int]:
     """The system as lanes follow it, and the number of its phases, which come before its positions."""
-    if any(angle.position is not None for angle in system.angles):
+    turning = tuple(angle for angle in system.angles if angle.position is not None)
+    angles = tuple(angle for angle in system.angles if angle.position is None)
+    if turning and not angles:
         return system, 0
-    forced = bool(system.angles) and system.angles[0].name == "phase"
-    angles = system.angles if forced else (Angle(CLOCK), *system.angles)
+    if not turning and (not angles or angles[0].name != "phase"):
+        angles = (Angle(CLOCK), *angles)
     turned = [
         replace(a, position=Symbol(f"turn_{a.name}", real=True), rate=NONE, offset=NONE) for a in angles
     ]
     turns = tuple(angle.position for angle in turned)
     rates = tuple(Symbol(f"rate_{angle.name}", real=True) for angle in angles)
     first, still = len(turns), (NONE,) * len(turns)
-    unused = tuple(Symbol(f"sum_{z}", real=True) for z in system.speeds[len(system.positions) :])
+    summed = () if turning else system.speeds[len(system.positions) :]  # else a law remembers them
+    unused = tuple(Symbol(f"sum_{z}", real=True) for z in summed)
     time = {TIME: turns[0] / rates[0]}
 
     def moved(contact: Contact) -> Contact:
@@ -44,7 +47,7 @@ def laid_out(system: System) -> tuple[System, int]:
         speeds=(*rates, *system.speeds),
         mass=mass | {(k, k): Integer(1) for k in range(first)} if mass else None,
         force=(*still, *(value.xreplace(time) for value in system.force)),
-        angles=tuple(turned),
+        angles=(*turned, *turning),
         contacts=tuple(map(moved, system.contacts)),
         resets=tuple(replace(each, guard=each.guard.xreplace(time)) for each in system.resets),
     )

@@ -9,7 +9,7 @@ earlier. The steps to a root are attempts like any others, beside those of other
 from math import inf
 
 from ..control import bounded, converged, error_ratio, failure, instant, learnt
-from ..events import REFINEMENTS, ROUNDING, TOGETHER, comes_back, corrected, correction
+from ..events import AWAY, NEARING, REFINEMENTS, ROUNDING, TOGETHER, comes_back, corrected, correction
 from ..interface import inlined, inner
 from ..memory import SECTION_ROW
 from . import layout as rows
@@ -44,7 +44,10 @@ def special(k, j, i):
         factor = max(0.1, 0.9 * error ** (-1.0 / ORDER)) if error < 1e10 else 0.1
         _shorten(k, j, i, factor * h, rows.C_REJECTED, True)
         return False
-    if w[8 * rows.CENTRE + i] > 0.0:
+    if w[8 * rows.CENTRE + i] > NEARING:
+        aside(k, j, i)
+        return False
+    if w[8 * rows.CENTRE + i] > AWAY:
         _failed(k, j, i, h, False)
         return False
     if k.whole[8 * rows.FRESH + i]:
@@ -100,8 +103,15 @@ def _shorten(k, j, i, h, kind, smooth):
 
 
 @inner
+def aside(k, j, i):
+    """The trajectory of a lane ends here, to be followed by itself."""
+    k.whole[8 * rows.PHASE + i] = DONE
+    j.count[k.whole[8 * rows.JOB + i], rows.C_STATUS] = rows.ASIDE
+
+
+@inner
 def _failed(k, j, i, h, smooth):
-    """Length h is too long: the iteration does not converge, or the journal passed the centre."""
+    """Length h is too long: the iteration does not converge, or the step may lead across a centre."""
     k.w[8 * rows.H_LIMIT + i] = 0.75 * h
     _shorten(k, j, i, 0.5 * h, rows.C_FAILED, smooth and h > 0.2 * k.w[8 * rows.H_PAST + i])
 
@@ -201,7 +211,8 @@ def _accept(k, j, i, guard, later, looked):
 def _crossed(k, j, i):
     """An attempt that was to end at the section. True: an event follows the step that it lies in."""
     w, job, h = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.H + i]
-    later = (w[8 * rows.AHEAD + i] - w[8 * rows.POSITION + i] - w[8 * rows.X + i]) / w[8 * rows.Y + i]
+    at = 8 * k.crank + i
+    later = (w[8 * rows.AHEAD + i] - w[8 * rows.POSITION + at] - w[8 * rows.X + at]) / w[8 * rows.Y + at]
     if not abs(later) < max(NEAR_ROOT * h, AT_START * k.real[8 * rows.LENGTH + i]):
         _nearer(k, j, i, h + min(max(later, -0.5 * h), 0.5 * h))
         return False

@@ -38,11 +38,17 @@ def jobs(
 
 
 def lanes(
-    size: int, parameters: int, turning: np.ndarray, memories: int, flags: np.ndarray, sizes: dict[str, int]
+    size: int,
+    parameters: int,
+    turning: np.ndarray,
+    crank: int,
+    memories: int,
+    flags: np.ndarray,
+    sizes: dict[str, int],
 ) -> rows.Lanes:
     """Eight empty lanes of a structure: rows, parameters, which positions turn, memories, contacts' flags.
 
-    `sizes` are those of the structure's module.
+    Sections cut the position `crank`; `sizes` are those of the structure's module.
     """
     n, contacts, jumps = len(turning), len(flags), sizes["resets"]
     n_q, speeds, angles = (sizes[name] for name in ("positions", "speeds", "angles"))
@@ -53,6 +59,7 @@ def lanes(
         memories=memories,
         contacts=contacts + jumps,
         phases=n + memories - speeds,
+        crank=crank,
         n_q=n_q,
         turning=turning,
         w=lane_rows(size),
@@ -170,5 +177,5 @@ def _renew(k, y):
 _NONE = np.zeros(1, dtype=np.int64)
 JOBS = typeof(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
 _SIZES = dict.fromkeys(("positions", "speeds", "angles", "resets"), 1)
-LANES = typeof(lanes(1, 1, np.zeros(1), 0, _NONE, _SIZES))
+LANES = typeof(lanes(1, 1, np.zeros(1), 0, 0, _NONE, _SIZES))
 flow = entry(int64(AT_POINT, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)

@@ -66,19 +66,19 @@ def level_to_leave(k, i, g, place):
 @inner
 def passing(k, i, end):
     """Place up to `end` where the crank passes the section's level; 2.0 if it does not."""
-    w, h = k.w, k.w[8 * rows.H + i]
+    w, h, at = k.w, k.w[8 * rows.H + i], 8 * k.crank + i
     if not w[8 * rows.CROSSED + i] >= 0.0:
         return 2.0
-    start = w[8 * rows.POSITION + i] - w[8 * rows.AHEAD + i]
+    start = w[8 * rows.POSITION + at] - w[8 * rows.AHEAD + i]
     for n in range(STAGES + 1):
         k.b[n] = start * TO_BERNSTEIN[n, 0]
     for s in range(STAGES):
-        x = NODES[s] * w[8 * rows.SPEED + i]
+        x = NODES[s] * w[8 * rows.SPEED + at]
         for n in range(STAGES):
-            x += A[s, n] * w[8 * (rows.Z + rows.N * n) + i]
+            x += A[s, n] * w[8 * (rows.Z + rows.N * n) + at]
         for n in range(STAGES + 1):
             k.b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
-    k.b[0], k.b[STAGES] = start, start + w[8 * rows.X + i]
+    k.b[0], k.b[STAGES] = start, start + w[8 * rows.X + at]
     place = first_root(k.b, STAGES, -int(w[8 * rows.DIRECTION + i]), k.stack)
     return place if place <= end else 2.0
 

@@ -22,7 +22,7 @@ from ..modes import (
 )
 from ..walls import low, move, moves_with, throw_off
 from . import layout as rows
-from .attempts import DONE, STEPPING, begin
+from .attempts import DONE, STEPPING, aside, begin
 from .radau import STAGES
 from .record import note, record
 from .tangent import before_event
@@ -135,20 +135,13 @@ def _start(f, k, j, i):
     for c in range(len(k.flags), k.contacts):
         look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
         if moves_with(k, c, _settings(real)):
-            _aside(k, j, i)
+            aside(k, j, i)
     _scatter(k, i)
 
 
 @inner
 def _settings(real):
     return rows.Settings(real[rows.J_NEAR], real[rows.J_REST], real[rows.J_HOP], real[rows.J_PLAY])
-
-
-@inner
-def _aside(k, j, i):
-    """The trajectory of a lane ends here, to be followed by itself, since it may rest on a wall."""
-    k.whole[8 * rows.PHASE + i] = DONE
-    j.count[k.whole[8 * rows.JOB + i], rows.C_STATUS] = rows.ASIDE
 
 
 @inner
@@ -174,9 +167,9 @@ def _jump(f, k, j, i, c):
         look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
         throw_off(k, x, o)
         if low(k.contact[6 * c + 2], k.contact[6 * c + 5], o) or _met_too(k, o, c):
-            _aside(k, j, i)
+            aside(k, j, i)
     else:
-        _aside(k, j, i)
+        aside(k, j, i)
     w[8 * (rows.FIRED + 4 * c + GAP) + i] = fired
     for r in range(k.n_q):
         w[8 * (rows.POSITION + k.phases + r) + i] = k.s[1 + r]

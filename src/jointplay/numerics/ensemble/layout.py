@@ -16,10 +16,11 @@ from numba import int64, types, void
 from ..interface import SIGNATURES as ONE_BY_ONE
 from ..interface import vector
 from ..memory import Trajectory
-from . import CONTACTS, N
+from . import CONTACTS, FOLDS, N
 from .radau import STAGES
 
-GUARDS = 4 * CONTACTS  # of each: gap, force, sliding speed, cone
+FOLD = 4 * CONTACTS  # of each: gap, force, sliding speed, cone; then how far loops are from dead centres
+GUARDS = FOLD + FOLDS
 UPDATES = 3  # of Newton's iteration in one attempt
 
 
@@ -111,7 +112,7 @@ J_DIRECTION, J_SKIP, J_STOP, J_STEPS, J_EVENTS, J_MISSES = range(6)
 C_STEPS, C_REJECTED, C_FAILED, C_EVALUATIONS, C_EVENTS, C_SECTIONS, C_STATUS, COUNTS = range(8)
 # Places in Jobs.place: the next trajectory, rows in the log, passes made, passes after which the loop pauses
 NEXT, LOGGED, PASSED_BY, PAUSE, PLACES = range(5)
-ASIDE = -1  # status of a trajectory that comes to rest on a wall: it is to be followed by itself
+ASIDE = -1  # status of a trajectory that rests on a wall, or is at a dead centre: to be followed by itself
 COLUMNS = 4  # of a log row before the record: trajectory, tag, contact, kind; then time, state, modes
 
 
@@ -149,14 +150,15 @@ class Lanes(NamedTuple):
     """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts.
 
     The first positions are `phases`, and the last ones have no place in the structure's own state, which has
-    `n_q`. Contacts are those of the structure (of which there are flags), then jumps of the state. `x` is a
-    trajectory as numerics.flow has it, whose arrays those from `s` on are.
+    `n_q`; sections cut the position `crank`. Contacts are those of the structure (of which there are flags),
+    then jumps of the state. `x` is a trajectory as numerics.flow has it, whose arrays those from `s` on are.
     """
 
     n: int
     memories: int
     contacts: int
     phases: int
+    crank: int
     n_q: int
     turning: np.ndarray  # 1 where a position is an angle, PHASE of a phase
     w: np.ndarray
