@@ -41,8 +41,13 @@ def rest(model: Model, rtol: float) -> float:
 
 
 def rebound(model: Model, rtol: float) -> float:
-    """Height of a rebound from a rigid wall that is within the tolerance of zero, or of rounding; in m."""
-    return max(max(rtol, FLAT) * SPEED_FLOOR * (model.reach or 1.0), FLIGHT * rounded_gap(model))
+    """Height of a rebound from a rigid wall that is within the tolerance of zero, or of rounding; in m.
+
+    Also within that of what bends: rebounds that are left out shake it by as much.
+    """
+    lengths = model.absolute[: len(model.turning)][model.turning == 0] if model.links else ()
+    height = min(SPEED_FLOOR * (model.reach or 1.0), np.min(lengths, initial=np.inf))
+    return max(max(rtol, FLAT) * height, FLIGHT * rounded_gap(model))
 
 
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:

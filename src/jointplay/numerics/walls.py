@@ -12,7 +12,7 @@ until it need no longer push: there a = 0, and the gap opens as the cube of time
 Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dynamics 58 (2009) 85-106.
 """
 
-from .impacts import rough, together
+from .impacts import lay, plastic, rough, together
 from .interface import inner
 from .memory import EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
 from .modes import (
@@ -216,6 +216,9 @@ def hold(f, j, k, x, o):
     """The body rests on wall j from here on."""
     at = len(x.flags) + j
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    if rough(x, j) and (k.contact[6 * at + 2] > o.rest or not plastic(k, j)):
+        lay(f, j, k, x, o)
+        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     _lose(k.contact, at, k.contact[6 * at + 2], 0.0, x.work)
     settle(f, j, x)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)

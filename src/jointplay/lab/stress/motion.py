@@ -1,8 +1,9 @@
 """One run of a model: its states, energy balance, events and cost; and how small differences grow in it.
 
 The largest growth is the measure of a disagreement of two runs. Each step adds an error of its own, and the
-flow carries it on. So the growth that counts is the largest between any two times: with Phi_k the flow's
-derivative over block k, jumps at events included, the largest norm of Phi_j ... Phi_i, i <= j. The frame of
+flow carries it on. So what counts are growths between any two times: with Phi_k the flow's derivative over
+block k, jumps at events included, the norms of Phi_j ... Phi_i, i <= j. The errors of all blocks i add up in
+block j: their sum, or where one is larger than the sum's share of a shorter block, the largest. The frame of
 unit tangents starts anew with each block, so that none of it is lost to the fastest direction. What grows and
 is ended by an event (the onset of sticking) within a block does not show: shorter blocks show it.
 """
@@ -111,10 +112,11 @@ def residual(model: Model, records: Records) -> float:
 def largest_growth(
     model: Model, unit: np.ndarray, turns: float, rtol: float, max_steps: int, closer: int = 1
 ) -> float:
-    """Return the largest growth, at least 1, of a small difference between any two times of a run.
+    """Return the largest growth, at least 1, of what small differences add up to, made in all blocks of a run.
 
-    Differences are in units of the states' sizes `unit`. Blocks are `closer` times shorter than usual: growth
-    that an event soon ends shows in short ones only. If the run stops, the part before counts.
+    Differences are in units of the states' sizes `unit`; a whole one is made in a block of usual length.
+    Blocks are `closer` times shorter than usual: growth that an event soon ends shows in short ones only. If
+    the run stops, the part before counts.
     """
     end, n_x, whole = turns * model.period, len(unit), np.eye(len(unit))
     request = Request(end, rtol, max_steps=max_steps)
@@ -127,7 +129,8 @@ def largest_growth(
         if not np.all(np.isfinite(block)):
             return largest
         products = block @ np.concatenate([products, whole[None]])
-        largest = max(largest, float(np.max(np.linalg.norm(products, 2, axis=(1, 2)))))
+        norms = np.linalg.norm(products, 2, axis=(1, 2))
+        largest = max(largest, float(np.max(norms)), float(np.sum(norms)) / closer)
         if status or largest > BEYOND:
             return largest
     return largest
