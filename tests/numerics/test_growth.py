@@ -1,4 +1,4 @@
-"""The longest step that follows what grows, against LAPACK's eigenvalues and the method's stability function."""
+"""The longest step that follows what grows, against LAPACK's eigenvalues and the stability function."""
 
 from types import SimpleNamespace
 

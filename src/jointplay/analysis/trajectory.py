@@ -210,6 +210,7 @@ def memory(model: Model, request: Request):
         near=1e-7 * model.period,
         rest=rest,
         hop=guard_tolerances.rebound(model, request.rtol),
+        astray=guard_tolerances.astray(model, rest),
         play=guard_tolerances.rounded_gap(model),
         growth=1.0 / model.period if _excites(model.structure) and not sizes["planned"] else np.inf,
         max_steps=request.max_steps,

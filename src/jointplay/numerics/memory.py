@@ -109,6 +109,7 @@ class Options(NamedTuple):
     near: float  # events closer than this, one after another, are chatter
     rest: float  # sliding speeds up to this are within the tolerance of zero
     hop: float  # heights of a rebound, likewise
+    astray: float  # speeds by which rebounds that are left out may be wrong, as the wall turns meanwhile
     play: float  # rounding of a rigid wall's gap; 0: none that matters
     growth: float  # rate from which on a mode that grows is followed, 1/s; inf: none is
     max_steps: int  # attempts

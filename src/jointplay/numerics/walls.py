@@ -101,8 +101,11 @@ def _lasting(f, j, k, x, o, before):
         if not now < 0.0:
             return -1.0
         lasts = -2.0 * max(v, 0.0) / (1.0 - ratio) / now
-    if lasts > o.near and not abs(_ahead(f, j, k, x, o, lasts) - a) <= -STEADY * now:
-        return -1.0
+    if lasts > o.near:
+        change = abs(_ahead(f, j, k, x, o, lasts) - a) / -now
+        slight = change * v <= o.astray or 2.0 * v <= o.near * abs(a)
+        if not (change <= STEADY and slight):
+            return -1.0
     for i in range(len(x.flags), len(x.modes)):
         near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
         if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, o, i):

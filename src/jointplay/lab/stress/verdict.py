@@ -103,9 +103,14 @@ def _calm(loose: Motion, tight: Motion, agreeing: bool) -> str:
 
 
 def disagreement(one: Motion, other: Motion, unit: np.ndarray) -> float:
-    """Largest difference of the states at the samples that both reached, in units of their sizes."""
+    """Largest difference of the states at the samples that both reached, in units of their sizes.
+
+    Of positions alone where only one run has met an impact on a rigid wall yet, which makes the speeds jump.
+    """
     n = min(len(one.states), len(other.states))
-    return float(np.max(np.abs(one.states[:n] - other.states[:n]) / unit, initial=0.0))
+    apart = np.abs(one.states[:n] - other.states[:n]) / unit
+    between = np.any(one.met[:n] != other.met[:n], axis=1)
+    return float(max(np.max(apart[:, : one.positions], initial=0.0), np.max(apart[~between], initial=0.0)))
 
 
 def unmatched(one: Motion, other: Motion) -> float:
