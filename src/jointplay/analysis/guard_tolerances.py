@@ -52,7 +52,7 @@ def rebound(model: Model, rtol: float) -> float:
 
 
 def astray(model: Model, still: float) -> float:
-    """Speed by which rebounds left out may be wrong, m/s, of the sliding speed that is zero; inf if links bend.
+    """Speed by which rebounds left out may be wrong, m/s, of that which counts as rest; inf if links bend.
 
     There the force of a wall that holds a body is not steady, however low the rebounds are.
     """

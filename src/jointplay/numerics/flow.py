@@ -41,7 +41,7 @@ from .events import (
     passes_centre,
     state_at,
 )
-from .growth import longest
+from .excited import longest
 from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, AtPoint, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,

@@ -69,7 +69,7 @@ class Work(NamedTuple):
     stack: np.ndarray  # intervals of the root isolation
     contact: np.ndarray  # six numbers a contact, then a rigid wall, then a wall's friction
     impact: np.ndarray  # of impacts on several walls, or with friction (impacts)
-    modes: np.ndarray  # of the equations about a state: a matrix whose eigenvalues are found (growth)
+    modes: np.ndarray  # of the equations about a state: a matrix whose eigenvalues are found (excited)
 
 
 class Trajectory(NamedTuple):

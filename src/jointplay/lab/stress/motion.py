@@ -138,9 +138,9 @@ def largest_growth(
 ) -> float:
     """Return the largest growth, at least 1, of a small difference between any two times of a run.
 
-    Or, if it is more, what a tenth of one that is made in each block of usual length adds up to. Differences
-    are in units of the states' sizes `unit`. Blocks are `closer` times shorter than usual: growth that an event
-    soon ends shows in short ones only. If the run stops, the part before counts.
+    Or, if it is more, what a tenth of one made in each block of usual length adds up to. Differences are in
+    units of the states' sizes `unit`. Blocks are `closer` times shorter than usual: growth that an event soon
+    ends shows in short ones only. If the run stops, the part before counts.
     """
     end, n_x, whole = turns * model.period, len(unit), np.eye(len(unit))
     request = Request(end, rtol, max_steps=max_steps)

@@ -28,8 +28,8 @@ GROWN = 1.0  # error that grows, in units of the tolerance: some 0.01 of it is w
 CLOSED = 1e2  # energy residual, relative to what flowed, in units of the tolerance
 SLIGHT = 100.0  # speed of a contact that only one run has met, in units of the states' disagreement; or the
 # square root of that: where a force or gap just touches zero, contacts appear with such a speed
-# Of the growth: whether of the tighter run, which alone may show what the other steps over; and how many times
-# shorter its blocks are, as is needed for growth that an event soon ends
+# Of the growth: whether of the tighter run, which alone may show what the other steps over; and how many
+# times shorter its blocks are, as is needed for growth that an event soon ends
 LOOKS = tuple((tighter, closer) for tighter in (False, True) for closer in (1, 4, 16))
 SATURATED = 0.1  # grown errors beyond which the runs are two motions, with contacts of their own
 LEVELS = np.concatenate([[0.0], np.logspace(-12, 0, 49)])  # of speeds

@@ -8,7 +8,7 @@ import pytest
 from jointplay.numerics import radau
 from tests.support.plain import uncompiled
 
-GROWTH = uncompiled("growth")
+EXCITED = uncompiled("excited")
 
 
 def taken(z: complex) -> float:
@@ -26,7 +26,7 @@ def longest(stiffness, damping, rate=1e-3, h=np.inf, weight=None):
     k = SimpleNamespace(
         J=J, weight=np.concatenate([weight, weight]), modes=np.zeros((2 * n + 2, 2 * n), dtype=complex)
     )
-    return GROWTH.longest(k, n, n, rate, h)
+    return EXCITED.longest(k, n, n, rate, h)
 
 
 @pytest.mark.parametrize("n", [2, 3, 5, 12])
@@ -36,8 +36,8 @@ def test_eigenvalues(n):
         A = random.standard_normal((n, n)) * 10 ** random.uniform(-3, 3, (n, n))
         room = np.zeros((n + 2, n), dtype=complex)
         room[:n] = A
-        GROWTH._reduce(room, n)
-        GROWTH._iterate(room, n)
+        EXCITED._reduce(room, n)
+        EXCITED._iterate(room, n)
         found, wanted = np.diag(room[:n]), np.linalg.eigvals(A)
         apart = np.abs(found[:, None] - wanted)
         assert max(apart.min(0).max(), apart.min(1).max()) < 1e-9 * np.abs(wanted).max()
