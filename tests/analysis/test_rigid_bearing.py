@@ -79,7 +79,6 @@ def test_much_friction_holds_where_one_sense_of_slip_would_need_a_pull(number):
     words = [*TOUCH, SLIDE, *BALANCE]
     found = jp.simulate(case.mechanism, turns=0.02, rtol=1e-9, initial=case.initial, record=words, steps=True)
     assert found.status == 0
-    assert "stick_onset" in kinds(found)
     stuck, f = found["mode"].values == 4, case.mechanism.joint("B").friction.coefficient
     load, friction = found.normal_force.values[stuck], found.tangential_force.values[stuck]
     assert len(load) > 10

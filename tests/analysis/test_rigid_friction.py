@@ -86,6 +86,21 @@ def test_what_the_last_rebounds_lose_is_in_the_balance(rtol):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_rebounds_that_are_left_out_rub(rtol, sense):
+    """Friction takes f times all that the face has pushed, which is what weight and the throw ask for."""
+    up, slide, duration = 0.03, 0.2, 0.03
+    model = placed(rough(), y_0=-PLAY, vx_0=sense * slide, vy_0=up)
+    states, events, found = run(model, duration, rtol=rtol)
+    assert {which for kind, which, _ in events if kind == "rest"} == {2, 3}
+    wanted = slide - F * (G * duration - up)
+    assert states[-1, 4] == pytest.approx(sense * wanted, abs=1e-2 * rtol)
+    assert np.abs(states[-1, [3, 5]]).max() < 1e-12
+    assert np.abs(found["energy_residual"]).max() < 1e-15
+
+
+@pytest.mark.long
 def test_a_steep_block_does_not_stop():
     states, events, found = run(placed(rough(0.5), y_0=-PLAY), 0.01)
     pull = G * (math.sin(0.5) - F * math.cos(0.5))

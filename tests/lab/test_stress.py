@@ -24,7 +24,7 @@ from jointplay.mechanism.assemble import assemble
 TOLERANCES = (1e-8, 1e-10)
 
 
-def never(_: int) -> float:
+def never(*_) -> float:
     raise AssertionError("no growth was needed")
 
 
@@ -40,7 +40,7 @@ def sound():
     return scene, loose, tight, sizes(scene, tight)
 
 
-def verdict(loose, tight, unit, grows=lambda _: 30.0):
+def verdict(loose, tight, unit, grows=lambda *_: 30.0):
     found = judge(loose, tight, unit, TOLERANCES, grows)
     return found.verdict, found.cause
 
@@ -58,9 +58,9 @@ def test_a_loose_run_passed_off_as_a_tight_one_is_suspect():
     true, tight, false = (move(scene, 3, rtol, 10**5) for rtol in (*TOLERANCES, 2e-4))
     unit = sizes(scene, tight)
     own = motion.largest_growth(assemble(mechanism), unit, 3, 1e-8, 10**5)
-    assert verdict(true, tight, unit, lambda _: own) == ("ok", "none")
-    assert verdict(false, tight, unit, lambda _: own) == ("suspect", "states")
-    assert verdict(true, false, unit, lambda _: own)[0] == "suspect"
+    assert verdict(true, tight, unit, lambda *_: own) == ("ok", "none")
+    assert verdict(false, tight, unit, lambda *_: own) == ("suspect", "states")
+    assert verdict(true, false, unit, lambda *_: own)[0] == "suspect"
 
 
 def test_a_broken_energy_balance_is_suspect(sound):
@@ -129,12 +129,12 @@ def test_chaos_is_sensitive_and_nothing_worse():
     unit = sizes(scene, tight)
     own = motion.largest_growth(assemble(mechanism), unit, turns, 1e-8, 10**5)
     assert 4**8 < own < 1e12
-    assert verdict(loose, tight, unit, lambda _: own) == ("sensitive", "none")
-    assert verdict(loose, tight, unit, lambda _: 1.0) == ("suspect", "states")
+    assert verdict(loose, tight, unit, lambda *_: own) == ("sensitive", "none")
+    assert verdict(loose, tight, unit, lambda *_: 1.0) == ("suspect", "states")
 
 
 @pytest.mark.long
-def test_growth_is_the_largest_between_any_two_times(monkeypatch):
+def test_growth_is_the_largest_between_any_two_times_or_adds_up(monkeypatch):
     """Lorenz's system in three blocks, against derivatives of the flow over each of them.
 
     From this start it is the last two blocks together, neither the whole nor one of them.
@@ -145,9 +145,13 @@ def test_growth_is_the_largest_between_any_two_times(monkeypatch):
     places = follow(scene, Request(scene.period, 1e-11, at=third * np.arange(3))).samples[:, 1:4]
     maps = [tangent_map(moved(scene, place), third) * unit / unit[:, None] for place in places]
     found = motion.largest_growth(scene, unit, 1, 1e-9, 10**5)
-    chains = [reduce(np.matmul, reversed(maps[i:j])) for i in range(3) for j in range(i + 1, 4)]
-    assert found == pytest.approx(max(np.linalg.norm(chain, 2) for chain in chains), rel=1e-5)
-    assert found > 2 * max(np.linalg.norm(each, 2) for each in (*maps, chains[2]))
+    norms = [[np.linalg.norm(reduce(np.matmul, reversed(maps[i:j])), 2) for i in range(j)] for j in (1, 2, 3)]
+    assert found == pytest.approx(max(map(max, norms)), rel=1e-5)
+    assert found > 2 * max(np.linalg.norm(each, 2) for each in (*maps, reduce(np.matmul, reversed(maps))))
+    monkeypatch.setattr(motion, "ADDED", 0.9)
+    added = motion.largest_growth(scene, unit, 1, 1e-9, 10**5)
+    assert added == pytest.approx(0.9 * max(map(sum, norms)), rel=1e-5)
+    assert added > 1.1 * found
 
 
 @pytest.mark.long
@@ -165,14 +169,15 @@ def test_growth_within_a_block_explains_only_what_it_reaches(sound):
     _, loose, tight, unit = sound
     off, asked = replace(loose, states=loose.states + 3e-6 * unit), []
 
-    def grows(closer: int, most: float = 1e4) -> float:
-        asked.append(closer)
+    def grows(tighter: bool, closer: int, most: float = 1e4) -> float:
+        asked.append((tighter, closer))
         return min(100.0 * closer**2, most)
 
     assert verdict(off, tight, unit, grows)[0] == "sensitive"
-    assert asked == [1, 4]
-    assert verdict(off, tight, unit, lambda closer: grows(closer, 100.0)) == ("suspect", "states")
-    assert asked == [1, 4, 1, 4, 16]
+    assert asked == [(False, 1), (False, 4)]
+    asked.clear()
+    assert verdict(off, tight, unit, lambda *look: grows(*look, 100.0)) == ("suspect", "states")
+    assert asked == [(tighter, closer) for tighter in (False, True) for closer in (1, 4, 16)]
 
 
 def test_a_bounce_that_just_happens_is_as_fast_as_the_root_of_what_made_it(sound):
@@ -184,7 +189,7 @@ def test_a_bounce_that_just_happens_is_as_fast_as_the_root_of_what_made_it(sound
         return replace(off, events=np.concatenate([loose.events, bounce]))
 
     def found(motion) -> tuple[str, str]:
-        return verdict(motion, tight, unit, lambda _: 1e3)
+        return verdict(motion, tight, unit, lambda *_: 1e3)
 
     largest = max(1.0, np.abs(loose.events[:, 2]).max())
     assert found(bounced(0.5e-3 * largest)) == ("sensitive", "none")

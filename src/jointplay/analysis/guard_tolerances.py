@@ -17,6 +17,7 @@ ROUNDINGS = 64  # nor than so many roundings of the links' speeds, of which they
 APPROACH = 0.1  # of these: normal speeds, of which the rounding of the normal's direction makes sliding ones
 FLAT = 1e-11  # rebounds are known no better than this tolerance has them
 FLIGHT = 1000  # roundings of a gap in a flight that can be told from rest
+ASTRAY = 100.0  # of sliding speeds within the tolerance of zero: with SPEED_FLOOR, of the nominal one
 HELD = 1e-12  # share of a held force within which it is known
 ROUNDED_GAP = 16  # roundings of the mechanism's reach within which a gap is zero
 
@@ -41,8 +42,21 @@ def rest(model: Model, rtol: float) -> float:
 
 
 def rebound(model: Model, rtol: float) -> float:
-    """Height of a rebound from a rigid wall that is within the tolerance of zero, or of rounding; in m."""
-    return max(max(rtol, FLAT) * SPEED_FLOOR * (model.reach or 1.0), FLIGHT * rounded_gap(model))
+    """Height of a rebound from a rigid wall that is within the tolerance of zero, or of rounding; in m.
+
+    Also within that of what bends: rebounds that are left out shake it by as much.
+    """
+    lengths = model.absolute[: len(model.turning)][model.turning == 0] if model.links else ()
+    height = min(SPEED_FLOOR * (model.reach or 1.0), np.min(lengths, initial=np.inf))
+    return max(max(rtol, FLAT) * height, FLIGHT * rounded_gap(model))
+
+
+def astray(model: Model, still: float) -> float:
+    """Speed by which rebounds left out may be wrong, m/s, of that which counts as rest; inf if links bend.
+
+    There the force of a wall that holds a body is not steady, however low the rebounds are.
+    """
+    return np.inf if model.bending else ASTRAY * still
 
 
 def clearances_squared(model: Model, n_contacts: int) -> np.ndarray:

@@ -16,6 +16,7 @@ from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.ways import hindrance, way
 from jointplay.codegen import cache
+from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Row, Section, Status
@@ -209,7 +210,9 @@ def memory(model: Model, request: Request):
         near=1e-7 * model.period,
         rest=rest,
         hop=guard_tolerances.rebound(model, request.rtol),
+        astray=guard_tolerances.astray(model, rest),
         play=guard_tolerances.rounded_gap(model),
+        growth=1.0 / model.period if _excites(model.structure) and not sizes["planned"] else np.inf,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
@@ -237,6 +240,12 @@ def _groups(model: Model, n_resets: int) -> np.ndarray:
     owners = [joint.owner for joint in model.structure.rigid_joints]
     place = {owner: at for at, owner in enumerate(dict.fromkeys(owners))}
     return np.array([place[owner] for owner in owners], dtype=np.int64)
+
+
+def _excites(structure) -> bool:
+    """Whether friction may excite vibrations: where a law falls with the sliding speed."""
+    joints = getattr(structure, "soft_joints", ())
+    return any(j.friction in FRICTIONS and not FRICTIONS[j.friction].rises for j in joints)
 
 
 def _section(request: Request) -> int:

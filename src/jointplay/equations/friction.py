@@ -71,6 +71,8 @@ class FrictionLaw:
         Of such a law, the largest |z| in steady sliding, m, of the coefficient and further numbers.
     kinks : bool
         Whether its slope, or that of the bristles' rate, jumps at a sliding speed that no guard locates.
+    rises : bool
+        Whether it falls nowhere with the sliding speed, so that it excites no vibration.
     """
 
     ratio: Callable
@@ -79,6 +81,7 @@ class FrictionLaw:
     bristles: Callable | None = None
     deflection: Callable | None = None
     kinks: bool = False
+    rises: bool = False
 
     @property
     def letters(self) -> tuple[str, ...]:
@@ -155,13 +158,13 @@ _STRIBECK = {
 
 FRICTIONS = {
     # Coulomb: mu = f, and true sticking up to f F_n.
-    "coulomb": FrictionLaw(lambda m, v_t, f: f, limit="coefficient"),
+    "coulomb": FrictionLaw(lambda m, v_t, f: f, limit="coefficient", rises=True),
     # Coulomb's smoothed, as many multibody codes have it: mu = f tanh(v_t/v_0). Valid while the sliding
     # speeds of interest are far above v_0: f - |mu| < 2 f exp(-2 |v_t|/v_0).
-    "tanh": FrictionLaw(lambda m, v_t, f, v_0: f * m.tanh(v_t / v_0), {"velocity": _VELOCITY}),
+    "tanh": FrictionLaw(lambda m, v_t, f, v_0: f * m.tanh(v_t / v_0), {"velocity": _VELOCITY}, rises=True),
     # Piecewise linear, as Rooney and Deravi (1982, Mech. Mach. Theory 17): mu = f v_t/v_0 up to |v_t| = v_0,
     # then f. Kinks at |v_t| = v_0.
-    "ramp": FrictionLaw(_ramp, {"velocity": _VELOCITY}, kinks=True),
+    "ramp": FrictionLaw(_ramp, {"velocity": _VELOCITY}, kinks=True, rises=True),
     # Ambrosio (2003, in Virtual Nonlinear Multibody Systems, Kluwer): mu = f c(|v_t|) sign(v_t), where c is 0
     # up to v_0, 1 from v_1 on and linear between. No force at all below v_0: the smallest load drives a body
     # to that speed. Kinks at v_0 and v_1.
@@ -169,12 +172,13 @@ FRICTIONS = {
         _ambrosio,
         {"velocity": _VELOCITY, "full_velocity": Quantity("v1", "m/s", above="velocity")},
         kinks=True,
+        rises=True,
     ),
     # Threlfall (1978, Mech. Mach. Theory 13): mu = f (1 - exp(-3 |v_t|/v_0)) sign(v_t) up to v_0. Certain is
     # this exponential; how the paper itself goes on beyond v_0 could not be checked (0.95 f is quoted, a jump
     # of 2e-4 f). Here mu keeps its value at v_0, f (1 - exp(-3)) = 0.9502 f: sliding never meets the full f.
     # Its slope has a kink at v_0, its curvature a jump at 0.
-    "threlfall": FrictionLaw(_threlfall, {"velocity": _VELOCITY}, kinks=True),
+    "threlfall": FrictionLaw(_threlfall, {"velocity": _VELOCITY}, kinks=True, rises=True),
     # Andersson, Soderberg and Bjorklund (2007, Tribology Int. 40, 580-587):
     # mu = (f + (f_s - f) exp(-(|v_t|/v_s)^delta)) tanh(v_t/v_0), where f is the kinetic and f_s the static
     # coefficient; theirs writes 1/v_0 as k_tanh. The largest mu stays below f_s, the nearer to it the smaller

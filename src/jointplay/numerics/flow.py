@@ -35,6 +35,7 @@ from .control import (
 )
 from .doubts import again, doubt, doubtful
 from .events import AWAY, THERE, accept_until_event, begins_beyond, dead_centre, passes_centre, state_at
+from .excited import longest
 from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, AtPoint, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
@@ -63,7 +64,7 @@ from .memory import (
     TOGETHER,
     H,
 )
-from .modes import FREE, REMEMBERS, follow, mask, start, variant_of
+from .modes import FREE, IN_FLIGHT, REMEMBERS, follow, mask, start, variant_of
 from .polynomial import interpolate
 from .record import closest_approaches, gains, note, sample
 from .saltation import before_event, begin_tangents, jump
@@ -248,6 +249,8 @@ def run(f, k, x, o, g, y):
             count[FRESH] = 1
         h = bounded(min(real[H], o.h_max), fastest(x.s, x.turning, o.n_q), TURN, o.t_end - x.s[0])
         error = attempt(f, variant, k, x, o, h)
+        grows = o.growth < np.inf and variant > IN_FLIGHT and 0.0 <= error < 1.0
+        followed = longest(k, o.n_q, o.n, o.growth, h) if grows else h
         if error < 0.0:
             count[FAILED] += 1
             real[H], real[H_LIMIT] = 0.5 * h, 0.75 * h
@@ -255,6 +258,9 @@ def run(f, k, x, o, g, y):
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = shorter(real, h, error)
+        elif followed < h:
+            count[FAILED] += 1
+            real[H], real[H_LIMIT], count[SMOOTH] = followed, 0.75 * followed, 0
         elif passes_centre(k.w, o.guards, x) or dead_centre(k.w, o) != AWAY:
             count[FAILED] += 1
             real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0

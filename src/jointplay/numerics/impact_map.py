@@ -27,15 +27,6 @@ def loses(k):
 
 
 @inner
-def plastic(k, wall):
-    """Whether the impact leaves a body that meets this wall on it at once."""
-    q, found = k.impact, False
-    for i in range(int(q[MEMBERS])):
-        found = found or (q[WALL + i] == wall and q[TARGET + i] == 0.0)
-    return found
-
-
-@inner
 def _column(y, c, n_q, n):
     """Place in y.D of a column's first speed, and the way from one speed to the next."""
     width = 1 + n_q + n

@@ -5,12 +5,29 @@ Newton's and Coulomb's laws (numerics.impulses) hold for all walls at once on wh
 that near: within what they move in the time in which events crowd. A wall that opens, or at which a body
 rests, counts with r = 0. Single impacts in a row would not do: two corners of a light slider hand the impulse
 to each other almost without end, ever faster.
+
+Where the last rebounds from a rough wall are left out, friction goes with what they push. They push for m v
+less than rest does in their time, v being the speed of the first: so a body is laid down by the impulse -m v
+and its friction, as if it were an impact. Without that, its sliding would be wrong by f v.
 """
 
-from .impulses import ROUNDING, gain, lower, size, solve
+from .impulses import (
+    IMPOSSIBLE,
+    PUSHES,
+    ROUNDING,
+    SLIPS_DOWN,
+    SLIPS_UP,
+    STICKS,
+    choose,
+    gain,
+    lower,
+    size,
+    solve,
+)
 from .interface import inner
 from .memory import (
     BEFORE,
+    CHOICE,
     EVENT_ROW,
     EVENTS,
     FRICTION,
@@ -44,24 +61,10 @@ def together(f, j, k, x, o):
 
     The impulses and what each wall does are left in `Work.impact`.
     """
-    walls, q, members = len(x.modes) - len(x.flags), k.impact, 0
-    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    for i in range(walls):
-        if i == j or _met(k, x, o, i):
-            x.count[JAMMED] += members == MOST
-            members = min(members, MOST - 1)
-            q[WALL + members] = i
-            members += 1
+    q, members = k.impact, _gather(f, j, k, x, o.near)
     if members == 1 and not rough(x, j):
         return False
-    q[MEMBERS], q[SHARE] = members, 1.0
-    for r in range(len(x.s)):
-        q[STATE + r] = x.s[r]
-    for a in range(2 * members):
-        wall = int(q[WALL + a // 2])
-        q[BEFORE + a] = _rate(k, x, a) if a % 2 == 0 or rough(x, wall) else 0.0
-    for i in range(members):
-        _aim(f, i, k, x)
+    _prepare(f, k, x, members)
     solve(q, members, 1.0)
     if gain(q, members) > ROUNDING * size(q, members):
         lower(q, members)
@@ -70,11 +73,76 @@ def together(f, j, k, x, o):
 
 
 @inner
-def _met(k, x, o, i):
+def lay(f, j, k, x, o):
+    """Take the rate of gap j away by impulses that rub as bodies slide; the share of restitution is 0 then.
+
+    A body sticks where it is at rest, or where slip would need a pull.
+    """
+    q, members, own = k.impact, _gather(f, j, k, x, -1.0), 0
+    _prepare(f, k, x, members)
+    for held in range(2):
+        for i in range(members):
+            wall, v_t = int(q[WALL + i]), q[BEFORE + 2 * i + 1]
+            slips = SLIPS_UP if v_t > 0.0 else SLIPS_DOWN
+            still = held == 1 or abs(v_t) <= o.rest
+            q[CHOICE + i] = (STICKS if still else slips) if rough(x, wall) else PUSHES
+            own = i if wall == j else own
+        if choose(q, members, 0.0) < IMPOSSIBLE and q[PUSH + 2 * own] * q[BEFORE + 2 * own] <= 0.0:
+            _apply(f, j, k, x, o, members)
+            q[SHARE] = 0.0
+            return
+    q[MEMBERS] = 0.0
+
+
+@inner
+def laid(k):
+    """Whether the impulses in `Work.impact` are those of `lay`."""
+    return k.impact[MEMBERS] > 0.0 and k.impact[SHARE] == 0.0
+
+
+@inner
+def plastic(k, wall):
+    """Whether the impact leaves a body that meets this wall on it at once."""
+    q, found = k.impact, False
+    for i in range(int(q[MEMBERS])):
+        found = found or (q[WALL + i] == wall and q[TARGET + i] == 0.0)
+    return found
+
+
+@inner
+def _gather(f, j, k, x, near):
+    """Note wall j, those on which bodies rest, and those met within the time `near`; how many these are."""
+    members = 0
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    for i in range(len(x.modes) - len(x.flags)):
+        if i == j or _met(k, x, near, i):
+            x.count[JAMMED] += members == MOST
+            members = min(members, MOST - 1)
+            k.impact[WALL + members] = i
+            members += 1
+    return members
+
+
+@inner
+def _met(k, x, near, i):
     """Whether wall i takes part in an impact on another."""
     at = len(x.flags) + i
-    near = k.contact[6 * at] <= abs(k.contact[6 * at + 2]) * o.near
-    return x.group[i] >= 0 and (x.modes[at] > RELEASED or near)
+    soon = near >= 0.0 and k.contact[6 * at] <= abs(k.contact[6 * at + 2]) * near
+    return x.group[i] >= 0 and (x.modes[at] > RELEASED or soon)
+
+
+@inner
+def _prepare(f, k, x, members):
+    """Write the rates before, what unit impulses add to them, and the rates that walls are to have."""
+    q = k.impact
+    q[MEMBERS], q[SHARE] = members, 1.0
+    for r in range(len(x.s)):
+        q[STATE + r] = x.s[r]
+    for a in range(2 * members):
+        wall = int(q[WALL + a // 2])
+        q[BEFORE + a] = _rate(k, x, a) if a % 2 == 0 or rough(x, wall) else 0.0
+    for i in range(members):
+        _aim(f, i, k, x)
 
 
 @inner

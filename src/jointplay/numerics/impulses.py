@@ -33,13 +33,14 @@ from .memory import (
 
 SEPARATES, PUSHES, STICKS, SLIPS_UP, SLIPS_DOWN = range(5)  # what a wall may do
 ROUNDING, SINGULAR = 1e-12, 1e-10
+IMPOSSIBLE = 1e300  # contradiction of a choice without impulses
 HALVINGS = 50
 
 
 @inner
 def solve(q, members, share):
     """Impulses and rates after, with that share of the restitutions: of all choices the one that fits."""
-    choices, fastest, least = 1, 0.0, 1e300
+    choices, fastest, least = 1, 0.0, IMPOSSIBLE
     for i in range(members):
         choices *= 4 if q[FRICTION + i] > 0.0 else 2
         fastest = max(fastest, abs(q[BEFORE + 2 * i]), abs(q[BEFORE + 2 * i + 1]))
@@ -50,7 +51,7 @@ def solve(q, members, share):
             chosen = rest % options
             rest = rest // options
             q[CHOICE + i] = chosen if chosen == SEPARATES or options == 2 else chosen + 1
-        wrong = _try(q, members, share)
+        wrong = choose(q, members, share)
         if wrong < least:
             least = wrong
             for a in range(SIZE):
@@ -94,7 +95,7 @@ def equations(q, members):
 
 
 @inner
-def _try(q, members, share):
+def choose(q, members, share):
     """Impulses of the present choice, and by how much it contradicts itself, as a speed."""
     n = equations(q, members)
     c = 0
@@ -104,7 +105,7 @@ def _try(q, members, share):
             q[EQUATIONS + (SIZE + 1) * c + SIZE] = aim - q[BEFORE + a]
             c += 1
     if not eliminate(q[EQUATIONS:], n):
-        return 1e300
+        return IMPOSSIBLE
     n = 0
     for a in range(2 * members):
         q[PUSH + a] = drawn(q, a // 2) * q[PUSH + a - 1] if a % 2 == 1 else 0.0

@@ -69,6 +69,7 @@ class Work(NamedTuple):
     stack: np.ndarray  # intervals of the root isolation
     contact: np.ndarray  # six numbers a contact, then a rigid wall, then a wall's friction
     impact: np.ndarray  # of impacts on several walls, or with friction (impacts)
+    modes: np.ndarray  # of the equations about a state: a matrix whose eigenvalues are found (excited)
 
 
 class Trajectory(NamedTuple):
@@ -108,7 +109,9 @@ class Options(NamedTuple):
     near: float  # events closer than this, one after another, are chatter
     rest: float  # sliding speeds up to this are within the tolerance of zero
     hop: float  # heights of a rebound, likewise
+    astray: float  # speeds by which rebounds that are left out may be wrong, as the wall turns meanwhile
     play: float  # rounding of a rigid wall's gap; 0: none that matters
+    growth: float  # rate from which on a mode that grows is followed, 1/s; inf: none is
     max_steps: int  # attempts
     log_from: float  # time from which steps and events are logged
     log_steps: int
@@ -154,6 +157,7 @@ def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n
         stack=np.zeros(STACK),
         contact=np.zeros(max(6 * n_touch, 1)),
         impact=np.zeros(STATE + n_s),
+        modes=np.zeros((n_q + n + 2, n_q + n), dtype=complex),
     )
 
 

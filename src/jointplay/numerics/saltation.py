@@ -13,8 +13,9 @@ Several mode changes at one event are one jump from F- to F+. Onset of sticking 
 the beginning and the end of a contact that a law remembers: what it remembered before is of no account. A
 start that sticks is an onset too: neighbours that slide come to stick at once, by the same projection from
 either side. Coming to rest on a rigid wall loses two, those of the gap and of its rate: both are projected
-away along the wall's impulse, of several walls in turn, as the body itself is put there. The time at which
-that happens is of no account: on average over the rebounds before it, the wall pushes as it does afterwards.
+away along the wall's impulse and its friction, of several walls in turn, as the body itself is put there. The
+time at which that happens is of no account: on average over the rebounds before it, the wall pushes as it
+does afterwards.
 References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv 2306.06862.
 """
 
@@ -23,7 +24,8 @@ from math import log
 import numpy as np
 
 from .frame import determinant, orthonormalise
-from .impact_map import impact_map, loses, plastic
+from .impact_map import impact_map, loses
+from .impacts import laid, plastic
 from .interface import inner
 from .memory import MEMBERS
 from .modes import FREE, RELEASED, REMEMBERS, SLIDE, SLIP_POSITIVE, STICK, variant_of
@@ -79,7 +81,10 @@ def jump(f, g, k, x, o, y, guard):
         g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
     reset = turned == 1 or turned == ENTERS or leaves
     rests = reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED
-    if rests and not plastic(k, wall):
+    if rests and (laid(k) or not plastic(k, wall)):
+        if laid(k):
+            impact_map(f, g, k, x, o, y)
+            _project_all(y, o)
         project_at_rest(f, g, x, o, y, 0.0)
         return
     several = reset and wall >= 0 and k.impact[MEMBERS] > 0.0
@@ -150,15 +155,13 @@ def project_at_rest(f, g, x, o, y, held):
 
     `held`: 1, where something has been taken already.
     """
-    width, walls = 1 + o.n_q + o.n, len(x.modes) - len(x.flags)
+    walls = len(x.modes) - len(x.flags)
     for n in range(walls if resting(x) < 2 else walls * SWEEPS):
         j = n % walls
         if x.modes[len(x.flags) + j] > RELEASED:
             held = 1.0
             g.turned(walls + j, x.s, x.p, y.D)
-            for i in range(len(y.alive)):
-                if y.alive[i]:
-                    _project(y, y.d[i * width : (i + 1) * width], o.n_q, o.n)
+            _project_all(y, o)
     if held > 0.0:
         y.count[JUMPS] += 1
         y.real[VOLUME] = -np.inf
@@ -166,7 +169,15 @@ def project_at_rest(f, g, x, o, y, held):
             rates(f, variant_of(x.modes), x, o, y, y.after)
             along(y, o.n_q + o.n)
         if y.count[HELD] == 0:
-            orthonormalise(y.d, width, y.weight, y.alive, y.norms, y.logs, 1.0)
+            orthonormalise(y.d, 1 + o.n_q + o.n, y.weight, y.alive, y.norms, y.logs, 1.0)
+
+
+@inner
+def _project_all(y, o):
+    width = 1 + o.n_q + o.n
+    for i in range(len(y.alive)):
+        if y.alive[i]:
+            _project(y, y.d[i * width : (i + 1) * width], o.n_q, o.n)
 
 
 @inner

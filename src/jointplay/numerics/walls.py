@@ -12,7 +12,7 @@ until it need no longer push: there a = 0, and the gap opens as the cube of time
 Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dynamics 58 (2009) 85-106.
 """
 
-from .impacts import rough, together
+from .impacts import lay, plastic, rough, together
 from .interface import inner
 from .memory import EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
 from .modes import (
@@ -101,8 +101,11 @@ def _lasting(f, j, k, x, o, before):
         if not now < 0.0:
             return -1.0
         lasts = -2.0 * max(v, 0.0) / (1.0 - ratio) / now
-    if lasts > o.near and not abs(_ahead(f, j, k, x, o, lasts) - a) <= -STEADY * now:
-        return -1.0
+    if lasts > o.near:
+        change = abs(_ahead(f, j, k, x, o, lasts) - a) / -now
+        slight = change * v <= o.astray or 2.0 * v <= o.near * abs(a)
+        if not (change <= STEADY and slight):
+            return -1.0
     for i in range(len(x.flags), len(x.modes)):
         near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
         if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, o, i):
@@ -216,6 +219,9 @@ def hold(f, j, k, x, o):
     """The body rests on wall j from here on."""
     at = len(x.flags) + j
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    if rough(x, j) and (k.contact[6 * at + 2] > o.rest or not plastic(k, j)):
+        lay(f, j, k, x, o)
+        look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     _lose(k.contact, at, k.contact[6 * at + 2], 0.0, x.work)
     settle(f, j, x)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)

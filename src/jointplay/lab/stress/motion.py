@@ -1,10 +1,14 @@
 """One run of a model: its states, energy balance, events and cost; and how small differences grow in it.
 
 The largest growth is the measure of a disagreement of two runs. Each step adds an error of its own, and the
-flow carries it on. So the growth that counts is the largest between any two times: with Phi_k the flow's
-derivative over block k, jumps at events included, the largest norm of Phi_j ... Phi_i, i <= j. The frame of
-unit tangents starts anew with each block, so that none of it is lost to the fastest direction. What grows and
-is ended by an event (the onset of sticking) within a block does not show: shorter blocks show it.
+flow carries it on. So what counts are growths between any two times: with Phi_k the flow's derivative over
+block k, jumps at events included, the norms of Phi_j ... Phi_i, i <= j: the largest, or if it is more a tenth
+of their sum over i, since errors of that size in all blocks add up. The frame of unit tangents starts anew
+with each block, so that none of it is lost to the fastest direction. What grows and is ended by an event (the
+onset of sticking) within a block does not show: shorter blocks show it.
+
+At equal times two runs differ by a whole jump of the speeds where only one of them has met an impact yet. So
+impacts are counted, on each rigid wall since something last came to rest there.
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.quantities import STATUS
+from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.tangents import Bundle, scales
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.mechanism.model import SPEED_FLOOR, Model
@@ -23,8 +27,10 @@ from jointplay.mechanism.model import SPEED_FLOOR, Model
 SAMPLES = 48  # a nominal turn, at which runs are compared
 FLOWS = ("energy_residual", "drive_work", "joint_work", "structural_work", "kinetic_energy")
 OK = STATUS.index("ok")
+IMPACT, REST = (EVENTS.index(name) for name in ("impact", "rest"))
 BLOCKS = 24  # a nominal turn, and at least in a run
 BEYOND = 1e12  # growth at which it is not followed further
+ADDED = 0.1  # share of a growth that the errors of each block make, beside the one that makes all of it
 SOLVED = 1e-6  # tolerance of the tangents' iteration: their size is wanted, not their digits
 
 
@@ -38,6 +44,10 @@ class Motion:
         How it ended, of `STATUS`.
     states : ndarray, shape (samples, states)
         Positions and speeds at the samples that it reached.
+    positions : int
+        How many of the states are positions.
+    met : ndarray, shape (samples, joints)
+        Impacts on each rigid wall since something last came to rest there.
     events : ndarray, shape (events, 3)
         Joint, kind and normal speed of each event, over that of the journal's surface at the nominal speed.
     residual : float
@@ -52,6 +62,8 @@ class Motion:
 
     status: int
     states: np.ndarray
+    positions: int
+    met: np.ndarray
     events: np.ndarray
     residual: float
     counts: dict[str, int]
@@ -70,6 +82,8 @@ def move(model: Model, turns: int, rtol: float, max_steps: int) -> Motion:
     return Motion(
         records.status,
         rows[:, 1 : 1 + len(model.state)],
+        len(model.turning),
+        _met(records, rows[:, 0], len(model.touching)),
         _events(model, records),
         residual(model, records),
         records.counts,
@@ -77,6 +91,17 @@ def move(model: Model, turns: int, rtol: float, max_steps: int) -> Motion:
         spent,
         float(rows[-1, 0] / model.period) if len(rows) else 0.0,
     )
+
+
+def _met(records: Records, times: np.ndarray, joints: int) -> np.ndarray:
+    """Impacts on each rigid wall up to these times, since something last came to rest there."""
+    rows, found = records.events[np.argsort(records.events[:, 2], kind="stable")], []
+    for joint in range(joints):
+        kinds, at = rows[rows[:, 0] == joint][:, 1:3].T
+        hits, rests = (np.concatenate([[0], np.cumsum(kinds == kind)]) for kind in (IMPACT, REST))
+        since = hits - np.maximum.accumulate(np.where(np.diff(rests, prepend=0) > 0, hits, 0))
+        found.append(since[np.searchsorted(at, times, side="right")])
+    return np.reshape(found, (joints, len(times))).T
 
 
 def _events(model: Model, records: Records) -> np.ndarray:
@@ -113,8 +138,9 @@ def largest_growth(
 ) -> float:
     """Return the largest growth, at least 1, of a small difference between any two times of a run.
 
-    Differences are in units of the states' sizes `unit`. Blocks are `closer` times shorter than usual: growth
-    that an event soon ends shows in short ones only. If the run stops, the part before counts.
+    Or, if it is more, what a tenth of one made in each block of usual length adds up to. Differences are in
+    units of the states' sizes `unit`. Blocks are `closer` times shorter than usual: growth that an event soon
+    ends shows in short ones only. If the run stops, the part before counts.
     """
     end, n_x, whole = turns * model.period, len(unit), np.eye(len(unit))
     request = Request(end, rtol, max_steps=max_steps)
@@ -127,7 +153,8 @@ def largest_growth(
         if not np.all(np.isfinite(block)):
             return largest
         products = block @ np.concatenate([products, whole[None]])
-        largest = max(largest, float(np.max(np.linalg.norm(products, 2, axis=(1, 2)))))
+        norms = np.linalg.norm(products, 2, axis=(1, 2))
+        largest = max(largest, float(np.max(norms)), ADDED / closer * float(np.sum(norms)))
         if status or largest > BEYOND:
             return largest
     return largest

@@ -27,6 +27,7 @@ from jointplay.mechanism.records import Mechanism
 
 TIGHTER = 1e-2  # tolerance of the second run, relative to the first's
 PATIENCE = 4  # steps that the second run may take, relative to the first's
+GROWING = 2  # likewise with differences, relative to that without
 TURNS, MAX_STEPS, LISTED = 2, 100_000, 10
 LOOKED = 500  # scenes that are looked through for structures to compile
 
@@ -110,8 +111,10 @@ def cell(
     tight = move(scene, turns, TIGHTER * rtol, PATIENCE * max_steps)
     unit, common = sizes(scene, tight), min(loose.turns, tight.turns)
 
-    def growth(closer: int) -> float:
-        return largest_growth(assemble(case.mechanism, case.initial), unit, common, rtol, max_steps, closer)
+    def growth(tighter: bool, closer: int) -> float:
+        steps, tolerance = (PATIENCE * max_steps, TIGHTER * rtol) if tighter else (max_steps, rtol)
+        plain = assemble(case.mechanism, case.initial)
+        return largest_growth(plain, unit, common, tolerance, GROWING * steps, closer)
 
     answer = asdict(judge(loose, tight, unit, (rtol, TIGHTER * rtol), growth))
     answer |= {"verdict": VERDICTS.index(answer["verdict"]), "cause": CAUSES.index(answer["cause"])}

@@ -28,7 +28,9 @@ GROWN = 1.0  # error that grows, in units of the tolerance: some 0.01 of it is w
 CLOSED = 1e2  # energy residual, relative to what flowed, in units of the tolerance
 SLIGHT = 100.0  # speed of a contact that only one run has met, in units of the states' disagreement; or the
 # square root of that: where a force or gap just touches zero, contacts appear with such a speed
-CLOSER = (1, 4, 16)  # times that blocks of the growth are shorter: needed for growth that an event soon ends
+# Of the growth: whether of the tighter run, which alone may show what the other steps over; and how many
+# times shorter its blocks are, as is needed for growth that an event soon ends
+LOOKS = tuple((tighter, closer) for tighter in (False, True) for closer in (1, 4, 16))
 SATURATED = 0.1  # grown errors beyond which the runs are two motions, with contacts of their own
 LEVELS = np.concatenate([[0.0], np.logspace(-12, 0, 49)])  # of speeds
 COMPARED = tuple(EVENTS.index(name) for name in ("contact", "separation"))  # reopenings are rounding's
@@ -64,19 +66,19 @@ def judge(
     tight: Motion,
     unit: np.ndarray,
     tolerances: tuple[float, float],
-    growth: Callable[[int], float],
+    growth: Callable[[bool, int], float],
 ) -> Verdict:
     """Judge a run by one at a tighter tolerance; `unit` holds the size of each state.
 
-    Where the states differ, `growth` is called for the largest growth of a small difference, in blocks so
-    many times shorter; and again where that does not explain the difference.
+    Where the states differ, `growth` is called for the largest growth of small differences, along this run
+    or the tighter one, in blocks so many times shorter; again where that does not explain the difference.
     """
     rtol = tolerances[0]
     apart, grown, allowed = disagreement(loose, tight, unit), np.nan, AGREE * rtol
-    for closer in CLOSER:
+    for look in LOOKS:
         if apart <= allowed or not np.isfinite(apart):
             break
-        grown = float(np.fmax(grown, growth(closer)))
+        grown = float(np.fmax(grown, growth(*look)))
         allowed = max(allowed, GROWN * rtol * np.nan_to_num(grown, nan=1.0))
     energy = max(m.residual / (CLOSED * t) for m, t in zip((loose, tight), tolerances, strict=True))
     found = {"states": apart / allowed, "energy": energy, "contacts": 0.0}
@@ -101,9 +103,14 @@ def _calm(loose: Motion, tight: Motion, agreeing: bool) -> str:
 
 
 def disagreement(one: Motion, other: Motion, unit: np.ndarray) -> float:
-    """Largest difference of the states at the samples that both reached, in units of their sizes."""
+    """Largest difference of the states at the samples that both reached, in units of their sizes.
+
+    Of positions alone where only one run has met an impact on a rigid wall yet, which makes the speeds jump.
+    """
     n = min(len(one.states), len(other.states))
-    return float(np.max(np.abs(one.states[:n] - other.states[:n]) / unit, initial=0.0))
+    apart = np.abs(one.states[:n] - other.states[:n]) / unit
+    between = np.any(one.met[:n] != other.met[:n], axis=1)
+    return float(max(np.max(apart[:, : one.positions], initial=0.0), np.max(apart[~between], initial=0.0)))
 
 
 def unmatched(one: Motion, other: Motion) -> float:
