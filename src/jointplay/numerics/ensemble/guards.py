@@ -5,12 +5,10 @@ As numerics.events for one trajectory, with the margins that guards have there; 
 
 from ..events import leaving, level_of, root_level
 from ..interface import inner
-from ..memory import MISS_ROW
-from ..modes import CONE, FORCE, GAP
-from ..polynomial import differentiate, first_root, next_extremum, value
+from ..modes import CONE, FORCE
+from ..polynomial import first_root
 from . import layout as rows
 from .radau import NODES, STAGES, TO_BERNSTEIN, A
-from .record import note, record_within
 
 
 @inner
@@ -79,33 +77,5 @@ def passing(k, i, end):
         for n in range(STAGES + 1):
             k.b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
     k.b[0], k.b[STAGES] = start, start + w[8 * rows.X + i]
-    place = first_root(k.b, STAGES, -int(w[8 * rows.DIRECTION + i]), k.stack)
+    place = first_root(k.b, STAGES + 0 * i, -int(w[8 * rows.DIRECTION + i]), k.stack)
     return place if place <= end else 2.0
-
-
-@inner
-def closest_approaches(k, j, i, end):
-    """Log closest approaches of open gaps in the step up to place `end` (numerics.record)."""
-    for contact in range(k.contacts):
-        if k.w[8 * (rows.SIDE + 4 * contact + GAP) + i] < 0.0:
-            _closest_approaches(k, j, i, contact, 1.0, end)
-        elif contact >= len(k.flags):
-            _closest_approaches(k, j, i, contact, -1.0, end)
-
-
-@inner
-def _closest_approaches(k, j, i, contact, rising, end):
-    """`rising`: sign of the guard's slope on the way to contact."""
-    b, g = k.b, 4 * contact + GAP
-    coefficients(k.w, 8 * (rows.WATCHES + g), k.w[8 * (rows.GUARD + g) + i], i, b)
-    for n in range(STAGES + 1):
-        b[8 + n] = b[n]
-    degree, side = differentiate(b, STAGES + 0 * i)
-    at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
-    while at <= 1.0:
-        if side * rising > 0.0:
-            gap = value(b, 8, STAGES, at, k.stack)
-            record_within(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :], at)
-            note(k, j, i, MISS_ROW, float(contact), -rising * gap)
-        side = -side
-        at, degree = next_extremum(b, degree, at, side, end, k.stack)

@@ -76,6 +76,23 @@ class Functions(NamedTuple):
     settle: Callable
 
 
+class AtEvent(NamedTuple):
+    """Functions of a structure at one point, for events (codegen.module)."""
+
+    contacts: Callable
+    trig: Callable
+    reset: Callable
+
+
+class Parts(NamedTuple):
+    """Parts of the loop that are called by address: a trajectory enters, an event, a jump, approaches."""
+
+    enter: Callable
+    event: Callable
+    jump: Callable
+    approaches: Callable
+
+
 class Variations(NamedTuple):
     """Functions that carry a tangent: of its size, of the structure, and the gradient of its guards."""
 
