@@ -1,4 +1,4 @@
-"""The base point of a lane of an ensemble as numerics.modes and numerics.walls take it, at events, and back."""
+"""The base point of a lane of an ensemble as numerics.modes and numerics.walls take it, and back."""
 
 from ..control import close_events, restarted
 from ..interface import inner

@@ -26,16 +26,16 @@ def _met_too(k, o, c):
 def jump(f, k, j, i):
     """The state of a lane jumps."""
     c, o = k.whole[8 * rows.AT + i] // 4, settings(j.real[k.whole[8 * rows.JOB + i]])
-    w, x, number, fired = k.w, k.x, c - len(k.flags), 1.0
+    w, number, fired = k.w, c - len(k.flags), 1.0
     begin_event(f, k, j, i)
     look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
     if k.contact[6 * c + 3] > 0.0:
-        move(f, number, k, x, o)
+        move(f, number, k, k, o)
         fired = 0.0
     elif k.contact[6 * c + 2] < 0.0:
         f.reset(number, k.s, k.p)
         look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
-        throw_off(k, x, o)
+        throw_off(k, k, o)
         if low(k.contact[6 * c + 2], k.contact[6 * c + 5], o) or _met_too(k, o, c):
             aside(k, j, i)
     else:

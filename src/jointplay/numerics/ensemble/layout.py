@@ -15,7 +15,6 @@ from numba import int64, types, void
 
 from ..interface import SIGNATURES as ONE_BY_ONE
 from ..interface import vector
-from ..memory import Trajectory
 from . import CONTACTS, N
 from .radau import STAGES
 
@@ -166,8 +165,8 @@ class Lanes(NamedTuple):
     """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts.
 
     The first positions are `phases`, and the last ones have no place in the structure's own state, which has
-    `n_q`. Contacts are those of the structure (of which there are flags), then jumps of the state. `x` is a
-    trajectory as numerics.flow has it, whose arrays those from `s` on are.
+    `n_q`. Contacts are those of the structure (of which there are flags), then jumps of the state. Arrays from
+    `s` on are those of a trajectory as numerics.walls takes it.
     """
 
     n: int
@@ -189,4 +188,4 @@ class Lanes(NamedTuple):
     modes: np.ndarray
     flags: np.ndarray
     fired: np.ndarray
-    x: Trajectory
+    margin: np.ndarray

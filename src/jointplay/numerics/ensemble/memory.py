@@ -60,7 +60,7 @@ def lanes(
         modes=x.modes,
         flags=x.flags,
         fired=x.fired,
-        x=x,
+        margin=x.margin,
     )
     k.whole[8 * rows.JOB : 8 * rows.JOB + 8] = -1
     return k
