@@ -33,8 +33,8 @@ HEADER = '''"""Generated from the equations, for eight trajectories at once; do 
 from math import cos, sin, sqrt, tanh
 
 from jointplay.numerics.ensemble.layout import CALL
-from jointplay.numerics.interface import inner
-from jointplay.numerics.interface import SIGNATURES, compiled, entry
+from jointplay.numerics.interface import entry, inner
+from jointplay.numerics.interface import compiled
 
 '''
 
