@@ -47,9 +47,10 @@ def special(k, j, i):
     else:
         found, number = _whole(k, j, i)
     if found == TAKEN:
-        return _taken(
-            k, i, number, 2.0 if phase == SECTION else passing(k, i, 1.0 + number / w[8 * rows.H + i])
-        )
+        end, place = 1.0 + number / w[8 * rows.H + i], 2.0
+        if phase != SECTION:
+            place = passing(w, k.b, k.stack, i, end)
+        return _taken(k, i, number, place)
     if found >= REJECTED:
         _shorten(k, j, i, number, found)
     return found == MET
@@ -120,14 +121,14 @@ def _whole(k, j, i):
         k.whole[8 * rows.FRESH + i] = 0
     g, place = -1, 2.0
     if w[8 * rows.LOW + i] < 0.0:  # else the lanes have seen that none leaves
-        g, place = first(k, i, 0.0)
+        g, place = first(w, k.b, k.stack, k.contacts, i, 0.0)
     k.whole[8 * rows.AT + i] = g
     if g < 0:
         return TAKEN, 0.0
     near = j.real[k.whole[8 * rows.JOB + i], rows.J_NEAR]
     if place * h > instant(w[8 * rows.T + i], near):
         k.real[8 * rows.LENGTH + i], w[8 * rows.KEEP + i] = h, 1.0
-        k.real[8 * rows.LEVEL + i] = level_to_leave(k, i, g, place)
+        k.real[8 * rows.LEVEL + i] = level_to_leave(w, k.b, i, g, place)
         _again(k, i, ROOT, place * h)
         return AGAIN, 0.0
     if comes_back(w[8 * (rows.FIRED + g) + i], h, near):
@@ -159,7 +160,7 @@ def _located(k, i):
     elif abs(later) < NEAR_ROOT or there:
         exact, earlier = later if abs(later) < NEAR_ROOT else 0.0, 2.0
         if w[8 * rows.LOW + i] < 0.0:
-            _, earlier = first(k, i, ROUNDING)
+            _, earlier = first(w, k.b, k.stack, k.contacts, i, ROUNDING)
         if 1.0 + exact - earlier <= TOGETHER + 10.0 * exact * exact:
             return TAKEN, exact * h
         k.whole[8 * rows.TRIES + i] = REFINEMENTS

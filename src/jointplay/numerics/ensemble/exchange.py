@@ -1,7 +1,7 @@
 """The base point of a lane of an ensemble as numerics.modes and numerics.walls take it, and back."""
 
 from ..control import close_events, restarted
-from ..interface import inner
+from ..interface import inlined, inner
 from ..memory import EVENT_ROW
 from ..modes import GAP, PULLS, RELEASED, inside, mask
 from . import layout as rows
@@ -81,7 +81,7 @@ def _restart(k, i):
     k.whole[8 * rows.FRESH + i] = 1
 
 
-@inner
+@inlined
 def begin_event(f, k, j, i):
     """Count and record an event of a lane, and gather its base point."""
     w, job, t = k.w, k.whole[8 * rows.JOB + i], k.w[8 * rows.T + i]
@@ -97,7 +97,7 @@ def begin_event(f, k, j, i):
         k.fired[g] = int(w[8 * (rows.FIRED + g) + i])
 
 
-@inner
+@inlined
 def end_event(k, j, i, c, kind):
     """Scatter what has changed of a lane at contact c, and start anew."""
     if j.whole[k.whole[8 * rows.JOB + i], rows.J_EVENTS]:

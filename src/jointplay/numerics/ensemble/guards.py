@@ -37,45 +37,45 @@ def level(w, i, g):
 
 
 @inner
-def first(k, i, doubt):
+def first(w, b, stack, contacts, i, doubt):
     """The guard that first leaves its side, and where in [0, 1]; -1 and 2.0 if none."""
-    w, b, which, earliest = k.w, k.b, -1, 2.0
-    for g in range(4 * k.contacts):
+    which, earliest = -1, 2.0
+    for g in range(4 * contacts):
         side = w[8 * (rows.SIDE + g) + i]
         if side != 0.0:
             least = level(w, i, g) - side * doubt * margin(w, i, g)
             coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, b)
-            place = leaving(b, STAGES + 0 * g, int(side), least, k.stack)
+            place = leaving(b, STAGES + 0 * g, int(side), least, stack)
             if place < earliest:
                 which, earliest = g, place
     return which, earliest
 
 
 @inner
-def level_to_leave(k, i, g, place):
+def level_to_leave(w, b, i, g, place):
     """Level whose crossing near `place` is located (events.root_level)."""
-    least, side = level(k.w, i, g), k.w[8 * (rows.SIDE + g) + i]
+    least, side = level(w, i, g), w[8 * (rows.SIDE + g) + i]
     if least == 0.0:
         return least
-    coefficients(k.w, 8 * (rows.WATCHES + g), k.w[8 * (rows.GUARD + g) + i], i, k.b)
-    return root_level(k.b, STAGES + 0 * g, side, place, least, margin(k.w, i, g))
+    coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, b)
+    return root_level(b, STAGES + 0 * g, side, place, least, margin(w, i, g))
 
 
 @inner
-def passing(k, i, end):
+def passing(w, b, stack, i, end):
     """Place up to `end` where the crank passes the section's level; 2.0 if it does not."""
-    w, h = k.w, k.w[8 * rows.H + i]
+    h = w[8 * rows.H + i]
     if not w[8 * rows.CROSSED + i] >= 0.0:
         return 2.0
     start = w[8 * rows.POSITION + i] - w[8 * rows.AHEAD + i]
     for n in range(STAGES + 1):
-        k.b[n] = start * TO_BERNSTEIN[n, 0]
+        b[n] = start * TO_BERNSTEIN[n, 0]
     for s in range(STAGES):
         x = NODES[s] * w[8 * rows.SPEED + i]
         for n in range(STAGES):
             x += A[s, n] * w[8 * (rows.Z + rows.N * n) + i]
         for n in range(STAGES + 1):
-            k.b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
-    k.b[0], k.b[STAGES] = start, start + w[8 * rows.X + i]
-    place = first_root(k.b, STAGES + 0 * i, -int(w[8 * rows.DIRECTION + i]), k.stack)
+            b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
+    b[0], b[STAGES] = start, start + w[8 * rows.X + i]
+    place = first_root(b, STAGES + 0 * i, -int(w[8 * rows.DIRECTION + i]), stack)
     return place if place <= end else 2.0

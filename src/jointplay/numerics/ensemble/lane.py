@@ -3,7 +3,7 @@
 from math import cos, inf, sin
 
 from ..control import CHATTER, CHATTER_COUNT, STEP_LIMIT, at_end
-from ..interface import entry, handed, inner, spliced
+from ..interface import entry, handed, inlined, inner, spliced
 from ..modes import FORCE, FREE, GAP, REMEMBERS, SLIDE, follow, look, start
 from ..walls import moves_with
 from . import layout as rows
@@ -90,7 +90,7 @@ def event(f, k, j, i):
     end_event(k, j, i, c, kind)
 
 
-@inner
+@inlined
 def ends(k, j, i):
     """Whether the trajectory of a lane has ended; writes its status."""
     w, job = k.w, k.whole[8 * rows.JOB + i]

@@ -165,8 +165,8 @@ class Lanes(NamedTuple):
     """State of eight lanes beside `w`, and scratch; numbers of positions, of memories, of contacts.
 
     The first positions are `phases`, and the last ones have no place in the structure's own state, which has
-    `n_q`. Contacts are those of the structure (of which there are flags), then jumps of the state. Arrays from
-    `s` on are those of a trajectory as numerics.walls takes it.
+    `n_q`. Contacts are those of the structure (of which there are flags), then jumps of the state. Arrays
+    from `s` on are as those of a trajectory (numerics.memory).
     """
 
     n: int
