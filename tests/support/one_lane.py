@@ -1,6 +1,9 @@
 """A function of one lane with all that such functions may contain, for its compiled form to be tested."""
 
 from math import cos, sqrt
+from types import FunctionType
+
+from numba.core.dispatcher import Dispatcher
 
 from jointplay.numerics.control import bounded
 from jointplay.numerics.ensemble.attempts import solved
@@ -38,5 +41,14 @@ def strange(w, i):
     w[8 + i] = w[i]
 
 
+def uncompiled(function):
+    """The same function, and all that it calls, as plain Python."""
+    scope = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        if isinstance(scope.get(name), Dispatcher):
+            scope[name] = uncompiled(scope[name].py_func)
+    return FunctionType(function.__code__, scope)
+
+
 compiled, refused = lanewise(written), lanewise(strange)
-looped = plain(written)
+looped = plain(uncompiled(written))
