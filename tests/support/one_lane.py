@@ -3,8 +3,6 @@
 from math import cos, sqrt
 from types import FunctionType
 
-from numba.core.dispatcher import Dispatcher
-
 from jointplay.numerics.control import bounded
 from jointplay.numerics.ensemble.attempts import solved
 from jointplay.numerics.events import level_of
@@ -45,7 +43,7 @@ def uncompiled(function):
     """The same function, and all that it calls, as plain Python."""
     scope = dict(function.__globals__)
     for name in function.__code__.co_names:
-        if isinstance(scope.get(name), Dispatcher):
+        if hasattr(scope.get(name), "py_func"):
             scope[name] = uncompiled(scope[name].py_func)
     return FunctionType(function.__code__, scope)
 

@@ -158,7 +158,7 @@ class _Body:
         if function in OF_ROWS:
             kind = ir.FunctionType(ROW, [ROW])
             return self.builder.call(self.declared(OF_ROWS[function], kind), values)
-        if isinstance(function, numba.core.dispatcher.Dispatcher):
+        if hasattr(function, "py_func"):  # another of the method's
             function = function.py_func
             names = zip(function.__code__.co_varnames, values, strict=False)
             return _Body(self.context, self.builder, function, names=names).run()
