@@ -18,7 +18,7 @@ def test_every_lane_has_what_plain_python_gives():
     run = numba.njit(**POLICY)(lambda w: over(w))
     random = np.random.default_rng(3)
     for _ in range(20):
-        w = np.zeros((22, 8))
+        w = np.zeros((23, 8))
         w[:4] = random.normal(size=(4, 8))
         w[0] = random.permutation(STRANGE)
         w[1], w[3] = np.where(random.random((2, 8)) < 0.3, w[[0, 2]], w[[1, 3]])

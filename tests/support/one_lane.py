@@ -1,14 +1,24 @@
 """A function of one lane with all that such functions may contain, for its compiled form to be tested."""
 
-from math import cos, sqrt
+from math import copysign, cos, sqrt
 from types import FunctionType
 
 from jointplay.numerics.control import bounded
 from jointplay.numerics.ensemble.attempts import solved
 from jointplay.numerics.events import level_of
+from jointplay.numerics.interface import compiled as jitted
 from jointplay.numerics.lanewise import lanewise, plain
 
 SHARE = 0.25
+
+
+@jitted
+def root(x):
+    """A function with a loop, which is called lane by lane."""
+    y = max(x, 1.0)
+    for _ in range(9):
+        y = 0.5 * (y + x / y)
+    return y
 
 
 def written(w, i):
@@ -32,6 +42,7 @@ def written(w, i):
     a, b = b, a
     w[152 + i] = a - 2 * b
     w[160 + i] = w[168 + i] = c
+    w[176 + i] = root(abs(c)) + copysign(1.0, a)
 
 
 def strange(w, i):

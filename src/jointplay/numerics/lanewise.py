@@ -5,9 +5,10 @@
         x = w[8 + i] * 2.0
         w[16 + i] = x if x > 0.0 else w[0 + i]
 
-is called as name(w). It may assign, choose (x if c else y), and call what it may contain, or functions of
-numbers. A loop over the lanes would be compiled to the same instructions once the compiler has proved that
-it may, after three times as long.
+is called as name(w). It may assign, choose (x if c else y), and call functions: those that do no more than
+itself, or return early, are written out, and all others but roots are called lane by lane. A loop over the
+lanes would be compiled to the same instructions once the compiler has proved that it may, after many times as
+long.
 """
 
 import ast
@@ -28,6 +29,7 @@ ROW = ir.VectorType(ir.DoubleType(), LANES)
 PLACE = ir.IntType(64)
 ARITHMETIC = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 ORDER = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+STRAIGHT = (ast.Assign, ast.If, ast.Return, ast.Expr)
 OF_ROWS = {math.sqrt: "llvm.sqrt.v8f64", abs: "llvm.fabs.v8f64"}
 
 
@@ -65,13 +67,17 @@ def _functions(module: str) -> dict[str, ast.FunctionDef]:
     return {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
 
 
+def _node(function):
+    return _functions(function.__module__)[function.__name__]
+
+
 class _Body:
     """One function as it is written down: its names, each a row, and the rows in memory."""
 
     def __init__(self, context, builder, function, data=None, names=()):
         self.context, self.builder, self.data = context, builder, data
         self.scope, self.names = function.__globals__, dict(names)
-        self.node = _functions(function.__module__)[function.__name__]
+        self.node = _node(function)
 
     def run(self, statements=None):
         """Write down statements; what the function returns."""
@@ -84,6 +90,8 @@ class _Body:
                 return self.builder.select(self.value(each.test), self.run(each.body), self.run(rest))
             if isinstance(each, ast.Assign):
                 self.assign(each)
+            elif not isinstance(each, ast.Expr):
+                raise NotImplementedError(ast.unparse(each))
         return None
 
     def assign(self, node):
@@ -158,11 +166,11 @@ class _Body:
         if function in OF_ROWS:
             kind = ir.FunctionType(ROW, [ROW])
             return self.builder.call(self.declared(OF_ROWS[function], kind), values)
-        if hasattr(function, "py_func"):  # another of the method's
-            function = function.py_func
-            names = zip(function.__code__.co_varnames, values, strict=False)
-            return _Body(self.context, self.builder, function, names=names).run()
-        return self.each(function, *values)
+        written = getattr(function, "py_func", None)  # another of the method's
+        if written and all(isinstance(each, STRAIGHT) for each in _node(written).body):
+            names = zip(written.__code__.co_varnames, values, strict=False)
+            return _Body(self.context, self.builder, written, names=names).run()
+        return self.each(numba.typeof(function) if written else function, *values)
 
     def extreme(self, order, values):
         """As Python's min and max: another value is taken only where it is beyond."""
@@ -178,7 +186,10 @@ class _Body:
 
     def each(self, function, *values):
         """A function of numbers, lane by lane."""
-        call = self.context.get_function(function, float64(*[float64] * len(values)))
+        signature = float64(*[float64] * len(values))
+        if isinstance(function, types.Callable):
+            signature = function.get_call_type(self.context.typing_context, signature.args, {})
+        call = self.context.get_function(function, signature)
         found = ir.Constant(ROW, ir.Undefined)
         for i in range(LANES):
             lane = ir.Constant(ir.IntType(32), i)
