@@ -16,13 +16,15 @@ from jointplay.codegen.dynamics import Dynamics
 from jointplay.codegen.elimination import Plan
 from jointplay.codegen.variants import variants
 from jointplay.equations.write import system
+from jointplay.numerics import lanewise
 
-IMPORTS = re.compile(r"^from (?:jointplay\.numerics|)\.interface import .*$", re.MULTILINE)
+IMPORTS = re.compile(r"^from (?:jointplay\.numerics|)\.(?:interface|lanewise) import .*$", re.MULTILINE)
 PRETENCE = {
     "compiled": lambda f: f,
     "inner": lambda f: f,
     "inlined": lambda f: f,
     "entry": lambda _: lambda f: f,
+    "lanewise": lanewise.plain,
     "SIGNATURES": defaultdict(type(None)),
 }
 

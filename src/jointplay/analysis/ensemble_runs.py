@@ -119,6 +119,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
     name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
     flow, f, g, rows = _kernels(models[0], form, name)
+    parts = _parts(flow, form.jumps > 0, any(request.misses for _, request in pairs))
     real = np.array([_real(*pair, form) for pair in pairs])
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
@@ -132,7 +133,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
 
     def call(pause: int) -> int:
         place[PAUSE] = pause
-        return run(f, g, lanes, jobs, v, y)
+        return run(f, parts, g, lanes, jobs, v, y)
 
     def take() -> None:
         _hand_out(jobs.log[: place[LOGGED]], logs)
@@ -178,16 +179,27 @@ def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
 
 def _kernels(model: Model, form: Form, loop: str) -> tuple:
     """The loop; functions of a structure at a point, and in lanes; rows of these."""
-    from jointplay.numerics.ensemble.layout import SIGNATURES, Functions
-    from jointplay.numerics.interface import AtPoint, pointers
+    from jointplay.numerics.ensemble.layout import SIGNATURES, AtEvent, Functions
+    from jointplay.numerics.interface import pointers
 
     cache.prepare(loop)
     module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
     sizes = len(form.flags), form.jumps, form.sizes["folds"], form.crank
     algebra = cache.ensemble_algebra(form.turning, *sizes)
-    f = pointers(own, kind=AtPoint)
+    f = pointers(own, kind=AtEvent)
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
     return cache.method(loop), f, g, module.ROWS
+
+
+def _parts(flow, jumps: bool, misses: bool):
+    """The parts of the loop that it calls by address, those compiled alone that are asked for."""
+    from jointplay.numerics.ensemble.layout import Parts
+    from jointplay.numerics.interface import address
+
+    jump = cache.method("ensemble.jumps").jump if jumps else flow.nothing
+    approaches = cache.method("ensemble.approaches").approaches if misses else flow.nothing
+    each = (flow.enter, flow.event, jump, approaches)
+    return Parts(*(address(function, flow.PART) for function in each))
 
 
 def _real(model: Model, request: Request, form: Form) -> list[float]:

@@ -23,7 +23,7 @@ from .source import entry
 HEADER = '''"""Generated for {n_q} positions and {n} speeds; do not edit."""
 from math import sqrt
 
-from jointplay.numerics.interface import SIGNATURES, entry
+from jointplay.numerics.interface import compiled
 from jointplay.numerics.polynomial import BARYCENTRIC
 from jointplay.numerics.radau import EIGEN_IM, EIGEN_RE, ERROR, GAMMA, NODES, TO_EIGEN, TO_MOVED, TO_STAGE
 

@@ -43,7 +43,7 @@ from .variants import sticking, variants
 HEADER = '''"""Generated from the equations; do not edit."""
 from math import cos, sin, sqrt, tanh
 
-from jointplay.numerics.interface import SIGNATURES, compiled, entry
+from jointplay.numerics.interface import compiled
 
 '''
 

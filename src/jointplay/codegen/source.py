@@ -122,15 +122,15 @@ SELDOM = ("copysign", "exp", "log")  # functions that few laws need
 def importing(source: str) -> str:
     """A module's text with the seldom functions that it calls: imported, or written out."""
     if "lambert(" in source:  # after what the text imports
-        head, imported, rest = source.partition("import SIGNATURES, compiled, entry\n\n")
+        head, imported, rest = source.partition("import compiled\n\n")
         source = head + imported + LAMBERT + rest
     names = "".join(f"{name}, " for name in SELDOM if f"{name}(" in source)
     return source.replace("from math import ", f"from math import {names}", 1)
 
 
 def entry(name: str, arguments: str) -> list[str]:
-    """Head of a function that the method calls."""
-    return [f'@entry(SIGNATURES["{name}"])', f"def {name}({arguments}):"]
+    """Head of a function that the method calls; it is compiled when its address is first asked for."""
+    return ["@compiled", f"def {name}({arguments}):"]
 
 
 def dispatch(name: str, arguments: str, functions: dict[int, str]) -> str:

@@ -24,6 +24,7 @@ from jointplay.numerics.ensemble.attempts import solved
 from jointplay.numerics.ensemble.layout import CALL
 from jointplay.numerics.events import level_of
 from jointplay.numerics.interface import entry
+from jointplay.numerics.lanewise import lanewise
 
 '''
 S = range(STAGES)

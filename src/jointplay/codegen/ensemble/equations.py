@@ -33,8 +33,9 @@ HEADER = '''"""Generated from the equations, for eight trajectories at once; do 
 from math import cos, sin, sqrt, tanh
 
 from jointplay.numerics.ensemble.layout import CALL
-from jointplay.numerics.interface import inner
-from jointplay.numerics.interface import SIGNATURES, compiled, entry
+from jointplay.numerics.interface import entry, inner
+from jointplay.numerics.lanewise import lanewise
+from jointplay.numerics.interface import compiled
 
 '''
 
@@ -132,7 +133,8 @@ class Writer:
 
     def sticks(self) -> str:
         """A function that says whether any contact sticks in any lane."""
-        lines = ["    most = 0.0", *lanes(f"most = max(most, {self._stuck()})"), "    return most > 0.0"]
+        each = f"        most = max(most, {self._stuck()})"  # which no function of one lane can tell
+        lines = ["    most = 0.0", "    for i in range(0, 8):", each, "    return most > 0.0"]
         return _inner("sticks", lines)
 
     def held_rates(self) -> str:
@@ -153,7 +155,7 @@ class Writer:
 
 def _inner(name: str, lines: list[str]) -> str:
     """A function that others of the module call."""
-    return "\n".join(["@inner", f"def {name}(w):", *lines])
+    return function(name, lines, "@inner")
 
 
 def _named(row: int, k: int) -> str:

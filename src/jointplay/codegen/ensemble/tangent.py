@@ -24,6 +24,7 @@ from math import sqrt
 from jointplay.numerics.ensemble.attempts import solved
 from jointplay.numerics.ensemble.layout import CALL, STAGE_CALL
 from jointplay.numerics.interface import entry
+from jointplay.numerics.lanewise import lanewise
 
 '''
 S = range(STAGES)
@@ -48,10 +49,10 @@ def text(n: int) -> str:
 
 def _by_stage(name: str, bodies: list[list[str]]) -> str:
     """A function of the stage's number."""
-    lines = ["@entry(STAGE_CALL)", f"def {name}(w, j):"]
+    lines = []
     for j, body in enumerate(bodies):
         lines += [f"    if j == {j}:", *(f"    {line}" for line in body)]
-    return "\n".join(lines)
+    return function(name, lines, "@entry(STAGE_CALL)", "w, j")
 
 
 def _slope(block: int, k: int, i: int) -> str:

@@ -13,6 +13,7 @@ from .. import source
 from ..source import horner
 
 SIN = [1.0, -1 / 6, 1 / 120, -1 / 5040]  # to rounding at usual lengths, to 1e-11 at the longest turn
+LOOP = "for i in range(8):"
 COS = [1.0, -1 / 2, 1 / 24, -1 / 720, 1 / 40320]
 
 
@@ -47,8 +48,8 @@ def slope(k: int, i: int) -> str:
 
 
 def lanes(*lines: str) -> list[str]:
-    """A loop over the lanes; a short one would be unrolled, and then not vectorised: join it to others."""
-    return ["    for i in range(8):", *(f"        {line}" for line in lines)]
+    """A loop over the lanes, in which `function` sees operations on whole rows."""
+    return [f"    {LOOP}", *(f"        {line}" for line in lines)]
 
 
 def total(factors: Iterable[float], names: Iterable[str]) -> str:
@@ -89,6 +90,19 @@ def fetch(n: int, j: int, place: Callable[[int, int], str] = at) -> list[str]:
     return lines
 
 
-def function(name: str, lines: list[str]) -> str:
-    """A function that the loop calls."""
-    return "\n".join(["@entry(CALL)", f"def {name}(w):", *lines])
+def function(name: str, lines: list[str], head: str = "@entry(CALL)", arguments: str = "w") -> str:
+    """A function that the loop calls; each of its loops over lanes is a function of its own beside it."""
+    loops, body = [], []
+    for line in lines:
+        indent = line[: len(line) - len(line.lstrip())]
+        if line.strip() == LOOP:
+            loops.append([indent])
+            body.append(f"{indent}{name}_part{len(loops)}(w)")
+        elif loops and len(indent) > len(loops[-1][0]) and body[-1].endswith(f"_part{len(loops)}(w)"):
+            loops[-1].append(f"    {line.strip()}")
+        else:
+            body.append(line)
+    texts = [
+        ["@lanewise", f"def {name}_part{n}(w, i):", *loop[1:], "\n"] for n, loop in enumerate(loops, start=1)
+    ]
+    return "\n".join([*(line for text in texts for line in text), head, f"def {name}({arguments}):", *body])

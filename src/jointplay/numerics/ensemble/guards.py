@@ -5,12 +5,10 @@ As numerics.events for one trajectory, with the margins that guards have there; 
 
 from ..events import leaving, level_of, root_level
 from ..interface import inner
-from ..memory import MISS_ROW
-from ..modes import CONE, FORCE, GAP
-from ..polynomial import differentiate, first_root, next_extremum, value
+from ..modes import CONE, FORCE
+from ..polynomial import first_root
 from . import layout as rows
 from .radau import NODES, STAGES, TO_BERNSTEIN, A
-from .record import note, record_within
 
 
 @inner
@@ -39,73 +37,45 @@ def level(w, i, g):
 
 
 @inner
-def first(k, i, doubt):
+def first(w, b, stack, contacts, i, doubt):
     """The guard that first leaves its side, and where in [0, 1]; -1 and 2.0 if none."""
-    w, b, which, earliest = k.w, k.b, -1, 2.0
-    for g in range(4 * k.contacts):
+    which, earliest = -1, 2.0
+    for g in range(4 * contacts):
         side = w[8 * (rows.SIDE + g) + i]
         if side != 0.0:
             least = level(w, i, g) - side * doubt * margin(w, i, g)
             coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, b)
-            place = leaving(b, STAGES + 0 * g, int(side), least, k.stack)
+            place = leaving(b, STAGES + 0 * g, int(side), least, stack)
             if place < earliest:
                 which, earliest = g, place
     return which, earliest
 
 
 @inner
-def level_to_leave(k, i, g, place):
+def level_to_leave(w, b, i, g, place):
     """Level whose crossing near `place` is located (events.root_level)."""
-    least, side = level(k.w, i, g), k.w[8 * (rows.SIDE + g) + i]
+    least, side = level(w, i, g), w[8 * (rows.SIDE + g) + i]
     if least == 0.0:
         return least
-    coefficients(k.w, 8 * (rows.WATCHES + g), k.w[8 * (rows.GUARD + g) + i], i, k.b)
-    return root_level(k.b, STAGES + 0 * g, side, place, least, margin(k.w, i, g))
+    coefficients(w, 8 * (rows.WATCHES + g), w[8 * (rows.GUARD + g) + i], i, b)
+    return root_level(b, STAGES + 0 * g, side, place, least, margin(w, i, g))
 
 
 @inner
-def passing(k, i, end):
+def passing(w, b, stack, crank, i, end):
     """Place up to `end` where the crank passes the section's level; 2.0 if it does not."""
-    w, h, at = k.w, k.w[8 * rows.H + i], 8 * k.crank + i
+    h, at = w[8 * rows.H + i], 8 * crank + i
     if not w[8 * rows.CROSSED + i] >= 0.0:
         return 2.0
     start = w[8 * rows.POSITION + at] - w[8 * rows.AHEAD + i]
     for n in range(STAGES + 1):
-        k.b[n] = start * TO_BERNSTEIN[n, 0]
+        b[n] = start * TO_BERNSTEIN[n, 0]
     for s in range(STAGES):
         x = NODES[s] * w[8 * rows.SPEED + at]
         for n in range(STAGES):
             x += A[s, n] * w[8 * (rows.Z + rows.N * n) + at]
         for n in range(STAGES + 1):
-            k.b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
-    k.b[0], k.b[STAGES] = start, start + w[8 * rows.X + at]
-    place = first_root(k.b, STAGES, -int(w[8 * rows.DIRECTION + i]), k.stack)
+            b[n] += TO_BERNSTEIN[n, s + 1] * (start + h * x)
+    b[0], b[STAGES] = start, start + w[8 * rows.X + at]
+    place = first_root(b, STAGES + 0 * i, -int(w[8 * rows.DIRECTION + i]), stack)
     return place if place <= end else 2.0
-
-
-@inner
-def closest_approaches(k, j, i, end):
-    """Log closest approaches of open gaps in the step up to place `end` (numerics.record)."""
-    for contact in range(k.contacts):
-        if k.w[8 * (rows.SIDE + 4 * contact + GAP) + i] < 0.0:
-            _closest_approaches(k, j, i, contact, 1.0, end)
-        elif contact >= len(k.flags):
-            _closest_approaches(k, j, i, contact, -1.0, end)
-
-
-@inner
-def _closest_approaches(k, j, i, contact, rising, end):
-    """`rising`: sign of the guard's slope on the way to contact."""
-    b, g = k.b, 4 * contact + GAP
-    coefficients(k.w, 8 * (rows.WATCHES + g), k.w[8 * (rows.GUARD + g) + i], i, b)
-    for n in range(STAGES + 1):
-        b[8 + n] = b[n]
-    degree, side = differentiate(b, STAGES + 0 * i)
-    at, degree = next_extremum(b, degree, 0.0, side, end, k.stack)
-    while at <= 1.0:
-        if side * rising > 0.0:
-            gap = value(b, 8, STAGES, at, k.stack)
-            record_within(k, i, j.log[j.place[rows.LOGGED], rows.COLUMNS :], at)
-            note(k, j, i, MISS_ROW, float(contact), -rising * gap)
-        side = -side
-        at, degree = next_extremum(b, degree, at, side, end, k.stack)

@@ -15,7 +15,6 @@ from numba import int64, types, void
 
 from ..interface import SIGNATURES as ONE_BY_ONE
 from ..interface import vector
-from ..memory import Trajectory
 from . import CONTACTS, FOLDS, N
 from .radau import STAGES
 
@@ -75,6 +74,23 @@ class Functions(NamedTuple):
     solve: Callable
     judge: Callable
     settle: Callable
+
+
+class AtEvent(NamedTuple):
+    """Functions of a structure at one point, for events (codegen.module)."""
+
+    contacts: Callable
+    trig: Callable
+    reset: Callable
+
+
+class Parts(NamedTuple):
+    """Parts of the loop that are called by address: a trajectory enters, an event, a jump, approaches."""
+
+    enter: Callable
+    event: Callable
+    jump: Callable
+    approaches: Callable
 
 
 class Variations(NamedTuple):
@@ -151,7 +167,7 @@ class Lanes(NamedTuple):
 
     The first positions are `phases`, and the last ones have no place in the structure's own state, which has
     `n_q`; sections cut the position `crank`. Contacts are those of the structure (of which there are flags),
-    then jumps of the state. `x` is a trajectory as numerics.flow has it, whose arrays those from `s` on are.
+    then jumps of the state. Arrays from `s` on are as those of a trajectory (numerics.memory).
     """
 
     n: int
@@ -174,4 +190,4 @@ class Lanes(NamedTuple):
     modes: np.ndarray
     flags: np.ndarray
     fired: np.ndarray
-    x: Trajectory
+    margin: np.ndarray

@@ -15,6 +15,7 @@ from ..frame import LOST
 from ..interface import inlined, inner
 from ..modes import STICK, mask
 from . import layout as rows
+from .exchange import gather
 from .radau import STAGES
 
 MOST = 10  # updates of an iteration; nearly all take three to five
@@ -113,9 +114,10 @@ def base_slopes(g, v, w):
 
 
 @inner
-def before_event(v, k, y, i):
-    """Note what the jump at an event needs of the side before it: modes are still those, see lane.event."""
+def before_event(f, v, k, y, i):
+    """Note what the jump at an event needs of the side before it."""
     w, guard = k.w, k.whole[8 * rows.AT + i]
+    gather(f, k, i)
     for r in range(k.n if w[8 * rows.TAKEN + i] == 0.0 else 0):  # another event at the same place
         w[8 * (rows.RATE_BEFORE + r) + i] = w[8 * (rows.ACCELERATION + r) + i]
     mask(k.modes, k.m)
