@@ -13,6 +13,7 @@ from jointplay.analysis.exponents.frame_growth import Stretch, grown, grown_toge
 from jointplay.analysis.trajectory import Request
 from jointplay.analysis.ways import WAYS
 from jointplay.mechanism.assemble import assemble
+from tests.support.laws_grid import mechanism
 
 CLEARANCES = np.geomspace(2.9e-5, 1e-4, 10)
 TIME, TRACE, VOLUME, RATE, TANGENT = 0, 1, 2, 4, 5  # columns of a row
@@ -57,6 +58,26 @@ def test_tangents_are_those_of_one_motion(friction, gear, turns):
             assert ours[VOLUME] == pytest.approx(true[VOLUME], abs=doubt)
     assert np.median(errors) < max(1e-4, 5 * np.median(apart))
     assert max(errors) < max(2e-2, 10 * max(apart))
+
+
+TORQUE = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 100.0}
+OTHERS = {
+    "loops": lambda: catalog.watt(clearance={"F": 6e-5}).replace(drive=TORQUE),
+    "guide": lambda: catalog.slider_crank(clearance={"G": 6e-5}, gravity=9.81).replace(drive=TORQUE),
+    "elastic": lambda: mechanism("four_bar", "kelvin_voigt", "coulomb", True),
+}
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", OTHERS)
+def test_tangents_of_loops_guides_and_elastic_links_are_those_of_one_motion(name):
+    each = assemble(OTHERS[name](), section="angle:crank")
+    (run,) = grown_together([each], [asked(each, 1.5)])
+    alone, truth = (grown(each, asked(each, 1.5, rtol)) for rtol in (1e-6, 1e-11))
+    assert (run.status, WAYS[run.way]) == (0, "in_lanes")
+    ours, theirs, true = gains(run), gains(alone), gains(truth)
+    assert ours[TRACE] == pytest.approx(true[TRACE], rel=1e-4)
+    assert abs(ours[TANGENT] - true[TANGENT]) < max(5e-4, 5 * abs(theirs[TANGENT] - true[TANGENT]))
 
 
 @pytest.mark.long
