@@ -22,7 +22,8 @@ PRETENCE = {
     "compiled": lambda f: f,
     "inner": lambda f: f,
     "inlined": lambda f: f,
-    "entry": lambda _: lambda f: f,
+    "entry": lambda *_: lambda f: f,
+    "handed": None,
     "SIGNATURES": defaultdict(type(None)),
 }
 

@@ -164,11 +164,11 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
     module = cache.structure_module(structure)
     sizes = module.SIZES
-    if sizes["resets"]:
-        cache.prepare("wall_flow")
+    own = "wall_flow" if sizes["resets"] else "excited" if _excites(structure, sizes) else ""
+    if own:
+        cache.prepare(own)
     algebra = () if sizes["planned"] else (cache.algebra_module(sizes["positions"], sizes["speeds"]),)
-    walls = cache.method("wall_flow") if sizes["resets"] else interface
-    return interface.pointers(module, *algebra, walls)
+    return interface.pointers(module, *algebra, cache.method(own) if own else interface)
 
 
 def memory(model: Model, request: Request):
@@ -212,7 +212,7 @@ def memory(model: Model, request: Request):
         hop=guard_tolerances.rebound(model, request.rtol),
         astray=guard_tolerances.astray(model, rest),
         play=guard_tolerances.rounded_gap(model),
-        growth=1.0 / model.period if _excites(model.structure) and not sizes["planned"] else np.inf,
+        growth=1.0 / model.period if _excites(model.structure, sizes) else np.inf,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
@@ -242,9 +242,9 @@ def _groups(model: Model, n_resets: int) -> np.ndarray:
     return np.array([place[owner] for owner in owners], dtype=np.int64)
 
 
-def _excites(structure) -> bool:
-    """Whether friction may excite vibrations: where a law falls with the sliding speed."""
-    joints = getattr(structure, "soft_joints", ())
+def _excites(structure: Linkage | Oscillator, sizes: dict[str, int]) -> bool:
+    """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
+    joints = () if sizes["planned"] or sizes["resets"] else getattr(structure, "soft_joints", ())
     return any(j.friction in FRICTIONS and not FRICTIONS[j.friction].rises for j in joints)
 
 

@@ -36,7 +36,7 @@ CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, IDLE, JAMMED, COUNTERS = 
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
 # of each variant: last length, length of the step after an event
-H_VARIANT, H_START, DOUBTED, NUMBERS = 10, 13, 16, 17
+H_VARIANT, H_START, DOUBTED, FOLLOWED, NUMBERS = 10, 13, 16, 17, 18
 # Tags of log rows (floats, as their rows), and where their columns begin
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
 JOINTS = 1  # place of the joints' work among the integrals of a linkage

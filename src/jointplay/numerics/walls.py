@@ -31,7 +31,7 @@ from .modes import (
 )
 from .sliding import grip, sliding, walls_of
 
-START, STEP = -1, -2  # in the place of a guard
+START, STEP, LOOK = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 STEADY = 0.1  # share of a by which it may change until the last impact
 LEAP = 1e4  # of events that crowd: length of a step in which an opening gap exceeds rounding

@@ -215,6 +215,7 @@ def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Unit:
 def _begun(model: Model, request: Request) -> dict[str, Any]:
     """Arrays and options of a run, as lengths where they begin as zeros."""
     k, x, o = memory(model, request)
+    o = o._replace(growth=math.inf)  # complex numbers have no translation
     names = cache.structure_module(model.structure).STATE[1:]
     crank = f"theta_{model.crank}"
     return {
