@@ -138,6 +138,8 @@ def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None 
     from jointplay.numerics.memory import FAILED, REJECTED, STEPS
 
     name, vectors = ("flow", 0) if y is None else ("tangent_flow", len(y.alive))
+    if y is None and _excites(structure, cache.structure_module(structure).SIZES):
+        name, g = "excited_flow", 1
     f, run, count = functions(structure), direct(cache.method(name).flow), x.count
 
     def call(limit: int) -> int:
@@ -173,7 +175,7 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
 def memory(model: Model, request: Request):
     """Work arrays, arrays of the trajectory, and options of a run."""
-    from jointplay.numerics.memory import COLUMNS, LEVEL, H, Options, trajectory, work
+    from jointplay.numerics.memory import ASTRAY, COLUMNS, GROWTH, LEVEL, H, Options, trajectory, work
 
     module = cache.structure_module(model.structure)
     sizes = module.SIZES
@@ -199,6 +201,8 @@ def memory(model: Model, request: Request):
     )
     x.real[H] = 1e-5 * model.period
     x.real[LEVEL] = request.level
+    x.real[GROWTH] = 1.0 / model.period if _excites(model.structure, sizes) else 0.0
+    x.real[ASTRAY] = guard_tolerances.astray(model, rest)
     options = Options(
         n_q=n_q,
         n=n,
@@ -210,9 +214,7 @@ def memory(model: Model, request: Request):
         near=1e-7 * model.period,
         rest=rest,
         hop=guard_tolerances.rebound(model, request.rtol),
-        astray=guard_tolerances.astray(model, rest),
         play=guard_tolerances.rounded_gap(model),
-        growth=1.0 / model.period if _excites(model.structure, sizes) else np.inf,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),

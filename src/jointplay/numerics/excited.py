@@ -16,7 +16,7 @@ from cmath import sqrt
 import numpy as np
 
 from .interface import SIGNATURES, entry, handed, inner
-from .memory import FOLLOWED, H
+from .memory import FOLLOWED, GROWTH, H
 
 FAITHFUL, HALF, SPAN = 5.0, 1e5, 7.0  # h |lambda| at which R takes 2.4e-5; 2.5/2.4e-5, rounded; the most
 EPS, ITERATIONS = 1e-15, 30
@@ -121,4 +121,4 @@ def at_wall(f, guard, at, k, x, o):
     """Note the longest step; in the place of what happens at walls (wall_flow), of which there are none."""
     x.real[FOLLOWED] = np.inf
     if x.real[H] * _bound(k.J, k.weight[o.n_q :], o.n_q, o.n) > FAITHFUL:
-        x.real[FOLLOWED] = longest(k.J, k.weight, k.modes, o.n_q, o.n, o.growth)
+        x.real[FOLLOWED] = longest(k.J, k.weight, k.modes, o.n_q, o.n, x.real[GROWTH])

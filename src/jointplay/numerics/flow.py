@@ -50,6 +50,7 @@ from .memory import (
     FAILED,
     FOLLOWED,
     FRESH,
+    GROWTH,
     H_LIMIT,
     H_PAST,
     H_REJECTED,
@@ -255,9 +256,11 @@ def run(f, k, x, o, g, y):
             count[FRESH] = 1
         h = bounded(min(real[H], o.h_max), fastest(x.s, x.turning, o.n_q), TURN, o.t_end - x.s[0])
         error = attempt(f, variant, k, x, o, h)
-        excited = o.growth < np.inf and variant > IN_FLIGHT and 0.0 <= error < 1.0
-        if excited:
-            _at_wall(f, LOOK, LOOK, k, x, o)
+        excited = False
+        if g is not None:
+            excited = real[GROWTH] > 0.0 and variant > IN_FLIGHT and 0.0 <= error < 1.0
+            if excited:
+                _at_wall(f, LOOK, LOOK, k, x, o)
         if error < 0.0:
             count[FAILED] += 1
             real[H], real[H_LIMIT] = 0.5 * h, 0.75 * h

@@ -14,7 +14,7 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 
 from .impacts import lay, plastic, rough, together
 from .interface import inner
-from .memory import EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
+from .memory import ASTRAY, EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
 from .modes import (
     FREE,
     IMPACT,
@@ -103,7 +103,7 @@ def _lasting(f, j, k, x, o, before):
         lasts = -2.0 * max(v, 0.0) / (1.0 - ratio) / now
     if lasts > o.near:
         change = abs(_ahead(f, j, k, x, o, lasts) - a) / -now
-        slight = change * v <= o.astray or 2.0 * v <= o.near * abs(a)
+        slight = change * v <= x.real[ASTRAY] or 2.0 * v <= o.near * abs(a)
         if not (change <= STEADY and slight):
             return -1.0
     for i in range(len(x.flags), len(x.modes)):
