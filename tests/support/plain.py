@@ -23,7 +23,8 @@ PRETENCE = {
     "compiled": lambda f: f,
     "inner": lambda f: f,
     "inlined": lambda f: f,
-    "entry": lambda _: lambda f: f,
+    "entry": lambda *_: lambda f: f,
+    "handed": None,
     "lanewise": lanewise.plain,
     "SIGNATURES": defaultdict(type(None)),
 }

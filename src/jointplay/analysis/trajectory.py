@@ -138,6 +138,8 @@ def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None 
     from jointplay.numerics.memory import FAILED, REJECTED, STEPS
 
     name, vectors = ("flow", 0) if y is None else ("tangent_flow", len(y.alive))
+    if y is None and _excites(structure, cache.structure_module(structure).SIZES):
+        name, g = "excited_flow", 1
     f, run, count = functions(structure), direct(cache.method(name).flow), x.count
 
     def call(limit: int) -> int:
@@ -164,16 +166,16 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
     module = cache.structure_module(structure)
     sizes = module.SIZES
-    if sizes["resets"]:
-        cache.prepare("wall_flow")
+    own = "wall_flow" if sizes["resets"] else "excited" if _excites(structure, sizes) else ""
+    if own:
+        cache.prepare(own)
     algebra = () if sizes["planned"] else (cache.algebra_module(sizes["positions"], sizes["speeds"]),)
-    walls = cache.method("wall_flow") if sizes["resets"] else interface
-    return interface.pointers(module, *algebra, walls)
+    return interface.pointers(module, *algebra, cache.method(own) if own else interface)
 
 
 def memory(model: Model, request: Request):
     """Work arrays, arrays of the trajectory, and options of a run."""
-    from jointplay.numerics.memory import COLUMNS, LEVEL, H, Options, trajectory, work
+    from jointplay.numerics.memory import ASTRAY, COLUMNS, GROWTH, LEVEL, H, Options, trajectory, work
 
     module = cache.structure_module(model.structure)
     sizes = module.SIZES
@@ -199,6 +201,8 @@ def memory(model: Model, request: Request):
     )
     x.real[H] = 1e-5 * model.period
     x.real[LEVEL] = request.level
+    x.real[GROWTH] = 1.0 / model.period if _excites(model.structure, sizes) else 0.0
+    x.real[ASTRAY] = guard_tolerances.astray(model, rest)
     options = Options(
         n_q=n_q,
         n=n,
@@ -210,9 +214,7 @@ def memory(model: Model, request: Request):
         near=1e-7 * model.period,
         rest=rest,
         hop=guard_tolerances.rebound(model, request.rtol),
-        astray=guard_tolerances.astray(model, rest),
         play=guard_tolerances.rounded_gap(model),
-        growth=1.0 / model.period if _excites(model.structure) and not sizes["planned"] else np.inf,
         max_steps=request.max_steps,
         log_from=float(request.log_from),
         log_steps=int(request.steps),
@@ -242,9 +244,9 @@ def _groups(model: Model, n_resets: int) -> np.ndarray:
     return np.array([place[owner] for owner in owners], dtype=np.int64)
 
 
-def _excites(structure) -> bool:
-    """Whether friction may excite vibrations: where a law falls with the sliding speed."""
-    joints = getattr(structure, "soft_joints", ())
+def _excites(structure: Linkage | Oscillator, sizes: dict[str, int]) -> bool:
+    """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
+    joints = () if sizes["planned"] or sizes["resets"] else getattr(structure, "soft_joints", ())
     return any(j.friction in FRICTIONS and not FRICTIONS[j.friction].rises for j in joints)
 
 

@@ -6,7 +6,7 @@ They are followed each from its own beginning (analysis.rates).
 from numpy import inf
 
 from .interface import inner
-from .memory import DOUBT_ROW, DOUBTED, H_LIMIT, SAMPLES, STARTED, T_EVENT, T_SECTION, H, Options
+from .memory import DOUBT_ROW, DOUBTED, GROWTH, H_LIMIT, SAMPLES, STARTED, T_EVENT, T_SECTION, H, Options
 from .radau import ERROR, GAMMA
 from .record import note
 
@@ -67,7 +67,7 @@ def _resume(row, n_x, x):
         x.fired[g], fired = fired % 4, fired // 4
     for i in range(len(x.count)):
         x.count[i] = 0
-    for i in range(len(x.real)):
+    for i in range(GROWTH):
         x.real[i] = 0.0
     x.count[STARTED], x.real[H_LIMIT] = 1, inf
     x.real[T_EVENT], x.real[T_SECTION] = -inf, -inf

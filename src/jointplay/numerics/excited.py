@@ -15,30 +15,11 @@ from cmath import sqrt
 
 import numpy as np
 
-from .interface import inner
+from .interface import SIGNATURES, entry, handed, inner
+from .memory import FOLLOWED, GROWTH, H
 
 FAITHFUL, HALF, SPAN = 5.0, 1e5, 7.0  # h |lambda| at which R takes 2.4e-5; 2.5/2.4e-5, rounded; the most
 EPS, ITERATIONS = 1e-15, 30
-
-
-@inner
-def longest(k, n_q, n, rate, h):
-    """Longest step, up to h, for modes that grow faster than `rate`, 1/s, with the Jacobian in k.J."""
-    A, n_x, weight = k.modes, n_q + n, k.weight[n_q:]
-    if h * _bound(k.J, weight, n_q, n) < FAITHFUL:
-        return h
-    for r in range(n_x):
-        for c in range(n_x):
-            A[r, c] = 1.0 if c == n_q + r else 0.0
-            if r >= n_q:
-                A[r, c] = k.J[(r - n_q) * n_x + c] * weight[r - n_q] / weight[c if c < n_q else c - n_q]
-    _reduce(A, n_x)
-    _iterate(A, n_x)
-    for r in range(n_x):
-        gain, size = A[r, r].real, abs(A[r, r])
-        if gain > rate:
-            h = min(h, min(SPAN, FAITHFUL * (HALF * gain / size) ** (1.0 / 12.0)) / size)
-    return h
 
 
 @inner
@@ -115,3 +96,29 @@ def _sweep(A, n, low, end, shift):
             A[r, i + 1] = right * c.conjugate() - left * s.conjugate()
     for i in range(low, end + 1):
         A[i, i] += shift
+
+
+@inner
+def longest(J, weight, A, n_q, n, rate):
+    """Longest step for modes that grow faster than `rate`, 1/s; A is scratch."""
+    n_x, weight, h = n_q + n, weight[n_q:], np.inf
+    for r in range(n_x):
+        for c in range(n_x):
+            A[r, c] = 1.0 if c == n_q + r else 0.0
+            if r >= n_q:
+                A[r, c] = J[(r - n_q) * n_x + c] * weight[r - n_q] / weight[c if c < n_q else c - n_q]
+    _reduce(A, n_x)
+    _iterate(A, n_x)
+    for r in range(n_x):
+        gain, size = A[r, r].real, abs(A[r, r])
+        if gain > rate:
+            h = min(h, min(SPAN, FAITHFUL * (HALF * gain / size) ** (1.0 / 12.0)) / size)
+    return h
+
+
+@entry(SIGNATURES["at_wall"], handed)
+def at_wall(f, guard, at, k, x, o):
+    """Note the longest step; in the place of what happens at walls (wall_flow), of which there are none."""
+    x.real[FOLLOWED] = np.inf
+    if x.real[H] * _bound(k.J, k.weight[o.n_q :], o.n_q, o.n) > FAITHFUL:
+        x.real[FOLLOWED] = longest(k.J, k.weight, k.modes, o.n_q, o.n, x.real[GROWTH])

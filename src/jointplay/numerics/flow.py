@@ -35,7 +35,6 @@ from .control import (
 )
 from .doubts import again, doubt, doubtful
 from .events import AWAY, THERE, accept_until_event, begins_beyond, dead_centre, passes_centre, state_at
-from .excited import longest
 from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, AtPoint, entry, inlined, inner, spliced
 from .memory import (
     CLOSE,
@@ -43,7 +42,9 @@ from .memory import (
     EVENT_ROW,
     EVENTS,
     FAILED,
+    FOLLOWED,
     FRESH,
+    GROWTH,
     H_LIMIT,
     H_PAST,
     H_REJECTED,
@@ -72,7 +73,7 @@ from .sections import count_event, sections
 from .sliding import walls_of
 from .step import attempt, keep
 from .tangent import NEUTRAL, ROWS, log_block, propagate, renew
-from .walls import START, STEP, resting
+from .walls import LOOK, START, STEP, resting
 
 _, BY_LEVEL, _ = Section.numbers()
 ROOM = 24  # log rows that one step may need
@@ -249,8 +250,11 @@ def run(f, k, x, o, g, y):
             count[FRESH] = 1
         h = bounded(min(real[H], o.h_max), fastest(x.s, x.turning, o.n_q), TURN, o.t_end - x.s[0])
         error = attempt(f, variant, k, x, o, h)
-        grows = o.growth < np.inf and variant > IN_FLIGHT and 0.0 <= error < 1.0
-        followed = longest(k, o.n_q, o.n, o.growth, h) if grows else h
+        excited = False
+        if g is not None:
+            excited = real[GROWTH] > 0.0 and variant > IN_FLIGHT and 0.0 <= error < 1.0
+            if excited:
+                _at_wall(f, LOOK, LOOK, k, x, o)
         if error < 0.0:
             count[FAILED] += 1
             real[H], real[H_LIMIT] = 0.5 * h, 0.75 * h
@@ -258,9 +262,9 @@ def run(f, k, x, o, g, y):
         elif not error < 1.0:
             count[REJECTED] += 1
             real[H] = shorter(real, h, error)
-        elif followed < h:
+        elif excited and real[FOLLOWED] < h:
             count[FAILED] += 1
-            real[H], real[H_LIMIT], count[SMOOTH] = followed, 0.75 * followed, 0
+            real[H], real[H_LIMIT], count[SMOOTH] = real[FOLLOWED], 0.75 * real[FOLLOWED], 0
         elif passes_centre(k.w, o.guards, x) or dead_centre(k.w, o) != AWAY:
             count[FAILED] += 1
             real[H], real[H_LIMIT], count[SMOOTH] = 0.5 * h, 0.75 * h, 0

@@ -36,7 +36,10 @@ CLOSE, FRESH, SMOOTH, SIDE, PASSED, STARTED, TOGETHER, IDLE, JAMMED, COUNTERS = 
 # Places in Trajectory.real
 H, H_PAST, ERROR_PAST, H_REJECTED, ERROR_REJECTED, CONTRACTION, LEVEL, T_EVENT, T_SECTION, H_LIMIT = range(10)
 # of each variant: last length, length of the step after an event
-H_VARIANT, H_START, DOUBTED, NUMBERS = 10, 13, 16, 17
+H_VARIANT, H_START, DOUBTED, FOLLOWED = 10, 13, 16, 17
+# given, and kept: rate from which on a mode that grows is followed, 1/s, or 0 where none is; speed by which
+# rebounds that are left out may be wrong, as the wall turns meanwhile
+GROWTH, ASTRAY, NUMBERS = 18, 19, 20
 # Tags of log rows (floats, as their rows), and where their columns begin
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
 JOINTS = 1  # place of the joints' work among the integrals of a linkage
@@ -109,9 +112,7 @@ class Options(NamedTuple):
     near: float  # events closer than this, one after another, are chatter
     rest: float  # sliding speeds up to this are within the tolerance of zero
     hop: float  # heights of a rebound, likewise
-    astray: float  # speeds by which rebounds that are left out may be wrong, as the wall turns meanwhile
     play: float  # rounding of a rigid wall's gap; 0: none that matters
-    growth: float  # rate from which on a mode that grows is followed, 1/s; inf: none is
     max_steps: int  # attempts
     log_from: float  # time from which steps and events are logged
     log_steps: int

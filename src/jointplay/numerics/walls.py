@@ -14,7 +14,7 @@ Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dyn
 
 from .impacts import lay, plastic, rough, together
 from .interface import inner
-from .memory import EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
+from .memory import ASTRAY, EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
 from .modes import (
     FREE,
     IMPACT,
@@ -31,7 +31,7 @@ from .modes import (
 )
 from .sliding import grip, sliding, walls_of
 
-START, STEP = -1, -2  # in the place of a guard
+START, STEP, LOOK = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
 STEADY = 0.1  # share of a by which it may change until the last impact
 LEAP = 1e4  # of events that crowd: length of a step in which an opening gap exceeds rounding
@@ -103,7 +103,7 @@ def _lasting(f, j, k, x, o, before):
         lasts = -2.0 * max(v, 0.0) / (1.0 - ratio) / now
     if lasts > o.near:
         change = abs(_ahead(f, j, k, x, o, lasts) - a) / -now
-        slight = change * v <= o.astray or 2.0 * v <= o.near * abs(a)
+        slight = change * v <= x.real[ASTRAY] or 2.0 * v <= o.near * abs(a)
         if not (change <= STEADY and slight):
             return -1.0
     for i in range(len(x.flags), len(x.modes)):

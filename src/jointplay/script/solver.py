@@ -33,7 +33,7 @@ from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.numerics.codes import Row, Status
 from jointplay.numerics.control import FULL
 from jointplay.numerics.interface import Functions, Variations
-from jointplay.numerics.memory import COUNTERS, LEVEL, H
+from jointplay.numerics.memory import COUNTERS, GROWTH, LEVEL, H
 from jointplay.numerics.modes import RELEASED
 from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
 from jointplay.script.closing import closing, ideal
@@ -215,6 +215,7 @@ def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Unit:
 def _begun(model: Model, request: Request) -> dict[str, Any]:
     """Arrays and options of a run, as lengths where they begin as zeros."""
     k, x, o = memory(model, request)
+    x.real[GROWTH] = 0.0  # complex numbers have no translation
     names = cache.structure_module(model.structure).STATE[1:]
     crank = f"theta_{model.crank}"
     return {
