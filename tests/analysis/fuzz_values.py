@@ -331,6 +331,7 @@ CALLS = {  # a call that is right
     "PointMass": {"at": 0.1, "mass": 1.0},
     "PrescribedTorque": {"link": "crank", "nominal_speed": 3.0, "constant": 1.0},
     "SpeedCycle": {"link": "crank", "table": [1.0, 2.0, 3.0, 2.0], "frequency": 2.0},
+    "Servo": {"link": "crank", "stiffness": 3.0, "damping": 0.1, "speed": 2.0, "nominal_speed": 2.0},
     "SpeedProfile": {"link": "crank", "start": 1.0, "end": 3.0, "time": 0.1},
     "contact_stiffness": {"radius": 0.01, "clearance": 1e-4},
     "run": {"study": "none.toml"},

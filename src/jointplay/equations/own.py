@@ -102,7 +102,7 @@ class _Writer:
         self.names = dict(zip(given, self.q + self.z + self.parameters, strict=True)) | {"t": TIME}
         if structure.period:
             period = smooth(structure.period, self.names)
-            self.angles.append(Angle("phase", None, (2 * pi / period).xreplace(_NUMBERS)))
+            self.angles.append(Angle("phase", None, (2 * pi / period).xreplace(NUMBERS)))
         self.names |= {each.name: _mode(each.name) for each in structure.switches}
         self.names |= {each.name: filippov.share(each) for each in structure.switches if each.slides}
         for each in structure.switches:
@@ -162,7 +162,7 @@ class _Writer:
             "max": lambda *parts: _folded(parts, lambda a, b: (a + b + sign(a - b) * (a - b)) / 2),
             "min": lambda *parts: _folded(parts, lambda a, b: (a + b - sign(a - b) * (a - b)) / 2),
         } | _SMOOTH
-        return parse(text).made_of(self.names | more, functions, _numeral).xreplace(_NUMBERS)
+        return parse(text).made_of(self.names | more, functions, _numeral).xreplace(NUMBERS)
 
     def _located(self, argument: Expr) -> Expr:
         """The sign of an argument; of one that moves, by a switch where it passes zero."""
@@ -189,7 +189,7 @@ class _Writer:
 
     def _phase(self, argument: Expr) -> Angle | None:
         """The angle whose value an argument is, if that grows with time alone, and evenly."""
-        argument = argument.xreplace(_NUMBERS)
+        argument = argument.xreplace(NUMBERS)
         rate, offset = argument.diff(TIME), argument.xreplace({TIME: _NONE})
         moving = {TIME, *self.q, *self.z, *self._waves, *map(_mode, self.switches)}
         if rate == 0 or (rate.free_symbols | offset.free_symbols) & moving:
@@ -257,8 +257,8 @@ def _mode(name: str) -> Symbol:
 
 
 def smooth(text: str, names: Mapping[str, Expr], more: dict[str, Callable] | None = None) -> Expr:
-    """An expression without kinks of these names, and of more functions where they are given."""
-    return parse(text).made_of(names, _SMOOTH | (more or {}), _numeral).xreplace(_NUMBERS)
+    """An expression without kinks of these names, and of more functions where given; pi stays exact."""
+    return parse(text).made_of(names, _SMOOTH | (more or {}), _numeral)
 
 
 def _numeral(value: float) -> Expr:
@@ -281,4 +281,4 @@ def _folded(parts: tuple[Expr, ...], two: Callable[[Expr, Expr], Expr]) -> Expr:
 
 
 _SMOOTH = {"exp": exp, "log": log, "sqrt": sqrt, "tanh": tanh, "**": _power}
-_NUMBERS = {pi: Float(math.pi), E: Float(math.e)}
+NUMBERS = {pi: Float(math.pi), E: Float(math.e)}

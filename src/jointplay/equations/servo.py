@@ -30,7 +30,7 @@ def torque(structure: Linkage, c: Coordinates) -> Expr:
         "tan": lambda x: known["sin"](x) / known["cos"](x),
     }
     for name, text in structure.fed:
-        names[name] = c.let(f"fed_{name}", own.smooth(text, names, known))
+        names[name] = c.let(f"fed_{name}", own.smooth(text, names, known).xreplace(own.NUMBERS))
     drive = DRIVES[structure.drive]
     lacking = wanted[0] - angle.value, wanted[1] - speed
     return drive.torque(*lacking, *map(number, drive.letters[:2])) + names.get("", 0)

@@ -12,6 +12,7 @@ from jointplay.analysis import ensemble_runs
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basins import basins
 from jointplay.analysis.sweeps import chains
+from jointplay.analysis.ways import IN_LANES, LEFT
 from jointplay.cli import main
 from jointplay.codegen.ensemble.form import laid_out
 from jointplay.equations.write import system
@@ -75,7 +76,7 @@ def test_what_lanes_cannot_finish_goes_on_by_itself(monkeypatch, exponents):
     monkeypatch.setattr(interface, "direct", failing)
     found = jp.bifurcation(each, over=over, ensemble=True, **how)
     assert not found.cell_status.any()
-    assert found.followed.values.ravel().tolist() == [1, 0, 1]
+    assert found.followed.values.ravel().tolist() == [IN_LANES, LEFT, IN_LANES]
     for n, same in enumerate((beside, alone, beside)):
         assert np.array_equal(found.journal_x[n], same.journal_x[n])
 

@@ -176,4 +176,4 @@ def test_deflections_are_of_all_links_that_bend_or_of_one():
 
 def test_curves_of_one_panel_differ_without_colour():
     dashes = [str(dash) for dash in style.RC["axes.prop_cycle"].by_key()["linestyle"]]
-    assert len(set(dashes)) == len(dashes) == 4
+    assert len(set(dashes)) == len(dashes) == 8
