@@ -130,13 +130,12 @@ class Parts:
     @cached_property
     def _law_torque(self) -> Expr:
         """Torque of the drive on the crank where it is a law; 0 where it is an outcome."""
-        structure, drive = self.structure, DRIVES[self.structure.drive]
-        if drive.follows:
+        structure, law, w = self.structure, DRIVES[self.structure.drive], self.c.speed[self.structure.driven]
+        if law.follows:
             return self.c.let("servo", servo.torque(structure, self.c))
-        if structure.course and not drive.imposed:
+        if structure.course and not law.imposed:
             return loads.value(structure.course, self.c)
-        w = self.c.speed[structure.driven]
-        return drive.torque(w, *map(number, drive.letters)) if drive.torque else Integer(0)
+        return law.torque(w, *map(number, law.letters)) if law.torque else Integer(0)
 
     def residual(self, freedom: Freedom) -> Expr:
         """Inertia less applied forces on a freedom, contacts left out: what joints or a drive must supply."""

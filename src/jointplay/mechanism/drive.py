@@ -96,8 +96,8 @@ class MotorLine(Record):
     @property
     def description(self) -> str:
         """The drive in a few words."""
-        ratio = f"motor, gear ratio {self.gear_ratio:g}"
-        return f"{ratio} on {self.link}, no load at {self.no_load_speed:.6g} rad/s"
+        free = f"no load at {self.no_load_speed:.6g} rad/s"
+        return f"motor, gear ratio {self.gear_ratio:g} on {self.link}, {free}"
 
 
 def _turns(speed: float) -> float:
@@ -242,8 +242,6 @@ class SpeedProfile(Record):
 class SpeedCycle(Course):
     """A speed of a link that varies with time, the same in every period, whatever torque it takes.
 
-    Time counts from the start of a run.
-
     Parameters
     ----------
     link : str
@@ -251,7 +249,7 @@ class SpeedCycle(Course):
     constant, harmonics, table, tolerance, factor
         The speed over the phase ν t, rad/s: see `Course`. Its mean is not 0, and turns are counted by it.
     frequency : float
-        ν, rad/s: a period lasts 2π/ν.
+        ν, rad/s: a period lasts 2π/ν, the first from the start of a run.
     """
 
     root: ClassVar[str | None] = "drive"
