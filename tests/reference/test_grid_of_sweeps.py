@@ -7,6 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.equations.laws import LAWS
+from jointplay.numerics.codes import Status
 from tests.support.laws_grid import FRICTION, GUIDED, PAIRS, ROUND, mechanism
 
 pytestmark = pytest.mark.long
@@ -16,6 +17,7 @@ HOW |= {"direction": "reset", "ensemble": False, "n_jobs": 1}
 CELLS = [(scene, *pair, False) for scene, pairs in (("four_bar", PAIRS), ("guide", GUIDED)) for pair in pairs]
 CELLS += [("four_bar", *PAIRS[i], True) for i in (1, 3, 4, 7)]  # beside an elastic link
 CELLS += [("guide", *PAIRS[i], True) for i in (0, 2)]
+TOGETHER = ("guide", "restitution")  # two corners land at once: a motion beside it has other impacts
 
 
 def test_every_law_is_in_the_grid():
@@ -30,6 +32,9 @@ def test_a_sweep_gives_the_exponents_of_its_cells(scene, normal, friction, elast
     made, values = mechanism(scene, normal, friction, elastic), VALUES[scene]
     key = "joints.G.clearance" if scene == "guide" else "clearance"
     swept = jp.bifurcation(made, over={key: values}, **HOW)
+    if (scene, normal) == TOGETHER:
+        assert (swept.cell_status == Status.NO_DERIVATIVE).all()
+        return
     assert (swept.cell_status == 0).all()
     found = swept.lyapunov_exponent.squeeze().values
     assert not np.isnan(found).any()
