@@ -5,10 +5,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import jointplay as jp
+from jointplay.analysis.quantities import STATUS
 from jointplay.equations import grammar
 from jointplay.equations.drives import NAMES
 from jointplay.kinds import KINDS, load
 from jointplay.lab.benchmarks import flores2010, ivp_crank, siconos_four_bar
+from jointplay.lab.benchmarks.benchmark import ANSWERS
 from jointplay.mechanism.assemble import assemble
 
 SPARE = {  # relative: twice what was found, where the published start's nine digits allow no more
@@ -118,6 +120,14 @@ def test_the_stored_torques_of_siconos_follow_from_the_controller():
             names[name] = grammar.number(text, names)
         pulled = drive.stiffness * (wanted[0] - angle) + drive.damping * (wanted[1] - speed)
         assert pulled + names[""] == pytest.approx(torque, rel=5e-8)
+
+
+@pytest.mark.parametrize("name", ANSWERS)
+def test_every_answer_takes_what_the_benchmark_hands_over(name):
+    """A motion that its steps end at once is told, with every digit missing."""
+    found = jp.benchmark(getattr(jp.catalog, name)(), max_steps=1, progress=lambda share: None)
+    assert int(found.status) == STATUS.index("step_limit")
+    assert np.isnan(found.computed).all()
 
 
 BARS, G = (1.0, 4.0, 2.5), 9.81

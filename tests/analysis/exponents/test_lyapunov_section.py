@@ -186,6 +186,7 @@ def test_a_motion_that_comes_to_rest_has_no_section():
         (catalog.chunmei2002(2.9e-4, speed=80.0, friction=0), False),
         (catalog.watt(clearance={"D": 5e-5}), False),  # beyond D the crank is felt in contact alone
         (catalog.chunmei2002(**LOOSE, loads=[SHAKEN]), False),
+        (catalog.siconos_four_bar(), False),  # a servo follows the time
         (catalog.lorenz(), True),
         (catalog.impact_pair(1.0, 0.8), False),
         (catalog.bouncing_ball(1.2, 0.5), False),

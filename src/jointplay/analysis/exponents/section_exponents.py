@@ -31,7 +31,8 @@ def timeless(model: Model) -> bool:
     structure = model.structure
     if isinstance(structure, Oscillator):
         return "phase" not in cache.structure_module(structure).OUTPUTS
-    return not (DRIVES[structure.drive].imposed or any(load.course.timed for load in structure.loads))
+    drive, loads = DRIVES[structure.drive], structure.loads
+    return not (drive.imposed or drive.follows or any(load.course.timed for load in loads))
 
 
 def moves(start: float, end: float) -> bool:

@@ -18,7 +18,7 @@ from jointplay.mechanism import catalog
 from jointplay.mechanism.base import Natural
 from jointplay.mechanism.records import Mechanism, TestSystem
 
-ANSWERS: dict[str, Callable[[Mechanism, float, int], Answer]] = {
+ANSWERS: dict[str, Callable[[Mechanism, float, int, Progress], Answer]] = {
     "ivp_crank": ivp_crank.answer,
     "flores2010": flores2010.answer,
     "siconos_four_bar": siconos_four_bar.answer,

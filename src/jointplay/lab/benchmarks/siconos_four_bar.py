@@ -17,6 +17,7 @@ import math
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.keywords import Progress
 from jointplay.analysis.trajectory import Request, follow
 from jointplay.lab.benchmarks.answer import Answer, Digits
 from jointplay.mechanism.assemble import assemble
@@ -45,14 +46,14 @@ FORCES = {"A": 130.3966647745497, "B": 39.31877876487853, "C": 26.28905038007516
 TORQUE = 6.433404424687604  # N m, at the end
 
 
-def answer(mechanism: Mechanism, rtol: float, max_steps: int) -> Answer:
+def answer(mechanism: Mechanism, rtol: float, max_steps: int, progress: Progress = None) -> Answer:
     """Follow the motion from the stored start and give it beside the stored states."""
     model, at = assemble(mechanism), np.array(list(PUBLISHED))
     turned = {name: np.array([math.cos(angle), math.sin(angle)]) for name, angle in ANGLES.items()}
     ends = [CENTRES[name] - mechanism.link(name).length / 2 * turned[name] for name in CENTRES]
     places = np.concatenate([[ANGLES[name] for name in model.links], *ends])  # bases in the order of links
     model = dataclasses.replace(model, state=np.append(places, np.zeros(len(places))))
-    records = follow(model, Request(at[-1], rtol, at=at, max_steps=max_steps))
+    records = follow(model, Request(at[-1], rtol, at=at, max_steps=max_steps), progress)
     computed, reached = np.full((len(at), 10), math.nan), len(records.samples)
     if reached:
         words = ("angle", "angular_velocity", "normal_force")
