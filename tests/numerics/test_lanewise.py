@@ -34,3 +34,10 @@ def test_what_is_no_row_is_refused():
     over = one_lane.refused
     with pytest.raises((NumbaError, NotImplementedError), match=r"w\[i\]"):
         numba.njit(lambda w: over(w))(np.zeros(16))
+
+
+@interpreted
+def test_what_does_nothing_is_compiled():
+    over, w = one_lane.idle, np.arange(16.0)
+    numba.njit(**POLICY)(lambda w: over(w))(w)
+    assert w.tolist() == list(range(16))

@@ -61,3 +61,9 @@ def uncompiled(function):
 
 compiled, refused = lanewise(written), lanewise(strange)
 looped = plain(uncompiled(written))
+
+
+@lanewise
+def idle(w, i):
+    """No operation: what generated code has where a system has no contacts."""
+    pass  # noqa: PIE790

@@ -29,7 +29,7 @@ ROW = ir.VectorType(ir.DoubleType(), LANES)
 PLACE = ir.IntType(64)
 ARITHMETIC = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 ORDER = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
-STRAIGHT = (ast.Assign, ast.If, ast.Return, ast.Expr)
+STRAIGHT = (ast.Assign, ast.If, ast.Return, ast.Expr, ast.Pass)
 OF_ROWS = {math.sqrt: "llvm.sqrt.v8f64", abs: "llvm.fabs.v8f64"}
 
 
@@ -90,7 +90,7 @@ class _Body:
                 return self.builder.select(self.value(each.test), self.run(each.body), self.run(rest))
             if isinstance(each, ast.Assign):
                 self.assign(each)
-            elif not isinstance(each, ast.Expr):
+            elif not isinstance(each, ast.Expr | ast.Pass):
                 raise NotImplementedError(ast.unparse(each))
         return None
 
@@ -137,6 +137,8 @@ class _Body:
         return getattr(self.builder, ARITHMETIC[type(node.op)])(left, right)
 
     def _UnaryOp(self, node):
+        if not isinstance(node.op, ast.USub):
+            raise NotImplementedError(ast.unparse(node))
         return self.builder.fneg(self.value(node.operand))
 
     def _Compare(self, node):
