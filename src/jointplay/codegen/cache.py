@@ -18,16 +18,14 @@ import sys
 import tempfile
 import threading
 from functools import cache, lru_cache
-from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import IO
 
 from .. import numerics
-from . import place
+from . import generated, place
 from .digest import digest as digest
 
-GENERATED = "jointplay.codegen.generated"
 # this very package, and no path that leads to it: a folder on the path brings all that lies there
 CHILD = """
 import importlib, sys
@@ -193,14 +191,14 @@ def _named(key: str) -> str | None:
 
 def _module(key: str, text) -> ModuleType:
     name = _named(key)
-    if name is None or find_spec(f"{GENERATED}.{name}") is None:
+    if name is None or place.read(f"{name}.py") is None:
         place.compiling(key)
         source = text()
         name = f"k{_short(source)}"
         place.write(f"{name}.py", source.encode())
         place.write(f"{_short(key)}.name", name.encode())
         _named.cache_clear()
-    module = importlib.import_module(f"{GENERATED}.{name}")
+    module = generated.load(name)
     place.settle()
     return module
 

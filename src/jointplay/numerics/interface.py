@@ -109,7 +109,7 @@ class Pointer(types.WrapperAddressProtocol):
     def __init__(self, function, signature):
         self._signature = signature
         self._function = function  # keeps the code alive
-        self._address = numba_private.address(function, self._signature)
+        self._address = getattr(function, "address", 0) or numba_private.address(function, self._signature)
 
     def __wrapper_address__(self) -> int:
         return self._address
@@ -134,7 +134,8 @@ def address(function, signature):
 @lru_cache(maxsize=64)
 def direct(function):
     """A compiled function with one signature, without the search for the version that fits its arguments."""
-    return function if numba.config.DISABLE_JIT else numba_private.only_version(function)
+    plain = numba.config.DISABLE_JIT or hasattr(function, "address")
+    return function if plain else numba_private.only_version(function)
 
 
 def _compiles(**options):
