@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from inspect import signature
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
@@ -17,6 +17,7 @@ from jointplay.mechanism import catalog, records
 from jointplay.mechanism.base import Record
 from jointplay.mechanism.courses import Course
 from jointplay.mechanism.drive import DRIVES
+from jointplay.mechanism.signature import types_of
 from jointplay.mechanism.systems import SYSTEMS
 from pages.text import markdown, parameters, story, summary, table
 
@@ -142,7 +143,7 @@ def keyword_rows(
     function: Callable[..., Any], without: frozenset[str] = frozenset()
 ) -> Iterator[tuple[str, ...]]:
     """A row for each keyword of a function."""
-    said, hints = parameters(function), get_type_hints(function, include_extras=True)
+    said, hints = parameters(function), types_of(function)
     for name, each in signature(function).parameters.items():
         if each.kind is each.VAR_KEYWORD or name in without:
             continue

@@ -12,9 +12,7 @@ from collections.abc import Callable, Container, Generator, Iterable, Mapping, S
 from dataclasses import dataclass
 from functools import partial, wraps
 from inspect import signature
-from typing import Any, ClassVar, ParamSpec, TypeVar
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeAlias, TypeVar
 
 from jointplay.analysis.company import side_by_side
 from jointplay.analysis.ensemble_runs import follow_ensemble
@@ -26,6 +24,10 @@ from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of
 from jointplay.jobs.worker import in_tasks
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 P = ParamSpec("P")
 F = TypeVar("F", bound=Callable[..., Any])
@@ -63,7 +65,7 @@ class Work:
     possible: Sequence[str] = ()
 
 
-Steps = Generator[Work, Read, xr.Dataset]
+Steps: TypeAlias = "Generator[Work, Read, xr.Dataset]"
 
 
 @dataclass(frozen=True)
@@ -192,8 +194,8 @@ def divided(steps: Callable[P, Steps]) -> Callable[P, xr.Dataset]:
         return driven(steps, partial(in_memory, keywords.get("n_jobs")), *arguments, **keywords)
 
     analysis.steps = steps  # type: ignore[attr-defined]
-    analysis.__annotations__ = steps.__annotations__ | {"return": xr.Dataset}
-    analysis.__signature__ = signature(steps).replace(return_annotation=xr.Dataset)  # type: ignore[attr-defined]
+    analysis.__annotations__ = steps.__annotations__ | {"return": "xr.Dataset"}
+    analysis.__signature__ = signature(steps).replace(return_annotation="xr.Dataset")  # type: ignore[attr-defined]
     return analysis
 
 

@@ -31,6 +31,7 @@ from jointplay.mechanism.structure import linkage
 from jointplay.numerics.codes import Row, Status
 
 LOG_ROWS = 8192
+PARTS = {"jump": "ensemble.jumps", "approaches": "ensemble.approaches"}  # compiled alone, where called
 FEWEST = 16  # motions side by side that fill the lanes of two workers
 
 
@@ -112,21 +113,27 @@ def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequen
 
 def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
     """Motions of one structure in lanes, and their tangents."""
+    from jointplay.numerics.control import FULL
     from jointplay.numerics.ensemble.layout import C_STATUS, LOGGED, PASSED_BY, PAUSE
     from jointplay.numerics.interface import direct
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
     asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
     name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
-    flow, f, g, rows = _kernels(models[0], form, name)
-    parts = _parts(flow, form.jumps > 0, any(request.misses for _, request in pairs))
+    called = {"jump": form.jumps > 0, "approaches": any(request.misses for _, request in pairs)}
+    for each in (name, *(PARTS[part] for part in PARTS if called[part])):
+        cache.prepare(each)
+    f, g, rows = _functions(models[0], form)  # compiled here while others compile the loop
+    v = _variations(models[0]) if tangents else None
+    flow = cache.method(name)
+    parts = _parts(flow, called)
     real = np.array([_real(*pair, form) for pair in pairs])
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
     jobs = flow.jobs(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
     turning, memories = np.array(form.turning), models[0].memories
     lanes = flow.lanes(rows, numbers.shape[1], turning, form.crank, memories, form.flags, form.sizes)
-    v, y = _with(tangents, models[0], flow) if tangents else (None, None)
+    y = _started(tangents, flow) if tangents else None
     run, place = direct(flow.flow), jobs.place
     logs = [[jobs.log[:0, 1:]] for _ in models]
     grown = [[y.rows[:0, 1:]] for _ in models] if y else []
@@ -143,7 +150,7 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
             y.count[0] = 0
 
     own = pace(models[0].structure, name, len(tangents) and 1)
-    in_pieces(call, lambda: int(place[PASSED_BY]), own, flow.FULL, math.inf, take)
+    in_pieces(call, lambda: int(place[PASSED_BY]), own, FULL, math.inf, take)
     each, found = (time.perf_counter() - began) / len(models), []
     for n, (model, request) in enumerate(asked):
         if jobs.count[n, C_STATUS] != Status.OK:  # it steps aside, or failed: by itself it may go on
@@ -165,40 +172,42 @@ def _hand_out(rows: np.ndarray, to: list[list[np.ndarray]]) -> None:
         to[int(part[0, 0])].append(part[:, 1:])
 
 
-def _with(tangents: Sequence[Tangent], model: Model, flow) -> tuple:
-    """Functions that carry tangents, and these."""
+def _variations(model: Model) -> tuple:
+    """Functions that carry tangents."""
     from jointplay.numerics.ensemble.layout import SIGNATURES, Variations
     from jointplay.numerics.interface import pointers
 
     size, gradients = cache.ensemble_tangents(len(model.turning)), cache.variation_module(model.structure)
-    v = pointers(gradients, size, kind=Variations, signatures=SIGNATURES)
+    return pointers(gradients, size, kind=Variations, signatures=SIGNATURES)
+
+
+def _started(tangents: Sequence[Tangent], flow) -> tuple:
+    """Tangents as the loop carries them."""
     starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
     real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
-    return v, flow.tangents(starts, scales, real, LOG_ROWS)
+    return flow.tangents(starts, scales, real, LOG_ROWS)
 
 
-def _kernels(model: Model, form: Form, loop: str) -> tuple:
-    """The loop; functions of a structure at a point, and in lanes; rows of these."""
+def _functions(model: Model, form: Form) -> tuple:
+    """Functions of a structure at a point, and in lanes; rows of these."""
     from jointplay.numerics.ensemble.layout import SIGNATURES, AtEvent, Functions
     from jointplay.numerics.interface import pointers
 
-    cache.prepare(loop)
     module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
     sizes = len(form.flags), form.jumps, form.sizes["folds"], form.crank
     algebra = cache.ensemble_algebra(form.turning, *sizes)
     f = pointers(own, kind=AtEvent)
     g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
-    return cache.method(loop), f, g, module.ROWS
+    return f, g, module.ROWS
 
 
-def _parts(flow, jumps: bool, misses: bool):
-    """The parts of the loop that it calls by address, those compiled alone that are asked for."""
+def _parts(flow, called: dict[str, bool]):
+    """The parts of the loop that it calls by address, those compiled alone where they are."""
     from jointplay.numerics.ensemble.layout import Parts
     from jointplay.numerics.interface import address
 
-    jump = cache.method("ensemble.jumps").jump if jumps else flow.nothing
-    approaches = cache.method("ensemble.approaches").approaches if misses else flow.nothing
-    each = (flow.enter, flow.event, jump, approaches)
+    own = [getattr(cache.method(PARTS[part]), part) if called[part] else flow.nothing for part in PARTS]
+    each = (flow.enter, flow.event, *own)
     return Parts(*(address(function, flow.PART) for function in each))
 
 

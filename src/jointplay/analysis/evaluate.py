@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis.guard_tolerances import ends
 from jointplay.analysis.labels import coded, described, flags
@@ -18,6 +17,9 @@ from jointplay.equations.structure import powers
 from jointplay.errors import warn
 from jointplay.mechanism.model import DEEP, Model
 from jointplay.numerics.codes import Mode
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEAR = 0.5  # share of the penetration at which a law ends that is told: it is made for far less
 STRANGE = re.compile(r"[^\w.+@-]")  # what a word of flags cannot hold
@@ -212,6 +214,8 @@ def dataset(
     model: Model, variables: dict[str, Any], coords: dict[str, Any], kind: str, **attrs: Any
 ) -> xr.Dataset:
     """Dataset of a run, with the label coordinates that its variables use."""
+    import xarray as xr
+
     used = {dim for dims, *_ in variables.values() for dim in ((dims,) if isinstance(dims, str) else dims)}
     labels = {of: coordinate for of, coordinate in coordinates(model).items() if of in used}
     attrs = {"Conventions": "CF-1.11", "kind": kind} | attrs

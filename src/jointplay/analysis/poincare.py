@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis import rates, rules
 from jointplay.analysis.company import beside, in_company
@@ -30,6 +30,9 @@ from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.ways import FOLLOWED, WAYS
 from jointplay.mechanism.base import Flag, Natural
 from jointplay.mechanism.records import CrankAngle, Section
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ONCE_A_TURN = CrankAngle()
 

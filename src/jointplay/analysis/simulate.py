@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis import rates, rules
@@ -39,6 +38,9 @@ from jointplay.errors import Problem, refuse
 from jointplay.mechanism.base import Flag, Natural, NonNegative
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SAMPLES_PER_TURN = 720
 

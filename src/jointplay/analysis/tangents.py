@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from jointplay.analysis.gradients.directions import Directions
-from jointplay.analysis.trajectory import Request, advance, memory
+from jointplay.analysis.trajectory import Request, advance, memory, prepare
 from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import SPEED_FLOOR, Model
@@ -82,9 +82,10 @@ class Bundle:
     def __post_init__(self):
         from jointplay.numerics import tangent
 
-        cache.prepare("tangent_flow")
-        self.at = tangent  # the names of its places
         self._names = self.directions.names if self.directions else ()
+        prepare(self.model.structure, "tangent_flow")
+        variations(self.model.structure, self._names)
+        self.at = tangent  # the names of its places
         rows = cache.variation_module(self.model.structure, self._names).ROWS
         self.k, self.x, self.o = memory(self.model, self.request)
         frame, driven = np.asarray(self.frame, dtype=float), ()
@@ -126,7 +127,9 @@ class Bundle:
     @property
     def full(self) -> int:
         """What `advance` gives back when the rows are full."""
-        return cache.method("flow").FULL
+        from jointplay.numerics.control import FULL
+
+        return FULL
 
     @property
     def time(self) -> float:

@@ -99,21 +99,21 @@ class Records:
 
 def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
     """Follow the motion of a model from its start; `progress` is called with the fraction done, 0 to 1."""
+    from jointplay.numerics.control import FULL
     from jointplay.numerics.memory import LOGGED, SAMPLES, SECTIONS
 
     if (records := company.asked(model, request)) is not None:
         return records
     began = time.perf_counter()
-    cache.prepare("flow")
+    prepare(model.structure)
     k, x, o = memory(model, request)
-    start, parts, full = _row(x), [], cache.method("flow").FULL
+    start, parts, code = _row(x), [], FULL
 
     def tell() -> None:
         if progress is not None:
             progress(_fraction(x.s[0], x.count[SECTIONS], request))
 
-    code = full
-    while code == full:
+    while code == FULL:
         try:
             code = advance(model.structure, k, x, o, tell=tell)
         except Stopped:
@@ -127,6 +127,15 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     return Records(samples, *kinds, start, code, *went)
 
 
+def prepare(structure: Linkage | Oscillator, loop: str = "") -> None:
+    """Have a loop compiled in a process of its own, and a structure's functions in this one meanwhile.
+
+    `loop` is by default the one of `follow`.
+    """
+    cache.prepare(loop or _loop(structure))
+    functions(structure)
+
+
 def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None = None) -> int:
     """Go on with a run, in pieces, until it ends or its log is full; give back which (numerics.flow).
 
@@ -137,9 +146,9 @@ def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None 
     from jointplay.numerics.interface import direct
     from jointplay.numerics.memory import FAILED, REJECTED, STEPS
 
-    name, vectors = ("flow", 0) if y is None else ("tangent_flow", len(y.alive))
-    if y is None and _excites(structure, cache.structure_module(structure).SIZES):
-        name, g = "excited_flow", 1
+    name, vectors = (_loop(structure), 0) if y is None else ("tangent_flow", len(y.alive))
+    if name == "excited_flow":
+        g = 1
     f, run, count = functions(structure), direct(cache.method(name).flow), x.count
 
     def call(limit: int) -> int:
@@ -166,11 +175,15 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
     module = cache.structure_module(structure)
     sizes = module.SIZES
-    own = "wall_flow" if sizes["resets"] else "excited" if _excites(structure, sizes) else ""
+    own = "wall_flow" if sizes["resets"] else "excited" if _excites(structure) else ""
     if own:
         cache.prepare(own)
     algebra = () if sizes["planned"] else (cache.algebra_module(sizes["positions"], sizes["speeds"]),)
-    return interface.pointers(module, *algebra, cache.method(own) if own else interface)
+    made = interface.pointers(module, *algebra, interface)
+    if not own:
+        return made
+    at_wall = interface.address(cache.method(own).at_wall, interface.SIGNATURES["at_wall"])
+    return made._replace(at_wall=at_wall)
 
 
 def memory(model: Model, request: Request):
@@ -201,7 +214,7 @@ def memory(model: Model, request: Request):
     )
     x.real[H] = 1e-5 * model.period
     x.real[LEVEL] = request.level
-    x.real[GROWTH] = 1.0 / model.period if _excites(model.structure, sizes) else 0.0
+    x.real[GROWTH] = 1.0 / model.period if _excites(model.structure) else 0.0
     x.real[ASTRAY] = guard_tolerances.astray(model, rest)
     options = Options(
         n_q=n_q,
@@ -244,10 +257,18 @@ def _groups(model: Model, n_resets: int) -> np.ndarray:
     return np.array([place[owner] for owner in owners], dtype=np.int64)
 
 
-def _excites(structure: Linkage | Oscillator, sizes: dict[str, int]) -> bool:
+def _loop(structure: Linkage | Oscillator) -> str:
+    """The loop that follows a motion of a structure without tangents."""
+    return "excited_flow" if _excites(structure) else "flow"
+
+
+def _excites(structure: Linkage | Oscillator) -> bool:
     """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
-    joints = () if sizes["planned"] or sizes["resets"] else getattr(structure, "soft_joints", ())
-    return any(j.friction in FRICTIONS and not FRICTIONS[j.friction].rises for j in joints)
+    laws = (FRICTIONS.get(joint.friction) for joint in getattr(structure, "soft_joints", ()))
+    if all(law is None or law.rises for law in laws):
+        return False
+    sizes = cache.structure_module(structure).SIZES
+    return not (sizes["planned"] or sizes["resets"])
 
 
 def _section(request: Request) -> int:

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis.keywords import listed
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.base import Number
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST = 100
 ACCEPTED = f"a list of 1 to {MOST} pairs of turns, [first, last], from 0 on, ascending and apart,"

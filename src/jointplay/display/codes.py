@@ -1,7 +1,13 @@
 """Integer codes as the words that their flags give them."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from xarray import DataArray
+
+if TYPE_CHECKING:
+    from xarray import DataArray
 
 STRANGE = "?"  # of a code that has no word
 

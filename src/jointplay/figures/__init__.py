@@ -1,15 +1,16 @@
 """Figures of results: each a function from a dataset to a matplotlib Figure; `draw` chooses among them."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Sequence
 from importlib import import_module
 from pkgutil import walk_packages
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from matplotlib.figure import Figure
 from pydantic import PlainValidator
-from xarray import Dataset
 
 from jointplay.errors import NOTHING, InputError, Problem, refuse
+from jointplay.figures import drawing
 from jointplay.figures.drawing import cell_quantity, lent, select, style, sweep_axes
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.records import Mechanism
@@ -19,19 +20,26 @@ from .check import problems, study_problems
 from .comparison import compared
 from .registry import ABOUT, GENERAL, KINDS, suited, suited_to, usual
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
+
 for _each in walk_packages(__path__, f"{__name__}."):  # a figure adds itself
-    import_module(_each.name)
+    if not _each.name.startswith(drawing.__name__):
+        import_module(_each.name)
 
 __all__ = ["ABOUT", "KINDS", "draw", "of_sweep", "problems", "sheet_of", "study_problems", "suited", "usual"]
 
 OF_A_MECHANISM = "mechanism"
 ACCEPTED = "a result, a list of results to be compared, or a mechanism is accepted"
-_ONE = Dataset | Mechanism
 
 
 def _drawn(given: Any) -> Dataset | Mechanism | list[Dataset]:
+    from xarray import Dataset
+
     several = isinstance(given, list | tuple) and len(given) > 1
-    if not all(isinstance(each, Dataset) for each in given) if several else not isinstance(given, _ONE):
+    one = Dataset | Mechanism
+    if not all(isinstance(each, Dataset) for each in given) if several else not isinstance(given, one):
         raise refuse(given, ACCEPTED)
     return given
 
@@ -39,7 +47,7 @@ def _drawn(given: Any) -> Dataset | Mechanism | list[Dataset]:
 @checked()
 def draw(
     dataset: Annotated[
-        Dataset | Mechanism | Sequence[Dataset],
+        Any,
         PlainValidator(_drawn),
         accepts("a result, a list of results or a mechanism"),
     ],

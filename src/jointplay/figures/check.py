@@ -4,11 +4,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from matplotlib.axes import Axes
-from matplotlib.figure import SubFigure
-from matplotlib.font_manager import findfont, fontManager
-from xarray import Dataset
-
 from jointplay.errors import NOTHING, InputError, Problem, did_you_mean, unknown
 from jointplay.figures.drawing import select, style, timebase
 from jointplay.figures.motion.phase_portrait import PAIRS
@@ -107,6 +102,8 @@ def _names(key: str, value: Any) -> None:
 
 
 def _diagram(value: Any) -> None:
+    from xarray import Dataset
+
     if not isinstance(value, Dataset):
         raise select.refuse("over", value, "a result of bifurcation, as jp.open gives it, is accepted")
 
@@ -117,6 +114,8 @@ def _width(value: Any) -> None:
 
 
 def _font(value: Any) -> None:
+    from matplotlib.font_manager import findfont, fontManager
+
     try:
         if not isinstance(value, str):
             raise ValueError
@@ -129,6 +128,9 @@ def _font(value: Any) -> None:
 
 
 def _place(value: Any) -> None:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import SubFigure
+
     if not isinstance(value, Axes | SubFigure):
         raise select.refuse("ax", value, "an Axes or SubFigure of matplotlib is accepted, in Python")
 

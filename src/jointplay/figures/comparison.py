@@ -1,16 +1,20 @@
 """Comparison: several results on one sheet, each as its own figure shows it, with the same axes and units."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Callable, Sequence
 from textwrap import fill
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
-from xarray import Dataset
 
 from jointplay.figures.drawing import artists, factors, style, window_panels
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+    from xarray import Dataset
 
 ROW, COLUMN = 54.0, 118.0  # mm of height: of a result below others, and beside others
 UPRIGHT = ("poincare_section",)  # kinds that stand beside each other
@@ -18,7 +22,7 @@ LETTER = re.compile(r"^\([a-z]\) *")
 WIDE = 1.9  # mm a letter
 AROUND = 0.03  # of an axis that several panels have in common
 
-Part = tuple[Dataset, dict[str, Any]]
+Part: TypeAlias = "tuple[Dataset, dict[str, Any]]"
 
 
 def compared(parts: Sequence[Part], draw: Callable[..., Figure]) -> Figure:

@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from inspect import signature
-from typing import Any
-
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING, Any
 
 from jointplay.errors import Problem
 from jointplay.figures.drawing import style
 from jointplay.kinds import KINDS as STUDIES
 from jointplay.kinds import Kind
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Options, Keywords = Mapping[str, Any], Mapping[str, Any]
 

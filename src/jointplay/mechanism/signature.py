@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
 from functools import cache, partial, wraps
-from inspect import Parameter, signature
+from inspect import Parameter, signature, unwrap
+from types import SimpleNamespace
 from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
 from pydantic import ConfigDict, create_model
@@ -160,10 +161,17 @@ def first(key: str) -> str:
 
 def _fields(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
     """Type and default of each argument of a function; of one that is needed, `...`."""
-    hints, own = get_type_hints(function, include_extras=True), signature(function).parameters.items()
+    types, own = types_of(function), signature(function).parameters.items()
     return {
-        name: _field(hints.get(name), each) for name, each in own if each.kind is not Parameter.VAR_KEYWORD
+        name: _field(types.get(name), each) for name, each in own if each.kind is not Parameter.VAR_KEYWORD
     }
+
+
+def types_of(function: Callable[..., Any]) -> dict[str, Any]:
+    """Types of a function's arguments; that of what it gives back may not be imported yet."""
+    written = unwrap(function)
+    named = {name: hint for name, hint in written.__annotations__.items() if name != "return"}
+    return get_type_hints(SimpleNamespace(__annotations__=named), written.__globals__, include_extras=True)
 
 
 def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from jointplay.errors import NOTHING, InputError, Problem, refuse
 from jointplay.mechanism.positions import gap, origins
 from jointplay.mechanism.records import Mechanism
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 APART = 1e-3  # of the longest link: where joints miss by more, the motion is another mechanism's
 

@@ -3,14 +3,17 @@
 The wall time is the variable ``wall_time`` of the result and no part of this record; there is no time stamp.
 """
 
+from __future__ import annotations
+
 import json
 from collections.abc import Iterable
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from jointplay.codegen import cache
 from jointplay.jobs.origin import environment, git_describe, processor, version
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SCHEMA_VERSION = 1
 

@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from jointplay.errors import refuse
 from jointplay.jobs.files import beside, replaced
 from jointplay.mechanism.signature import checked
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure  # a third of a second that workers need not wait
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 ENGINE = "netcdf4"  # always named: mixing HDF5 stacks in one process has broken before
 COMPRESS_FROM = 1024  # values; below this the chunk headers cost more than they save
@@ -106,6 +106,8 @@ def open_result(path: Path | str) -> xr.Dataset:
 @contextmanager
 def opened(path: Path | str) -> Iterator[xr.Dataset]:
     """Open a result file, of which only what is asked for is read; `InputError` as of `open_result`."""
+    import xarray as xr
+
     expected = "the name of a result file (netCDF) that `jointplay run` wrote"
     given = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(given, str) or not os.path.isfile(given):

@@ -15,8 +15,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from jointplay.analysis.cells import Read, Work, in_memory
 from jointplay.analysis.looks import keeping
@@ -30,6 +29,9 @@ from jointplay.results.outcome import name_of
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study
 from jointplay.study.run import computed, first_work, has_cells, with_journal_keys, with_provenance
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LOOK, RARELY = 0.5, 200  # s between readings of the progress, and at least times what a reading takes
 

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from functools import reduce
 from operator import or_
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-import xarray as xr
 from pydantic import Field, TypeAdapter
 
 from jointplay.analysis.own_units import in_own_units
@@ -25,6 +24,9 @@ from jointplay.study.mechanism_table import build_mechanism
 from jointplay.study.models import Study, broken_rules, keyword_of, models
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
 from jointplay.study.vary_table import parsed, values
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
@@ -150,6 +152,8 @@ def figure_options(
     dict
         For `jointplay.figures.draw`.
     """
+    import xarray as xr
+
     study = provenance.read(dataset).get("study") if isinstance(dataset, xr.Dataset) else None
     own = study.get("figure") if isinstance(study, dict) else None
     options = (own if isinstance(own, dict) else {}) if kind is None else {"kind": kind}

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Annotated, Any
 
 from jointplay.analysis.keywords import Progress as Keyword
 from jointplay.errors import refuse
@@ -16,6 +14,9 @@ from jointplay.mechanism.signature import checked
 from jointplay.study import run as runner
 from jointplay.study.file import load
 from jointplay.terminal import asked_for
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @checked()

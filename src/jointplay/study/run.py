@@ -6,13 +6,14 @@ hexadecimal digits the hash of the study, which work of the analysis it belongs 
 many there are; so a journal tells how much of a study is finished.
 """
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from inspect import signature
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from jointplay.analysis.cells import DIGITS, Beside, Cell, Read, Steps, Work, driven, in_memory, warm
 from jointplay.analysis.ensemble_runs import in_lanes
@@ -32,6 +33,9 @@ from jointplay.results import provenance
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study, SweepStudy
 from jointplay.study.vary_table import points
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SAMPLED = 32  # cells whose mechanisms are assembled to find the structures to compile
 WORK = 2  # digits that number the works of an analysis

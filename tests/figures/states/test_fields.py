@@ -9,7 +9,7 @@ from matplotlib.lines import Line2D
 from jointplay import figures
 from jointplay.errors import InputError
 from jointplay.figures.states.basins import COLOURS
-from jointplay.figures.sweeps.parameter_map import SIGNS
+from jointplay.figures.sweeps.parameter_map import signs
 from tests.figures.support.synthetic import STATUS, flag_words
 
 X = {"units": "1", "long_name": "journal centre over clearance, x"}
@@ -159,7 +159,7 @@ def test_attractors_differ_in_lightness_from_the_next():
 
 
 def test_the_sign_of_an_exponent_is_told_in_grey():
-    grey = SIGNS(np.linspace(0, 1, 256))[:, :3] @ [0.3, 0.59, 0.11]
+    grey = signs()(np.linspace(0, 1, 256))[:, :3] @ [0.3, 0.59, 0.11]
     assert grey[:128].min() > grey[128:].max() + 0.1
     assert np.all(np.diff(grey[:128]) >= 0)
     assert np.all(np.diff(grey[128:]) <= 0)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis.assessment.edges import HOW, SIDES
 from jointplay.analysis.assessment.forces import EXPONENT, PER_TURN, SHOWN
@@ -17,6 +16,9 @@ from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.vary import changed, checked_axes
 from jointplay.errors import InputError
 from jointplay.mechanism.records import Mechanism
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 OVER = ("parameter", "side", "change")
 LOSSES = {
@@ -42,6 +44,8 @@ def status(answers: Sequence[Answer]) -> int:
 
 def assembled(mechanism: Mechanism, keys: Sequence[str], answers: Sequence[Answer]) -> xr.Dataset:
     """Make the dataset: of the present motion, of the ideal one, and of each parameter's sides."""
+    import xarray as xr
+
     now, ideal, *sides = answers
     joints = [joint.name for joint in mechanism.joints]
     variables = _forces(joints, now, ideal) | _contacts(mechanism, joints, now) | _motion(now)

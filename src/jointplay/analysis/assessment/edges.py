@@ -24,10 +24,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis.assessment.settled import (
     CHANGES,
@@ -51,6 +50,9 @@ from jointplay.analysis.vary import changed
 from jointplay.errors import InputError
 from jointplay.mechanism.records import Mechanism
 from jointplay.numerics.codes import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SIDES = {"below": -1, "above": 1}
 HOW = ("not_met", "bracketed", *SPECIAL, "irregular")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis.coexisting.identity import EVENTS, Change
 from jointplay.analysis.exponents import section_exponents
@@ -19,6 +18,9 @@ from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.analysis.sweeps.chains import numbered
 from jointplay.analysis.vary import Axis
 from jointplay.jobs.job import Entry
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NOT_RUN = STATUS.index("not_run")
 ABSENT = -1  # period of a motion at a value where it is not there

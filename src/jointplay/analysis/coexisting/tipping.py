@@ -20,7 +20,6 @@ from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import Field
 
 from jointplay.analysis import rules
@@ -131,6 +130,8 @@ def tipping(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
+    import xarray as xr
+
     began = time.perf_counter()
     ensemble = in_lanes(ensemble, mechanism, rtol, starts)
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, ensemble)

@@ -14,10 +14,9 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import count, islice
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis.curves import curve_dataset
@@ -48,6 +47,9 @@ from jointplay.analysis.vary import axes, changed
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.base import Count, Natural, Number, accepts, unit
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MAX_POINTS, MAX_CURVES = 200, 8
 BRANCH = 200  # points at least of the branch on which curves start

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Sequence
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import PlainValidator
 
 from jointplay.analysis.curves.corners import Begin
@@ -19,11 +18,16 @@ from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.base import accepts
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 BESIDE = 1e-2  # of the branch: how far from a grazing an orbit on its other side may be
 ACCEPTED = "a result of continuation"
 
 
 def _branches(given: Any) -> Any:
+    import xarray as xr
+
     if given is not None and (not isinstance(given, xr.Dataset) or given.attrs.get("kind") != "continuation"):
         raise refuse(getattr(given, "attrs", {}).get("kind", given), f"{ACCEPTED} is accepted")
     return given

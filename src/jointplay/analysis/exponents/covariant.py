@@ -14,10 +14,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
-import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
@@ -33,6 +32,9 @@ from jointplay.analysis.tangents import TIGHT, Bundle, scales
 from jointplay.analysis.trajectory import Request, counts
 from jointplay.mechanism.base import Natural
 from jointplay.mechanism.records import TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @analysis(rules.length_fits, exponents_fit, steady, deferred=[rules.start_fits])

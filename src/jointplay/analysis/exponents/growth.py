@@ -15,10 +15,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis import rules
 from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, analysis
@@ -30,6 +29,9 @@ from jointplay.errors import Problem
 from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RESOLVED = 100  # of rtol: nearer, two runs differ by their own errors as much as by their starts
 DISTANCE = 1e-7  # of a radian (or the longest link) and of the nominal speed: small beside any clearance
@@ -215,6 +217,8 @@ def standard_error(values: np.ndarray, batches: int = BATCHES) -> float:
 
 
 def _dataset(logs: np.ndarray, duration: float, status: int) -> xr.Dataset:
+    import xarray as xr
+
     mean = float(logs.mean()) if len(logs) else math.nan
     rate = mean * len(logs) / duration if duration else math.nan
     variables = {

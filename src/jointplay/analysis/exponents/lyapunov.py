@@ -11,10 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
@@ -41,6 +40,9 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TRACE = ("lyapunov_trace", "lyapunov_trace_error", "block_time")  # what a run that failed still tells
 

@@ -14,10 +14,9 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis import rules
 from jointplay.analysis.gradients import gradient_dataset, multipliers, wanted
@@ -40,6 +39,9 @@ from jointplay.mechanism.base import Count, Flag, Natural
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
 from jointplay.numerics.codes import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TRANSIENT = 100
 LOOSER = 10.0  # tolerance of the second run, in that of the first: their distance is the error
@@ -122,6 +124,8 @@ def gradient(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
+    import xarray as xr
+
     began = time.perf_counter()
     quantities = [wanted.quantity(name) for name in of or wanted.usual_quantities(mechanism)]
     keys = by or wanted.usual_parameters(mechanism)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis.gradients.gradient import gradient, start_section
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
@@ -17,6 +16,9 @@ from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.simulate import simulate
 from jointplay.errors import ModelWarning
 from jointplay.mechanism.records import Mechanism, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TIGHT, SHOWN = 1e-10, 20  # tolerance of the runs; turns of them
 DRAWN, SAMPLES = 2, 720  # turns that are drawn; samples of each

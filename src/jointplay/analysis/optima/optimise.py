@@ -14,10 +14,9 @@ from __future__ import annotations
 
 import math
 import time
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-import xarray as xr
 from pydantic import Field
 
 from jointplay.analysis.coexisting.region import Region
@@ -32,6 +31,9 @@ from jointplay.analysis.optima.opening import STAGES, opened
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.mechanism.base import Count, Flag, Natural, Number
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ENDS = ("converged", "no_descent", "infeasible", "iterations", "no_motion")
 INFINITE = (-math.inf, math.inf)
@@ -103,6 +105,8 @@ def optimise(
     InputError
         If anything asked for makes no sense; numerical trouble is a status instead.
     """
+    import xarray as xr
+
     began = time.perf_counter()
     limits = {name: tuple(pair) for name, pair in (subject or {}).items()}
     for contact in contacts(mechanism) if keep else ():

@@ -14,10 +14,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import count
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis.evaluate import dataset
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, Text, analysis
@@ -40,6 +39,9 @@ from jointplay.analysis.trajectory import INTERRUPTED
 from jointplay.analysis.vary import axes, changed
 from jointplay.mechanism.base import Count, Flag, Natural, Number, unit
 from jointplay.mechanism.records import Mechanism, Section
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STEP = 0.02
 MAX_POINTS, MAX_BRANCHES = 400, 4

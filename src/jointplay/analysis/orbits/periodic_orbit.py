@@ -10,8 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from jointplay.analysis.evaluate import Quantities, dataset
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
@@ -27,6 +26,9 @@ from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
 from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 ONCE_A_TURN = CrankAngle()
 RTOL = 1e-11

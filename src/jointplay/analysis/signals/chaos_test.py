@@ -6,10 +6,9 @@ that is sampled more closely looks regular whatever the motion.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol, Share, Start, analysis
 from jointplay.analysis.labels import coded, described
@@ -21,6 +20,9 @@ from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, 
 from jointplay.analysis.simulate import simulate
 from jointplay.mechanism.base import Count, Natural
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 USUAL, TURNS, FREQUENCIES, TOLERANCE = "journal_x", 2000, 100, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance, also of small quantities
@@ -126,6 +128,8 @@ def _unjudged(c: np.ndarray) -> dict[str, Any]:
 
 
 def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], c: np.ndarray) -> xr.Dataset:
+    import xarray as xr
+
     typical = c[_typical(judged)]
     path = zero_one.walk(samples.values, np.array([typical])) if samples.size else np.zeros((1, 0))
     grown = zero_one.displacement(path)[0]

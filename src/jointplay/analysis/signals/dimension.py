@@ -6,10 +6,9 @@ section plus one.
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import AfterValidator
 
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantities, Rtol, Share, Start, analysis
@@ -23,6 +22,9 @@ from jointplay.errors import refuse
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Natural, accepts
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 TURNS, WINDOW, TOLERANCE = 5000, 10, 1e-4
 RTOL = 1e-10  # noise of a periodic motion then stays below the tolerance
@@ -141,6 +143,8 @@ def _measured(points: np.ndarray, shares, window: int, tolerance: float, status:
 
 
 def _dataset(cut: xr.Dataset, measured: dict[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
     slope, at, name = measured["slope"], measured["radius"], "correlation dimension"
     table = {
         "correlation_dimension": ((), slope.dimension, name),

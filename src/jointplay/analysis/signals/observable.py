@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from jointplay.analysis.quantities import COUNTERS, WORDS, recorded
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import Mechanism, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOVED = 0.9  # of the progress, when a motion has been followed and is to be evaluated
 STATE = "state_value"

@@ -18,10 +18,9 @@ density has fallen before the end of the axis.
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import AfterValidator, Field
 
 from jointplay.analysis import rules
@@ -44,6 +43,9 @@ from jointplay.analysis.simulate import simulate
 from jointplay.errors import refuse
 from jointplay.mechanism.base import Natural, accepts
 from jointplay.mechanism.records import Mechanism, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 USUAL, SAMPLES_PER_TURN, SEGMENTS, WINDOW = "normal_force", 512, 8, "hann"
 LEVEL = 0.95  # of the interval
@@ -191,6 +193,8 @@ def missing(rate: float) -> dict[str, Any]:
 
 
 def _dataset(motion: xr.Dataset, values: xr.DataArray, period: float, estimate: dict[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
     units, name, f = squared(values.attrs["units"]), values.attrs["long_name"], estimate["frequency"]
     per_hertz = "Hz-1" if units == "1" else f"{units} Hz-1"
     difference = "integral of the density over variance, less 1"

@@ -15,7 +15,6 @@ from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
-import xarray as xr
 from pydantic import Field
 
 from jointplay.analysis import rules
@@ -109,6 +108,8 @@ def basins(
     InputError
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
+    import xarray as xr
+
     began, axes = time.perf_counter(), axis_values(plane)
     together = in_lanes(ensemble, mechanism, rtol, math.prod(map(len, axes.values())))
     observation = Observation(transient, turns, patience, tolerance, rtol, max_steps, together)

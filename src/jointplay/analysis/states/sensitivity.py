@@ -9,8 +9,6 @@ import time
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-import xarray as xr
-
 from jointplay.analysis import rules
 from jointplay.analysis.cells import Steps, divided
 from jointplay.analysis.exponents.growth import unresolved
@@ -134,6 +132,8 @@ def sensitivity(
     InputError
         Listing everything that makes no sense; numerical trouble is a status instead.
     """
+    import xarray as xr
+
     own = (references, distance, turns, samples_per_turn, transient, compare, rtol, seed, max_steps)
     bundle = Divergence(_count(neighbours, plane), *own)
     began, variables, coords, statuses = time.perf_counter(), {}, {}, []

@@ -14,9 +14,8 @@ slowly than the turns dropped shows as no period.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import xarray as xr
 from pydantic import BeforeValidator
 
 from jointplay.analysis.cells import Read, Steps, divided
@@ -45,6 +44,9 @@ from jointplay.errors import InputError, Problem
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
 from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 USUAL = (
     *("journal_x", "journal_y", "eccentricity_ratio", "contact_angle", "normal_velocity"),

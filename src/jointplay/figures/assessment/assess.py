@@ -1,13 +1,18 @@
 """Assessment: joint forces against the ideal mechanism's, and where the motion changes, on one page."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter
-from xarray import Dataset
 
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 MARKS = {  # of a change: marker, colour, how far below its parameter's line, words
     "contact_loss": ("o", style.BLUE, -0.16, "contact lost or kept"),
@@ -77,6 +82,8 @@ def peak_panel(ax: Axes, dataset: Dataset) -> None:
 
 def edge_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw for each parameter how far was looked, and where the motion changes, over the present value."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
     names = [str(name) for name in dataset["parameter_name"].values]
     for i, limits in enumerate(dataset["limit_ratio"].values):
         ax.plot(

@@ -1,23 +1,25 @@
 """Elements of several figures: curves with gaps, paths with contact, point clouds, labels, notes."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
 from string import ascii_lowercase
 from textwrap import fill
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
-from matplotlib.ticker import MaxNLocator
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import PLAIN, Shown, shown
 from jointplay.figures.drawing import factors, select, style
 from jointplay.figures.drawing.lent import Panel
 from jointplay.figures.drawing.smooth import smooth
-from jointplay.figures.drawing.ticks import Degrees
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from xarray import DataArray, Dataset
 
 LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
 BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers
@@ -108,6 +110,9 @@ def spots(x: np.ndarray, y: np.ndarray) -> int:
 
 def clearance_circle(ax: Axes, reach: float) -> None:
     """Draw the clearance circle, of radius 1, and set limits around it and the farthest point, at `reach`."""
+    from matplotlib.patches import Circle
+    from matplotlib.ticker import MaxNLocator
+
     look = {"facecolor": style.DISC, "edgecolor": style.GREY, "linewidth": 0.6, "zorder": 0}
     ax.add_patch(Circle((0, 0), 1, label="clearance circle", **look))
     half = 1.08 * max(1.0, reach)
@@ -144,6 +149,8 @@ def broken(label: str, longest: int = LONGEST) -> str:
 
 def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown) -> None:
     """Label both axes with what they show and its unit."""
+    from jointplay.figures.drawing.ticks import Degrees
+
     ax.set_xlabel(broken(axis_label(x, x_unit)))
     name_y(ax, y, y_unit)
     if x_unit.symbol == "deg":
@@ -152,6 +159,8 @@ def name_axes(ax: Axes, x: DataArray, x_unit: Shown, y: DataArray, y_unit: Shown
 
 def name_y(ax: Axes, y: DataArray, unit: Shown, longest: int = LONGEST) -> None:
     """Label the y axis, broken where it would be longer than the panel is high."""
+    from jointplay.figures.drawing.ticks import Degrees
+
     ax.set_ylabel(broken(axis_label(y, unit), longest))
     if unit.symbol == "deg":
         ax.yaxis.set_major_locator(Degrees())
@@ -250,7 +259,9 @@ def status_note(dataset: Dataset) -> str:
 
 def finish(figure: Figure, dataset: Dataset) -> Figure:
     """Write the run's status on top if it is not ok, and settle the layout while the style still holds."""
-    note, whole = status_note(dataset), isinstance(figure, style.Sheet)
+    from jointplay.figures.drawing.saved import Sheet
+
+    note, whole = status_note(dataset), isinstance(figure, Sheet)
     if note and whole:
         width, height = figure.get_size_inches()
         height += NOTE * style.MILLIMETRE

@@ -1,14 +1,18 @@
 """Value of each cell of a sweep: the quantity, its entry and its error."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.figures.drawing import select
 from jointplay.kinds import KINDS, Shown
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
 
 LARGEST = "largest"  # of all entries the one with the largest value
 ENTRIES = {"exponent": 1, "multiplier": LARGEST}  # where none is asked for

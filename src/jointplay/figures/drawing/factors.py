@@ -1,12 +1,16 @@
 """Powers of ten of an axis stand in its label, beside the unit, and never over a title or a tick."""
 
-import re
+from __future__ import annotations
 
-from matplotlib.axis import Axis
-from matplotlib.figure import FigureBase
+import re
+from typing import TYPE_CHECKING
 
 from jointplay.display.number_text import RAISED
 from jointplay.display.units import PLAIN
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
+    from matplotlib.figure import FigureBase
 
 POWER = re.compile(r"^1e([−\d]+)$")  # as matplotlib writes it
 UNIT = re.compile(r"\(([^()]*)\)$")  # that a label ends with

@@ -1,15 +1,17 @@
 """Cells of a sweep without a value, or with a doubtful one: their reasons and marks."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.figures.drawing import style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 ENTRY, LINE = 42.0, 5.0  # mm, width of an entry of the legend and height of its lines
 MARK = {"markersize": 4.0, "linestyle": "none"}
@@ -49,6 +51,9 @@ def doubtful(part: Dataset) -> np.ndarray:
 
 def marks(part: Dataset, faces: bool) -> list[Any]:
     """Return legend entries for the faces of a map, or the marks of curves, that occur."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     why, found = missing_reason(part), []
     for code, (word, face, mark) in enumerate(REASONS, start=1):
         if np.any(why == code):
@@ -60,6 +65,8 @@ def marks(part: Dataset, faces: bool) -> list[Any]:
 
 def explain(figure: Figure, handles: list[Any], heading: str = "") -> None:
     """Put a legend, if it has entries or a heading, below a figure, which grows by its height."""
+    from matplotlib.lines import Line2D
+
     if heading and not handles:
         handles, heading = [Line2D([], [], linestyle="none", label=heading)], ""
     if not handles:

@@ -1,13 +1,18 @@
 """Selection of what a figure shows from a dataset, with errors that name what exists."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Iterable
 from numbers import Real
+from typing import TYPE_CHECKING
 
 import numpy as np
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.errors import InputError, Problem, unknown
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
 
 
 def refuse(option: str, given, expected: str) -> InputError:

@@ -4,19 +4,24 @@ Widths and type sizes follow what mechanics and dynamics journals print (columns
 8-9 pt sans-serif, embedded TrueType). Colours differ in lightness as well as in hue: a grey print keeps them.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from pathlib import Path
-from typing import Any, NamedTuple
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-import matplotlib.style
 from cycler import cycler
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
-from xarray import Dataset
 
 from jointplay.figures.drawing.lent import Panel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import SubFigure
+    from xarray import Dataset
+
+    from jointplay.figures.drawing.saved import Sheet
 
 MILLIMETRE = 1 / 25.4
 COLUMNS = {"single": 88.0, "double": 180.0}  # mm
@@ -65,10 +70,6 @@ RC = {
     "ytick.labelsize": 8,
     "ytick.major.width": 0.6,
 }
-UNDATED = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}  # the same figure is the same file
-PREVIEW_DPI = 300  # of images; vector formats embed their point clouds at savefig.dpi
-NOTEBOOK_DPI = 130
-VECTORS = ("pdf", "svg", "svgz", "ps", "eps", "pgf")
 VERTEX_LIMIT = 40_000  # longer paths are embedded as images: vector files of them are slow to open
 TALL = 0.5  # height over width from which a sheet keeps its shape where its width is changed
 
@@ -115,36 +116,18 @@ def beside() -> tuple[Dataset, ...]:
 def paper(settings: dict[str, Any] | None = None) -> Iterator[None]:
     """Settings of all figures, over matplotlib's defaults, during a `with` block or a decorated function."""
     more = _ASKED.get().rc if settings is None else settings
+    import matplotlib.style
+
     with matplotlib.style.context(["default", RC | more]):
         yield
 
 
-class Sheet(Figure):
-    """A figure that is saved in this style too: font embedding and the like are looked up only then."""
-
-    settings: dict[str, Any] = {}  # noqa: RUF012  replaced as a whole
-
-    def savefig(self, fname, **options) -> None:
-        """Save as `matplotlib.figure.Figure.savefig` does, without a date and at journal resolution."""
-        form = (options.get("format") or Path(str(fname)).suffix.lstrip(".") or "png").lower()
-        if told := UNDATED.get(form, {}) | (options.pop("metadata", None) or {}):
-            options["metadata"] = told
-        if form not in VECTORS:
-            options.setdefault("dpi", PREVIEW_DPI)
-        with paper(self.settings | {"figure.constrained_layout.use": False}):  # matplotlib looks there again
-            super().savefig(fname, **options)
-
-    def _repr_png_(self) -> bytes:
-        """Show itself in a notebook."""
-        from io import BytesIO
-
-        stream = BytesIO()
-        self.savefig(stream, format="png", dpi=NOTEBOOK_DPI)
-        return stream.getvalue()
-
-
 def sheet(width: float, height: float) -> Sheet | SubFigure | Panel:
     """Return an empty figure, of `width` and `height` in mm, or what was asked to be drawn in instead."""
+    from matplotlib.axes import Axes
+
+    from jointplay.figures.drawing.saved import Sheet
+
     wanted = _ASKED.get()
     if isinstance(wanted.ax, Axes):
         return Panel(wanted.ax)
@@ -154,5 +137,5 @@ def sheet(width: float, height: float) -> Sheet | SubFigure | Panel:
         scale = wanted.width / width
         width, height = wanted.width, height * scale if height > TALL * width else height
     figure = Sheet(figsize=(width * MILLIMETRE, height * MILLIMETRE))
-    figure.settings = wanted.rc
+    figure.style = partial(paper, wanted.rc | {"figure.constrained_layout.use": False})  # it is laid out then
     return figure

@@ -1,16 +1,19 @@
 """Elements of figures of sweeps: varied parameters, directions and starts, parameter axes, colour maps."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
-from xarray import DataArray, Dataset
 
 from jointplay.display.units import Shown
 from jointplay.errors import Problem, unknown
 from jointplay.figures.drawing import artists, select, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from xarray import DataArray, Dataset
 
 BESIDE = ("direction", "start")  # dimensions of a grid that are no parameters
 ORDER = ("down", "reset", "up")  # drawn one over the other
@@ -95,6 +98,8 @@ def is_log(values: np.ndarray) -> bool:
 
 def parameter_axis(ax: Axes, axis: DataArray, which: str = "x") -> Shown:
     """Set scale, limits, numbers and label of an axis for a parameter; return its unit."""
+    from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
+
     values, unit = artists.displayed(axis)
     log = is_log(values)
     ax.set(**{f"{which}label": artists.axis_label(axis, unit), f"{which}scale": "log" if log else "linear"})

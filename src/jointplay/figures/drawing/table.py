@@ -1,11 +1,16 @@
 """Tables as pictures: cells in mm on a bare page, shaded from white to dark grey."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
 
 from jointplay.figures.drawing import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 DARKEST = 0.62  # of black: how dark a cell of shade 1 is
 TEXT, BESIDE = 6.5, 7.0  # pt
@@ -24,6 +29,8 @@ def page(width: float, height: float) -> tuple[Figure, Axes]:
 
 def cell(ax: Axes, box: tuple[float, float, float, float], words: str = "", shade: float = 0.0) -> None:
     """Draw one cell: `box` is left, top, width and height in mm, `shade` from 0 (white) to 1."""
+    from matplotlib.patches import Rectangle
+
     left, top, width, height = box
     grey = 1.0 - DARKEST * (float(np.clip(shade, 0.0, 1.0)) if np.isfinite(shade) else 0.0)
     look = {"facecolor": str(grey), "edgecolor": style.GREY, "linewidth": 0.4}

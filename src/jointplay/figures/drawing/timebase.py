@@ -1,15 +1,18 @@
 """The time axis: seconds, turns of the crank (periods of the forcing) or crank angle, and windows in them."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
-from xarray import Dataset
 
 from jointplay.display.units import shown
 from jointplay.figures.drawing import artists, select
-from jointplay.figures.drawing.ticks import Degrees
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from xarray import Dataset
 
 AXES = ("time", "turns", "angle")
 CRANK = "crank"
@@ -141,6 +144,8 @@ def cut(dataset: Dataset, option: str, asked, inside: np.ndarray) -> Dataset:
 
 def dress(bottom: Axes, top: Axes, shown_bases: list[Base], loc: str = "center") -> None:
     """Label the time axis under the panel `bottom`, and the second one above the panel `top`."""
+    from matplotlib.ticker import MaxNLocator
+
     bottom.set_xlabel(shown_bases[0].label)
     degrees(bottom.xaxis, shown_bases[0])
     if len(shown_bases) < 2:
@@ -157,5 +162,7 @@ def dress(bottom: Axes, top: Axes, shown_bases: list[Base], loc: str = "center")
 
 def degrees(axis, shown_base: Base) -> None:
     """Put ticks at round parts of a turn on an axis of degrees."""
+    from jointplay.figures.drawing.ticks import Degrees
+
     if "(deg)" in shown_base.label:
         axis.set_major_locator(Degrees())

@@ -1,14 +1,19 @@
 """Columns of panels, one for each recorded window of a run, with one scale where all can be read in it."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import Dataset
 
 from jointplay.figures.drawing import artists, timebase
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 ALIKE = 0.4  # panels share a scale if none of them would fill less of it
 WHOLE = 1e-6  # turns from a whole number that still count as whole

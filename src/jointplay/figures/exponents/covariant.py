@@ -1,16 +1,20 @@
 """Covariant vectors: what takes part in each, and how near subspaces come to each other."""
 
+from __future__ import annotations
+
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
-from matplotlib.figure import Figure
-from xarray import Dataset
 
 from jointplay.display.number_text import with_error
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 ENDS = (np.array([0.0, 0.2, 0.3]), np.array([0.95, 0.95, 0.95]))  # colours of the first and the last part
 LISTED = 12  # vectors that have room
@@ -39,6 +43,8 @@ def covariant(dataset: Dataset, *, vectors: int | None = None) -> Figure:
 
 def share_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw a bar for each vector, divided by its parts, with its exponent beside it."""
+    from matplotlib.colors import to_hex
+
     shares, numbers = dataset["mean_share"].values, dataset["vector"].values
     tail, unit = ("_per_turn", "per turn") if "turn_period" in dataset else ("", "1/s")
     values, errors = (dataset[f"covariant_{name}{tail}"].values for name in ("exponent", "standard_error"))

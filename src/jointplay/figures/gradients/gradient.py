@@ -1,11 +1,17 @@
 """Gradient: bars of relative sensitivities, a panel a quantity, the same parameters in each."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.figure import Figure
-from xarray import Dataset
 
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 ROW, HEAD, WIDE = 4.5, 20.0, 4  # mm a parameter; mm; panels side by side
 NAMES = 46.0  # mm for the parameters' names

@@ -1,15 +1,19 @@
 """Claims: a paper's conclusions, their grades, and the numbers behind these."""
 
+from __future__ import annotations
+
 import re
 from textwrap import wrap
-
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import Dataset
+from typing import TYPE_CHECKING
 
 from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, table
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 COLUMNS = {"Conclusion of the paper": 48.0, "Grade": 20.0, "Numbers": 110.0}  # mm of width
 LETTERS = {"Conclusion of the paper": 37, "Grade": 14, "Numbers": 90}  # that fit them

@@ -1,15 +1,20 @@
 """Readings: each panel of the paper's Figure 12 under each reading of the paper, as one table."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style, table
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 NAMES, ROW, HEAD, FOOT = 38.3, 8.6, 13.0, 1.0  # mm: the readings' names, a row, above and below the rows
 COLUMNS = {"separations": 14.4, "period": 8.8, "growth": 13.6, "section": 8.6}  # mm of width
@@ -98,6 +103,8 @@ def growth(one: Dataset) -> str:
 
 def sections(ax: Axes, part: Dataset, left: float) -> None:
     """Draw the stored section points of each reading in a circle of the clearance."""
+    from matplotlib.patches import Circle
+
     x, y = (part[f"section_{axis}"].transpose("reading", ...).values for axis in "xy")
     size = np.hypot(x, y)
     reach = 1.1 * max(1.0, float(np.max(size, initial=0.0, where=np.isfinite(size))))

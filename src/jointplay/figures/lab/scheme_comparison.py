@@ -1,14 +1,19 @@
 """Scheme comparison: error of the paper's scheme after each pass, and of both methods over run time."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from xarray import DataArray, Dataset
 
 from jointplay.display.units import PLAIN, measure
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 MEASURES = {
     "deflection": "Error of the deflection",
@@ -107,6 +112,8 @@ def cases(dataset: Dataset) -> list[str]:
 
 def explain(ax: Axes, dataset: Dataset, looks: list[dict]) -> None:
     """Name the cases and the two methods, in a panel of words."""
+    from matplotlib.lines import Line2D
+
     plain = {"color": style.BLACK, "marker": "o", "markersize": 3.0, "linestyle": "none"}
     handles = [Line2D([], [], **one) for one in looks]
     handles += [Line2D([], [], **plain, markerfacecolor="white"), Line2D([], [], **plain)]

@@ -1,20 +1,21 @@
 """Stress: run times and energy residuals of scenes far outside ordinary use."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.legend_handler import HandlerTuple
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from xarray import Dataset
 
 LOOKS = {  # of a verdict: marker, colour, size; the rarer, the louder, and told apart in grey
     "ok": ("o", "#bdbdbd", 2.0),
@@ -59,6 +60,8 @@ def time_panel(ax: Axes, dataset: Dataset) -> None:
 
 def residual_panel(ax: Axes, dataset: Dataset) -> None:
     """Draw how the energy residuals are spread, verdicts on top of each other."""
+    from matplotlib.ticker import LogLocator
+
     values = np.clip(dataset["energy_residual"].values, BINS[0], BINS[-1])
     groups = [(word, values[chosen & np.isfinite(values)]) for word, chosen in verdicts(dataset)]
     if groups:
@@ -81,6 +84,9 @@ def filled(word: str) -> dict[str, Any]:
 
 def explain(figure: Figure, points: Sequence[Line2D], dataset: Dataset) -> None:
     """Name each verdict above the panels, by its bars and points, with how many scenes have it."""
+    from matplotlib.legend_handler import HandlerTuple
+    from matplotlib.patches import Patch
+
     numbers = {word: np.count_nonzero(chosen) for word, chosen in verdicts(dataset)}
     handles = [(Patch(**filled(line.get_label())), line) for line in points]
     words = [f"{line.get_label()} ({numbers[line.get_label()]})" for line in points]

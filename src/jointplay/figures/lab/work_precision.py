@@ -1,15 +1,20 @@
 """Work and precision: error over run time and over evaluations, a line a method."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import NullFormatter
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from xarray import Dataset
 
 LOOKS = {  # of a method: colour, marker, dashes
     "jointplay": (style.BLACK, "o", "-"),
@@ -39,6 +44,8 @@ def work_precision(dataset: Dataset, *, column: str = "single") -> Figure:
     column : {"single", "double"}
         Width of the figure.
     """
+    from matplotlib.ticker import NullFormatter
+
     select.require(dataset, "work_precision", ("error", "agreement", *PANELS))
     width = style.COLUMNS[select.choice("column", column, style.COLUMNS)]
     figure = style.sheet(width, HEIGHTS[column])
@@ -97,6 +104,8 @@ def limits(ax: Axes, dataset: Dataset, known: float) -> None:
 
 def handles(dataset: Dataset, ax: Axes) -> list[Line2D]:
     """Return what the legend names: methods with a line, and how others are drawn."""
+    from matplotlib.lines import Line2D
+
     found = [line for line in ax.lines if not line.get_label().startswith("_")]
     if np.isin(codes.words(dataset["agreement"]).values, ("other_events", "other_state")).any():
         look = {"color": style.BLACK, "marker": "o", "markersize": 3.2, "markerfacecolor": "white"}

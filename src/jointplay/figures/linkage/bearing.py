@@ -1,13 +1,18 @@
 """A bearing enlarged: the clearance circle, where the journal's centre moves, in units of the clearance."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import Circle, Wedge
 
 from jointplay.display.units import measure
 from jointplay.figures.drawing import artists, style
 from jointplay.figures.linkage import symbols
 from jointplay.mechanism.joints import Joint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 RIM, OUTER = 1.45, 1.5  # clearances: outer radius of the bearing, half the width of the panel
 PUSH = 0.9  # of the largest force, as an arrow
@@ -16,6 +21,8 @@ EDGE = (-RIM, 0.0)  # where what it enlarges is pointed at
 
 def frame(ax: Axes, joint: Joint) -> None:
     """Draw the bearing around the clearance circle, and the size of the clearance."""
+    from matplotlib.patches import Circle, Wedge
+
     look = {"facecolor": "white", "edgecolor": symbols.DARK, "linewidth": 0.4, "hatch": "/////", "zorder": 0}
     ax.add_patch(Wedge((0, 0), RIM, 0, 360, width=RIM - 1.0, **look))
     ax.add_patch(Circle((0, 0), 1.0, facecolor=style.DISC, edgecolor=symbols.DARK, linewidth=0.9, zorder=0.5))

@@ -1,12 +1,16 @@
 """A joint with clearance enlarged on a panel: `bearing` or `guide`."""
 
-from types import ModuleType
+from __future__ import annotations
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from jointplay.figures.linkage import bearing, guide
 from jointplay.mechanism.joints import Joint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 
 def of(joint: Joint) -> ModuleType:

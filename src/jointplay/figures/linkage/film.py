@@ -1,17 +1,21 @@
 """A mechanism in motion as a film: the linkage, its loose joints enlarged, their forces and their history."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from jointplay.display.units import measure
 from jointplay.figures.drawing import artists, style
 from jointplay.figures.linkage import enlarged, guide, symbols
 from jointplay.figures.linkage.scene import Loose, Scene, spread
 from jointplay.figures.linkage.sketch import gravity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 DPI = 120
 LONGEST = 14.0  # mm: the arrow of the largest force at a joint
@@ -26,6 +30,8 @@ ALONE, LINKAGE, PANEL = 34.0, 26.0, 24.0  # mm of height: a linkage, one with jo
 
 def film_frames(scene: Scene, count: int) -> Iterator[np.ndarray]:
     """Draw a film, a frame after the other, each an array of bytes, shape (height, width, 3), both even."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
     figure, axes = stage(scene)
     canvas = FigureCanvasAgg(figure)
     figure.set_dpi(DPI)

@@ -5,16 +5,21 @@ corner stands at +-(TALL + w), w its way towards its face over the clearance: fa
 line points to the right.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon, Rectangle
 
 from jointplay.display.units import measure
 from jointplay.equations.structure import CORNERS
 from jointplay.figures.drawing import style
 from jointplay.figures.linkage import symbols
 from jointplay.mechanism.joints import Joint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 LONG, TALL, WALL = 2.6, 1.4, 0.75  # clearances: half of the block as it is drawn, thickness of a face
 ACROSS, BESIDE = TALL + 1.0 + WALL + 0.05, 3.2  # half the height and width of the panel
@@ -36,6 +41,8 @@ MARKS = {
 
 def frame(ax: Axes, joint: Joint) -> None:
     """Draw the faces, and the size of the clearance."""
+    from matplotlib.patches import Rectangle
+
     look = {"facecolor": "white", "edgecolor": symbols.DARK, "linewidth": 0.0, "hatch": "/////", "zorder": 0}
     for low, face in ((TALL + 1.0, TALL + 1.0), (-TALL - 1.0 - WALL, -TALL - 1.0)):
         ax.add_patch(Rectangle((-BESIDE, low), 2 * BESIDE, WALL, **look))
@@ -57,6 +64,8 @@ def places(ways: np.ndarray) -> np.ndarray:
 
 def block(ax: Axes, ways: np.ndarray) -> symbols.Artists:
     """Draw the block with its height cut."""
+    from matplotlib.patches import Polygon
+
     corners = places(ways)
     box = {"facecolor": symbols.BODY, "edgecolor": symbols.DARK, "linewidth": 0.8, "zorder": 4}
     found = [ax.add_patch(Polygon(corners[OUTLINE], **box))]
@@ -101,6 +110,8 @@ def mark(mode: str) -> dict:
 
 def legend(modes: set[str]) -> list[Line2D]:
     """Signs of the modes that occur, with their words."""
+    from matplotlib.lines import Line2D
+
     return [Line2D([], [], **mark(mode), label=MARKS[mode][2]) for mode in MARKS if mode in modes]
 
 

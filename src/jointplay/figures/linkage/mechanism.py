@@ -1,10 +1,8 @@
 """Mechanism: the linkage as it starts, with names of its parts, and its joints with clearance enlarged."""
 
-from typing import Any
+from __future__ import annotations
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import ConnectionPatch
+from typing import TYPE_CHECKING, Any
 
 from jointplay.display.units import shown
 from jointplay.errors import NOTHING, Problem
@@ -14,6 +12,10 @@ from jointplay.figures.linkage.sketch import Sketch, gravity
 from jointplay.figures.registry import picture
 from jointplay.mechanism.pose import Pose, start_pose
 from jointplay.mechanism.records import Mechanism
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 ROWS, MOST = 3, 6  # bearings below each other, and in all
 SIZE, LINE = 84.0, 4.0  # mm of height: of the linkage's panel, of a line of notes
@@ -42,6 +44,8 @@ def mechanism(linkage: Mechanism, *, names: bool = True, crank_angle: float | No
     crank_angle : float, optional
         Of the driven link, rad; by default as it starts.
     """
+    from matplotlib.patches import ConnectionPatch
+
     if not isinstance(linkage, Mechanism):
         raise select.refuse("kind", "mechanism", "a figure of a result; of a mechanism: jp.figure(mechanism)")
     select.switch("names", names)

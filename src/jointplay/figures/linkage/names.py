@@ -1,13 +1,18 @@
 """Places for names beside what they name: where the least is drawn, and other names are not."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from jointplay.figures.drawing import style
 from jointplay.figures.linkage import symbols
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 LETTER, NEAR = 1.5, 2.6  # mm: half the width of two letters' worth of text, the reach of what is drawn
 DENSE = 1.5  # mm between points that stand for a line

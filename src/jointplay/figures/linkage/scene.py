@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import measure
@@ -17,6 +17,9 @@ from jointplay.figures.linkage.sketch import Sketch
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.pose import Pose
 from jointplay.mechanism.records import Mechanism
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 MOST = 6  # joints with clearance that are enlarged
 LEAST = 0.15  # share of the largest force from which one is drawn

@@ -1,13 +1,13 @@
 """A linkage in one pose: ground, links, joints, springs, loads, drive, gravity, and their names."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import FancyArrowPatch
-from matplotlib.transforms import Affine2D, ScaledTranslation
 
 from jointplay.figures.drawing import style
 from jointplay.figures.linkage import symbols
@@ -19,6 +19,9 @@ from jointplay.mechanism.joints import Joint, Pin
 from jointplay.mechanism.loads import Force, Torque
 from jointplay.mechanism.pose import Pose
 from jointplay.mechanism.records import Mechanism
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MARGIN, FLATTEST = 0.16, 0.45  # of the size of the mechanism: around it, and its least height or width
 PLAY, STROKE, WALL = 0.1, 0.016, 0.035  # of it: a guide beyond its slider, its strokes, its faces
@@ -244,6 +247,9 @@ class Sketch:
 
 def gravity(ax: Axes, mechanism: Mechanism, points: np.ndarray) -> None:
     """Draw the direction of gravity in the corner of the axes that is farthest from what is drawn."""
+    from matplotlib.patches import FancyArrowPatch
+    from matplotlib.transforms import Affine2D, ScaledTranslation
+
     if not mechanism.gravity:
         return
     towards = np.array([np.cos(mechanism.gravity_direction), np.sin(mechanism.gravity_direction)])

@@ -4,14 +4,18 @@ Each sign is drawn in a frame of its own, fixed to a point of the axes: it keeps
 whatever the scale of the mechanism is.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.patches import FancyArrowPatch, Polygon
-from matplotlib.transforms import Affine2D, ScaledTranslation, Transform
 
 from jointplay.figures.drawing import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.transforms import Transform
 
 DARK, BODY, BENT, LOOSE, ACTION = "#333333", "#d5dbe1", "#9fc5e8", style.BLUE, style.WARNING
 HEAD = {"arrowstyle": "-|>", "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0}
@@ -20,6 +24,8 @@ Artists = list
 
 def at(ax: Axes, point: Sequence[float], angle: float = 0.0) -> Transform:
     """Return the frame, in mm, of a sign at a point of the axes, turned by an angle in rad."""
+    from matplotlib.transforms import Affine2D, ScaledTranslation
+
     scale = Affine2D().rotate(angle).scale(style.MILLIMETRE) + ax.figure.dpi_scale_trans
     return scale + ScaledTranslation(*point, ax.transData)
 
@@ -29,6 +35,8 @@ def _line(ax: Axes, x, y, frame: Transform, **look) -> Artists:
 
 
 def _area(ax: Axes, corners, frame: Transform, **look) -> Artists:
+    from matplotlib.patches import Polygon
+
     whole = {"facecolor": BODY, "edgecolor": DARK, "linewidth": 0.8, "zorder": 4} | look
     return [ax.add_patch(Polygon(corners, transform=frame, **whole))]
 
@@ -59,6 +67,8 @@ def pin(ax: Axes, point, loose: bool) -> Artists:
 
 def guide(ax: Axes, ends: np.ndarray, angle: float, stroke: float) -> Artists:
     """Draw what a slider slides on: a line below the block, with strokes so far apart where it is ground."""
+    from matplotlib.transforms import ScaledTranslation
+
     down = np.array([np.sin(angle), -np.cos(angle)]) * (1.0 if np.cos(angle) > -1e-9 else -1.0)
 
     def below(distance: float) -> Transform:
@@ -118,6 +128,8 @@ def spiral(ax: Axes, point) -> Artists:
 
 def arrow(ax: Axes, point, angle: float, length: float = 9.0, colour: str = ACTION) -> Artists:
     """Draw a straight arrow, `length` mm long, that ends at a point."""
+    from matplotlib.patches import FancyArrowPatch
+
     tail = (-length * np.cos(angle), -length * np.sin(angle))
     look = {"color": colour, "linewidth": 1.1, "zorder": 8, "transform": at(ax, point)}
     return [ax.add_patch(FancyArrowPatch(tail, (0, 0), **look, **HEAD))]
@@ -125,6 +137,8 @@ def arrow(ax: Axes, point, angle: float, length: float = 9.0, colour: str = ACTI
 
 def turning(ax: Axes, point, positive: bool = True, radius: float = 4.6) -> Artists:
     """Draw an arrow around a point: a torque, or what drives a link."""
+    from matplotlib.patches import FancyArrowPatch
+
     ends = np.deg2rad([20.0, 130.0] if positive else [130.0, 20.0])
     tail, tip = (tuple(radius * np.array([np.cos(e), np.sin(e)])) for e in ends)
     bend = {"connectionstyle": f"arc3,rad={0.5 if positive else -0.5}"}
@@ -134,6 +148,8 @@ def turning(ax: Axes, point, positive: bool = True, radius: float = 4.6) -> Arti
 
 def push(ax: Axes, start: np.ndarray, along: np.ndarray) -> Artists:
     """Draw a force on a bearing or a face, from where the contact is; both in units of the axes."""
+    from matplotlib.patches import FancyArrowPatch
+
     look = {"color": ACTION, "linewidth": 1.2, "zorder": 8, "clip_on": False}
     return [ax.add_patch(FancyArrowPatch(start, start + along, **look, **HEAD))]
 

@@ -1,15 +1,19 @@
 """Contact angle: the direction of the journal over time, on three branches."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import Dataset
 
 from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
-from jointplay.figures.drawing.ticks import Degrees
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 PANEL, GAP, MARGINS = 28.0, 7.0, 23.0  # mm of height
 FLIGHT = 2.0  # pt: flights are a short part of a turn
@@ -65,6 +69,8 @@ def contact_angle(
 
 def angle_column(axes: np.ndarray, part: Dataset, joint: str, base: timebase.Base) -> None:
     """Draw one stretch of time, a panel a row."""
+    from jointplay.figures.drawing.ticks import Degrees
+
     array = select.curve(part, "contact_angle", "kind", joint=joint)
     x, degrees = base.forward(array["time"].values), artists.displayed(array)[0]
     contact = select.in_contact(part, joint)

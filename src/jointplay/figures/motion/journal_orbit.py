@@ -3,16 +3,21 @@
 A corner of a slider moves in the gap of its guide instead.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import DataArray, Dataset
 
 from jointplay.equations.structure import CORNERS
 from jointplay.figures.drawing import artists, select, style, timebase, window_panels
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 NAMES = tuple(f"_{corner}" for corner in CORNERS)
 
@@ -107,6 +112,8 @@ def is_corner(joint: str) -> bool:
 
 def along(dataset: Dataset, joint: str, dim: str) -> DataArray:
     """Return how far along its guide the slider is; the time, or the crossing, where that is not recorded."""
+    from xarray import DataArray
+
     if "slide_position" in dataset and dim in dataset["slide_position"].dims:
         return dataset["slide_position"].sel(joint=joint)
     return dataset["time"] if dim == "time" else DataArray(np.arange(dataset.sizes[dim]), name=dim, dims=dim)

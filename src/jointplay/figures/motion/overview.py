@@ -1,10 +1,9 @@
 """Overview of a response: force histories; orbit, portrait and section of each journal, on one sheet."""
 
-from collections.abc import Sequence
+from __future__ import annotations
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import Dataset
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from jointplay.figures.drawing import artists, select, style, timebase, window_panels
 from jointplay.figures.motion.journal_orbit import orbit_panel
@@ -12,6 +11,11 @@ from jointplay.figures.motion.phase_portrait import portrait_panel
 from jointplay.figures.motion.poincare_section import counted, journal_points
 from jointplay.figures.motion.time_history import history_panel, legends
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 MOST = 4  # joints on a sheet
 FORCES, JOINT = 57.0, 66.0  # mm of height: the forces, the pictures of a joint

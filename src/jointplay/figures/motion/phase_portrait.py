@@ -1,13 +1,17 @@
 """Phase portrait: one variable over another."""
 
-from collections.abc import Sequence
+from __future__ import annotations
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import DataArray, Dataset
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from jointplay.figures.drawing import artists, select, style, timebase, window_panels
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 DEFAULTS = ("eccentricity", "normal_velocity")
 ON_A_LINK = ("angle", "angular_velocity")

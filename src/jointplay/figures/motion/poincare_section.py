@@ -1,17 +1,22 @@
 """Poincaré section: the points at which the motion crosses a section."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure, SubFigure
-from xarray import DataArray, Dataset
 
 from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.motion.journal_orbit import journal, orbit_frame
 from jointplay.figures.motion.phase_portrait import bearing_edge, pair
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 
 @picture(pair=True)
@@ -42,6 +47,8 @@ def poincare_section(
     zoom : bool
         Cut the first panel down to the points, instead of showing the whole clearance circle.
     """
+    from matplotlib.figure import SubFigure
+
     select.switch("zoom", zoom)
     part = crossings(dataset, turns)
     there = {"journal_x", "journal_y"} <= set(select.names(dataset, "turn"))

@@ -1,16 +1,21 @@
 """Time histories: one panel a variable, on one time axis, with the events of the run in a strip below."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import angles, artists, select, style, timebase, window_panels
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 DEFAULTS = ("normal_force", "angular_acceleration", "state_value")
 LONGEST = 27  # characters of a y label that fit the height of a panel

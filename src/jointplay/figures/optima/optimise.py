@@ -1,14 +1,19 @@
 """Optimise: the course of a quantity before and after, and the way of the parameters and of the objective."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
-from xarray import Dataset
 
 from jointplay.figures.drawing import artists, style
 from jointplay.figures.drawing.select import require
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 LOOKS = {"before": (style.AMBER, "before"), "after": ("black", "after")}
 BELOW = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.22)}  # of a legend: under the label of the x axis
@@ -48,6 +53,8 @@ def _course(ax: Axes, dataset: Dataset) -> None:
 
 
 def _way(ax: Axes, dataset: Dataset) -> None:
+    from matplotlib.ticker import MaxNLocator
+
     low, width = dataset["low"].values, (dataset["high"] - dataset["low"]).values
     share = (dataset["tried_value"].values - low) / width
     steps = np.arange(1, len(share) + 1)

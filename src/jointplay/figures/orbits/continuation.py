@@ -4,19 +4,22 @@ Between two points a branch is the cubic with its tangents at both; a straight l
 as in old results, and where an event passed the section on the way: the quantity has a kink there.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.figures.drawing import artists, hermite, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import Frame, diagram, lines, mark, sought
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 COLOURS = (style.BLUE, style.AMBER, style.WARNING, "#2f9e44")  # by period; neighbours differ in grey too
 STABLE, UNSTABLE = {"linestyle": "-", "linewidth": 1.0}, {"linestyle": (0, (3, 1.5)), "linewidth": 0.8}
@@ -206,6 +209,8 @@ def moduli(ax: Axes, dataset: Dataset, frame: Frame) -> None:
 
 def explain(figure: Figure, dataset: Dataset, over: bool = False) -> None:
     """Name line styles, colours and markers above the panels."""
+    from matplotlib.lines import Line2D
+
     turns = sorted({float(np.nanmax(row, initial=1.0)) for row in dataset["period"].values})
     handles = [
         Line2D([], [], color=COLOURS[int(np.log2(t)) % len(COLOURS)], label=f"period {t:g}") for t in turns

@@ -1,20 +1,23 @@
 """Curves in the plane of two parameters along which a periodic orbit changes, and where they meet."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from itertools import cycle
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patheffects import withStroke
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.drawing.hermite import through
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.parameter_map import panel
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
     "fold": (style.BLACK, "-"),
@@ -27,7 +30,7 @@ LOOKS = {  # kind of curve: colour and dashes, which tell them apart in grey too
 MARKED = {"linestyle": "none", "markerfacecolor": "white", "color": style.BLACK}
 MARKED |= {"markeredgewidth": 0.9, "zorder": 3.2}
 SIZES = np.linspace(6.4, 2.4, 4)  # the later on top and smaller: two kinds at one place are both seen
-HALO = [withStroke(linewidth=2.6, foreground="white")]  # around a curve: seen on a dark map too
+HALO = {"linewidth": 2.6, "foreground": "white"}  # around a curve: seen on a dark map too
 SIGNS = "osD^v<>pP*"  # of the kinds of points at which curves meet
 EXPONENTS = ("section_exponent_per_turn", "lyapunov_exponent_per_turn", "period")
 
@@ -87,6 +90,8 @@ def background(ax: Axes, dataset: Dataset, over: Dataset | None, shown: str | No
 
 def line(ax: Axes, one: Dataset, names: Sequence[str], factors: np.ndarray, kind: str) -> None:
     """Draw one curve by its points and directions."""
+    from matplotlib.patheffects import withStroke
+
     count = int(one["n_points"])
     points, slopes = (
         np.stack([one[f"{name}{suffix}"].values[:count] for name in names], -1) * factors
@@ -96,7 +101,8 @@ def line(ax: Axes, one: Dataset, names: Sequence[str], factors: np.ndarray, kind
     spans = np.where(spans > 0, spans, 1.0)
     colour, dashes = LOOKS[kind]
     path = through(points / spans, slopes / spans) * spans
-    ax.plot(*path.T, color=colour, linestyle=dashes, linewidth=1.2, zorder=2.5, path_effects=HALO)
+    look = {"color": colour, "linestyle": dashes, "linewidth": 1.2}
+    ax.plot(*path.T, **look, zorder=2.5, path_effects=[withStroke(**HALO)])
 
 
 def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarray) -> None:
@@ -110,6 +116,8 @@ def meetings(ax: Axes, dataset: Dataset, names: Sequence[str], factors: np.ndarr
 
 def explain(figure: Figure, ax: Axes, kinds: Sequence[str]) -> None:
     """Name the kinds of curves, and of the points at which they meet, below the panel."""
+    from matplotlib.lines import Line2D
+
     handles = [
         Line2D([], [], color=LOOKS[kind][0], linestyle=LOOKS[kind][1], label=_name(kind))
         for kind in LOOKS

@@ -1,16 +1,21 @@
 """Floquet multipliers in the complex plane, with the unit circle; a table of their sizes and exponents."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.drawing.table import lines
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 MARGIN = 1.15
 WIDEST = {True: 4.0, False: 2.0}  # of one orbit, of many; farther out: arrows at the edge, or nothing
@@ -43,6 +48,8 @@ def floquet(dataset: Dataset) -> Figure:
 
 def plane(ax: Axes, dataset: Dataset, one: bool) -> None:
     """Draw the unit circle and multipliers; of one orbit, those far outside as arrows at the edge."""
+    from matplotlib.patches import Circle
+
     real, imaginary = (
         dataset["floquet_multiplier"].sel(part=part).values.ravel() for part in ("real", "imaginary")
     )

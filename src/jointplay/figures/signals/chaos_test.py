@@ -1,14 +1,20 @@
 """0-1 test for chaos: K of every frequency, the driven point, and its mean square displacement."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import PLAIN
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 NEEDED = ("chaos_indicator", "chaos_indicator_quartile", "walk_x", "walk_y", "square_displacement")
 REGULAR = "Regular: all are one point"

@@ -1,15 +1,20 @@
 """Power spectral density over the crank's orders, or over frequency."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import Dataset
 
 from jointplay.display.number_text import raised
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 ABSCISSAE = {"order": "Frequency over that of the crank", "frequency": "Frequency (Hz)"}
 DECADES = 1.15  # of the density's range that the axis spans

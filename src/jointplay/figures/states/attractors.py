@@ -1,19 +1,22 @@
 """Attractors over a parameter: points in a colour for each motion, exponents, fractions as bands."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.legend_handler import HandlerTuple
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
-from xarray import DataArray, Dataset
 
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.bifurcation import ERRORS, SIZES, sought
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+    from xarray import DataArray, Dataset
 
 # dark and light in turn, and a pattern for each two: a grey print tells them
 COLOURS = (style.BLUE, style.AMBER, "#5b0f0f", "#56b4e9", "#007a53", "#cc79a7", "#3b1f6b", "#9a9a3c")
@@ -133,6 +136,9 @@ def fractions(ax: Axes, dataset: Dataset, name: str, unit: Shown, colours: dict[
 
 def explain(figure: Figure, dataset: Dataset, colours: dict[int, str]) -> None:
     """Name each motion below the panels by the periods that it has, with its band and its points."""
+    from matplotlib.legend_handler import HandlerTuple
+    from matplotlib.patches import Patch
+
     entries: dict[str, Any] = {}
     for number, colour in colours.items():
         if colour != REST:
@@ -151,5 +157,8 @@ def explain(figure: Figure, dataset: Dataset, colours: dict[int, str]) -> None:
 
 def both(colour: str) -> tuple[Patch, Line2D]:
     """Return a band and a point of the motion with this colour, for the legend."""
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     point = {"color": colour, "marker": sign(colour), "markersize": 3.0, "markeredgewidth": 0}
     return Patch(**band(place_of(colour))), Line2D([], [], linestyle="none", **point)

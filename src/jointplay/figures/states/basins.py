@@ -1,16 +1,21 @@
 """Basins: which attractor each start of a plane reaches, the attractors' own points, and their shares."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
-from xarray import Dataset
 
 from jointplay.display.number_text import with_error
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 from jointplay.figures.states.field import draw_cells, without_start
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+    from xarray import Dataset
 
 # eight lightnesses, no two alike, neighbours far apart: a grey print tells them
 COLOURS = ("#a9d9f2", "#b02a2a", "#fdf3c7", "#3f7fc4", "#06280f", "#78ac52", "#4d1f7a", "#f3a552")
@@ -29,6 +34,8 @@ def basins(dataset: Dataset, *, points: bool = True) -> Figure:
     points : bool
         Whether to mark the attractors' section points.
     """
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
     select.switch("points", points)
     select.require(dataset, "basins", ("attractor", "section_plane"))
     shown = largest(dataset)
@@ -57,6 +64,8 @@ def largest(dataset: Dataset) -> list[int]:
 
 def legend(dataset: Dataset, shown: list[int]) -> list[Patch]:
     """Return an entry an attractor: period, share with its standard error."""
+    from matplotlib.patches import Patch
+
     entries = []
     for colour, number in zip(COLOURS, shown, strict=False):
         one = dataset.sel(number=number)

@@ -1,16 +1,20 @@
 """Divergence: how far neighbours are from the motion beside which they started, turn by turn."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.figure import Figure
-from xarray import Dataset
 
 from jointplay.display.number_text import plain, with_error
 from jointplay.errors import Problem
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 NEIGHBOUR = {"color": style.GREY, "linewidth": 0.4, "linestyle": "-", "alpha": 0.6}
 MEAN = {"color": style.BLACK, "linewidth": 1.4, "linestyle": "-"}

@@ -1,19 +1,22 @@
 """Field: finite-time Lyapunov exponents over a plane of initial states."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import shown
 from jointplay.errors import Problem
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 PER = {"turn": "finite_time_exponent_per_turn", "second": "finite_time_exponent"}
 COLOURS = "cividis"
@@ -68,6 +71,8 @@ def limits(values: np.ndarray) -> tuple[float, float]:
 
 def draw_cells(ax: Axes, array: DataArray, **look):
     """Draw a cell a node over a plane's two coordinates, its first along x; name the axes."""
+    from matplotlib.patches import Circle
+
     first, second = array.dims
     (xs, x_unit), (ys, y_unit) = (artists.displayed(array[dim]) for dim in (first, second))
     numbers = array.transpose(second, first).values.astype(float)

@@ -1,16 +1,20 @@
 """What tips motions: the smallest knock of each kind, and how soon starts are with each motion."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.legend_handler import HandlerTuple
-from matplotlib.patches import Patch
-from xarray import Dataset
 
 from jointplay.display.units import shown
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 from jointplay.figures.states.attractors import band
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 NAMES = {"impulse": "Moment on", "blow": "Impulse at", "shift": "Shift of journal", "state": "Change of"}
 DASHES = ("-", (0, (5, 1.5)), (0, (6, 1, 1, 1)), (0, (1.5, 1)))
@@ -26,6 +30,9 @@ def tipping(dataset: Dataset) -> Figure:
     dataset : Dataset
         What `jointplay.tipping` returned.
     """
+    from matplotlib.legend_handler import HandlerTuple
+    from matplotlib.patches import Patch
+
     select.require(dataset, "tipping", ("knock_size", "fraction_reached"))
     kinds = [str(each).partition(":")[0] for each in dataset["knock"].values]
     groups = [kind for kind in NAMES if kind in kinds]

@@ -1,18 +1,20 @@
 """Bifurcation diagram: section points over a parameter, below them the largest exponent and the period."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FixedLocator, NullLocator
-from xarray import DataArray, Dataset
 
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 USUAL = ("journal_x", "eccentricity_ratio", "state_value")
 ERRORS = 2  # standard errors on either side of an exponent
@@ -105,6 +107,8 @@ def diagram(
     The dataset is a sweep of one parameter (`sweep_axes.one_parameter`). By default colours tell directions
     and starts, and the size of points how many there are; `look` is instead that of all, without a legend.
     """
+    from matplotlib.lines import Line2D
+
     (name,) = sweep_axes.parameters(dataset, "bifurcation")
     array = sought(dataset, quantity)
     array = select.labelled_slice(array, dataset, (name, "point", *sweep_axes.BESIDE), link=link, joint=joint)
@@ -153,6 +157,8 @@ def exponents(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
 
 def periods(ax: Axes, dataset: Dataset, name: str, unit: Shown) -> None:
     """Draw periods up to 16, and where none was found."""
+    from matplotlib.ticker import FixedLocator, NullLocator
+
     x, top = dataset[name].values * unit.factor, 2 * CLASSES[-1]
     for one, look in sweep_axes.motions(dataset):
         values = one["period"].values.astype(float)

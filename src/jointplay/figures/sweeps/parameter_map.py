@@ -1,29 +1,27 @@
 """Maps over two parameters: exponent, period, impacts and whatever else was found, as colours."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps, rcParams
-from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
-from matplotlib.figure import Figure
-from xarray import DataArray, Dataset
 
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.colors import ListedColormap
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 USUAL = ("section_exponent_per_turn", "period", "impacts")
 FLOW = "lyapunov_exponent_per_turn"  # of a result without exponents of the section's map
 SIGNED = (USUAL[0], FLOW, "lyapunov_exponent", "growth", "growth_rate")
 NUMBERED = ("exponent", "multiplier")
 LONGEST = 8  # a period that has a colour of its own
-# below 0 light blues, above it reds that are darker than any of them: a grey print tells the sign
-SIGNS = ListedColormap(
-    [*colormaps["Blues_r"](np.linspace(0.5, 1.0, 128)), *colormaps["Reds"](np.linspace(0.6, 1.0, 128))],
-    "signs",
-)
 SMALL, LOWER = 7, 1.1  # pt: numbers of the classes, and by how much they are lower than those of other scales
 REST = 98  # percentile of absolute values that the colours reach
 
@@ -125,6 +123,8 @@ def numbered(dataset: Dataset, dim: str, exponent: Any) -> int:
 
 def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], letter: str) -> None:
     """Draw one variable as colours over the two parameters, the last along x."""
+    from matplotlib import rcParams
+
     ax.patch.set(facecolor=style.DISC, edgecolor=style.GREY, hatch="////")  # seen where nothing is drawn
     colours = classes if array.name == "period" else colour_scale
     values, label, extend, look = colours(array.transpose(*names))
@@ -138,17 +138,31 @@ def panel(ax: Axes, dataset: Dataset, array: DataArray, names: Sequence[str], le
 
 def colour_scale(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
     """Return numbers with label and colours: signed ones lighter below 0 than above it."""
+    from matplotlib.colors import Normalize
+
     values, unit = artists.displayed(array)
     label, finite = artists.axis_label(array, unit), np.abs(values[np.isfinite(values)])
     if array.name not in SIGNED:
         return values, label, "neither", {"cmap": "viridis"}
     reach = (np.percentile(finite, REST) if finite.size else 0.0) or 1.0
     values = np.where(np.isneginf(values), -2 * reach, values)  # what rests forgets its start: lowest colour
-    return values, label, "both", {"cmap": SIGNS, "norm": Normalize(-reach, reach)}
+    return values, label, "both", {"cmap": signs(), "norm": Normalize(-reach, reach)}
+
+
+def signs() -> ListedColormap:
+    """Return light blues below 0, above it reds that are darker than any: a grey print tells the sign."""
+    from matplotlib import colormaps
+    from matplotlib.colors import ListedColormap
+
+    below, above = np.linspace(0.5, 1.0, 128), np.linspace(0.6, 1.0, 128)
+    return ListedColormap([*colormaps["Blues_r"](below), *colormaps["Reds"](above)], "signs")
 
 
 def classes(array: DataArray) -> tuple[np.ndarray, str, str, dict[str, Any]]:
     """Return periods as classes, each with a colour of its own; longer ones in white, none in black."""
+    from matplotlib import colormaps
+    from matplotlib.colors import BoundaryNorm, ListedColormap
+
     place = array.values.astype(float)
     place = np.where(place > LONGEST, LONGEST + 1, np.where(place == 0, LONGEST + 2, place))
     colours = [*colormaps["viridis_r"](np.linspace(0.05, 0.9, LONGEST)), "white", style.BLACK]

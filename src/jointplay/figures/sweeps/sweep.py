@@ -1,17 +1,21 @@
 """Value of each cell of a sweep: a curve over one parameter, a map over two, a row of maps over three."""
 
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, cell_quantity, missing_cells, select, style, sweep_axes
 from jointplay.figures.registry import picture
 from jointplay.figures.sweeps.sweep_map import maps
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import DataArray, Dataset
 
 CASE = "case"  # the dimension of combinations that make no grid
 CURVES, NUMBERED = 4, 10  # at most

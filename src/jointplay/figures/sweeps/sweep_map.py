@@ -1,21 +1,21 @@
 """Maps of a sweep's cells: colours over two parameters, a panel for each value of a third one."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
-from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import Shown
 from jointplay.figures.drawing import artists, missing_cells, select, style, sweep_axes
 from jointplay.figures.sweeps.parameter_map import colour_scale
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 PANELS = 9  # at most
 HEIGHT = 78.0  # mm, height of one
@@ -24,6 +24,8 @@ ROW, BESIDE = 54.0, 14.0  # mm, height of a row of several, and of the rest
 
 def maps(part: Dataset, free: list[str], column: str | None) -> Figure:
     """Draw values over the last two parameters as colours, a panel for each value of a third one."""
+    from matplotlib.ticker import MaxNLocator
+
     *first, down, across = free
     count = part.sizes[first[0]] if first else 1
     if len(first) > 1 or count > PANELS:
@@ -53,6 +55,8 @@ def maps(part: Dataset, free: list[str], column: str | None) -> Figure:
 
 def panel(ax: Axes, one: Dataset, names: Sequence[str], unit: Shown, look: dict[str, Any]) -> Any:
     """Draw one map; cells without a number in the faces of `missing_cells.REASONS`."""
+    from matplotlib.collections import PolyCollection
+
     values = artists.displayed(one["value"], unit)[0]
     mesh, middles = sweep_axes.colour_map(ax, one, names, values, look)
     y, x = map(sweep_axes.edges, middles)
@@ -75,6 +79,9 @@ def corners(x: np.ndarray, y: np.ndarray, marked: np.ndarray) -> np.ndarray:
 
 def shades(part: Dataset) -> tuple[dict[str, Any], str, str, dict[int, str]]:
     """Return colours, label, ends of the colour bar, and the words that values stand for, of all panels."""
+    from matplotlib import colormaps
+    from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+
     value = part["value"].rename(part.attrs["quantity"])
     words = codes.flags(value)
     if words:

@@ -11,7 +11,6 @@ import numpy as np
 from jointplay.analysis.looks import from_progress, look
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.trajectory import MAX_STEPS, Request, advance, memory
-from jointplay.codegen import cache
 from jointplay.lab.precision.generated_code import Equations, Event
 from jointplay.mechanism.model import Model
 
@@ -48,11 +47,12 @@ class Ours:
     def run(self, limit: float = math.inf) -> Outcome:
         """Integrate up to the end; `limit`, of CPU time, is for peers: this method has a limit of steps."""
         from jointplay.numerics import memory as at
+        from jointplay.numerics.control import FULL
 
-        full, (k, x, o) = cache.method("flow").FULL, memory(self.model, self.request)
+        k, x, o = memory(self.model, self.request)
         events: list[Event] = []
-        seconds, code = 0.0, full
-        while code == full:
+        seconds, code = 0.0, FULL
+        while code == FULL:
             began = time.process_time()
             code = advance(self.model.structure, k, x, o)
             seconds += time.process_time() - began

@@ -1,14 +1,19 @@
 """Answers of assessments: one page of plain text, and its three lines."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.display.number_text import plain, signed, with_error
 from jointplay.display.units import measure, shown
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 BEGINS = {  # what the change is, where the present motion does not have the trait
     "contact_loss": "contact is lost",

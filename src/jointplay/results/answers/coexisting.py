@@ -1,11 +1,17 @@
 """Answers of motions that exist beside each other."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from xarray import Dataset
 
 from jointplay.display import codes
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 LISTED = 3  # motions named in a line
 CLOSE = 0.99  # of a knock: up to there it is as good as safe

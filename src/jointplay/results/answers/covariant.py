@@ -3,11 +3,17 @@
 A direction counts as growing where its exponent is above 0 by more than three standard errors.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from xarray import Dataset
 
 from jointplay.display.number_text import plain, signed
 from jointplay.results.answers.exponents import ERRORS
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 UNSETTLED = 1e-3  # rad, from which a vector is not known
 COARSE = 20.0  # ln of the spread of growth in a block, from which the last vectors are inaccurate

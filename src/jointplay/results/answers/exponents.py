@@ -5,12 +5,17 @@ standard errors, and stable where it is below by as much; all else is undecided.
 follow one another is too small to decide by.
 """
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from xarray import DataArray, Dataset, where
 
 from jointplay.display.number_text import plain, signed
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
 
 ERRORS = 3  # standard errors by which an exponent must differ from 0
 FOLLOWING = 0.32  # correlation of batch means from which the error is too small
@@ -19,6 +24,8 @@ CHAOTIC, UNDECIDED = "chaotic", "undecided"
 
 def decided(value: DataArray, error: DataArray, above: str = CHAOTIC, below: str = "stable") -> DataArray:
     """Return the word that the sign of each value deserves, by its error; minus infinity is below 0."""
+    from xarray import where
+
     sure = np.isfinite(error)
     positive, negative = sure & (value > ERRORS * error), sure & (value < -ERRORS * error)
     return where(positive, above, where(negative | np.isneginf(value), below, UNDECIDED))
@@ -38,6 +45,8 @@ def largest(dataset: Dataset) -> tuple[DataArray, DataArray, str, str]:
 
 def lyapunov_verdict(dataset: Dataset) -> DataArray:
     """Return ``chaotic``, ``stable`` or ``undecided`` of each run."""
+    from xarray import where
+
     value, error, name, _ = largest(dataset)
     words = decided(value, error)
     if "section_batch_correlation" in dataset:

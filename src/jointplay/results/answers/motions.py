@@ -1,11 +1,13 @@
 """Answers of motions: histories, section points, signals, and what motions settle to over a parameter."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from itertools import combinations
+from typing import TYPE_CHECKING
 
 import numpy as np
-from xarray import DataArray, Dataset, where
 
 from jointplay.analysis.period import period
 from jointplay.display import codes
@@ -13,6 +15,9 @@ from jointplay.display.number_text import MINUS, plain, with_error
 from jointplay.display.units import measure
 from jointplay.results.answers import stretches
 from jointplay.results.answers.exponents import CHAOTIC, FOLLOWING, decided
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
 
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
 APART = ("free", "released")
@@ -99,6 +104,8 @@ def _points(dataset: Dataset) -> np.ndarray | None:
 
 def bifurcation_verdict(dataset: Dataset) -> DataArray:
     """Return of each point its period; without one ``chaotic``, if the exponent says so by its error."""
+    from xarray import where
+
     period = dataset["period"]
     none = where(period == 0, "no period found", "not known")
     if "section_exponent_per_turn" in dataset or "lyapunov_exponent_per_turn" in dataset:

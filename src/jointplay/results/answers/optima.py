@@ -1,12 +1,18 @@
 """Answers of derivatives in parameters, and of optimisations."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from xarray import Dataset
 
 from jointplay.analysis.gradients.gradient_dataset import WHY
 from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.display import codes
 from jointplay.display.number_text import plain
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 LISTED = 6  # parameters of a design named in a line
 LEADING = 3  # quantities, and parameters of each, whose derivatives are named

@@ -1,20 +1,27 @@
 """Answers of periodic orbits, their branches and curves, and basins."""
 
+from __future__ import annotations
+
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-from xarray import DataArray, Dataset, where
 
 from jointplay.analysis.orbits.branch import WHY
 from jointplay.display import codes
 from jointplay.display.number_text import plain, with_error
 from jointplay.display.units import measure
 
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
+
 LISTED = 3  # special points, attractors, curves or their meetings named in a line
 
 
 def periodic_orbit_verdict(dataset: Dataset) -> DataArray:
     """Return period and stability of each orbit, such as ``period 1, stable``."""
+    from xarray import where
+
     period, stable = dataset["period"], codes.words(dataset["stable"])
     named = where(np.isfinite(period), period.fillna(0).astype(int).astype(str), "")
     words = "period " + named.astype(object) + ", " + stable.astype(object)

@@ -1,12 +1,17 @@
 """Words over the values of parameters: how many cells have each, and where along the axis."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-from xarray import DataArray, Dataset
 
 from jointplay.display import codes
 from jointplay.display.units import measure
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
 
 FAILED = "failed"
 NAMED = 3  # stretches of a word, or words, that are told one by one

@@ -1,12 +1,18 @@
 """Answers of studies with `[vary]`: what changes over the cells, failed ones first."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
-from xarray import DataArray, Dataset
 
 from jointplay.display.number_text import plain
 from jointplay.display.units import measure
 from jointplay.kinds import Kind, Shown, load
 from jointplay.results.answers import stretches
+
+if TYPE_CHECKING:
+    from xarray import DataArray, Dataset
 
 
 def answer(dataset: Dataset, row: Kind) -> str:
