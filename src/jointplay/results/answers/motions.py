@@ -15,14 +15,12 @@ from jointplay.results.answers import stretches
 from jointplay.results.answers.exponents import CHAOTIC, FOLLOWING, decided
 
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
-APART = ("free", "released")
-BEGINS = ("contact", "impact")
 ROUNDING = 1e-12
 
 
 def response(dataset: Dataset) -> str:
     """Return the largest force of each joint, and how often contacts begin and how long they last."""
-    lines = [line for line in (_forces(dataset) or _peaks(dataset), _contacts(dataset)) if line]
+    lines = [line for line in (_forces(dataset) or _sizes(dataset), _contacts(dataset)) if line]
     return "\n".join(lines) or f"{dataset.sizes['time']} samples over {measure(_span(dataset), 's')}"
 
 
@@ -32,42 +30,45 @@ def _span(dataset: Dataset) -> float:
 
 
 def _forces(dataset: Dataset) -> str:
+    normal = "force" if "largest_force" in dataset else "normal_force"
     found = []
-    for name, dim, kind in (("normal_force", "joint", "contact"), ("reaction", "pin", "ideal joints")):
-        if name in dataset and dim in dataset[name].dims and np.isfinite(dataset[name].values).any():
-            peaks = dataset[name].max("time")
-            known = peaks[np.isfinite(peaks.values)]  # guides without clearance have none
-            each = (f"{known[dim].values[i]} {measure(float(known[i]), 'N', 3)}" for i in range(known.size))
-            found.append(f"{kind} {', '.join(each)}")
-    return f"largest forces: {'; '.join(found)}" if found else ""
+    for name, kind in ((normal, "contact"), ("reaction", "ideal joints")):
+        known = [text for text in _each(dataset, f"largest_{name}") if text]
+        found += [f"{kind} {', '.join(known)}"] if known else []
+    what = "normal forces" if "largest_normal_force" in dataset and normal != "force" else "forces"
+    return f"largest {what}: {'; '.join(found)}" if found else ""
 
 
-def _peaks(dataset: Dataset) -> str:
-    """Largest sizes of the first quantity recorded over time, of a result without forces."""
-    names = [name for name, array in dataset.data_vars.items() if "time" in array.dims]
-    array = next((dataset[name] for name in names if dataset[name].dtype.kind == "f"), None)
-    if array is None or array.ndim > 2 or not np.isfinite(array.values).any():
-        return ""
-    peaks, units = np.abs(array).max("time"), str(array.attrs.get("units", "1"))
-    labels = peaks[peaks.dims[0]].values if peaks.ndim and peaks.dims[0] in peaks.coords else [""]
-    each = (
-        f"{label} {measure(float(v), units)}".strip()
-        for label, v in zip(labels, np.atleast_1d(peaks.values), strict=False)
-    )
-    return f"largest size of {array.attrs.get('long_name', array.name)}: {', '.join(each)}"
+def _each(dataset: Dataset, name: str) -> list[str]:
+    """The values of a variable with their labels, without those that are not known."""
+    if name not in dataset or dataset[name].ndim > 1:
+        return []
+    array = dataset[name]
+    units = str(array.attrs.get("units", "1"))
+    labels = array[array.dims[0]].values if array.ndim and array.dims[0] in array.coords else [""]
+    pairs = zip(labels, np.atleast_1d(array.values), strict=False)
+    return [f"{label} {measure(float(v), units, 3)}".strip() for label, v in pairs if np.isfinite(v)]
+
+
+def _sizes(dataset: Dataset) -> str:
+    """Largest sizes of a quantity that is no force."""
+    names = [name for name in dataset.data_vars if str(name).startswith("largest_")]
+    each = next(filter(None, (_each(dataset, name) for name in names)), [])
+    text = str(dataset[names[0]].attrs.get("long_name", names[0])) if each else ""
+    return f"{text}: {', '.join(each)}" if each else ""
 
 
 def _contacts(dataset: Dataset) -> str:
-    parts, turns = [], _span(dataset) / float(dataset.get("turn_period_nominal", math.nan))
-    if "event_kind" in dataset and turns > 0 and ("clearance" in dataset or dataset["event_kind"].size):
-        begun = np.isin(codes.words(dataset["event_kind"]).values, BEGINS)
-        parts.append(f"contacts begun per nominal turn: {plain(np.count_nonzero(begun) / turns, 3)}")
-    if "mode" in dataset and dataset["mode"].size:
-        loose = dataset if "clearance" not in dataset else dataset.isel(joint=dataset["clearance"].values > 0)
-        share = np.isin(codes.words(loose["mode"]).values, APART, invert=True).mean(axis=0)
-        names = loose["joint"].values
-        each = (f"{name} {plain(100 * s, 3)} %" for name, s in zip(names, share, strict=True))
-        parts.append(f"in contact {', '.join(each)} of the time")
+    if "recorded_time" not in dataset:
+        return ""
+    parts, turns = [], float(dataset["recorded_time"]) / float(dataset.get("turn_period_nominal", math.nan))
+    if turns > 0 and "contacts_begun" in dataset:
+        parts.append(f"contacts begun per nominal turn: {plain(int(dataset['contacts_begun']) / turns, 3)}")
+    if "contact_fraction" in dataset:
+        loose = dataset["contact_fraction"].values
+        names = dataset["joint"].values
+        each = [f"{n} {plain(100 * s, 3)} %" for n, s in zip(names, loose, strict=True) if np.isfinite(s)]
+        parts += [f"in contact {', '.join(each)} of the time"] if each else []
     return "; ".join(parts)
 
 
