@@ -1,4 +1,4 @@
-"""What holds for whole spans of a motion, whatever is sampled of it: contacts begun, their share, largest sizes.
+"""What holds for whole spans of a motion, whatever is sampled: contacts, share of contact, largest sizes.
 
 Contacts are those of the integrator's list of events. Largest sizes are those at the integrator's own points,
 both sides of every event, and at even times that depend on the spans alone, with a parabola through the top.

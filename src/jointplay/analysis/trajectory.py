@@ -80,8 +80,9 @@ class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
     `way` says how the motion was followed, by its place in `ways.WAYS`. Misses have the gap that is left in
-    place of a kind. `start` and `end` are rows, of the first and the last state. Doubts are beginnings of steps
-    where accelerations may be wrong (analysis.rates), after which guards fired there and the time of the end.
+    place of a kind. `start` and `end` are rows, of the first and the last state. Doubts are beginnings of
+    steps where accelerations may be wrong (analysis.rates), after which guards fired there and the time of
+    the end.
     """
 
     samples: np.ndarray
