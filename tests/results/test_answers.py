@@ -147,6 +147,23 @@ def test_a_diagram():
     assert said(diagram([[1], [1], [1], [1]])) == ["period 1 at all 4 values"]
 
 
+def test_a_window_in_chaos_is_told_with_its_two_ends():
+    """Between values that are chaotic and less than 1 % apart; one of 3 % is a stretch like others."""
+    clearance = np.array([90.0, 93.0, 93.2, 93.4, 96.0, 97.0, 99.0, 99.2, 99.4])
+    period = np.array([[0], [0], [2], [0], [0], [3], [0], [0], [1]])
+    found = diagram(period, np.full((9, 1), 0.9)).assign_coords(
+        clearance=var("clearance", 1e-6 * clearance, "m")
+    )
+    assert said(found)[1:] == [
+        "windows in chaos, no end of it, which would last 1 %: 93 µm to 93.4 µm (period 2)"
+    ]
+    up = diagram(period[::-1], np.full((9, 1), 0.9))
+    coords = up.assign_coords(clearance=var("clearance", 1e-6 * clearance[::-1], "m"))
+    assert said(coords)[1:] == [
+        "windows in chaos, no end of it, which would last 1 %: 93.4 µm to 93 µm (period 2)"
+    ]
+
+
 def test_many_words_and_stretches_are_counted():
     many = said(diagram([[1], [1], [2], [3], [4], [5], [6], [8]]))[0]
     assert many.startswith("period 1 at 2 of 8 values; period 2 at 1 (clearance ")

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from xarray import DataArray, Dataset, where
@@ -16,6 +16,7 @@ from jointplay.results.answers.exponents import CHAOTIC, FOLLOWING, decided
 
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
 ROUNDING = 1e-12
+LASTS = 0.01  # share of a parameter over which the end of chaos lasts; what is narrower is a window
 
 
 def response(dataset: Dataset) -> str:
@@ -146,12 +147,30 @@ def _told(dataset: Dataset) -> list[str]:
     names = _ways(verdict, beside)
     axes = [dataset[dim] for dim in dims]
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
-        return [*lines, stretches.told(stacked[0], axes)]
-    lines += [f"{name}: {stretches.told(each, axes)}" for name, each in zip(names, stacked, strict=True)]
+        return [*lines, stretches.told(stacked[0], axes), *_windows(stacked[0], axes)]
+    for name, each in zip(names, stacked, strict=True):
+        lines += [f"{name}: {line}" for line in (stretches.told(each, axes), *_windows(each, axes))]
     if (differ := _differ(stacked)).any():
         at = f"at {np.count_nonzero(differ)} of {differ.size} values{stretches.places(differ, axes)}"
         lines.append(f"motions coexist {at}")
     return lines
+
+
+def _windows(words: np.ndarray, axes: Sequence[DataArray]) -> list[str]:
+    """A line on the stretches in chaos, along one parameter, that are too narrow to be an end of it."""
+    if len(axes) != 1 or not np.issubdtype(axes[0].dtype, np.number):
+        return []
+    chaos, values = np.flatnonzero(words == CHAOTIC), axes[0].values
+    units = str(axes[0].attrs.get("units", "1"))
+    pairs = [(a, b) for a, b in pairwise(chaos) if b > a + 1 and stretches.FAILED not in words[a + 1 : b]]
+    narrow = [(a, b) for a, b in pairs if abs(values[b] - values[a]) <= LASTS * abs(values[a])]
+    each = []
+    for a, b in narrow[: stretches.NAMED]:
+        ends = " to ".join(measure(values[i], units, 5) for i in (a, b))
+        each.append(f"{ends} ({', '.join(sorted({*words[a + 1 : b]}))})")
+    more = f" and {len(narrow) - len(each)} more" if len(narrow) > len(each) else ""
+    what = f"windows in chaos, no end of it, which would last {plain(100 * LASTS, 2)} %"
+    return [f"{what}: {', '.join(each)}{more}"] if each else []
 
 
 def _differ(words: np.ndarray) -> np.ndarray:
