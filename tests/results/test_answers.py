@@ -317,8 +317,8 @@ def test_spectrum_dimension_sensitivity():
     spectrum = result("spectrum", variables, {"frequency": var("frequency", [0.0, 10.0, 20.0, 30.0], "Hz")})
     assert said(spectrum) == ["force, B: highest density at 20 Hz, order 1; standard deviation 2 N"]
     for value, words in ((1.44, "1.44 ± 0.10 of 500"), (0.0, "0 of 500"), (np.nan, "not known")):
-        names = ("correlation_dimension", "correlation_dimension_standard_error", "n_points")
-        found = {n: var((), v) for n, v in zip(names, (value, 0.1, 500), strict=True)}
+        names = [f"correlation_dimension{each}" for each in ("", "_spread", "_standard_error")]
+        found = {n: var((), v) for n, v in zip([*names, "n_points"], (value, 0.1, 0.0, 500), strict=True)}
         assert words in said(result("dimension", found))[0]
     for value, word in (
         (1.6, "it grows"),

@@ -235,5 +235,6 @@ def dimension(dataset: Dataset) -> str:
     points = f"of {int(dataset['n_points'])} section points"
     if value == 0:
         return f"correlation dimension 0 {points}: they lie in few places, as those of a periodic motion"
-    error = float(dataset["correlation_dimension_standard_error"])
+    names = [f"correlation_dimension_{each}" for each in ("spread", "standard_error")]
+    error = float(np.fmax(*(float(dataset[name]) for name in names)))
     return f"correlation dimension {with_error(value, error)} {points}; the motion's own is one more"
