@@ -202,7 +202,7 @@ def chaos_test(dataset: Dataset) -> str:
         float(dataset["chaos_indicator_quartile"].sel(quartile=q)) for q in (0.25, 0.5, 0.75)
     )
     if math.isnan(middle):
-        return "K of the 0-1 test: not known"
+        return f"K of the 0-1 test: not known{_too_few(dataset, dataset.sizes['turn'])}"
     verdict = str(chaos_test_verdict(dataset).item())
     quartiles = f"quartiles {low:.3f} to {high:.3f}"
     line = f"0-1 test: {verdict}, " + f"K = {middle:.3f} ({quartiles})".translate(MINUS)
@@ -211,12 +211,20 @@ def chaos_test(dataset: Dataset) -> str:
     return line
 
 
+def _too_few(dataset: Dataset, count: int, more: str = "") -> str:
+    """How many there are and how many are needed, where that is why nothing is known."""
+    least = int(dataset.get("n_least", 0))
+    return f": {count} samples{more}, at least {least} are needed" if count < least else ""
+
+
 def spectrum(dataset: Dataset) -> str:
     """Return where the spectrum is highest, and the size of the signal."""
     density, frequency = dataset["power_spectral_density"].values, dataset["frequency"].values
     beyond = np.isfinite(density) & (frequency > 0)
     if not beyond.any():
-        return "spectrum: not known"
+        segments = f" in {int(dataset['n_segments'])} segments" if "n_segments" in dataset else ""
+        count = int(dataset.get("n_samples", 0))
+        return f"spectrum: not known{_too_few(dataset, count, segments)}"
     at = int(np.flatnonzero(beyond)[np.argmax(density[beyond])])
     place = measure(float(frequency[at]), "Hz")
     if "order" in dataset:
