@@ -139,8 +139,8 @@ def basins(result: xr.Dataset) -> Iterator[tuple[str, str]]:
 
 def dimension(result: xr.Dataset) -> Iterator[tuple[str, str]]:
     """Correlation dimension of the section points."""
-    value, spread = float(result.correlation_dimension), float(result.correlation_dimension_spread)
-    yield "dimension", f"{value:.2f} ± {spread:.2f}"
+    value, error = float(result.correlation_dimension), float(result.correlation_dimension_error)
+    yield "dimension", f"{value:.2f} ± {error:.2f}"
 
 
 def coexisting(result: xr.Dataset) -> Iterator[tuple[str, str]]:

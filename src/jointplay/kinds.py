@@ -146,7 +146,7 @@ _ROWS = (
         "basins",
         ".analysis.states.basins:basins",
         ("basins",),
-        shown=(Shown("fraction", title="fraction of the starts in the largest basin"),),
+        shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
         summary=".results.answers.orbits:basins",
         example={
             "mechanism": {"clearance": 2.5e-4},
@@ -178,7 +178,9 @@ _ROWS = (
         ".analysis.coexisting.tipping:tipping",
         ("tipping",),
         "{starts} starts in the region, knocks up to {largest} in {steps} steps",
-        shown=(Shown("fraction_reached", title="fraction of the starts with the most frequent motion"),),
+        shown=(
+            Shown("fraction", (("number", "largest"),), "fraction of starts with the most frequent motion"),
+        ),
         tangents=True,
         summary=".results.answers.coexisting:tipping",
         example={

@@ -147,6 +147,23 @@ def test_a_diagram():
     assert said(diagram([[1], [1], [1], [1]])) == ["period 1 at all 4 values"]
 
 
+def test_a_window_in_chaos_is_told_with_its_two_ends():
+    """Between values that are chaotic and less than 1 % apart; one of 3 % is a stretch like others."""
+    clearance = np.array([90.0, 93.0, 93.2, 93.4, 96.0, 97.0, 99.0, 99.2, 99.4])
+    period = np.array([[0], [0], [2], [0], [0], [3], [0], [0], [1]])
+    found = diagram(period, np.full((9, 1), 0.9)).assign_coords(
+        clearance=var("clearance", 1e-6 * clearance, "m")
+    )
+    assert said(found)[1:] == [
+        "windows in chaos, no end of it, which would last 1 %: 93 µm to 93.4 µm (period 2)"
+    ]
+    up = diagram(period[::-1], np.full((9, 1), 0.9))
+    coords = up.assign_coords(clearance=var("clearance", 1e-6 * clearance[::-1], "m"))
+    assert said(coords)[1:] == [
+        "windows in chaos, no end of it, which would last 1 %: 93.4 µm to 93 µm (period 2)"
+    ]
+
+
 def test_many_words_and_stretches_are_counted():
     many = said(diagram([[1], [1], [2], [3], [4], [5], [6], [8]]))[0]
     assert many.startswith("period 1 at 2 of 8 values; period 2 at 1 (clearance ")
@@ -300,8 +317,8 @@ def test_spectrum_dimension_sensitivity():
     spectrum = result("spectrum", variables, {"frequency": var("frequency", [0.0, 10.0, 20.0, 30.0], "Hz")})
     assert said(spectrum) == ["force, B: highest density at 20 Hz, order 1; standard deviation 2 N"]
     for value, words in ((1.44, "1.44 ± 0.10 of 500"), (0.0, "0 of 500"), (np.nan, "not known")):
-        names = ("correlation_dimension", "correlation_dimension_standard_error", "n_points")
-        found = {n: var((), v) for n, v in zip(names, (value, 0.1, 500), strict=True)}
+        names = [f"correlation_dimension{each}" for each in ("", "_spread", "_standard_error")]
+        found = {n: var((), v) for n, v in zip([*names, "n_points"], (value, 0.1, 0.0, 500), strict=True)}
         assert words in said(result("dimension", found))[0]
     for value, word in (
         (1.6, "it grows"),
@@ -325,25 +342,35 @@ def history(joints=("B",), **variables):
 
 
 def test_a_response():
-    force = {"normal_force": var(("time", "joint"), [[0.0], [105.4], [3.0], [0.0], [0.0]], "N")}
-    reaction = {"reaction": var(("time", "pin"), np.arange(10.0).reshape(5, 2), "N")}
-    modes = coded(("time", "joint"), [[0], [2], [2], [0], [0]], Mode.words())
-    events = {"event_kind": coded("event", [0, 1, 0, 1, 0, 1], Event.words()), "mode": modes}
-    events |= {"turn_period_nominal": var((), 0.1, "s"), "clearance": var("joint", [1e-4], "m")}
-    assert said(history(**force, **reaction, **events)) == [
+    force = {"largest_force": var("joint", [105.4], "N"), "largest_normal_force": var("joint", [101.0], "N")}
+    reaction = {"largest_reaction": var("pin", [8.0, 9.0], "N")}
+    spans = {"recorded_time": var((), 0.2, "s"), "contacts_begun": var((), 3)}
+    spans |= {"turn_period_nominal": var((), 0.1, "s"), "contact_fraction": var("joint", [0.4])}
+    assert said(history(**force, **reaction, **spans)) == [
         "largest forces: contact B 105 N; ideal joints O 8 N, A 9 N",
         "contacts begun per nominal turn: 1.5; in contact B 40 % of the time",
     ]
-    speed = {"angular_velocity": var(("time", "joint"), [[1.0], [-80.0], [2], [3], [4]], "rad s-1")}
-    assert said(history(**speed)) == ["largest size of x: B 80 rad/s"]
+    assert said(history(largest_normal_force=force["largest_normal_force"])) == [
+        "largest normal forces: contact B 101 N"
+    ]
+    speed = var("joint", [80.0], "rad s-1", long_name="largest size of x")
+    assert said(history(largest_angular_velocity=speed)) == ["largest size of x: B 80 rad/s"]
     assert said(history()) == ["5 samples over 200 ms"]
 
 
+def test_samples_alone_state_neither_forces_nor_contacts():
+    """They may be few: what is said of the motion comes from the integrator's own record, or is not said."""
+    force = {"normal_force": var(("time", "joint"), [[0.0], [105.4], [3.0], [0.0], [0.0]], "N")}
+    modes = coded(("time", "joint"), [[0], [2], [2], [0], [0]], Mode.words())
+    events = {"event_kind": coded("event", [0, 1, 0, 1, 0, 1], Event.words()), "mode": modes}
+    events |= {"turn_period_nominal": var((), 0.1, "s"), "clearance": var("joint", [1e-4], "m")}
+    assert said(history(**force, **events)) == ["5 samples over 200 ms"]
+
+
 def test_a_guide_without_clearance_has_no_part_in_contacts():
-    force = var(("time", "joint"), np.column_stack([np.arange(5.0), np.full(5, np.nan)]), "N")
-    modes = coded(("time", "joint"), [[0, 5], [2, 5], [2, 5], [0, 5], [0, 5]], Mode.words())
-    clearance = var("joint", [1e-4, 0.0], "m")
-    found = history("BG", normal_force=force, mode=modes, clearance=clearance)
+    spans = {"recorded_time": var((), 0.2, "s"), "contact_fraction": var("joint", [0.4, np.nan])}
+    force = var("joint", [4.0, np.nan], "N")
+    found = history("BG", largest_force=force, **spans)
     assert said(found) == ["largest forces: contact B 4 N", "in contact B 40 % of the time"]
 
 

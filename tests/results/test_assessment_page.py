@@ -77,6 +77,9 @@ def test_a_chaotic_motion_is_told_by_its_exponent():
     text = page(assessment(period=0, traits=np.array([1, 1, 1]), **more))
     assert "chaotic, largest exponent of the section map +1.500 ± 0.070 per turn" in text
     assert "below: chaotic at each of the 50 values up to 100 µm, 400 turns later too" in text
+    assert "below: chaotic at 48 of the 50 values up to 1.5, 400 turns later too" in text
+    assert "below: a window in chaos from 2.4995 to 2.5 (period 6): an end would last 1 %" in text
+    assert "below: a window in chaos from 1.9998 to 2 (period 1): an end would last 1 %" in text
     assert "above: chaos ends" in text
     assert "chaos begins" not in text
     assert "undecided" in page(assessment(period=0, traits=np.array([1, 1, 0]), **more))

@@ -6,6 +6,8 @@ import jointplay as jp
 from jointplay import cli
 from jointplay.analysis import vary
 from jointplay.errors import InputError
+from jointplay.jobs.pool import Pool
+from jointplay.study.execute import complete
 from jointplay.study.plan import plan, status
 from jointplay.study.run import first_work, run
 from jointplay.study.vary_table import points
@@ -236,3 +238,14 @@ def test_a_study_of_one_analysis_has_no_cells(tmp_path):
     with pytest.raises(InputError, match="vary"):
         first_work(study.record)
     assert "gap" not in run(study).dims
+
+
+def test_status_counts_what_parts_have_finished(tmp_path):
+    study = loaded(CELLS)
+    for number in (1, 2):
+        complete(study, tmp_path, Pool(1), share=(number, 3))
+    lines = list(status(study, tmp_path))
+    assert lines[0] == "cells    4 of 6 finished"
+    assert "parts    2, put together by `jointplay merge`" in lines
+    complete(study, tmp_path, Pool(1), share=(3, 3))
+    assert next(status(study, tmp_path)) == "cells    6 of 6 finished"

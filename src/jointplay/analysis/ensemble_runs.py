@@ -240,7 +240,8 @@ def _records(jobs, n: int, log: np.ndarray, seconds: float, form: Form, sampled:
     kinds = {tag: log[log[:, 0] == tag, 1:][:, columns] for tag in Row}
     counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
     status, samples = int(jobs.count[n, C_STATUS]), jobs.final[n : n + 1][:, form.columns(0)]
+    end = samples[0]
     if sampled:
         samples, kinds[Row.SECTION] = kinds[Row.SECTION][:, 2:], kinds[Row.SECTION][:0]
-    ended = jobs.start[n][form.columns(0)], status, seconds, counts, IN_LANES
+    ended = jobs.start[n][form.columns(0)], end, status, seconds, counts, IN_LANES
     return Records(samples, *kinds.values(), *ended)

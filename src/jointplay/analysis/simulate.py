@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 from pydantic import AfterValidator
 
-from jointplay.analysis import rates, rules
+from jointplay.analysis import rates, recorded_spans, rules
 from jointplay.analysis.evaluate import (
     Quantities,
     attributes,
@@ -34,7 +34,8 @@ from jointplay.analysis.labels import coded, described, labelled
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
-from jointplay.errors import Problem, refuse
+from jointplay.errors import InputError, Problem, refuse
+from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Flag, Natural, NonNegative
 from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import Mechanism, Section, TestSystem
@@ -56,6 +57,22 @@ Times = Annotated[listed(NonNegative, "a list of times in s", units="s"), AfterV
 
 def _length_fits(turns: float | None, duration: float | None, windows: Windows | None) -> Iterator[Problem]:
     return rules.length_fits(turns, duration) if windows is None else iter(())
+
+
+def _within_the_run(
+    mechanism: Mechanism | TestSystem, turns: float | None, duration: float | None, transient: float, at: Any
+) -> Iterator[Problem]:
+    """Yield a problem for the first sample that is asked for after the end of the run."""
+    if at is None or (turns is None) == (duration is None):
+        return
+    try:
+        period = assemble(mechanism).period
+    except InputError:
+        return  # what is wrong with the mechanism is said elsewhere
+    end = transient * period + (turns * period if duration is None else duration)
+    late = next((i for i, time in enumerate(at) if time > end * (1 + 1e-12)), None)
+    if late is not None:
+        yield Problem(f"at[{late}]", at[late], f"at most {end:.9g} s, where the run ends, is accepted")
 
 
 def _one_way(at: Any, steps: bool, samples_per_turn: int | None) -> Iterator[Problem]:
@@ -85,6 +102,7 @@ def _samples_fit(
     _length_fits,
     *BESIDE_WINDOWS,
     _one_way,
+    _within_the_run,
     _samples_fit,
     rules.section_fits,
     rules.record_fits,
@@ -127,7 +145,7 @@ def simulate(
         Keep samples and events only between the first and last nominal turn of each, counted from the start;
         the motion ends with the last, or after `turns`. Not beside `transient`, `section`, `at`, `steps`.
     at : sequence of float, optional
-        Times to sample instead, s, from the start of the motion.
+        Times to sample instead, s, from the start of the motion and none after its end.
     steps : bool
         True: record at the integrator's own points instead, both sides of every event.
     initial : mapping or sequence, optional
@@ -143,7 +161,11 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Quantities over ``time``, events over ``event``, section points over ``turn``, and ``status``.
+        Quantities over ``time``, events over ``event``, section points over ``turn``, and ``status``. Of the
+        whole time after the transient, or of the windows, whatever is sampled: ``recorded_time`` (s),
+        ``contacts_begun``, ``contact_fraction`` of joints, and largest sizes of the forces that are recorded,
+        as ``largest_force`` (N; normal and tangential force together), or of the first quantity. Beyond 2700
+        turns these are left out.
 
     Raises
     ------
@@ -157,23 +179,34 @@ def simulate(
     begin = (windows[0][0] if windows else transient) * model.period
     end = transient * model.period + (duration if turns is None else turns * model.period)
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
-    times = _times(at, steps, many, begin, end, model.period)
+    times, number = _times(at, steps, many, begin, end, model.period), None
+    spans = [(begin, end)]
     if windows is not None:
         times, number = sample_times(windows, model.period, many)
+        spans = [(a * model.period, b * model.period) for a, b in windows]
+    even, sized = recorded_spans.even_times(spans, model.period), recorded_spans.sized(names)
+    every = times if even is None else np.concatenate([times, even])
+    order = np.argsort(every, kind="stable")
     request = Request(
         duration=end,
         rtol=rtol,
-        at=times,
+        at=every[order],
         log_from=begin,
-        steps=steps,
+        steps=steps or even is not None,
         events=True,
         max_steps=rules.steps(max_steps),
-        rates=rates.needed(names),
+        rates=rates.needed([*names, *sized]),
         **rules.section_fields(section, model, 0),
     )
     records = follow(model, request, progress)
-    result = _dataset(model, request, records, names, begin if section else None)
-    return result if windows is None else marked(result, number, windows, model.period)
+    asked = order[: len(records.samples)] < len(times)
+    rows = records.steps[:, 2:] if steps else records.samples[asked]
+    spans = recorded_spans.reached(spans, records)
+    stated = recorded_spans.contacts(model, records, spans)
+    if even is not None:
+        stated |= recorded_spans.largest(model, rtol, records, records.samples[~asked], sized, spans)
+    result = _dataset(model, rtol, records, rows, names, stated, begin if section else None)
+    return result if number is None else marked(result, number, windows, model.period)
 
 
 def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:
@@ -183,23 +216,28 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
     if at is None:
         count = round((end - begin) / period * samples_per_turn)
         return np.minimum(begin + np.arange(count + 1) * (end - begin) / max(count, 1), end)
-    times = np.asarray(at, dtype=float)
-    return times[times <= end * (1 + 1e-12)].clip(max=end)
+    return np.minimum(np.asarray(at, dtype=float), end)
 
 
 def _dataset(
-    model: Model, request: Request, records: Records, names: tuple[str, ...], sections_from: float | None
+    model: Model,
+    rtol: float,
+    records: Records,
+    rows: np.ndarray,
+    names: tuple[str, ...],
+    stated: dict[str, Any],
+    sections_from: float | None,
 ) -> xr.Dataset:
-    rows = records.steps[:, 2:] if request.steps else records.samples
-    history = rates.quantities(model, request.rtol, records, rows)
-    variables = history.variables(names, "time") | _events(model, records) | scalars(model, records)
+    history = rates.quantities(model, rtol, records, rows)
+    variables = history.variables(names, "time") | _events(model, records) | scalars(model, records) | stated
     if sections_from is not None:
         points = records.sections[records.sections[:, 2] >= sections_from, 2:]
-        cut = rates.quantities(model, request.rtol, records, points)
+        cut = rates.quantities(model, rtol, records, points)
         variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
         variables |= cut.variables(names, "turn", prefix="section_")
     coords = described({"time": ("time", history.time, "s", "time")})
-    return dataset(model, variables, coords, "response", **beyond_the_model(history))
+    deepest = history if not len(records.samples) else Quantities(model, records.samples, records.start)
+    return dataset(model, variables, coords, "response", **beyond_the_model(deepest))
 
 
 def _events(model: Model, records: Records) -> dict[str, Any]:

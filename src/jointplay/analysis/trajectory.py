@@ -80,8 +80,9 @@ class Records:
     """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
 
     `way` says how the motion was followed, by its place in `ways.WAYS`. Misses have the gap that is left in
-    place of a kind. Doubts are beginnings of steps where accelerations may be wrong (analysis.rates), after
-    which guards fired there and the time of the end.
+    place of a kind. `start` and `end` are rows, of the first and the last state. Doubts are beginnings of
+    steps where accelerations may be wrong (analysis.rates), after which guards fired there and the time of
+    the end.
     """
 
     samples: np.ndarray
@@ -91,6 +92,7 @@ class Records:
     misses: np.ndarray
     doubts: np.ndarray
     start: np.ndarray
+    end: np.ndarray
     status: int
     wall_time: float
     counts: dict[str, int]
@@ -124,7 +126,7 @@ def follow(model: Model, request: Request, progress: Callable[[float], None] | N
     kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
     samples = x.samples[: x.count[SAMPLES]]
     went = time.perf_counter() - began, counts(x), way(hindrance(model, request))
-    return Records(samples, *kinds, start, code, *went)
+    return Records(samples, *kinds, start, _row(x), code, *went)
 
 
 def prepare(structure: Linkage | Oscillator, loop: str = "") -> None:

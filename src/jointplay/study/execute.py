@@ -267,10 +267,15 @@ def merge(study: Loaded, out: Path, say: Callable[[str], None] = lambda line: No
         return _stored(study, dataset, whole, keys, out, say)
 
 
+def part_journals(out: Path, name: str) -> list[Journal]:
+    """The journals of a study's parts that are there."""
+    return [Journal(folder) for folder in sorted(Path(out).glob(f"{name}.part*of*.journal"))]
+
+
 def _take_parts(whole: Journal, out: Path, name: str, keys: set[str], say: Callable[[str], None]) -> None:
     """Add the cells with these keys from the journals of parts; refuse where some are in none."""
     left = keys - whole.index().keys()
-    others = [Journal(folder) for folder in sorted(out.glob(f"{name}.part*of*.journal"))]
+    others = part_journals(out, name)
     for other in others:
         other.check_code()
         left -= whole.take(other, left)

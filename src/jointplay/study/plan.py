@@ -21,7 +21,7 @@ from jointplay.jobs.journal import Journal
 from jointplay.numerics.codes import Status
 from jointplay.results.store import open_result
 from jointplay.results.summary import answer
-from jointplay.study.execute import journal_of
+from jointplay.study.execute import journal_of, part_journals
 from jointplay.study.file import Loaded, validate
 from jointplay.study.models import Study
 from jointplay.study.run import (
@@ -173,15 +173,19 @@ def status(study: Loaded, out: Path) -> Iterator[str]:
         yield f"result   {_told(study, out)}"
         yield from _answer(study, out / f"{name}.nc")
         return
-    index, cells = _finished(study, journal)
+    parts = part_journals(out, name)
+    index, cells = _finished(study, [*parts, journal])
     more = f"; {FOLLOW}" if grows(study.record) and not _has_own(study, out / f"{name}.nc") else ""
     yield f"cells    {len(index)}" + (f" of {cells}" if cells else "") + f" finished{more}"
     ends = Counter(Status(code).word for code in index.values() if code)
     for word, n in sorted(ends.items()):
         yield f"{word:<8} {n}" + (" (these run again)" if word == Status.CRASHED.word else "")
-    yield from _journal_lines(journal, index)
-    if os.path.exists(journal.folder) and (writer := journal.writer()) is not None:
-        yield f"running  process {writer}"
+    for each in (*parts, journal):
+        yield from _journal_lines(each, index)
+        if os.path.exists(each.folder) and (writer := each.writer()) is not None:
+            yield f"running  process {writer}" + ("" if each is journal else f" ({each.folder.name})")
+    if parts:
+        yield f"parts    {len(parts)}, put together by `jointplay merge`"
     yield f"result   {_told(study, out)}"
     if 0 < len(index) == cells:
         yield from _answer(study, out / f"{name}.nc")
@@ -204,9 +208,9 @@ def _journal_lines(journal: Journal, keys: Iterable[str]) -> Iterator[str]:
     yield from (f"journal  {line}" for line in ([other] if other else journal.notes(keys)))
 
 
-def _finished(study: Loaded, journal: Journal) -> tuple[dict[str, int], int]:
-    """Status of each finished cell of a study, and how many cells it has; 0 where that is not known."""
-    index = journal.index()
+def _finished(study: Loaded, journals: Iterable[Journal]) -> tuple[dict[str, int], int]:
+    """Status of each cell of a study finished in a journal, and how many cells it has; 0 if not known."""
+    index = {key: status for journal in journals for key, status in journal.index().items()}
     if has_cells(study.record) and not study.record.vary:  # the analysis need not begin for that
         begin = study_hash(study.record)
         finished = {key: status for key, status in index.items() if key.startswith(begin)}

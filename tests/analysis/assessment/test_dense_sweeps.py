@@ -168,6 +168,10 @@ def disagreements(mechanism, found, key, side):
     looked = looked_at(step, float(here["limit_ratio"]), left)
     ratios, looked = outward(looked, edges[np.isfinite(edges)], ends[np.isfinite(ends)])
     cells, judged = by_change(ratios, here)
+    windows = here[["window_low", "window_high"]].to_array().values.T  # told of: no motion there is judged
+    judged &= ~np.any([(low <= ratios) & (ratios <= high) for low, high in windows] + [ratios < 0], 0)[
+        :, None
+    ]
     judged &= ~irregular & (looked[:, None] | ~(present[-1] | np.isfinite(widths(here)).any()))
     again = [np.flatnonzero(ratios == back) for back in backs]
     needed = [np.concatenate(each) for each in zip(cells, again, strict=True)]

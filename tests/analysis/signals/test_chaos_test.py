@@ -182,3 +182,8 @@ def test_every_mistake_at_once():
 def test_a_quantity_that_is_not_there(system, quantity):
     with pytest.raises(jp.InputError, match="quantity"):
         jp.chaos_test(system, quantity=quantity)
+
+
+def test_too_few_samples_are_why_nothing_is_known():
+    found = jp.chaos_test(catalog.duffing(), turns=5)
+    assert jp.summary(found).lines == ("K of the 0-1 test: not known: 5 samples, at least 100 are needed",)

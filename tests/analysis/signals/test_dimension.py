@@ -67,6 +67,29 @@ def test_henon():
     assert 0.005 < slope.spread < 0.06
 
 
+def cantor(count):
+    """Points of Cantor's set, digits by chance."""
+    digits = 2 * np.random.default_rng(0).integers(0, 2, size=count + 40)
+    return np.convolve(digits, 3.0 ** -np.arange(36, 0, -1), "valid")[:count, None]
+
+
+def turning(count):
+    """Places of a turn by the golden mean on a circle."""
+    angle = np.arange(count) * math.pi * (math.sqrt(5) - 1)
+    return np.stack([np.cos(angle), np.sin(angle)], -1)
+
+
+@pytest.mark.parametrize(
+    ("points", "dimension"), [(cantor(5000), math.log(2, 3)), (turning(5000), 1.0), (turning(1000), 1.0)]
+)
+def test_the_error_covers_what_the_series_alone_does_not_tell(points, dimension):
+    """The standard error of the first is a quarter of its distance from the truth, that of the others 0."""
+    _, _, slope = measured(points, window=10)
+    assert abs(slope.dimension - dimension) > 3 * slope.standard_error
+    assert abs(slope.dimension - dimension) < 1.5 * slope.error
+    assert slope.error == max(slope.spread, slope.standard_error)
+
+
 def test_neighbours_in_time_are_no_evidence():
     """Points of a square that each linger for five samples: as if they were pairs of a set of few places."""
     lingering = np.repeat(uniform(600, 2), 5, axis=0) + 1e-3 * np.random.default_rng(4).normal(size=(3000, 2))

@@ -136,7 +136,7 @@ def test_correlation_sum_and_slope():
     x, y = fit.get_xdata(), fit.get_ydata()
     np.testing.assert_allclose(y, 0.2 * x**1.4)  # the fit lies on the points
     assert 0.01 <= x.min() < x.max() <= 0.3
-    assert slopes.get_title(loc="left") == "(b) D = 1.400 ± 0.050"
+    assert slopes.get_title(loc="left") == "(b) D = 1.400 ± 0.040"
     np.testing.assert_array_equal(slopes.lines[1].get_ydata(), [1.4, 1.4])
 
 

@@ -37,19 +37,19 @@ LOOSE = {
 }
 
 
-def side(limit, edges=(NAN, NAN, NAN), how=("not_met",) * 3, status=0, back=(NAN, NAN, NAN)):
+def side(limit, edges=(NAN, NAN, NAN), how=("not_met",) * 3, status=0, back=(NAN, NAN, NAN), windows=()):
     """Answer of a side; brackets are 1 % on both sides of their edges."""
     edge = np.array(edges)
     codes = np.array([HOW.index(each) for each in how], dtype=float)
     found = {"edge": edge, "error": 1e-3 * edge, "low": 0.99 * edge, "high": 1.01 * edge, "how": codes}
-    found["back"] = np.array(back)
+    found |= {"back": np.array(back), "windows": windows}
     return {"status": status, "trouble": "", "limit": limit, "looked": 50} | found
 
 
 SIDES = (
     side(1e-4, (1.5e-4, NAN, NAN), ("grazing", "not_met", "not_met")),
     side(3e-4, (NAN, 2.6e-4, 2.8e-4), ("not_met", "period_doubling", "bracketed"), status=2),
-    side(1.5),
+    side(1.5, windows=((2.5, 2.4995, 6), (2.0, 1.9998, 1))),
     side(6.0, (5.0, 4.0, 4.5), ("bracketed", "fold", "bracketed"), back=(NAN, NAN, 5.5)),
 )
 
@@ -59,4 +59,6 @@ def assessment(now=None, **changes) -> xr.Dataset:
     mechanism = jp.catalog.chunmei2002(clearance=2e-4, gear_ratio=3.0)
     now = now or motion(["B", "O", "A", "C"], 2.0, **(LOOSE | changes))
     made = assembled(mechanism, KEYS, [now, motion(["O", "A", "B", "C"]), *SIDES])
-    return made.assign(outcome(int(now["status"]), 0.0)).assign(step=0.01, lasting_turns=400)
+    return made.assign(outcome(int(now["status"]), 0.0)).assign(
+        step=0.01, lasting_turns=400, lasting_share=0.01
+    )

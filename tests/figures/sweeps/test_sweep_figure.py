@@ -203,6 +203,16 @@ def test_quartiles_reach_around_a_median_and_multipliers_have_a_modulus():
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [0.5, 2.0])
 
 
+@pytest.mark.parametrize("kind", ["basins", "tipping"])
+def test_the_usual_number_of_motions_is_that_of_the_most_frequent_one(kind):
+    """Each cell has motions of its own, in any order; a study is not refused after it was computed."""
+    shares = np.array([[0.7, 0.3, np.nan], [0.4, 0.6, np.nan]])
+    data = swept("friction", kind=kind).assign(fraction=(("friction", "number"), shares))
+    data = data.assign(fraction_reached=(("friction", "number", "within"), shares[..., None] * [0.5, 1.0]))
+    (ax,) = figures.draw(data.assign_coords(number=[1, 2, 3], within=[8, 16])).axes
+    np.testing.assert_allclose(ax.lines[0].get_ydata(), [0.7, 0.6])
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

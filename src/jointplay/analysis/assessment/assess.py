@@ -31,7 +31,7 @@ from jointplay.mechanism.base import Count, Natural, Number, is_number, unit
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 TURNS, TRANSIENT, LYAPUNOV_TURNS, RTOL = 20, 100, 200, 1e-7
-REACH, STEP, ACCURACY = 2.0, 0.0025, 1e-3
+REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01
 LOOKED_AT = 32  # turns in which a settled motion must repeat
 SPEEDS = {"motor": "gear_ratio", "speed": "speed"}  # by the kind of drive
 
@@ -71,6 +71,7 @@ def assess(
     reach: Annotated[Number, Field(gt=1, le=100), unit("factor", "1")] = REACH,
     step: Annotated[Small, unit("relative step", "1")] = STEP,
     accuracy: Annotated[Small, unit("relative width", "1")] = ACCURACY,
+    lasting: Annotated[Small, unit("relative width", "1")] = LASTS,
     turns: Annotated[Natural, Field(ge=2)] = TURNS,
     transient: Count = TRANSIENT,
     lyapunov_turns: Natural = LYAPUNOV_TURNS,
@@ -96,6 +97,9 @@ def assess(
         twice that beyond the end of period 1. What begins and ends within it may be missed.
     accuracy : float
         Relative distance of the two values that enclose a change in the end; in chaos not below `step`.
+    lasting : float
+        Share of the parameter over which a change of a chaotic motion has to last. One that does not is a
+        window in chaos.
     turns, transient : int
         Turns over which forces are recorded, and turns dropped before the motion is looked at.
     lyapunov_turns : int
@@ -119,6 +123,8 @@ def assess(
         ``present`` one, over the parameter's ``present_value``; its error and ``bracket_low`` to
         ``bracket_high``; ``return_ratio``, the first value beyond, of those looked at, where the trait is the
         present one again (NaN: not met); ``found_by`` says how; ``edge_speed`` is the drive's there.
+        ``window_low`` to ``window_high`` over the present value, and ``window_period``, are of windows in
+        chaos that were met, over ``window``, NaN where there are fewer.
         ``limit_ratio`` is how far was looked, ``values_looked_at`` at how many values, ``side_status`` why no
         further. ``period``, ``section_exponent_per_turn`` with its error; ``preparation`` is the time that
         compiling or loading took, ``step`` the keyword, ``lasting_turns`` how long chaos was followed further
@@ -138,7 +144,7 @@ def assess(
     ready = time.perf_counter()
     keys = parameters_of(mechanism) if along is None else along
     work = {"mechanism": mechanism, "start": initial, "turns": turns}
-    sides = {"mechanism": mechanism, "start": initial, "search": Search(reach, step, accuracy)}
+    sides = {"mechanism": mechanism, "start": initial, "search": Search(reach, step, accuracy, lasting)}
     cells = [work, work | {"mechanism": ideal, "start": None}]
     cells += [sides | {"key": key, "side": side} for key in keys for side in SIDES]
     answers = yield from handed_out(answered, [each | {"how": how} for each in cells], progress)
@@ -146,6 +152,7 @@ def assess(
     told = {
         "preparation": (ready - began, "s", "time to compile or load functions"),
         "step": (step, "1", "relative distance of the values looked at first"),
+        "lasting_share": (lasting, "1", "share of the parameter over which a change of chaos lasts"),
         "lasting_turns": (LASTING[0] * transient, "1", "turns that chaos lasted, beside a chaotic motion"),
     }
     return result.assign(labelled(told) | outcome(assess_dataset.status(answers), began, "how it ended"))

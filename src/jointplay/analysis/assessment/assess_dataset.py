@@ -145,11 +145,24 @@ def _edges(mechanism: Mechanism, keys: Sequence[str], sides: Sequence[Answer]) -
         "limit_ratio": (limits / values[:, None], "1", "last value looked at, over the present one"),
         "values_looked_at": (looked, "1", "values looked at, in even steps of the logarithm"),
     }
+    most = max(len(each.get("windows", ())) for each in sides)
+    windows = np.full((len(sides), most, 3), np.nan)
+    for rows, each in zip(windows, sides, strict=True):
+        for row, window in zip(rows, each.get("windows", ()), strict=False):
+            row[:] = window
+    windows = windows.reshape(*shape[:2], most, 3)
+    ends = np.sort(windows[..., :2] / values[:, None, None, None], axis=-1)
+    met = {
+        "window_low": (ends[..., 0], "1", "lower end of a window in chaos, over the present value"),
+        "window_high": (ends[..., 1], "1", "its upper end"),
+        "window_period": (windows[..., 2], "1", "period of the motion in the window, turns; 0 for none"),
+    }
     codes = np.array([each["status"] for each in sides]).reshape(shape[:2])
     return {
         **labelled(table, OVER),
         **labelled(own, "parameter"),
         **labelled(limit, OVER[:2]),
+        **labelled(met, (*OVER[:2], "window")),
         "found_by": coded(OVER, how, "how it was found", HOW),
         "side_status": coded(OVER[:2], codes, "why no further values were looked at"),
     }

@@ -9,6 +9,8 @@ and beyond the end of period 1, steps are longer; in chaos each motion has to la
 
 Where a trait (`settled`) first differs, the step is halved until the two motions that differ are `accuracy`
 apart: they enclose the edge. Chaos beside it has to be lasting; where it is not, the edge lies farther back.
+Chaos is full of periodic windows, most of them narrower than any step. A change of a chaotic motion is an
+edge only if it lasts over a share of the parameter beyond; else it is a window, whose two ends are enclosed.
 Loss of contact and loss of period 1 are then located on the periodic orbit itself, by `continuation` across
 that bracket: the grazing at which a separation appears, the multiplier through -1, the fold. A fold counts
 where the motion that is carried over it has another period: there it jumps. Chaos has no such point: brackets
@@ -59,6 +61,8 @@ HOW = ("not_met", "bracketed", *SPECIAL, "irregular")
 CARRIED = 0.3  # of the transient and of an exponent's turns, for a motion that begins from its neighbour's
 QUICK, REPEATED = 0.25, 8  # of the transient; turns that then repeat, at least, of a motion that settles fast
 LONG = 2  # steps at once where the motion that is left has lost period 1 already
+PROBES = 4  # values, over the share that a change of a chaotic motion has to last, at which it is asked for
+PINPRICK, WIDENED, HALVED = 1e-5, 4.0, 4  # first relative distance to a window's end; factor; halvings then
 CHAOTIC = 10  # steps at once where the present motion is chaotic; its edges are enclosed to one step
 NARROW = 4  # values in a step beside which a motion settles slowly
 WIDER = 5.0  # brackets beyond each end in which a branch is searched: motions settle slowly beside an edge
@@ -70,11 +74,12 @@ LEAVES = {"contact_loss": ("grazing",), "doubling": tuple(kind for kind in SPECI
 
 @dataclass(frozen=True)
 class Search:
-    """How far, as a factor, and how closely; `step` and `accuracy` are relative."""
+    """How far, as a factor, and how closely; `step`, `accuracy` and `lasting` are relative."""
 
     reach: float
     step: float
     accuracy: float
+    lasting: float = 0.01
 
     def of(self, motion: Settled) -> Search:
         """The search that a motion calls for: no finer in chaos than its windows make sense of."""
@@ -129,6 +134,35 @@ class Walk:
             self.lasts[place[1]] = lasting(place[1], self.how)
         return place[0], self.lasts[place[1]]
 
+    def chaotic(self, value: float, before: Settled) -> Place:
+        """The motion at a value, from the end of another one, with chaos that has not died out soon."""
+        motion = self.at(value, before)
+        return value, motion if motion.period else lasting(motion, self.how, LASTING[:1])
+
+    def lost_again(self, place: Place, here: Settled, name: str, way: int, share: float) -> Place | None:
+        """The first place beyond, within a share of the parameter, where a trait is as at present again."""
+        before = place[1]
+        for k in range(PROBES):
+            beyond = self.chaotic(place[0] * (1 + share) ** (way * (k + 1) / PROBES), before)
+            if beyond[1].traits[name] == here.traits[name]:
+                return beyond
+            before = beyond[1]
+        return None
+
+    def window(self, place: Place) -> tuple[float, float]:
+        """Both ends of the window in chaos around a place."""
+        return self._window_end(place, -1), self._window_end(place, 1)
+
+    def _window_end(self, place: Place, way: int) -> float:
+        inner, outer, distance = place, place, PINPRICK
+        while not outer[1].traits["chaos"] and distance < 1.0:
+            inner, outer = outer, self.chaotic(place[0] * (1 + distance) ** way, outer[1])
+            distance *= WIDENED
+        for _ in range(HALVED):
+            middle = self.chaotic((inner[0] + outer[0]) / 2, inner[1])
+            inner, outer = (inner, middle) if middle[1].traits["chaos"] else (middle, outer)
+        return (inner[0] + outer[0]) / 2
+
     def _kept(self, here: Mechanism, before: Settled) -> Settled | None:
         """The motion of the same period if its orbit is stable yet: it may take thousands of turns."""
         orbit = self.orbit(here, before)
@@ -168,11 +202,11 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
         ``status``; ``limit``, the last value looked at; ``looked``, their number; and over `CHANGES`:
         ``edge`` (NaN: not met), its ``error``, ``low`` and ``high``, settled motions that differ and the edge
         between them, ``back``, where it is first as at present again (NaN: not met), and ``how``, an index
-        into `HOW`.
+        into `HOW`. ``windows``: low and high end, and period, of each window in chaos that was met.
     """
     walk, begin = Walk(mechanism, key, how), float(present(mechanism, key))
     found = {name: (math.nan,) * 5 + (HOW.index("not_met"),) for name in CHANGES}
-    limit, looked, status, trouble = begin, 0, 0, ""
+    limit, looked, status, trouble, windows = begin, 0, 0, "", []
     try:
         here = lasting(settled(mechanism, start, how), how)
         trail, search = [(begin, here)], search.of(here)
@@ -184,15 +218,18 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
                     place = place[0], lasting(place[1], how, LASTING[:1])
                 if any(_changed(found[name], place, here, name) for name in CHANGES):
                     place = walk.lasting(place)
+                limit, looked, again = place[0], looked + 1, None
                 for name in CHANGES:
                     if not _changed(found[name], place, here, name):
                         continue
                     if found[name][-1]:
                         found[name] = (*found[name][:-2], place[0], found[name][-1])
+                    elif back := _again(walk, name, place, here, SIDES[side], search):
+                        again = back
+                        windows += [(*walk.window(place), place[1].period)] if name == "chaos" else []
                     else:
-                        found[name] = _located(walk, name, trail, place, search.accuracy)
-                trail.append(place)
-                limit, looked = place[0], looked + 1
+                        found[name] = _located(walk, name, trail, place, here, search)
+                trail.append(again or place)
             steps = LONG if found["doubling"][-1] and here.period else 1
             values = values[min(steps, max(len(values) - 1, 1)) :]  # the last one is looked at in any case
     except Unsettled as error:
@@ -201,7 +238,7 @@ def edges(mechanism: Mechanism, key: str, side: str, start: Any, search: Search,
         status, trouble = int(Status.BAD_PARAMETERS), str(error)
     columns = np.array([found[name] for name in CHANGES]).T
     names = ("edge", "error", "low", "high", "back", "how")
-    ended = {"status": status, "trouble": trouble, "limit": limit, "looked": looked}
+    ended = {"status": status, "trouble": trouble, "limit": limit, "looked": looked, "windows": windows}
     return ended | dict(zip(names, columns, strict=True))
 
 
@@ -211,13 +248,21 @@ def _changed(found: tuple[float, ...], place: Place, here: Settled, name: str) -
     return math.isnan(found[-2]) and same == bool(found[-1])
 
 
-def _located(walk: Walk, name: str, trail: list[Place], first: Place, accuracy: float) -> tuple[float, ...]:
+def _again(walk: Walk, name: str, place: Place, here: Settled, way: int, search: Search) -> Place | None:
+    """Where a chaotic motion's change is taken back before it has lasted; None where it lasts."""
+    return None if here.period else walk.lost_again(place, here, name, way, search.lasting)
+
+
+def _located(
+    walk: Walk, name: str, trail: list[Place], first: Place, here: Settled, search: Search
+) -> tuple[float, ...]:
     """Edge, error, bracket, no return yet and index into `HOW` of a change at the end of a trail."""
     for last in map(walk.lasting, reversed(trail)):  # the first one differs from what lies beyond the change
         if last[1].traits[name] != first[1].traits[name]:
             break
         first = last
-    last, first = _bracket(walk, name, last, first, accuracy)
+    last, first = _bracket(walk, name, last, first, here, search)
+    accuracy = search.accuracy
     low, high = sorted((last[0], first[0]))
     for place, other in ((last, first), (first, last)):  # chaos has no orbit to follow; else that side's
         if name in LEAVES and place[1].period == 1:
@@ -229,13 +274,17 @@ def _located(walk: Walk, name: str, trail: list[Place], first: Place, accuracy: 
     return (low + high) / 2, (high - low) / 2, low, high, math.nan, HOW.index(how)
 
 
-def _bracket(walk: Walk, name: str, last: Place, first: Place, accuracy: float) -> tuple[Place, Place]:
+def _bracket(
+    walk: Walk, name: str, last: Place, first: Place, here: Settled, search: Search
+) -> tuple[Place, Place]:
     """Halve the distance of two motions that differ in a trait, followed from the first one."""
-    while abs(first[0] - last[0]) > accuracy * abs(first[0]):
-        value = (first[0] + last[0]) / 2
+    while abs(first[0] - last[0]) > search.accuracy * abs(first[0]):
+        value, way = (first[0] + last[0]) / 2, 1 if first[0] > last[0] else -1
         middle = walk.lasting((value, walk.at(value, last[1])))
         if middle[1].traits[name] == last[1].traits[name]:
             last = middle
+        elif again := _again(walk, name, middle, here, way, search):  # a window before the edge
+            last = again
         else:
             first = middle
     return last, first

@@ -83,7 +83,8 @@ def chaos_test(
         ``chaos_indicator_half`` (median of the first half of the samples: how far from settled it is),
         ``verdict`` (chaotic: lower quartile above 0.75; regular: upper quartile below 0.25; undecided); at
         the frequency of the median ``walk_x``, ``walk_y`` over ``turn`` and ``square_displacement`` over
-        ``lag``; ``sample``, ``sample_spread`` and ``status``.
+        ``lag``; ``sample``, ``sample_spread`` and ``status``. Fewer than ``n_least``
+        samples (100) have no K.
 
     Raises
     ------
@@ -148,6 +149,7 @@ def _dataset(points: xr.Dataset, samples: xr.DataArray, judged: dict[str, Any], 
             "sample_spread": ((), judged["spread"], "1", "spread of the samples over their size"),
         }
     )
+    variables |= described({"n_least": ((), np.int64(LEAST), "1", "samples that are needed for a verdict")})
     variables["verdict"] = coded((), judged["verdict"], "verdict", zero_one.VERDICTS)
     coords = described(
         {

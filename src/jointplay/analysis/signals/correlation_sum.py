@@ -4,10 +4,10 @@ C(r) is the share of pairs of points closer than r, pairs closer in time than Th
 C(r) ~ r^D, D is the correlation dimension. Pairs are counted by SciPy's trees. References: P. Grassberger and
 I. Procaccia, Physica D 9 (1983) 189-208; J. Theiler, Phys. Rev. A 34 (1986) 2427-2432.
 
-D is the slope of ln C over ln r where C lies in a stated range. Two errors are told apart: the spread of the
-slopes over quarters of that range, for sets that do not scale evenly or bend the slope at their edges; and
-the standard error from quarters of the series, for the chance of these points. Pairs grow with the square of
-the points, so the latter is up to twice too large.
+D is the slope of ln C over ln r where C lies in a stated range. Its error is the larger of two: the spread of
+the slopes over quarters of that range, for sets that do not scale evenly or bend it at their edges; and the
+standard error from quarters of the series, for the chance of these points. Pairs grow with the square of the
+points, so the latter is up to twice too large.
 
 Validity: N points tell dimensions up to some 2 log10 N (J.-P. Eckmann and D. Ruelle, Physica D 56 (1992)
 185-187), and only if the range lies well below the size of the set and above its noise. A set with edges
@@ -36,6 +36,11 @@ class Slope(NamedTuple):
     spread: float
     standard_error: float
     radii: tuple[float, float]
+
+    @property
+    def error(self) -> float:
+        """The larger of the two errors that are known: each tells of what the other does not see."""
+        return float(np.fmax(self.spread, self.standard_error))
 
 
 NOTHING = Slope(math.nan, math.nan, math.nan, (math.nan, math.nan))

@@ -88,10 +88,11 @@ def dimension(
     Returns
     -------
     xarray.Dataset
-        ``correlation_dimension``, with its ``correlation_dimension_spread`` (standard deviation of the slopes
-        of four parts of the range) and ``correlation_dimension_standard_error`` (from four parts of the
-        series); ``correlation_sum`` and ``local_slope`` over ``radius``; ``fit_radius`` over ``bound``;
-        ``n_points``, ``n_coordinates`` and ``status``.
+        ``correlation_dimension``, with its ``correlation_dimension_error``, the larger of
+        ``correlation_dimension_spread`` (standard deviation of the slopes of four parts of the range) and
+        ``correlation_dimension_standard_error`` (from four parts of the series); ``correlation_sum`` and
+        ``local_slope`` over ``radius``; ``fit_radius`` over ``bound``; ``n_points``, ``n_coordinates`` and
+        ``status``.
 
     Raises
     ------
@@ -150,6 +151,7 @@ def _dataset(cut: xr.Dataset, measured: dict[str, Any]) -> xr.Dataset:
         "correlation_dimension": ((), slope.dimension, name),
         "correlation_dimension_spread": ((), slope.spread, f"spread of the {name} over its range"),
         "correlation_dimension_standard_error": ((), slope.standard_error, f"standard error of the {name}"),
+        "correlation_dimension_error": ((), slope.error, f"error of the {name}, the larger of the two"),
         "correlation_sum": ("radius", measured["sums"], "share of pairs closer than the radius"),
         "local_slope": ("radius", _local(at, measured["sums"]), "slope of the correlation sum"),
         "fit_radius": ("bound", np.array(slope.radii), "ends of the range of the slope"),

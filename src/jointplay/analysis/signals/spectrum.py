@@ -36,7 +36,7 @@ from jointplay.analysis.keywords import (
     Text,
     analysis,
 )
-from jointplay.analysis.labels import described
+from jointplay.analysis.labels import described, labelled
 from jointplay.analysis.looks import part
 from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate
@@ -112,7 +112,8 @@ def spectrum(
         ``power_spectral_density``, one-sided, over ``frequency`` (Hz; also as ``order``);
         ``confidence_factor`` over ``bound``: the true density lies between these multiples of the estimate
         in 95 of 100 cases; ``degrees_of_freedom``; ``variance`` of the record, and ``parseval_residual``,
-        what the integral of the density differs from it by, relative; ``turn_period`` and ``status``.
+        what the integral of the density differs from it by, relative; ``turn_period``; ``n_samples``,
+        ``n_segments`` and ``n_least``, the samples without which there is no estimate; ``status``.
 
     Raises
     ------
@@ -139,7 +140,9 @@ def spectrum(
         estimate = missing(rate)
     else:
         estimate = density(values.values[:-1], rate, segments, window)
-    return _dataset(motion, values, _turn(motion, mechanism), estimate)
+    counted = {"n_samples": (len(values), "1", "samples"), "n_segments": (segments, "1", "segments")}
+    counted["n_least"] = LEAST * (segments + 1) + 1, "1", "samples that so many segments need"
+    return _dataset(motion, values, _turn(motion, mechanism), estimate).assign(labelled(counted))
 
 
 def _turn(motion: xr.Dataset, mechanism: Mechanism | TestSystem) -> float:

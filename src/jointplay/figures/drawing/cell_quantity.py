@@ -86,7 +86,7 @@ def spread(dataset: Dataset, name: str, array: DataArray, entries: dict[str, Any
     """Return lower and upper bounds of a quantity by its quartiles or errors; nothing without these."""
     if entries.get("quartile") == 0.5:
         return {end: array.sel(quartile=quarter) for end, quarter in (("low", 0.25), ("high", 0.75))}
-    named = (f"{name}_standard_error", name.replace("exponent", "standard_error", 1))
+    named = (f"{name}_error", f"{name}_standard_error", name.replace("exponent", "standard_error", 1))
     for error in (numbers(dataset, each) for each in named if each != name and each in dataset.data_vars):
         return {"low": array - ERRORS * error, "high": array + ERRORS * error}
     return {}

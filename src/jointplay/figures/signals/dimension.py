@@ -65,4 +65,4 @@ def slope_panel(ax: Axes, dataset: Dataset) -> None:
     if np.isfinite(value):
         ax.fill_between(ends, value - spread, value + spread, color=style.AMBER, alpha=0.35, linewidth=0)
         ax.plot(ends, [value, value], color=style.BLUE)
-    artists.heading(ax, f"D = {with_error(value, float(np.hypot(spread, error)))}")
+    artists.heading(ax, f"D = {with_error(value, float(np.fmax(spread, error)))}")

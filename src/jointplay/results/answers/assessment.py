@@ -155,7 +155,8 @@ def _changes(dataset: Dataset) -> list[str]:
         unmet = []
         for side in ("below", "above"):
             rows += _met(dataset, key, side)
-            unmet += [*_not_met(dataset, key, side), *_windows(dataset, key, side)]
+            unmet += [*_not_met(dataset, key, side), *_in_chaos(dataset, key, side)]
+            unmet += _windows(dataset, key, side)
         lines += [*_table(rows), *(f"    {line}" for line in [*unmet, _looked(one)])]
     return [*lines, "  what begins and ends between two neighbouring values is not seen"]
 
@@ -191,6 +192,18 @@ def _windows(dataset: Dataset, key: str, side: str) -> Iterator[str]:
         yield f"{side}: windows of {wide} ({names}); others may lie between the values looked at"
 
 
+def _in_chaos(dataset: Dataset, key: str, side: str) -> Iterator[str]:
+    """A line on each window in chaos that was met, and is no end of it."""
+    if "window_low" not in dataset:
+        return
+    one, share = dataset.sel(parameter=key, side=side), plain(100 * float(dataset["lasting_share"]), 2)
+    for ends in zip(*(one[f"window_{name}"].values for name in ("low", "high", "period")), strict=True):
+        if not np.isnan(ends).any():
+            low, high = (_value(dataset, key, float(end), 7) for end in ends[:2])
+            what = f"period {int(ends[2])}" if ends[2] else "no period, and no chaos"
+            yield f"{side}: a window in chaos from {low} to {high} ({what}): an end would last {share} %"
+
+
 def _met(dataset: Dataset, key: str, side: str) -> Iterator[tuple[str, ...]]:
     """Rows of the changes found on one side."""
     for name in map(str, dataset["change"].values):
@@ -213,7 +226,9 @@ def _not_met(dataset: Dataset, key: str, side: str) -> Iterator[str]:
     if "chaos" in unmet and _present(dataset)["chaos"] == "yes":
         unmet.remove("chaos")
         count, turns = int(one["values_looked_at"]), int(dataset["lasting_turns"])
-        yield f"{side}: chaotic at each of the {count} values up to {end}{why}, {turns} turns later too"
+        windows = int(np.isfinite(one["window_period"]).sum()) if "window_period" in one else 0
+        at = f"at {count - windows} of the" if windows else "at each of the"
+        yield f"{side}: chaotic {at} {count} values up to {end}{why}, {turns} turns later too"
     if unmet:
         yield f"{side}: not met up to {end}{why}: {', '.join(_words(dataset, name) for name in unmet)}"
 

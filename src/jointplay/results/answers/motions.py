@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,14 +20,13 @@ if TYPE_CHECKING:
     from xarray import DataArray, Dataset
 
 TOLERANCE = 1e-4  # of a clearance, or of a coordinate's size: spread of section points that count as one
-APART = ("free", "released")
-BEGINS = ("contact", "impact")
 ROUNDING = 1e-12
+LASTS = 0.01  # share of a parameter over which the end of chaos lasts; what is narrower is a window
 
 
 def response(dataset: Dataset) -> str:
     """Return the largest force of each joint, and how often contacts begin and how long they last."""
-    lines = [line for line in (_forces(dataset) or _peaks(dataset), _contacts(dataset)) if line]
+    lines = [line for line in (_forces(dataset) or _sizes(dataset), _contacts(dataset)) if line]
     return "\n".join(lines) or f"{dataset.sizes['time']} samples over {measure(_span(dataset), 's')}"
 
 
@@ -37,42 +36,45 @@ def _span(dataset: Dataset) -> float:
 
 
 def _forces(dataset: Dataset) -> str:
+    normal = "force" if "largest_force" in dataset else "normal_force"
     found = []
-    for name, dim, kind in (("normal_force", "joint", "contact"), ("reaction", "pin", "ideal joints")):
-        if name in dataset and dim in dataset[name].dims and np.isfinite(dataset[name].values).any():
-            peaks = dataset[name].max("time")
-            known = peaks[np.isfinite(peaks.values)]  # guides without clearance have none
-            each = (f"{known[dim].values[i]} {measure(float(known[i]), 'N', 3)}" for i in range(known.size))
-            found.append(f"{kind} {', '.join(each)}")
-    return f"largest forces: {'; '.join(found)}" if found else ""
+    for name, kind in ((normal, "contact"), ("reaction", "ideal joints")):
+        known = [text for text in _each(dataset, f"largest_{name}") if text]
+        found += [f"{kind} {', '.join(known)}"] if known else []
+    what = "normal forces" if "largest_normal_force" in dataset and normal != "force" else "forces"
+    return f"largest {what}: {'; '.join(found)}" if found else ""
 
 
-def _peaks(dataset: Dataset) -> str:
-    """Largest sizes of the first quantity recorded over time, of a result without forces."""
-    names = [name for name, array in dataset.data_vars.items() if "time" in array.dims]
-    array = next((dataset[name] for name in names if dataset[name].dtype.kind == "f"), None)
-    if array is None or array.ndim > 2 or not np.isfinite(array.values).any():
-        return ""
-    peaks, units = np.abs(array).max("time"), str(array.attrs.get("units", "1"))
-    labels = peaks[peaks.dims[0]].values if peaks.ndim and peaks.dims[0] in peaks.coords else [""]
-    each = (
-        f"{label} {measure(float(v), units)}".strip()
-        for label, v in zip(labels, np.atleast_1d(peaks.values), strict=False)
-    )
-    return f"largest size of {array.attrs.get('long_name', array.name)}: {', '.join(each)}"
+def _each(dataset: Dataset, name: str) -> list[str]:
+    """The values of a variable with their labels, without those that are not known."""
+    if name not in dataset or dataset[name].ndim > 1:
+        return []
+    array = dataset[name]
+    units = str(array.attrs.get("units", "1"))
+    labels = array[array.dims[0]].values if array.ndim and array.dims[0] in array.coords else [""]
+    pairs = zip(labels, np.atleast_1d(array.values), strict=False)
+    return [f"{label} {measure(float(v), units, 3)}".strip() for label, v in pairs if np.isfinite(v)]
+
+
+def _sizes(dataset: Dataset) -> str:
+    """Largest sizes of a quantity that is no force."""
+    names = [name for name in dataset.data_vars if str(name).startswith("largest_")]
+    each = next(filter(None, (_each(dataset, name) for name in names)), [])
+    text = str(dataset[names[0]].attrs.get("long_name", names[0])) if each else ""
+    return f"{text}: {', '.join(each)}" if each else ""
 
 
 def _contacts(dataset: Dataset) -> str:
-    parts, turns = [], _span(dataset) / float(dataset.get("turn_period_nominal", math.nan))
-    if "event_kind" in dataset and turns > 0 and ("clearance" in dataset or dataset["event_kind"].size):
-        begun = np.isin(codes.words(dataset["event_kind"]).values, BEGINS)
-        parts.append(f"contacts begun per nominal turn: {plain(np.count_nonzero(begun) / turns, 3)}")
-    if "mode" in dataset and dataset["mode"].size:
-        loose = dataset if "clearance" not in dataset else dataset.isel(joint=dataset["clearance"].values > 0)
-        share = np.isin(codes.words(loose["mode"]).values, APART, invert=True).mean(axis=0)
-        names = loose["joint"].values
-        each = (f"{name} {plain(100 * s, 3)} %" for name, s in zip(names, share, strict=True))
-        parts.append(f"in contact {', '.join(each)} of the time")
+    if "recorded_time" not in dataset:
+        return ""
+    parts, turns = [], float(dataset["recorded_time"]) / float(dataset.get("turn_period_nominal", math.nan))
+    if turns > 0 and "contacts_begun" in dataset:
+        parts.append(f"contacts begun per nominal turn: {plain(int(dataset['contacts_begun']) / turns, 3)}")
+    if "contact_fraction" in dataset:
+        loose = dataset["contact_fraction"].values
+        names = dataset["joint"].values
+        each = [f"{n} {plain(100 * s, 3)} %" for n, s in zip(names, loose, strict=True) if np.isfinite(s)]
+        parts += [f"in contact {', '.join(each)} of the time"] if each else []
     return "; ".join(parts)
 
 
@@ -152,12 +154,30 @@ def _told(dataset: Dataset) -> list[str]:
     names = _ways(verdict, beside)
     axes = [dataset[dim] for dim in dims]
     if all(np.array_equal(stacked[0], other) for other in stacked[1:]):
-        return [*lines, stretches.told(stacked[0], axes)]
-    lines += [f"{name}: {stretches.told(each, axes)}" for name, each in zip(names, stacked, strict=True)]
+        return [*lines, stretches.told(stacked[0], axes), *_windows(stacked[0], axes)]
+    for name, each in zip(names, stacked, strict=True):
+        lines += [f"{name}: {line}" for line in (stretches.told(each, axes), *_windows(each, axes))]
     if (differ := _differ(stacked)).any():
         at = f"at {np.count_nonzero(differ)} of {differ.size} values{stretches.places(differ, axes)}"
         lines.append(f"motions coexist {at}")
     return lines
+
+
+def _windows(words: np.ndarray, axes: Sequence[DataArray]) -> list[str]:
+    """A line on the stretches in chaos, along one parameter, that are too narrow to be an end of it."""
+    if len(axes) != 1 or not np.issubdtype(axes[0].dtype, np.number):
+        return []
+    chaos, values = np.flatnonzero(words == CHAOTIC), axes[0].values
+    units = str(axes[0].attrs.get("units", "1"))
+    pairs = [(a, b) for a, b in pairwise(chaos) if b > a + 1 and stretches.FAILED not in words[a + 1 : b]]
+    narrow = [(a, b) for a, b in pairs if abs(values[b] - values[a]) <= LASTS * abs(values[a])]
+    each = []
+    for a, b in narrow[: stretches.NAMED]:
+        ends = " to ".join(measure(values[i], units, 5) for i in (a, b))
+        each.append(f"{ends} ({', '.join(sorted({*words[a + 1 : b]}))})")
+    more = f" and {len(narrow) - len(each)} more" if len(narrow) > len(each) else ""
+    what = f"windows in chaos, no end of it, which would last {plain(100 * LASTS, 2)} %"
+    return [f"{what}: {', '.join(each)}{more}"] if each else []
 
 
 def _differ(words: np.ndarray) -> np.ndarray:
@@ -189,7 +209,7 @@ def chaos_test(dataset: Dataset) -> str:
         float(dataset["chaos_indicator_quartile"].sel(quartile=q)) for q in (0.25, 0.5, 0.75)
     )
     if math.isnan(middle):
-        return "K of the 0-1 test: not known"
+        return f"K of the 0-1 test: not known{_too_few(dataset, dataset.sizes['turn'])}"
     verdict = str(chaos_test_verdict(dataset).item())
     quartiles = f"quartiles {low:.3f} to {high:.3f}"
     line = f"0-1 test: {verdict}, " + f"K = {middle:.3f} ({quartiles})".translate(MINUS)
@@ -198,12 +218,20 @@ def chaos_test(dataset: Dataset) -> str:
     return line
 
 
+def _too_few(dataset: Dataset, count: int, more: str = "") -> str:
+    """How many there are and how many are needed, where that is why nothing is known."""
+    least = int(dataset.get("n_least", 0))
+    return f": {count} samples{more}, at least {least} are needed" if count < least else ""
+
+
 def spectrum(dataset: Dataset) -> str:
     """Return where the spectrum is highest, and the size of the signal."""
     density, frequency = dataset["power_spectral_density"].values, dataset["frequency"].values
     beyond = np.isfinite(density) & (frequency > 0)
     if not beyond.any():
-        return "spectrum: not known"
+        segments = f" in {int(dataset['n_segments'])} segments" if "n_segments" in dataset else ""
+        count = int(dataset.get("n_samples", 0))
+        return f"spectrum: not known{_too_few(dataset, count, segments)}"
     at = int(np.flatnonzero(beyond)[np.argmax(density[beyond])])
     place = measure(float(frequency[at]), "Hz")
     if "order" in dataset:
@@ -222,5 +250,6 @@ def dimension(dataset: Dataset) -> str:
     points = f"of {int(dataset['n_points'])} section points"
     if value == 0:
         return f"correlation dimension 0 {points}: they lie in few places, as those of a periodic motion"
-    error = float(dataset["correlation_dimension_standard_error"])
+    names = [f"correlation_dimension_{each}" for each in ("spread", "standard_error")]
+    error = float(np.fmax(*(float(dataset[name]) for name in names)))
     return f"correlation dimension {with_error(value, error)} {points}; the motion's own is one more"

@@ -1,0 +1,98 @@
+"""The end of chaos lasts: windows in it, however they are met, are told as windows with their two ends."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.analysis.assessment import edges as edges_module
+from jointplay.analysis.assessment.edges import HOW, Search, edges
+from jointplay.analysis.assessment.settled import CHANGES, Settled, plan
+from jointplay.analysis.starts import End
+
+KEY, PRESENT = "joints.B.clearance", 1e-4
+LOOSE = jp.catalog.slider_crank(clearance={"B": PRESENT})
+BRIEF = plan(60, 40, 60, 1e-7, None)
+
+
+def scene(monkeypatch, windows, end):
+    """A linkage that is chaotic above `end`, but in the windows (low, high, period), and of period 1 below.
+
+    Motions are made here of the clearance alone; what is tested is where they are looked at and what is said.
+    """
+
+    def motion(mechanism, *_):
+        value = mechanism.joint("B").clearance
+        period = next((period for low, high, period in windows if low <= value <= high), 0)
+        period = 1 if value < end else period
+        numbers = {"exponent_per_turn": 1.0, "standard_error_per_turn": 0.1, "batch_correlation": 0.0}
+        values = {f"section_{name}": (("multiplier",), [each]) for name, each in numbers.items()}
+        values |= {"period": ((), period), "contact_fraction": (("joint",), [0.9])}
+        return Settled(mechanism, End((), np.zeros(0), 0.0), values)
+
+    for name in ("settled", "followed"):
+        monkeypatch.setattr(edges_module, name, motion)
+    monkeypatch.setattr(edges_module, "lasting", lambda motion, *_: motion)
+    monkeypatch.setattr(edges_module.Walk, "orbit", lambda *_: {"stable": 0})
+    monkeypatch.setattr(edges_module, "_special", lambda *_: None)
+
+
+def values(reach=1.3, step=0.0025):
+    return Search(reach, 10 * step, 0.0025).values(PRESENT, -1)
+
+
+def found(reach=1.3, **more):
+    answer = edges(LOOSE, KEY, "below", None, replace(Search(reach, 0.0025, 1e-3), **more), BRIEF)
+    assert answer["status"] == 0, answer["trouble"]
+    return answer
+
+
+def test_a_pinprick_window_is_no_end_of_chaos(monkeypatch):
+    """20 nm wide, about the third value that is looked at; chaos goes on to the last one."""
+    at = values()[2]
+    scene(monkeypatch, [(at - 6e-9, at + 14e-9, 6)], 0.0)
+    answer = found()
+    assert np.isnan(answer["edge"]).all()
+    assert answer["looked"] == len(values())
+    ((low, high, period),) = answer["windows"]
+    assert (low, high) == pytest.approx((at - 6e-9, at + 14e-9), abs=4e-9)
+    assert period == 6
+
+
+def test_an_end_that_lasts_is_an_end_though_a_window_comes_first(monkeypatch):
+    at = values()[2]
+    end = values()[5] * 1.005
+    scene(monkeypatch, [(at - 6e-9, at + 14e-9, 6), (end * 1.005, end * 1.007, 3)], end)
+    answer = found()
+    edge, how = answer["edge"][CHANGES.index("chaos")], answer["how"][CHANGES.index("chaos")]
+    assert edge == pytest.approx(end, rel=0.003)
+    assert HOW[int(how)] == "bracketed"
+    assert answer["edge"][CHANGES.index("doubling")] == pytest.approx(end, rel=0.003)
+    assert len(answer["windows"]) == 1
+
+
+@pytest.mark.parametrize(("share", "windows"), [(0.01, 0), (0.03, 1)])
+def test_how_long_an_end_lasts_is_a_setting(monkeypatch, share, windows):
+    at = values()[2]
+    scene(monkeypatch, [(at * 0.985, at * 1.002, 2)], 0.0)
+    answer = found(lasting=share)
+    assert len(answer["windows"]) == windows
+    assert np.isfinite(answer["edge"][CHANGES.index("chaos")]) == (not windows)
+
+
+@pytest.mark.long
+def test_the_windows_of_a_slider_crank_are_not_the_end_of_its_chaos():
+    """A dense sweep finds windows narrower than 0.1 µm from 92 to 100 µm, and chaos between them."""
+    mass = {"crank": 0.3, "rod": 0.25, "slider": 0.4}
+    gear = jp.catalog.slider_crank(
+        crank=0.05, rod=0.15, mass=mass, clearance={"B": 1e-4}, speed=20.0, gravity=9.8
+    )
+    how, search = plan(100, 32, 200, 1e-7, None), Search(1.12, 0.0025, 1e-3)
+    answer = edges(gear, KEY, "below", None, search, how)
+    assert np.isnan(answer["edge"]).all()
+    ((low, high, period),) = answer["windows"]
+    assert 0 < high - low < 0.01 * PRESENT
+    inside = jp.bifurcation(gear.replace(clearance={"B": (low + high) / 2}), over={KEY: [(low + high) / 2]},
+                            transient=600, turns=32, n_jobs=1)  # fmt: skip
+    assert period in np.ravel(inside["period"])

@@ -1,0 +1,151 @@
+"""What a time history says of its whole span: the same however the motion is sampled, and right."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.errors import InputError
+
+TURNS, TRANSIENT = 4, 2
+WHOLE = ("recorded_time", "contacts_begun", "contact_fraction", "largest_force", "largest_normal_force")
+RECORD = ["angle", "normal_force", "tangential_force", "reaction", "mode"]
+
+
+@pytest.fixture(scope="module")
+def linkage():
+    return jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
+
+
+@pytest.fixture(scope="module")
+def dense(linkage):
+    """The same motion at many even samples and, apart from them, at the integrator's own points."""
+    how = {"turns": TURNS, "transient": TRANSIENT, "record": RECORD}
+    return jp.simulate(linkage, samples_per_turn=20_000, **how), jp.simulate(linkage, steps=True, **how)
+
+
+def sampled(linkage, **how):
+    return jp.simulate(linkage, turns=TURNS, transient=TRANSIENT, record=RECORD, **how)
+
+
+def ways(linkage):
+    period = float(dict(jp.simulate(linkage, turns=0.01, record=["angle"]))["turn_period_nominal"])
+    middle = (TRANSIENT + TURNS / 2) * period
+    return {
+        "few": {"at": [middle, middle + 1e-6]},
+        "none in the span": {"at": [0.1 * period]},
+        "steps": {"steps": True},
+        "coarse": {"samples_per_turn": 3},
+        "usual": {},
+    }
+
+
+def test_whatever_is_sampled_the_same_is_said(linkage, dense):
+    said = jp.summary(dense[0]).lines
+    for name, how in ways(linkage).items():
+        found = sampled(linkage, **how)
+        assert jp.summary(found).lines == said, name
+        for word in (*WHOLE, "largest_reaction"):
+            np.testing.assert_array_equal(found[word], dense[0][word], err_msg=f"{name}: {word}")
+
+
+def test_contacts_are_those_of_the_list_of_events(dense):
+    motion = dense[0]
+    kinds = jp.words(motion)["event_kind"].values
+    assert int(motion.contacts_begun) == np.count_nonzero(kinds == "contact") > 10
+    turns = float(motion.recorded_time / motion.turn_period_nominal)
+    assert turns == pytest.approx(TURNS, rel=1e-12)
+    assert f"per nominal turn: {int(motion.contacts_begun) / TURNS:.3g}" in jp.summary(motion).lines[1]
+
+
+def test_the_share_of_contact_is_that_of_the_modes_between_the_integrator_s_points(dense):
+    motion = jp.words(dense[1])
+    time, mode = motion.time.values, motion["mode"].values[:, 0]
+    inside = ~np.isin(mode, ("free", "released"))
+    begin = TRANSIENT * float(motion.turn_period_nominal)
+    assert time[0] > begin  # the mode was the same before the first point in the span
+    share = (np.diff(time) @ inside[:-1] + (time[0] - begin) * inside[0]) / float(motion.recorded_time)
+    assert float(motion.contact_fraction[0]) == pytest.approx(share, rel=1e-12)
+    assert 0.5 < share < 1.0
+
+
+def test_forces_are_resultants_and_the_normal_force_has_its_own_name(dense):
+    motion = dense[0]
+    normal, across = (abs(motion[name].values[:, 0]) for name in ("normal_force", "tangential_force"))
+    assert float(motion.largest_normal_force[0]) == pytest.approx(normal.max(), rel=3e-4)
+    assert float(motion.largest_force[0]) == pytest.approx(np.hypot(normal, across).max(), rel=3e-4)
+    np.testing.assert_allclose(motion.largest_reaction, motion.reaction.max("time"), rtol=2e-3)
+
+
+@pytest.mark.parametrize("windows", [[[2.0, 6.0]], [[0.25, 0.75], [2, 3.5]]])
+def test_of_windows_the_windows_are_spoken_of(linkage, windows):
+    found = jp.simulate(linkage, windows=windows, samples_per_turn=5, record=RECORD, turns=6)
+    plain = jp.simulate(linkage, turns=6, steps=True, record=RECORD)
+    period, words = float(plain.turn_period_nominal), jp.words(plain)
+    length = sum(b - a for a, b in windows) * period
+    assert float(found.recorded_time) == pytest.approx(length, rel=1e-12)
+    at = plain.event_time.values / period
+    within = np.any([(a <= at) & (at <= b) for a, b in windows], 0)
+    assert int(found.contacts_begun) == np.count_nonzero(within & (words.event_kind.values == "contact"))
+    time, mode = plain.time.values, words["mode"].values[:, 0]
+    touching = np.isin(mode, ("free", "released"), invert=True)
+    inside = sum(
+        np.diff(np.clip(np.append(time, 6 * period), a * period, b * period)) @ touching for a, b in windows
+    )
+    assert float(found.contact_fraction[0]) == pytest.approx(inside / length, rel=1e-12)
+    if len(windows) == 1:
+        whole = sampled(linkage)
+        np.testing.assert_allclose(found.largest_force, whole.largest_force, rtol=1e-12)
+
+
+def test_a_run_that_stops_early_speaks_of_what_it_reached(linkage):
+    found = jp.simulate(linkage, turns=20, transient=0.5, record=RECORD, max_steps=300)
+    period = float(found.turn_period_nominal)
+    assert int(found.status) == 2
+    assert float(found.recorded_time) < 19 * period
+    assert float(found.recorded_time) + 0.5 * period >= found.event_time.max()
+    assert float(found.contact_fraction[0]) <= 1.0
+
+
+def test_a_test_system_has_walls_and_states():
+    found = jp.simulate(jp.catalog.impact_pair(3.6, 0.8), turns=5, at=[1.0])
+    kinds = jp.words(found)["event_kind"].values
+    assert int(found.contacts_begun) == np.count_nonzero(kinds == "impact") > 5
+    fine = jp.simulate(jp.catalog.impact_pair(3.6, 0.8), turns=5, samples_per_turn=5000)
+    tops = abs(fine["state_value"]).max("time")
+    np.testing.assert_allclose(found.largest_state_value, tops, rtol=1e-4)
+
+
+def test_a_linkage_of_ideal_joints_has_no_contacts():
+    ideal = jp.catalog.chunmei2002(clearance=0.0)
+    found = jp.simulate(ideal, turns=1, at=[0.01])
+    assert "contacts_begun" not in found
+    assert jp.summary(found).lines[0].startswith("largest forces: ideal joints O ")
+    assert "contact" not in str(jp.summary(found))
+
+
+def test_without_friction_recorded_only_the_normal_force_is_told(linkage):
+    found = jp.simulate(linkage, turns=1, record=["normal_force"])
+    assert jp.summary(found).lines[0].startswith("largest normal forces: contact B ")
+    assert "largest_force" not in found
+
+
+def test_spans_too_long_to_look_through_have_no_largest_sizes():
+    found = jp.simulate(jp.catalog.duffing(), turns=2800, at=[1.0], max_steps=10)
+    assert not [name for name in found if str(name).startswith("largest_")]
+
+
+@pytest.mark.parametrize(
+    ("length", "key"), [({"duration": 0.05}, "at[2]"), ({"turns": 1, "transient": 1}, "at[2]")]
+)
+def test_samples_after_the_end_are_refused(linkage, length, key):
+    with pytest.raises(InputError) as caught:
+        jp.simulate(linkage, at=[0.0, 0.01, 9.0, 10.0], **length)
+    assert [problem.key for problem in caught.value.problems] == [key]
+    assert "where the run ends" in caught.value.problems[0].expected
+
+
+def test_a_sample_at_the_very_end_is_kept(linkage):
+    found = jp.simulate(linkage, duration=0.05, at=[0.0, 0.05], record=["angle"])
+    np.testing.assert_array_equal(found.time, [0.0, 0.05])
