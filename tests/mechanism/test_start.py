@@ -5,6 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from jointplay.analysis.starts import placed
+from jointplay.analysis.sweeps.bifurcation import bifurcation
 from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
@@ -62,6 +64,35 @@ def test_a_closed_loop_at_constant_speed_starts_with_it():
     assert start(STEADY, {"crank_speed": 40.0, "crank_angle": 1.0})[:2] == ideal_state(STEADY, 1.0)
     assert set(refused(STEADY, {"crank_speed": 41.0})) == {"initial.crank_speed"}
     assert start(CLOSED, {"crank_speed": 41.0})[1]["crank"] == 41.0
+
+
+@pytest.mark.parametrize("clearance", [0, 2.9e-5], ids=["closed", "play"])
+def test_an_imposed_speed_is_that_of_the_start(clearance):
+    """Of the crank in particular: else all other links would start as for another one."""
+    steady = catalog.chunmei2002(clearance=clearance, speed=40.0)
+    assert set(refused(steady, {"crank_speed": 10.0})) == {"initial.crank_speed"}
+    assert start(steady, {"crank_speed": 40.0})[:2] == ideal_state(steady, 0.0)
+    if clearance:
+        found = refused(steady, {"angle": ANGLES, "angular_velocity": SPEEDS})
+        assert set(found) == {"initial.angular_velocity.crank"}
+        assert "40" in found["initial.angular_velocity.crank"]
+        given = {"angle": ANGLES, "angular_velocity": SPEEDS | {"crank": 40.0}}
+        assert start(steady, given)[1] == given["angular_velocity"]
+        with pytest.raises(InputError, match=r"starts\[1\]\.crank_speed: got 10"):
+            bifurcation(
+                steady, over={"drive.speed": [40.0]}, starts=[{"crank_angle": 1.0}, {"crank_speed": 10.0}]
+            )
+
+
+def test_a_state_vector_has_the_speed_that_a_drive_imposes():
+    """Where the driven link's speed is one of the states."""
+    profile = LOOSE.replace(
+        drive={"kind": "profile", "link": "crank", "start": 30.0, "end": 40.0, "time": 1.0}
+    )
+    state = assemble(profile).state
+    assert placed(profile, state).state == pytest.approx(state, abs=0)
+    with pytest.raises(InputError, match=r"w_crank = 30.0, at which the drive starts"):
+        placed(profile, np.where(state == 30.0, 31.0, state))
 
 
 def test_every_contradiction_is_named_at_once():

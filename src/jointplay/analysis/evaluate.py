@@ -12,7 +12,6 @@ from jointplay.analysis.guard_tolerances import ends
 from jointplay.analysis.labels import coded, described, flags
 from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, WORDS, WORK
 from jointplay.codegen import cache, outputs
-from jointplay.equations.drives import DRIVES
 from jointplay.equations.structure import powers
 from jointplay.errors import warn
 from jointplay.mechanism.model import DEEP, Model
@@ -110,19 +109,10 @@ class Quantities:
 
     @property
     def _work(self) -> dict[str, np.ndarray]:
-        """Works since the start that the equations have, by quantity.
-
-        A drive that imposes a speed answers an impact by an impulse, whose work no power has: there the
-        drive's work is what closes the balance.
-        """
-        structure = self.model.structure
+        """Works since the start that the equations have, by quantity."""
         columns = self.rows[:, self._n_state + len(self.model.touching) :].T
-        names = (WORK[word][0] for word in powers(structure))
-        found = dict(zip(names, columns, strict=False))
-        if found and structure.rigid_joints and DRIVES[structure.drive].imposed:
-            others = {name: work for name, work in found.items() if name != "drive_work"}
-            found["drive_work"] = self._gained - self._taken_in(others)
-        return found
+        names = (WORK[word][0] for word in powers(self.model.structure))
+        return dict(zip(names, columns, strict=False))
 
     @staticmethod
     def _taken_in(works: dict[str, np.ndarray]) -> np.ndarray:

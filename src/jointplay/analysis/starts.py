@@ -49,8 +49,16 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
         return assemble(mechanism, start, watched)
     model = assemble(mechanism, None, watched)
     model = moved(model, _vector(model, start))
+    _check_speed(model, start, mechanism.drive.imposed_speed if mechanism.drive else None)
     _check_journals(model, start)
     return model
+
+
+def _check_speed(model: Model, start: Any, imposed: float | None) -> None:
+    """Refuse a state in which the crank has another speed than the one that its drive imposes."""
+    names, own = state_names(model), f"w_{model.crank}"
+    if imposed is not None and own in names and model.state[names.index(own)] != imposed:
+        raise refuse(start, f"{own} = {imposed!r}, at which the drive starts, is accepted", "initial")
 
 
 def _check_journals(model: Model, start: Any) -> None:

@@ -57,9 +57,7 @@ class Dynamics:
         self.masks = variants.masks(system, variant)
         self.held = [j for j, mask in enumerate(self.masks) if mask.stick != 0]
         self.inverse_mass = InverseMass(self.tape, system)
-        walls = [
-            variants.holding(self.tape, reset, system.positions, system.speeds) for reset in system.resets
-        ]
+        walls = [variants.holding(self.tape, reset, system) for reset in system.resets]
         self.variant, self.guides = variant, variants.guides(system)
         rubs = [variants.rubbing(guide, variant) for guide in self.guides]
         self.contacts = [*system.contacts, *walls, *rubs]

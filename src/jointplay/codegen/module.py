@@ -5,9 +5,11 @@ jacobian(variant, s, p, m, J)     d rate / d state at the base point, row by row
                                   of a plan, whose algebra then stands here too (codegen.elimination)
 contacts(variant, s, p, m, out)   six numbers a contact: u, v_n, v_t, F_n (the law's; or what has its sign),
                                   F_t, v_t'; then of each reset: gap, inverse of the mass that an impact
-                                  meets (0: of no account), the gap's rate, 0, F_t, the rate's own rate
-                                  (codegen.variants); then, where walls are rough, of each reset: friction
-                                  coefficient, restitution, v_t, 0, friction, v_t'
+                                  meets (0: of no account; below 0: there is no wall, the state jumps), the
+                                  gap's rate, the drive's work per impulse (0 where none is wanted), F_t, the
+                                  rate's own rate (codegen.variants); then, where walls are rough, of each
+                                  reset: friction coefficient, restitution, v_t, the drive's work per impulse
+                                  along T, friction, v_t'
 trig(s, p)                        sines and cosines of the base point
 reset(k, s, p)                    the jump of the k-th reset; beyond the last, coming to rest on the walls;
                                   beyond these, contacts that a law remembers: beginnings, then ends; last,
@@ -191,23 +193,26 @@ def _contacts(layout: Layout, dynamics: Dynamics, variant: str) -> str:
     results, stores, last = {}, {}, len(layout.system.contacts)
     for k, wall in ((k, wall) for k, wall in enumerate(layout.system.resets) if wall.rough):
         creep = dynamics.slide(wall)
-        values = (wall.coulomb, wall.restitution, wall.v_t, Integer(0), dynamics.friction(wall), creep)
+        drawn = resets.drawn(dynamics, k, across=True)
+        values = (wall.coulomb, wall.restitution, wall.v_t, drawn, dynamics.friction(wall), creep)
         at = 6 * (last + len(layout.system.resets) + k)
         results |= {f"out_rub_{k}_{place}": value for place, value in enumerate(values)}
         stores |= {f"out_rub_{k}_{place}": at + place for place in range(6)}
     for j, contact in enumerate(dynamics.contacts[: last + len(layout.system.resets)]):
         v_t, creep = (contact.v_t, dynamics.creep(j)) if contact.v_t is not None else (Integer(0), Integer(0))
-        normal = (contact.u, contact.v_n) if j < last else _met(dynamics, j - last)
-        for place, value in enumerate((*normal, v_t, contact.pressed, dynamics.F_t[j], creep)):
+        u, v_n, pressed = (contact.u, contact.v_n, contact.pressed) if j < last else _met(dynamics, j - last)
+        for place, value in enumerate((u, v_n, v_t, pressed, dynamics.F_t[j], creep)):
             results[f"out_{j}_{place}"], stores[f"out_{j}_{place}"] = value, 6 * j + place
     program = dynamics.tape.program(results)
     return point(f"contacts_{variant}", layout, program, stores, "s, p, m, out", "out")
 
 
-def _met(dynamics: Dynamics, k: int) -> tuple[Expr, Expr]:
-    """Gap of the k-th reset, and the inverse N.M^-1 N of the mass that an impact meets."""
+def _met(dynamics: Dynamics, k: int) -> tuple[Expr, Expr, Expr]:
+    """Gap of the k-th reset, the inverse N.M^-1 N of the mass that an impact meets, the drive's work."""
     reset = dynamics.system.resets[k]
-    return reset.guard, Integer(0) if reset.restitution is None else resets.impulse(dynamics, k)[1]
+    if reset.restitution is None:
+        return reset.guard, Integer(-int(reset.moves)), Integer(0)
+    return reset.guard, resets.impulse(dynamics, k)[1], resets.drawn(dynamics, k)
 
 
 def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLIGHT) -> str:

@@ -98,6 +98,18 @@ def impulse(dynamics: Dynamics, k: int) -> tuple[list[Expr], Expr, Expr]:
     return column, dynamics.tape.let(f"weight{k}", weight), wall.v_t
 
 
+def drawn(dynamics: Dynamics, k: int, across: bool = False) -> Expr:
+    """Work of a drive that imposes a speed, per impulse on the k-th wall along N, or T."""
+    system, wall = dynamics.system, dynamics.system.resets[k]
+    if not any(system.draws):
+        return Integer(0)
+    moved = pushed(dynamics, k, across)
+    changes = [
+        (draw, moved[z] - z) for z, draw in zip(system.speeds, system.draws, strict=True) if z in moved
+    ]
+    return sum((draw * change for draw, change in changes), -wall.drawn[across])
+
+
 def _pushed(
     symbols: tuple[Symbol, ...], share: Expr, column: list[Expr], weight: Expr, amount: Expr
 ) -> dict[Symbol, Expr]:

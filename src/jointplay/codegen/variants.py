@@ -90,21 +90,24 @@ def _resting(wall: str, variant: str) -> Mask:
     return Mask(Integer(0), Integer(0), held)
 
 
-def holding(tape: Tape, reset: Reset, positions: tuple[Symbol, ...], speeds: tuple[Symbol, ...]) -> Contact:
+def holding(tape: Tape, reset: Reset, system: System) -> Contact:
     """The wall of a reset as a contact without a law, whose v_t is the rate of the gap.
 
-    Where the state jumps and there is no wall, the place of the force says so (numerics.walls).
+    An imposed motion is no part of its row: it moves the wall, and no force of that moves it.
     """
+    speeds, imposed = system.speeds, system.imposed
     u, v_n = (Symbol(f"{word}_{reset.name}", real=True) for word in ("u", "v"))
     if reset.moves:
         zero, still = Integer(0), (Integer(0),) * len(speeds)
-        return Contact(reset.name, u, v_n, zero, (), v_t=zero, tangential=still, push=Integer(1))
-    slopes = [tape.derivative(reset.guard, q) for q in positions]
+        return Contact(reset.name, u, v_n, zero, (), v_t=zero, tangential=still)
+    slopes = [tape.derivative(reset.guard, q) for q in system.positions]
     normal = [tape.let(f"N_{reset.name}_{i}", slope) for i, slope in enumerate(slopes)]
     moved = sum((n * z for n, z in zip(normal, speeds, strict=False)), Integer(0))
     rate = tape.let(f"rate_{reset.name}", moved + tape.derivative(reset.guard, TIME))
     row = (*normal, *[Integer(0)] * (len(speeds) - len(normal)))
-    return Contact(reset.name, u, v_n, Integer(0), (), v_t=rate, tangential=row)
+    drift = sum((row[i] * acceleration for i, acceleration in imposed.items()), Integer(0))
+    row = tuple(Integer(0) if i in imposed else entry for i, entry in enumerate(row))
+    return Contact(reset.name, u, v_n, Integer(0), (), v_t=rate, tangential=row, drift=drift)
 
 
 def rubbing(walls: list[Reset], variant: str) -> Contact:

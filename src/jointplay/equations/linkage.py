@@ -51,12 +51,17 @@ class Parts:
             force=tuple(force),
             angles=(*(angle for angle in c.angle.values() if isinstance(angle, Angle)), *self._phases()),
             contacts=self.contacts,
-            resets=tuple(play.wall(joint, self.joints[joint.name], c) for joint in structure.rigid_joints),
+            resets=tuple(
+                play.wall(joint, self.joints[joint.name], c, self._drawing)
+                for joint in structure.rigid_joints
+            ),
             folds=tuple(c.folds),
             powers=self._powers(outputs) if structure.powers else {},
             outputs=outputs,
             section=outputs[structure.section] if structure.section else None,
             roots=tuple(c.roots),
+            imposed=imposed,
+            draws=self._draws(),
         )
 
     @cached_property
@@ -202,6 +207,22 @@ class Parts:
         if self.loads:
             powers["loads"] = sum((each.power for each in self.loads), Integer(0))
         return powers
+
+    @property
+    def _drawing(self) -> Expr:
+        """Speed of a drive whose impulses do work that is wanted; else 0."""
+        imposes = self.structure.powers and DRIVES[self.structure.drive].imposed
+        return self.c.speed[self.structure.driven] if imposes else Integer(0)
+
+    def _draws(self) -> tuple[Expr, ...]:
+        """Work of the drive per change of each unknown speed: its speed times the inertia between both."""
+        c, found = self.c, [Integer(0)] * len(self.c.speeds)
+        for (k, m), entry in self.inertia.items() if self._drawing != 0 else ():
+            for one, other in {(k, m), (m, k)}:
+                ratio = c.leads[one].get(self.structure.driven, Integer(0))
+                for i, part in c.parts[other]:
+                    found[i] += self._drawing * ratio * entry * part
+        return tuple(found)
 
     def _outputs(self) -> Iterator[tuple[str, Expr]]:
         """Every quantity that can be recorded, as word:label."""

@@ -60,10 +60,11 @@ def contact(joint: Clearance, g: Geometry, c: Coordinates) -> Contact:
     )
 
 
-def wall(joint: Clearance, g: Geometry, c: Coordinates) -> Reset:
-    """A rigid bearing, or face of a guide."""
-    own = joint.owner
-    plain = Reset(joint.name, g.wall, restitution=number(f"r_{own}"))
+def wall(joint: Clearance, g: Geometry, c: Coordinates, drawing: Expr) -> Reset:
+    """A rigid bearing, or face of a guide; `drawing` is the speed of a drive whose impulses do work."""
+    own, (N, T) = joint.owner, g.on_drive
+    drawn = -g.steep * N * drawing, T * drawing
+    plain = Reset(joint.name, g.wall, restitution=number(f"r_{own}"), drawn=drawn)
     if joint.friction not in FRICTIONS:
         return plain
     f = number(f"{FRICTIONS[joint.friction].limit_letter}_{own}")

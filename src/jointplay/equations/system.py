@@ -97,7 +97,8 @@ class Reset:
     gap opens r times as fast as it closed (Newton): z+ = z - (1 + r) M^-1 N (N.z) / (N.M^-1 N). One that
     `moves` the state is no wall: nothing rests on it, and any speed may stand in its guard. A wall with a
     friction coefficient `coulomb` has the sliding speed v_t, its row `tangential` and `drift` as a contact
-    has them; corners of a slider have a `guide` in common.
+    has them; corners of a slider have a `guide` in common. `drawn` is what the drive's speed has in the rates
+    of the gap and of v_t.
     """
 
     name: str
@@ -110,6 +111,7 @@ class Reset:
     tangential: tuple[Expr, ...] = ()
     drift: Expr = Integer(0)
     guide: str = ""
+    drawn: tuple[Expr, Expr] = (Integer(0), Integer(0))
 
     @property
     def rough(self) -> bool:
@@ -137,6 +139,9 @@ class System:
 
     `directions` are those along which parameters change (`directed`), by a symbol each. `folds` are numbers
     that fall to 0 where the equations end, as at a dead centre, like squares of the time that is left.
+    `imposed` are accelerations of unknowns that neither force nor impulse changes, by their places. `draws`
+    is the work that a drive of imposed speed does per change of each speed in an impact: 0 where there is no
+    such drive, or no work is wanted.
     """
 
     positions: tuple[Symbol, ...]
@@ -154,6 +159,8 @@ class System:
     folds: tuple[Expr, ...] = ()
     directions: dict[Symbol, dict[Symbol, Expr]] = field(default_factory=dict)
     roots: tuple[Root, ...] = ()
+    imposed: dict[int, Expr] = field(default_factory=dict)
+    draws: tuple[Expr, ...] = ()
 
     @property
     def rubs(self) -> int:

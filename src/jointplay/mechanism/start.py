@@ -94,9 +94,8 @@ def _located(mechanism: Mechanism, angles: dict[str, float], speeds: dict[str, f
 def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:
     """What a closed loop starts with in any case, its own branch, and the speed that drives a linkage."""
     speed = mechanism.drive.imposed_speed if mechanism.drive else None
-    given = closed or (mechanism.drive and mechanism.drive.transient)
     own = {"branch": mechanism.branch} if closed else {}
-    return own | ({"crank_speed": speed} if given and speed is not None else {})
+    return own | ({"crank_speed": speed} if speed is not None else {})
 
 
 def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -113,7 +112,7 @@ def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any,
         Problem(f"initial.angle.{name}", angle, ANGLE) for name, angle in given[0].items() if abs(angle) > FAR
     ]
     drive = mechanism.drive
-    imposed = drive.imposed_speed if drive and drive.transient else None
+    imposed = drive.imposed_speed if drive else None
     if not problems and imposed is not None and given[1][drive.link] != imposed:
         accepted = f"{imposed:g}, at which its drive starts, is accepted"
         problems = [Problem(f"initial.angular_velocity.{drive.link}", given[1][drive.link], accepted)]

@@ -28,6 +28,7 @@ from .interface import inner
 from .memory import (
     BEFORE,
     CHOICE,
+    DRIVE,
     EVENT_ROW,
     EVENTS,
     FRICTION,
@@ -155,9 +156,14 @@ def push(f, k, x, a):
 @inner
 def _rate(k, x, a):
     """Rate of the gap, or sliding speed, of unknown a, as it was last looked at."""
+    return k.contact[_place(k, x, a)]
+
+
+@inner
+def _place(k, x, a):
+    """Place of that rate among what was looked at; the drive's work per impulse follows it."""
     walls = len(x.modes) - len(x.flags)
-    at = len(x.flags) + int(k.impact[WALL + a // 2]) + (a % 2) * walls
-    return k.contact[6 * at + 2]
+    return 6 * (len(x.flags) + int(k.impact[WALL + a // 2]) + (a % 2) * walls) + 2
 
 
 @inner
@@ -193,15 +199,39 @@ def _back(k, x):
 
 
 @inner
+def _work(k, x, members):
+    """Add up the work of the impulses: the joints take it in, the drive answers it."""
+    q = k.impact
+    if len(x.work) > JOINTS:
+        x.work[JOINTS] -= gain(q, members)
+        for a in range(2 * members):
+            x.work[DRIVE] += q[PUSH + a] * k.contact[_place(k, x, a) + 1] if q[PUSH + a] != 0.0 else 0.0
+
+
+@inner
+def bring(f, j, k, x):
+    """Add up the work of bringing a body to rest on wall j as well as on those on which bodies rest already.
+
+    Nothing moves: it is put there by `walls.settle` and `walls.stay`.
+    """
+    q, members = k.impact, _gather(f, j, k, x, -1.0)
+    _prepare(f, k, x, members)
+    for i in range(members):
+        q[CHOICE + i] = PUSHES
+    if choose(q, members, 0.0) < IMPOSSIBLE:
+        _work(k, x, members)
+    q[MEMBERS] = 0.0
+
+
+@inner
 def _apply(f, j, k, x, o, members):
-    """Note the impacts beside that on wall j; let the impulses act, whose loss is the joints' work.
+    """Note the impacts beside that on wall j; let the impulses act, which are work of joints and drive.
 
     Where neighbours meet walls one after the other, or restitutions were lowered, there are no tangents.
     """
     first, q, time = len(x.flags), k.impact, x.s[0]
     x.count[TOGETHER] += q[SHARE] < 1.0
-    if len(x.work) > JOINTS:
-        x.work[JOINTS] -= gain(q, members)
+    _work(k, x, members)
     for i in range(members):
         wall = int(q[WALL + i])
         if wall != j and q[PUSH + 2 * i] > 0.0 and x.modes[first + wall] == FREE:

@@ -42,7 +42,7 @@ H_VARIANT, H_START, DOUBTED, FOLLOWED = 10, 13, 16, 17
 GROWTH, ASTRAY, NUMBERS = 18, 19, 20
 # Tags of log rows (floats, as their rows), and where their columns begin
 STEP_ROW, EVENT_ROW, SECTION_ROW, MISS_ROW, DOUBT_ROW = map(float, Row)
-JOINTS = 1  # place of the joints' work among the integrals of a linkage
+DRIVE, JOINTS = 0, 1  # places of the drive's and the joints' work among the integrals of a linkage
 COLUMNS = 3
 HALVINGS = 40  # of an interval, to isolate roots
 STACK = 10 * (HALVINGS + 2) + 8

@@ -12,9 +12,9 @@ until it need no longer push: there a = 0, and the gap opens as the cube of time
 Phil. Trans. R. Soc. A 347 (1994) 365-389; Nordmark and Piiroinen, Nonlinear Dynamics 58 (2009) 85-106.
 """
 
-from .impacts import lay, plastic, rough, together
+from .impacts import bring, laid, lay, plastic, rough, together
 from .interface import inner
-from .memory import ASTRAY, EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
+from .memory import ASTRAY, DRIVE, EVALUATIONS, JAMMED, JOINTS, MEMBERS, TARGET, WALL, H
 from .modes import (
     FREE,
     IMPACT,
@@ -48,9 +48,11 @@ def settle(f, j, x):
 
 @inner
 def _lose(contact, at, before, after, work):
-    """Add to the joints' work what the body loses where the gap's rate changes from one value to another."""
+    """Work of the impulse that changes the gap's rate: the joints take it in, the drive answers it."""
     if len(work) > JOINTS and contact[6 * at + 1] > 0.0:
-        work[JOINTS] += 0.5 * (before * before - after * after) / contact[6 * at + 1]
+        impulse = (after - before) / contact[6 * at + 1]
+        work[JOINTS] -= 0.5 * impulse * (before + after)
+        work[DRIVE] += impulse * contact[6 * at + 3]
 
 
 @inner
@@ -108,7 +110,7 @@ def _lasting(f, j, k, x, o, before):
             return -1.0
     for i in range(len(x.flags), len(x.modes)):
         near = i != at and x.modes[i] == FREE and k.contact[6 * i] <= -ROOM * v * v / (2.0 * now)
-        if near and k.contact[6 * i + 3] <= 0.0 and not _settles_too(k, o, i):
+        if near and k.contact[6 * i + 1] >= 0.0 and not _settles_too(k, o, i):
             return -1.0
     return lasts
 
@@ -144,7 +146,7 @@ def strike(f, j, k, x, o):
         x.modes[at], x.fired[guard], x.margin[guard] = FREE, 3, o.play
         return SEPARATION, -1.0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    if k.contact[6 * at + 3] > 0.0:
+    if k.contact[6 * at + 1] < 0.0:
         move(f, j, k, x, o)
         _slide_on(f, k, x, o)
         return IMPACT, -1.0
@@ -155,7 +157,7 @@ def strike(f, j, k, x, o):
     x.fired[guard] = _opening(f, j, k, x, o)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     if not several:
-        _lose(k.contact, at, before, k.contact[6 * at + 2], x.work)
+        _lose(k.contact, at, -before, k.contact[6 * at + 2], x.work)
     throw_off(k, x, o)
     if several:
         _stay_on(f, j, k, x, o)
@@ -222,7 +224,10 @@ def hold(f, j, k, x, o):
     if rough(x, j) and (k.contact[6 * at + 2] > o.rest or not plastic(k, j)):
         lay(f, j, k, x, o)
         look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
-    _lose(k.contact, at, k.contact[6 * at + 2], 0.0, x.work)
+    if len(x.work) > JOINTS and resting(x) > 0 and not laid(k) and not plastic(k, j):
+        bring(f, j, k, x)
+    else:
+        _lose(k.contact, at, k.contact[6 * at + 2], 0.0, x.work)
     settle(f, j, x)
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     guard = 4 * len(x.flags) + j  # from here on the push, which has no margin
@@ -262,7 +267,7 @@ def resting(x):
 @inner
 def moves_with(k, at, o):
     """Whether a body starts on a wall and moves with it."""
-    wall = k.contact[6 * at + 3] <= 0.0
+    wall = k.contact[6 * at + 1] >= 0.0
     return wall and abs(k.contact[6 * at]) <= o.hop and abs(k.contact[6 * at + 2]) <= o.rest
 
 

@@ -17,7 +17,7 @@ def _met_too(k, o, c):
     """Whether another wall was met at the instant at which the state has left wall c."""
     for at in range(len(k.flags), len(k.modes)):
         near = k.contact[6 * at] <= abs(k.contact[6 * at + 2]) * o.near
-        if at != c and near and k.contact[6 * at + 3] <= 0.0:
+        if at != c and near and k.contact[6 * at + 1] >= 0.0:
             return True
     return False
 
@@ -29,7 +29,7 @@ def jump(f, k, j, i):
     w, number, fired = k.w, c - len(k.flags), 1.0
     begin_event(f, k, j, i)
     look(f.contacts, k.modes, k.m, k.s, k.p, k.contact)
-    if k.contact[6 * c + 3] > 0.0:
+    if k.contact[6 * c + 1] < 0.0:
         move(f, number, k, k, o)
         fired = 0.0
     elif k.contact[6 * c + 2] < 0.0:
