@@ -50,6 +50,11 @@ def units_of(field: Any) -> str | None:
     return _Spot(field.annotation, field)._description.get("units")
 
 
+def above_zero(field: Any) -> bool:
+    """Whether a model's field takes numbers greater than 0 alone."""
+    return (_bounds(field.metadata) | _bounds([field.annotation])).get("gt") == 0
+
+
 def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:
     """Turn one of pydantic's error details into problems with keys under a root."""
     spot = _Spot(model)

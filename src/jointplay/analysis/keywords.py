@@ -6,9 +6,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
-from inspect import isgeneratorfunction
+from inspect import Parameter, Signature, isgeneratorfunction, signature
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
 from pydantic import (
@@ -25,8 +26,10 @@ from pydantic import (
 
 from jointplay.analysis.looks import reported
 from jointplay.analysis.own_units import in_own_units
-from jointplay.errors import refuse, warn
+from jointplay.errors import Problem, refuse, warn
 from jointplay.jobs.origin import version
+from jointplay.mechanism import plausible, turning
+from jointplay.mechanism.assemble import journal_distances
 from jointplay.mechanism.base import (
     Angle,
     Flag,
@@ -40,7 +43,6 @@ from jointplay.mechanism.base import (
     measured,
     unit,
 )
-from jointplay.mechanism.misreadings import doubts
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import Rule, checked
 
@@ -67,7 +69,7 @@ def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
         whole = _signed_at_its_end(function) if isgeneratorfunction(function) else _signed(reported(function))
-        return checked(*rules, before=_in_own_units, after=_warned, **more)(whole)
+        return checked(*rules, _turns_as_driven(function), before=_in_own_units, after=_warned, **more)(whole)
 
     return decorated
 
@@ -101,6 +103,50 @@ def _with_origin(made: T, keywords: dict[str, Any]) -> T:
 
 def _in_own_units(given: dict[str, Any]) -> dict[str, Any]:
     return in_own_units(given.get("mechanism"), given)
+
+
+def _turns_as_driven(function: Callable[..., Any]) -> Rule:
+    """The rule that a crank whose speed is imposed can turn as far as an analysis follows it."""
+    lengths = ("initial", "transient", "turns", "duration", "windows", "at")
+    known = ["mechanism", *(name for name in lengths if name in signature(function).parameters)]
+
+    def problems(mechanism: Any, initial: Any = None, **given: Any) -> Iterator[Problem]:
+        drive = getattr(mechanism, "drive", None)
+        if getattr(drive, "imposed_speed", None) is not None:
+            start = initial if isinstance(initial, Mapping) else {}
+            angle = start.get("crank_angle") or (start.get("angle") or {}).get(drive.link) or 0.0
+            yield from turning.cannot_turn(mechanism, angle, _travel(drive, **given))
+
+    problems.__signature__ = Signature([Parameter(name, Parameter.KEYWORD_ONLY) for name in known])  # type: ignore[attr-defined]
+    return problems
+
+
+def _travel(
+    drive: Any,
+    transient: Any = 0,
+    turns: Any = None,
+    duration: Any = None,
+    windows: Any = None,
+    at: Any = None,
+) -> float:
+    """How far a crank of imposed speed goes in a run of such a length, rad; a turn where nothing says it."""
+    turn = math.tau / abs(drive.nominal_speed)  # s
+    ends = [max(at)] if at else [windows[-1][1] * turn] if windows else []
+    ends += [turns * turn] if turns is not None else [duration] if duration is not None else []
+    time = (transient or 0) * turn + max(ends, default=turn)
+    if drive.kind == "profile":
+        return drive.travel(time)
+    return drive.nominal_speed * time
+
+
+def doubts(mechanism: Any, initial: Any = None, section: Any = None) -> Iterator[Problem]:
+    """Yield what keywords that are right by themselves probably do not mean (`mechanism.plausible`)."""
+    linkage = isinstance(mechanism, Mechanism)
+    placed = linkage and isinstance(initial, Mapping) and "angle" in initial
+    apart = journal_distances(mechanism, initial) if placed else None
+    yield from plausible.doubts(mechanism, initial, section, apart)
+    if linkage and not mechanism.as_meant:
+        yield from turning.doubts(mechanism)
 
 
 def _warned(arguments: dict[str, Any]) -> None:
@@ -211,8 +257,8 @@ Length = Annotated[Positive, Field(le=1e9)]  # turns, or s
 Duration = Annotated[Length, unit("duration", "s")]
 Before = Annotated[NonNegative, Field(le=1e9)]
 Rtol = Annotated[Number, Field(ge=RTOL[0], le=RTOL[1])]
-Share = Annotated[NonNegative, Field(lt=1)]
-Small = Annotated[Positive, Field(lt=1)]
+Share = Annotated[NonNegative, Field(lt=1), unit("number", "1")]
+Small = Annotated[Positive, Field(lt=1), unit("number", "1")]
 Names = listed(str, "a list of names")
 Text = Annotated[str, Field(min_length=1)]
 JointName = Annotated[Name, Field(description="joint name", json_schema_extra={"noun": True})]

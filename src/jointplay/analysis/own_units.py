@@ -1,4 +1,4 @@
-"""Values with a unit in keywords whose unit the mechanism decides: what varies, levels of sections."""
+"""Values with a unit in keywords whose unit the mechanism decides: what varies, starts, sections' levels."""
 
 from __future__ import annotations
 
@@ -28,9 +28,12 @@ def in_own_units(mechanism: Any, given: Mapping[str, Any]) -> dict[str, Any]:
     """
     if not isinstance(mechanism, Mechanism | TestSystem):
         return dict(given)
-    ways = {"over": _over, "plane": _plane, "section": _section}
-    parameter = given.get("parameter", FOLLOWED)
-    if "range" in given and isinstance(parameter, str):
+    ways = {"over": _over, "by": _over, "plane": _plane, "region": _plane, "section": _section}
+    ways |= {"initial": _start, "starts": _starts, "subject": _subject}
+    plane = given.get("plane")
+    followed = next(iter(plane), FOLLOWED) if isinstance(plane, Mapping) else FOLLOWED
+    parameter = given.get("parameter", followed)
+    if {"range", "plane"} & given.keys() and isinstance(parameter, str):
         ways |= dict.fromkeys(
             ("range", "start"), lambda mechanism, value: in_si(value, units_of(mechanism, parameter))
         )
@@ -51,17 +54,51 @@ def _over(mechanism: Any, over: Any) -> Any:
 
 
 def _plane(mechanism: Any, plane: Any) -> Any:
+    """Coordinates of starts, or parameters."""
     from jointplay.analysis.states.start_plane import CRANK, JOURNAL, UNITS
 
-    if not isinstance(plane, Mapping) or not isinstance(mechanism, Mechanism):
+    if not isinstance(plane, Mapping):
         return plane
-    named = {name: units for name, (units, _) in (CRANK | JOURNAL).items()}
-    units = {key: named.get(key, UNITS.get(str(key).split("_")[0])) for key in plane}
-    return in_si(plane, {key: each and _plain(each) for key, each in units.items()})
+    named = {name: _plain(units) for name, (units, _) in (CRANK | JOURNAL).items()}
+    known = {key: units_of(mechanism, key) for key in plane}
+    if isinstance(mechanism, TestSystem):
+        states = {name: mechanism.units.get(name, "1") for name in mechanism.states}
+        return in_si(plane, states | {key: units for key, units in known.items() if units})
+    words = {key: UNITS.get(str(key).split("_")[0]) for key in plane}
+    return in_si(
+        plane, {key: known[key] or named.get(key) or (words[key] and _plain(words[key])) for key in plane}
+    )
 
 
-def _section(_: Any, section: Any) -> Any:
-    word = WORDS.get(section["quantity"]) if isinstance(section, Mapping) and "quantity" in section else None
+def _start(mechanism: Any, initial: Any) -> Any:
+    """The state of a system, as a list in its order; a linkage's table has its units in its fields."""
+    if not isinstance(mechanism, TestSystem) or type(initial) not in (list, tuple):
+        return initial
+    names = [name for group in mechanism.order for name in group]
+    units = {f"[{i}]": mechanism.units.get(name, "1") for i, name in enumerate(names)}
+    table = {f"[{i}]": value for i, value in enumerate(initial)}  # since each has a unit of its own
+    found = in_si(table, units)
+    return type(initial)(found.values())
+
+
+def _starts(mechanism: Any, starts: Any) -> Any:
+    return [_start(mechanism, each) for each in starts] if type(starts) in (list, tuple) else starts
+
+
+def _subject(_: Any, subject: Any) -> Any:
+    """Quantities of `gradient`: of ``largest:normal_force:B`` the middle word has the unit."""
+    words = {name: str(name).split(":") for name in subject} if isinstance(subject, Mapping) else {}
+    units = {name: {"time": "s", "work": "J"}.get(first) for name, (first, *_) in words.items()}
+    for name, (_, *rest) in words.items():
+        units[name] = units[name] or (_plain(WORDS[rest[0]].units) if rest and rest[0] in WORDS else None)
+    return in_si(subject, units) if words else subject
+
+
+def _section(mechanism: Any, section: Any) -> Any:
+    name = section.get("quantity") if isinstance(section, Mapping) else None
+    word = WORDS.get(name) if isinstance(name, str) else None
+    if isinstance(mechanism, TestSystem) and isinstance(name, str):
+        return in_si(section, {"value": mechanism.units.get(name, "1")})
     return in_si(section, {"value": _plain(word.units)}) if word else section
 
 

@@ -56,7 +56,13 @@ class Record(BaseModel):
             isinstance(each, _MAY_HOLD_TEXT) for each in data.values()
         ):
             return data
-        return {name: _in_si(value, _units(cls).get(name)) for name, value in data.items()}
+        units = _units(cls) | cls._further_units(data)
+        return {name: _in_si(value, units.get(name)) for name, value in data.items()}
+
+    @classmethod
+    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Units of fields, as of `in_si`, that what is given decides, or that are of tables."""
+        return {}
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise refuse(value, "a record does not change: replace(), or a new one, gives a changed copy", name)
@@ -74,11 +80,11 @@ _MAY_HOLD_TEXT = str | list | tuple | Mapping
 
 
 @cache
-def _units(record: type[Record]) -> dict[Any, str | None]:
+def _units(record: type[Record]) -> dict[Any, Any]:
     return {name: units_of(field) for name, field in record.model_fields.items()}
 
 
-def _in_si(given: Any, units: str | None) -> Any:
+def _in_si(given: Any, units: Any) -> Any:
     try:
         return in_si(given, units)
     except InputError as error:

@@ -10,7 +10,6 @@ from pydantic import Discriminator, Field, Tag
 from jointplay.errors import InputError, Problem, unknown
 from jointplay.mechanism.base import (
     DOWNWARDS,
-    Angle,
     Few,
     Flag,
     Name,
@@ -18,20 +17,21 @@ from jointplay.mechanism.base import (
     Number,
     Positive,
     Record,
+    Turn,
     measured,
 )
 from jointplay.mechanism.beam import DampingRatio, Elements, Link, damping_field, elements_field
-from jointplay.mechanism.draft import too_wide
 from jointplay.mechanism.drive import AnyDrive, ConstantSpeed, Drive
 from jointplay.mechanism.friction import Friction
 from jointplay.mechanism.joints import Joint
 from jointplay.mechanism.loads import AnyLoad
+from jointplay.mechanism.plausible import too_wide
 from jointplay.mechanism.signature import first
 from jointplay.mechanism.springs import AnySpring
 
 # Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
 MAIN_JOINT = "B"
-_AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs", "loads")
+_AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs", "loads", "as_meant")
 _OF_BEAMS = ("elements", "damping_ratio")
 _OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
 _LINKS = {"accepts": "a list of link names, as ['coupler'],"}
@@ -79,6 +79,8 @@ class Changes(Record):
         Another drive, or none.
     speed : float
         A constant speed of the driven link instead of the drive, rad/s.
+    as_meant : bool
+        Whether all numbers are as meant, however strange: nothing is doubted.
     """
 
     root: ClassVar[str | None] = ""
@@ -93,11 +95,12 @@ class Changes(Record):
     order: Literal["consistent", "paper"] = "consistent"
     branch: Literal["upper", "lower"] = "upper"
     gravity: Number = measured("gravity", "m/s²", 9.8)
-    gravity_direction: Angle = measured("direction of gravity", "rad", DOWNWARDS)
+    gravity_direction: Turn = measured("direction of gravity", "rad", DOWNWARDS)
     springs: Few[AnySpring] = ()
     loads: Few[AnyLoad] = ()
     drive: Annotated[Drive | None, Field()] = None
     speed: Number = measured("speed", "rad/s", 0.0)
+    as_meant: Flag = False
 
 
 class _Linkage(Protocol):

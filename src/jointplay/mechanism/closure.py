@@ -131,6 +131,34 @@ def _triangle(loop: FourBar, gap: float, crank_angle: float) -> tuple[float, flo
     return (gap**2 + (coupler - rocker) * (coupler + rocker)) / (2 * gap), math.sqrt(height)
 
 
+def open_arcs(loop: FourBar, slack: float = 0.0) -> tuple[tuple[float, float], ...]:
+    """Give the crank angles at which a loop cannot close, from where to where, rad.
+
+    Parameters
+    ----------
+    loop : FourBar
+        The loop.
+    slack : float
+        By how much its clearances can make up together, m.
+    """
+    sides = loop.lengths
+    coupler, rocker, crank, ground = sides[loop.coupler], sides[loop.rocker], sides[loop.crank], sides[GROUND]
+    base = _ground_line(loop)
+    near, far = (_opening(crank, ground, d) for d in (abs(coupler - rocker), coupler + rocker))
+    arcs = []
+    if abs(ground - crank) < abs(coupler - rocker) - slack:
+        arcs.append((base - near, base + near))
+    if ground + crank > coupler + rocker + slack:
+        arcs.append((base + far, base + math.tau - far))
+    return tuple(arcs)
+
+
+def _ground_line(loop: FourBar) -> float:
+    """Crank angle at which its far end points to the rocker's pivot, rad."""
+    base = math.atan2(loop.pivot[1] - loop.origin[1], loop.pivot[0] - loop.origin[0])
+    return base + (math.pi if loop.spans[0] < 0 else 0.0)
+
+
 def _cannot_close(loop: FourBar, gap: float) -> str:
     sides = loop.lengths
     coupler, rocker, crank, ground = sides[loop.coupler], sides[loop.rocker], sides[loop.crank], sides[GROUND]
@@ -139,9 +167,8 @@ def _cannot_close(loop: FourBar, gap: float) -> str:
     near, far = (_opening(crank, ground, d) for d in (abs(coupler - rocker), coupler + rocker))
     if not loop.closes:
         return f"links that close are accepted, these do at no crank angle: {why}"
-    base = math.atan2(loop.pivot[1] - loop.origin[1], loop.pivot[0] - loop.origin[0])
-    base += math.pi if loop.spans[0] < 0 else 0.0
-    limits = f"between {near:.6g} and {far:.6g} rad to either side of the ground line (at {base:.6g} rad)"
+    limits = f"between {near:.6g} and {far:.6g} rad to either side of the ground line"
+    limits += f" (at {_ground_line(loop):.6g} rad)"
     return f"a crank angle {limits} is accepted: {why}"
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from jointplay.equations.laws import LAWS
 from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
-from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, measured
+from jointplay.mechanism.base import Flag, Name, NonNegative, Number, Positive, Record, is_number, measured
 from jointplay.mechanism.measures import in_si
 
 
@@ -37,6 +37,16 @@ class Contact(Record):
     damping: NonNegative | None = measured("contact damping", "N s/m", None, validate_default=True)
     parameters: dict[Name, Number] = Field({}, validate_default=True)
     tension: Flag = True
+
+    @classmethod
+    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        law = LAWS.get(data.get("law")) if isinstance(data.get("law"), str) else None
+        if law is None or "exponent" not in law.numbers:
+            return {}
+        given = data.get("parameters")
+        power = given.get("exponent") if isinstance(given, Mapping) else None
+        power = law.defaults.get("exponent") if power is None else power
+        return {"stiffness": f"N/m^{power:g}"} if is_number(power) else {}
 
     @field_validator("law")
     @classmethod

@@ -10,9 +10,9 @@ Theory and Approximation Practice (2013); de Boor, A Practical Guide to Splines 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
-from typing import Annotated, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -24,6 +24,7 @@ from jointplay.mechanism.base import Few, Number, Positive, Record, measured
 LEAST, MOST = 3, 1000  # values of a table
 _TABLE = f"a list of {LEAST} to {MOST} finite numbers, evenly spaced over one period and not all alike,"
 FORCES = "N or N m"  # units of what is a force or a torque, as its whole is
+_AMPLITUDE = "a finite number, or in the table of a load or drive one with its unit,"
 _STEP = 0.7  # rad of a phase that a step may span: within where the generated polynomials hold
 MOST_ORDERS = 24
 _FINER = 16  # points at which the two curves are compared, for each value
@@ -82,8 +83,12 @@ class Harmonic(Record):
     """
 
     order: Annotated[int, Field(strict=True, ge=1, le=MOST_ORDERS)]
-    cosine: Number = measured("cosine's amplitude", FORCES, 0.0)
-    sine: Number = measured("sine's amplitude", FORCES, 0.0)
+    cosine: Number = measured("cosine's amplitude", FORCES, 0.0, accepts=_AMPLITUDE)
+    sine: Number = measured("sine's amplitude", FORCES, 0.0, accepts=_AMPLITUDE)
+
+    @classmethod
+    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        return {"cosine": None, "sine": None}  # those of the whole, which brings its tables into them
 
     @property
     def name(self) -> str:
@@ -116,6 +121,11 @@ class Course(Record):
     table: Annotated[tuple[Number, ...] | None, Field(json_schema_extra={"accepts": _TABLE})] = None
     tolerance: Annotated[Positive, Field(le=1)] = measured("tolerance of the table", "1", 0.01)
     factor: Number = measured("factor", "1", 1.0)
+
+    @classmethod
+    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        own = cls.units
+        return {"constant": own, "table": own, "harmonics": {"cosine": own, "sine": own}}
 
     @model_validator(mode="after")
     def _one_course(self) -> Self:

@@ -14,12 +14,13 @@ from typing import Any
 
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.base import GROUND, MOST, Record, in_millimetres
+from jointplay.mechanism.base import GROUND, MOST, Record
 from jointplay.mechanism.beam import Link
 from jointplay.mechanism.drive import DRIVES, AnyDrive
 from jointplay.mechanism.joints import Joint, Pin
 from jointplay.mechanism.loads import Force, Torque
 from jointplay.mechanism.loop import find_four_bar
+from jointplay.mechanism.plausible import too_wide
 from jointplay.mechanism.springs import Spring, TorsionSpring
 
 
@@ -224,15 +225,6 @@ def _duplicates(kind: str, parts: Sequence[tuple[Any, Any]]) -> Iterator[Problem
     for i, name in enumerate(names):
         if isinstance(name, str) and name in names[:i]:
             yield Problem(f"{kind}[{i}].name", name, f"a name that no other of the {kind} has is accepted")
-
-
-def too_wide(clearance: float, links: Sequence[Link]) -> str:
-    """Say what is accepted instead of a clearance no shorter than a link; empty where it is shorter."""
-    shortest = min(links, key=lambda link: link.length, default=None)
-    if shortest is None or clearance < shortest.length:
-        return ""
-    meant = in_millimetres(clearance) if clearance / 1000 < shortest.length else ""
-    return f"a clearance less than {shortest.length:g} m is accepted, the length of {shortest.name}{meant}"
 
 
 def _limit(at: float, link: Link) -> str:

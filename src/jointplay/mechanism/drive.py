@@ -159,6 +159,7 @@ class PrescribedTorque(Course):
     root: ClassVar[str | None] = "drive"
     imposed_speed: ClassVar[None] = None
     transient: ClassVar[bool] = False
+    constant: Number = measured("constant part", "N m", 0.0)
     kind: Literal["torque"] = "torque"
     link: Name = named("link name")
     nominal_speed: Number = measured("nominal speed", "rad/s")
@@ -228,6 +229,13 @@ class SpeedProfile(Record):
         return self.start
 
     imposed_speed = start_speed
+
+    def travel(self, time: float) -> float:
+        """How far the link goes from the start of a run until a time (s), rad."""
+        x = min(1.0, time / self.time)
+        risen = x**5 * (7 - 14 * x + 10 * x**2 - 2.5 * x**3)  # the integral of S
+        change = (self.end - self.start) * self.time
+        return self.start * time + change * risen + (self.end - self.start) * max(0.0, time - self.time)
 
     def numbers(self, angle: float) -> dict[str, float]:
         """Parameters of the equations, where the link starts at an angle (rad)."""

@@ -30,6 +30,7 @@ STEP = 0.05  # rad of the driven link: the largest step from configuration to co
 LEAST = 1e-4  # rad: where smaller steps do not close either, nothing does
 MOST = 0.5  # rad in a step of Newton's method
 CLOSED = 1e-13  # of the reach: a gap in a joint that is rounding
+AROUND = 49  # crank angles at which a mechanism that does not close is looked at
 FLAT = 1e-6  # of the largest singular value: at a smaller one the driven link determines no speeds
 
 
@@ -186,10 +187,10 @@ def ideal_configuration(mechanism: Mechanism, crank_angle: float, crank_speed: f
     if start is None:
         raise refuse(dict(mechanism.guess), _open(closure, x, held, begin), "mechanism.guess")
     way = math.remainder(crank_angle - begin, math.tau)
-    x = _led(closure, start, held, begin, way)
-    if x is None:
-        x = _led(closure, start, held, begin, way - math.copysign(math.tau, way))
-    if x is None:
+    x, done = _led(closure, start, held, begin, way)
+    if done < 1:
+        x, done = _led(closure, start, held, begin, way - math.copysign(math.tau, way))
+    if done < 1:
         raise refuse(crank_angle, _open(closure, start, held, crank_angle), "initial.crank_angle")
     x[2::3] = [math.remainder(angle, math.tau) for angle in x[2::3]]
     x[closure.place[closure.driver] + 2] = crank_angle
@@ -218,8 +219,51 @@ def placed(mechanism: Mechanism, angles: Mapping[str, float], speeds: Mapping[st
     return closure.state(x, w)
 
 
-def _led(closure: Closure, x: np.ndarray, held: dict, begin: float, way: float) -> np.ndarray | None:
-    """Lead the driven link along a way in small steps; None where it does not close."""
+def open_arcs(mechanism: Mechanism) -> tuple[tuple[float, float], ...]:
+    """Give the driven link's angles at which the mechanism cannot close, whatever its clearances.
+
+    Returns
+    -------
+    tuple of (float, float)
+        From where to where, rad. None where it closes all round, where more than the driven link is free, or
+        where the mechanism's `guess` does not close.
+    """
+    closure = Closure(mechanism)
+    if closure.further:
+        return ()
+    try:
+        angles, slides = _guessed(closure)
+    except InputError:
+        return ()
+    begin = angles[closure.driver]
+    held = {closure.driver: begin}
+    x = closure.closed(closure.rough(angles, slides), held)
+    if x is None:
+        return ()
+    last, ahead = _led(closure, x, held, begin, math.tau)
+    if ahead == 1:
+        return ()
+    _, back = _led(closure, x, held, begin, -math.tau)
+    slack = sum(joint.clearance for joint in mechanism.joints) + FLAT * closure.reach
+
+    def opens(angle: float) -> bool:
+        return sum(_gaps(closure, last, held, angle).values()) > slack
+
+    fine = np.linspace(begin + ahead * math.tau, begin + (1 - back) * math.tau, AROUND)
+    found = [opens(angle) for angle in fine]
+    edges = [fine[0]] * found[0]
+    for i in np.flatnonzero(np.diff(found)):
+        low, high = fine[i], fine[i + 1]
+        while high - low > LEAST:
+            middle = (low + high) / 2
+            low, high = (middle, high) if opens(middle) == found[i] else (low, middle)
+        edges.append((low + high) / 2)
+    edges += [fine[-1]] * found[-1]
+    return tuple((float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+
+def _led(closure: Closure, x: np.ndarray, held: dict, begin: float, way: float) -> tuple[np.ndarray, float]:
+    """Lead the driven link along a way in small steps, up to which share of it the mechanism closes."""
     done, step, drive = 0.0, STEP, len(closure.mechanism.joints) * 2
     while done < 1.0:
         ahead = min(1.0, done + step / max(abs(way), step))
@@ -231,12 +275,12 @@ def _led(closure: Closure, x: np.ndarray, held: dict, begin: float, way: float) 
         if found is not None and np.abs(found - guess)[2::3].max() < 10 * step:
             x, done, step = found, ahead, min(STEP, 2 * step)
         elif (step := step / 4) < LEAST:
-            return None
-    return x
+            break
+    return x, done
 
 
-def _open(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> str:
-    """How far the mechanism is from closing at a crank angle."""
+def _gaps(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> dict[str, float]:
+    """By how much each joint stays open at a crank angle, where they are as little open as can be, m."""
     from scipy.optimize import least_squares
 
     joints = 2 * len(closure.mechanism.joints)
@@ -247,7 +291,12 @@ def _open(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> st
         x,
         jac=lambda y: weight[:, None] * closure.equations(y, aim)[1],
     )
-    gaps = closure.gaps(best.x)
+    return closure.gaps(best.x)
+
+
+def _open(closure: Closure, x: np.ndarray, held: dict, crank_angle: float) -> str:
+    """How far the mechanism is from closing at a crank angle."""
+    gaps = _gaps(closure, x, held, crank_angle)
     open_ones = ", ".join(name for name, gap in gaps.items() if gap > 1e-3 * max(gaps.values()))
     miss = f"its joints miss by {sum(gaps.values()):.3g} m ({open_ones})"
     where = f"at a crank angle of {crank_angle:.6g} rad {miss}"

@@ -12,13 +12,13 @@ from jointplay.equations.structure import CORNERS
 from jointplay.errors import NOTHING, refuse
 from jointplay.mechanism.base import (
     GROUND,
-    Angle,
     Name,
     NonNegative,
     Number,
     PartName,
     Positive,
     Record,
+    Turn,
     measured,
     named,
 )
@@ -47,7 +47,7 @@ class Pin(Record):
     link: Name = named("link name, or 'ground'")
     at: NonNegative = measured("distance along the link", "m", 0.0)
     point: _Point = None
-    direction: Angle = measured("direction of a line", "rad", 0.0)
+    direction: Turn = measured("direction of a line", "rad", 0.0)
 
     @field_validator("at")
     @classmethod

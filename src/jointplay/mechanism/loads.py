@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from jointplay.equations import structure
-from jointplay.mechanism.base import Angle, Name, PartName, Positive, measured, named
+from jointplay.mechanism.base import Name, Number, PartName, Positive, Turn, measured, named
 from jointplay.mechanism.courses import Course
 from jointplay.mechanism.joints import Pin, on_a_link
 
@@ -66,10 +66,11 @@ class Force(_Load):
     """
 
     units: ClassVar[str] = "N"
+    constant: Number = measured("constant part", "N", 0.0)
     twists: ClassVar[bool] = False
     kind: Literal["force"] = "force"
     on: Annotated[Pin, AfterValidator(on_a_link)]
-    direction: Angle = measured("direction", "rad")
+    direction: Turn = measured("direction", "rad")
     fixed: Literal["ground", "link"] = "ground"
 
     @property
@@ -116,6 +117,7 @@ class Torque(_Load):
         φ = the angle of the link of this name, where it varies with that.
     """
 
+    constant: Number = measured("constant part", "N m", 0.0)
     twists: ClassVar[bool] = True
     turning: ClassVar[bool] = False
     pins: ClassVar[dict[str, Any]] = {}

@@ -18,7 +18,9 @@ from jointplay.errors import InputError, refuse
 
 SMALLEST = 1e-50  # SI; a handful of such numbers can still be multiplied
 LONGEST = 60  # characters of a text with a unit
-PATTERN = r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?\s*[A-Za-zµμ°%][^,;_]*$"  # as editors check it, too
+PATTERN = (
+    r"^\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?(\s*|\s+1/)[A-Za-zµμ°%][^,;_]*$"  # as editors check it, too
+)
 _WRITTEN = re.compile(PATTERN)
 _NUMBER = re.compile(r"\s*[+-]?[\d.]+([eE][+-]?\d+)?")
 

@@ -53,6 +53,8 @@ class System(Equations):
         ``t``, where nothing forces; 1 where not stated.
     system : str, optional
         Of an entry of the catalog its name there.
+    as_meant : bool
+        Whether it is as meant, however strange: nothing is doubted.
     """
 
     __test__ = False  # of a name that begins with Test, and pytest would collect it

@@ -39,6 +39,7 @@ class Equations(Record):
     units: dict[Name, str] = Field({})
     scales: dict[Name, Positive] = Field({})
     system: Name | None = None
+    as_meant: Flag = False
 
     @model_validator(mode="before")
     @classmethod
@@ -61,6 +62,12 @@ class Equations(Record):
             raise InputError(problems)
         own = data.get("units", {})
         return found | ({"units": units | dict(own)} if units and isinstance(own, Mapping) else {})
+
+    @classmethod
+    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        own, names = data.get("units"), data.get("scales")
+        known = own if isinstance(own, Mapping) else {}
+        return {"scales": {name: "s" if name == "t" else known.get(name, "1") for name in names or ()}}
 
     @property
     def flags(self) -> dict[str, bool]:

@@ -16,15 +16,17 @@ from pydantic import Field, ValidationError, model_validator
 from jointplay.accepted import from_pydantic
 from jointplay.equations.laws import LAWS
 from jointplay.errors import InputError, unknown
+from jointplay.mechanism import plausible
 from jointplay.mechanism.base import (
     DOWNWARDS,
     GROUND,
-    Angle,
     Few,
+    Flag,
     Name,
     Number,
     Record,
     Several,
+    Turn,
     hash_of,
     measured,
 )
@@ -83,6 +85,8 @@ class Mechanism(Record):
     guess : dict of str to float
         Rough angle of each link by name, rad (left out: those on guides; the driven one, 0), and where wanted
         slides by joint name, m. The branch on which the mechanism is assembled, where it is no four-bar.
+    as_meant : bool
+        Whether its numbers, its start and its section are as meant, however strange: nothing is doubted.
     """
 
     name: Name = "linkage"
@@ -92,10 +96,23 @@ class Mechanism(Record):
     springs: Few[AnySpring] = ()
     loads: Few[AnyLoad] = ()
     gravity: Number = measured("gravity", "m/s²", 9.8)
-    gravity_direction: Angle = measured("direction of gravity", "rad", DOWNWARDS)
+    gravity_direction: Turn = measured("direction of gravity", "rad", DOWNWARDS)
     branch: Literal["upper", "lower"] = "upper"
     order: Literal["consistent", "paper"] = "consistent"
     guess: dict[Name, Number] = Field({}, json_schema_extra={"accepts": "a table of angles by link, in rad,"})
+    as_meant: Flag = False
+
+    @classmethod
+    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        joints = data.get("joints")
+        tables = (
+            each if isinstance(each, Mapping) else dict(each) if isinstance(each, Joint) else {}
+            for each in (joints if isinstance(joints, list | tuple) else ())
+        )
+        slides = {each.get("name") for each in tables if each.get("kind") == "prismatic"}
+        guess = data.get("guess")
+        names = guess if isinstance(guess, Mapping) else ()
+        return {"guess": {name: "m" if name in slides else "rad" for name in names}}
 
     @model_validator(mode="wrap")
     @classmethod
@@ -108,6 +125,8 @@ class Mechanism(Record):
             error = from_pydantic(invalid, cls)
             problems, more = error.problems, error.more
         problems += Draft.of(data if record is None else record).problems()
+        if not problems:
+            problems += plausible.nonsense(record)
         if problems or record is None:
             raise InputError(problems, more=more)
         return record

@@ -22,7 +22,7 @@ _right: set[str] = set()
 
 def problems(system: Equations) -> list[Problem]:
     """Everything that is wrong with a system whose tables have the right form."""
-    others = {"name", "parameters", "states", "system"}
+    others = {"name", "parameters", "states", "system", "as_meant"}
     told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
     equations = repr(told)
     found = [*_of_modes(system)] if system.modes else []

@@ -23,12 +23,12 @@ from pydantic import (
 )
 
 from jointplay import figures
+from jointplay.analysis.keywords import doubts
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.vary import largest
 from jointplay.errors import InputError, Problem, join, refuse
 from jointplay.kinds import Kind
 from jointplay.mechanism.base import Record, named
-from jointplay.mechanism.misreadings import doubts
 from jointplay.mechanism.records import Mechanism, TestSystem
 from jointplay.mechanism.signature import first
 from jointplay.study import vary_table

@@ -30,7 +30,7 @@ from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.opening import STAGES, opened
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
-from jointplay.mechanism.base import Count, Flag, Natural, Number
+from jointplay.mechanism.base import Count, Flag, Natural, Number, unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +47,7 @@ def optimise(
     least: Quantity | None = None,
     most: Quantity | None = None,
     keep: Literal["contact"] | None = None,
-    margin: Number = 0.0,
+    margin: Annotated[Number, unit("margin", "N")] = 0.0,
     subject: Region | None = None,
     ideal: Flag = False,
     turns: Natural = 1,
