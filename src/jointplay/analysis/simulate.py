@@ -32,6 +32,7 @@ from jointplay.analysis.keywords import (
     listed,
 )
 from jointplay.analysis.labels import coded, described, labelled
+from jointplay.analysis.partial import evaluated
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
@@ -169,9 +170,12 @@ def simulate(
         rates=rates.needed(names),
         **rules.section_fields(section, model, 0),
     )
-    records = follow(model, request, progress)
-    result = _dataset(model, request, records, names, begin if section else None)
-    return result if windows is None else marked(result, number, windows, model.period)
+
+    def labelled_every(records: Records, step: int) -> xr.Dataset:
+        result = _dataset(model, request, records, names, begin if section else None, step)
+        return result if windows is None else marked(result, number[::step], windows, model.period)
+
+    return evaluated(follow(model, request, progress), "time", labelled_every)
 
 
 def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:
@@ -186,9 +190,15 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
 
 
 def _dataset(
-    model: Model, request: Request, records: Records, names: tuple[str, ...], sections_from: float | None
+    model: Model,
+    request: Request,
+    records: Records,
+    names: tuple[str, ...],
+    sections_from: float | None,
+    step: int,
 ) -> xr.Dataset:
-    rows = records.steps[:, 2:] if request.steps else records.samples
+    """The dataset of a run, of whose samples every so many-th is taken."""
+    rows = (records.steps[:, 2:] if request.steps else records.samples)[::step]
     history = rates.quantities(model, request.rtol, records, rows)
     variables = history.variables(names, "time") | _events(model, records) | scalars(model, records)
     if sections_from is not None:
