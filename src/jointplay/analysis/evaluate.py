@@ -10,6 +10,7 @@ import numpy as np
 
 from jointplay.analysis.guard_tolerances import ends
 from jointplay.analysis.labels import coded, described, flags
+from jointplay.analysis.looks import seen
 from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, WORDS, WORK
 from jointplay.codegen import cache, outputs
 from jointplay.equations.structure import powers
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 NEAR = 0.5  # share of the penetration at which a law ends that is told: it is made for far less
+BLOCK = 4096  # rows evaluated at a time, which stay in a processor's cache
 STRANGE = re.compile(r"[^\w.+@-]")  # what a word of flags cannot hold
 
 
@@ -70,8 +72,17 @@ class Quantities:
     def _evaluated(self, keys: list[str], rows: np.ndarray) -> dict[str, np.ndarray]:
         """Outputs of the structure's program, one value a row."""
         keys = [key for key in keys if key in self.module.OUTPUTS]
-        values = outputs.evaluate(self.module, keys, self.given(rows)) if keys else {}
-        return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
+        if not keys:
+            return {}
+        if len(rows) <= BLOCK:
+            values = outputs.evaluate(self.module, keys, self.given(rows))
+            return {key: np.broadcast_to(value, len(rows)) for key, value in values.items()}
+        whole = {key: np.empty(len(rows)) for key in keys}
+        for first in seen(range(0, len(rows), BLOCK)):
+            part = rows[first : first + BLOCK]
+            for key, value in outputs.evaluate(self.module, keys, self.given(part)).items():
+                whole[key][first : first + BLOCK] = value
+        return whole
 
     def labels(self, of: str | None) -> tuple[str, ...]:
         """Labels of what a quantity is of."""

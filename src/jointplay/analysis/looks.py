@@ -107,7 +107,7 @@ def look() -> None:
     if (reporter := _reporter.get()) is not None:
         reporter.again()
     if _stop.asked:
-        _stop.heeded = _stop.asked = False
+        _stop.reset()
         raise Stopped
 
 
@@ -122,6 +122,13 @@ class _Stop:
     """Whether something runs that keeps what it has when it is stopped; whether it is asked to stop."""
 
     heeded = asked = late = False
+    timer: threading.Timer | None = None
+
+    def reset(self, heeded: bool = False) -> None:
+        self.heeded, self.asked, self.late = heeded, False, False
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer = None
 
 
 _stop = _Stop()
@@ -129,12 +136,16 @@ _stop = _Stop()
 
 @contextmanager
 def keeping(kept: bool = True) -> Iterator[None]:
-    """Let `stop` end what runs inside the block at its next look."""
-    _stop.heeded, _stop.asked, _stop.late = kept, False, False
+    """Let `stop` end what runs inside the block at its next look; where none came, at the block's end."""
+    _stop.reset(heeded=kept)
+    left = False
     try:
         yield
+        left = _stop.asked
     finally:
-        _stop.heeded = _stop.asked = _stop.late = False
+        _stop.reset()
+    if left:
+        signal.raise_signal(signal.SIGINT)
 
 
 def stop() -> bool:
@@ -152,9 +163,9 @@ def stop() -> bool:
     if not _stop.heeded or _stop.asked:
         return False
     _stop.asked = True
-    late = threading.Timer(PATIENCE, _interrupt)
-    late.daemon = True
-    late.start()
+    _stop.timer = threading.Timer(PATIENCE, _interrupt)
+    _stop.timer.daemon = True
+    _stop.timer.start()
     return True
 
 

@@ -25,10 +25,12 @@ from jointplay.analysis.keywords import (
     analysis,
 )
 from jointplay.analysis.labels import coded, described
+from jointplay.analysis.partial import evaluated
 from jointplay.analysis.quantities import EVENTS, recorded
-from jointplay.analysis.trajectory import Request, follow
+from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.ways import FOLLOWED, WAYS
 from jointplay.mechanism.base import Flag, Natural
+from jointplay.mechanism.model import Model
 from jointplay.mechanism.records import CrankAngle, Section
 
 if TYPE_CHECKING:
@@ -96,9 +98,15 @@ def poincare(
         end *= rules.SLACK
     request = Request(end, rtol, max_steps=rules.steps(max_steps), rates=rates.needed(names), **fields)
     records = in_company(ensemble, partial(follow, model, request, progress), followed_together)
-    rows = records.sections
-    if not counted:
-        rows = rows[rows[:, 2] >= begin]
+    first = -math.inf if counted else begin
+    return evaluated(records, "turn", partial(_dataset, model, rtol, names, first))
+
+
+def _dataset(
+    model: Model, rtol: float, names: tuple[str, ...], begin: float, records: Records, step: int
+) -> xr.Dataset:
+    """The dataset of the section points from a time on, every so many-th."""
+    rows = records.sections[records.sections[:, 2] >= begin][::step]
     points = rates.quantities(model, rtol, records, rows[:, 2:])
     variables = points.variables(names, "turn") | scalars(model, records)
     variables["followed"] = coded((), records.way, FOLLOWED, WAYS)

@@ -16,6 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
+from jointplay.analysis.looks import seen
 from jointplay.analysis.quantities import RATES
 from jointplay.analysis.trajectory import Records, Request, functions, memory
 from jointplay.codegen import cache
@@ -67,7 +68,7 @@ def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, row
     x = x._replace(absolute=closer * x.absolute, relative=closer * x.relative)
     used, first = np.unique(places, return_index=True)
     f = functions(model.structure)
-    for i in range(0, len(used), TOGETHER):
+    for i in seen(range(0, len(used), TOGETHER)):
         again(flow, f, k, x, o, doubts[used[i : i + TOGETHER]], first[i : i + TOGETHER])
     return x.samples
 

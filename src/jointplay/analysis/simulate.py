@@ -31,6 +31,7 @@ from jointplay.analysis.keywords import (
     listed,
 )
 from jointplay.analysis.labels import coded, described, labelled
+from jointplay.analysis.partial import evaluated
 from jointplay.analysis.quantities import EVENTS, recorded
 from jointplay.analysis.trajectory import Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
@@ -198,15 +199,19 @@ def simulate(
         rates=rates.needed([*names, *sized]),
         **rules.section_fields(section, model, 0),
     )
-    records = follow(model, request, progress)
-    asked = order[: len(records.samples)] < len(times)
-    rows = records.steps[:, 2:] if steps else records.samples[asked]
-    spans = recorded_spans.reached(spans, records)
-    stated = recorded_spans.contacts(model, records, spans)
-    if even is not None:
-        stated |= recorded_spans.largest(model, rtol, records, records.samples[~asked], sized, spans)
-    result = _dataset(model, rtol, records, rows, names, stated, begin if section else None)
-    return result if number is None else marked(result, number, windows, model.period)
+
+    def labelled_every(records: Records, step: int) -> xr.Dataset:
+        asked = order[: len(records.samples)] < len(times)
+        rows = (records.steps[:, 2:] if steps else records.samples[asked])[::step]
+        reached = recorded_spans.reached(spans, records)
+        stated = recorded_spans.contacts(model, records, reached)
+        if even is not None:
+            own = records.samples[~asked]
+            stated |= recorded_spans.largest(model, rtol, records, own, sized, reached)
+        result = _dataset(model, rtol, records, rows, names, stated, begin if section else None)
+        return result if number is None else marked(result, number[::step], windows, model.period)
+
+    return evaluated(follow(model, request, progress), "time", labelled_every)
 
 
 def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:

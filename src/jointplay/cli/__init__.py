@@ -10,6 +10,7 @@ from argparse import Action, ArgumentParser
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from jointplay import interrupts
 from jointplay.cli import results, studies, study_files
 from jointplay.cli.verb import DONE, FAILED, VERBS
 from jointplay.errors import InputError
@@ -95,10 +96,16 @@ def _refused(error: InputError) -> int:
     return WRONG_INPUT
 
 
-def _interrupted(how: str = "start over") -> int:
+def _interrupted(how: str = "run the same command again to start over") -> int:
     exec("")  # Python ends as if killed when the interrupt came inside another exec: this clears its mark
-    print(f"interrupted: run the same command again to {how}", file=sys.stderr)
+    print(f"interrupted: {how}", file=sys.stderr)
     return INTERRUPTED
+
+
+def _leave() -> None:
+    """End the process, where compiled code goes on after Ctrl-C: no file is ever there in part."""
+    interrupts.told("interrupted: run the same command again")
+    os._exit(INTERRUPTED)
 
 
 @contextmanager
@@ -129,7 +136,8 @@ def _interrupts() -> Iterator[list[bool]]:
         return
     sys.unraisablehook = again
     try:
-        yield pressed
+        with interrupts.guarded(_leave):
+            yield pressed
     finally:
         sys.unraisablehook = hook
         signal.signal(signal.SIGINT, before)

@@ -64,11 +64,13 @@ def _free(study, arguments: Namespace, share=None, fresh: bool = False) -> Path:
 
 def _completed(study, out: Path, pool, share=None, fresh: bool = False):
     """Compute a study with a bar of its progress; whoever interrupts it is told how it goes on."""
-    from jointplay.study.execute import complete, resume_hint
+    from jointplay.study.execute import Undrawn, complete, resume_hint
 
     try:
         with Progress(study.record.name) as progress:
             return complete(study, out, pool, progress, fresh=fresh, share=share, say=say)
+    except Undrawn:
+        raise
     except KeyboardInterrupt:
         raise KeyboardInterrupt(*resume_hint(study, out, share)) from None
 
@@ -77,6 +79,7 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
     """Print the files of a stored result, draw its figure, print its answer, and give the exit code."""
     from jointplay.results.outcome import explain, write_table
     from jointplay.results.summary import answer
+    from jointplay.study.execute import Undrawn
 
     dataset, path = outcome.dataset, outcome.path
     say(f"result  {path}")
@@ -91,6 +94,8 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
     if options is not None:
         try:
             draw(dataset, options, targets(None, path))
+        except KeyboardInterrupt:
+            raise Undrawn(path) from None
         except InputError as error:
             if not failure:
                 raise
@@ -183,7 +188,8 @@ def reproduce_paper(arguments: Namespace) -> int:
         outcomes = reproduce(arguments.names, arguments.jobs, arguments.out, fresh=arguments.fresh, say=say)
     except KeyboardInterrupt:
         kept = any(Path(arguments.out).glob("*.journal"))
-        raise KeyboardInterrupt(*["go on; finished cells are kept"] * kept) from None
+        again = "run the same command again to go on; finished cells are kept"
+        raise KeyboardInterrupt(*[again] * kept) from None
     failed = [outcome for outcome in outcomes if outcome.failure]
     print(f"{len(outcomes) - len(failed)} of {len(outcomes)} studies done; results in {arguments.out}")
     for outcome in failed:

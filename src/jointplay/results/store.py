@@ -4,23 +4,29 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from jointplay.analysis.partial import thinned
 from jointplay.errors import refuse
+from jointplay.interrupts import held
 from jointplay.jobs.files import beside, replaced
 from jointplay.mechanism.signature import checked
 
 if TYPE_CHECKING:
+    import netCDF4
     import xarray as xr
     from matplotlib.figure import Figure
 
 ENGINE = "netcdf4"  # always named: mixing HDF5 stacks in one process has broken before
 COMPRESS_FROM = 1024  # values; below this the chunk headers cost more than they save
+BLOCK = 2**21  # bytes written at a time: some 50 ms of compressing
+SOON = 2**24  # bytes that are still written where Ctrl-C was pressed: half a second
+PARTIAL = 2**25  # bytes of a partial result, which is not compressed, and written in a tenth of that
 
 
 def write_result(dataset: xr.Dataset, path: Path | str) -> Path:
@@ -43,15 +49,73 @@ def write_result(dataset: xr.Dataset, path: Path | str) -> Path:
     OSError
         When the file cannot be written; nothing is left at `path` but what was there before.
     """
-    path = Path(path)
-    encoding = {str(name): _encoded(v, name in dataset.coords) for name, v in dataset.variables.items()}
-    with replaced(path) as temporary:
+    return _write(dataset, Path(path), compress=True)
+
+
+def write_partial(dataset: xr.Dataset, path: Path | str) -> Path:
+    """Write what an interrupted run has, within a second: as `write_result`, but not compressed.
+
+    Of more than `PARTIAL` bytes it is every n-th entry along one dimension; an attribute ``partial`` says so.
+    """
+    return _write(thinned(dataset, PARTIAL), Path(path), compress=False)
+
+
+def _write(dataset: xr.Dataset, path: Path, compress: bool) -> Path:
+    """Write a file from which Ctrl-C can keep only a large one, that is a whole one, between two blocks."""
+    import netCDF4
+
+    with held() as pressed, replaced(path, flush=compress) as temporary:
         try:
-            # xarray would take a name that begins with ~ for somebody's home, and http: for an address
-            dataset.to_netcdf(temporary.absolute(), engine=ENGINE, encoding=encoding)
+            # xarray's own writer keeps a lock of this process, which Ctrl-C in it would leave taken
+            with netCDF4.Dataset(str(temporary.absolute()), "w") as file:
+                _fill(file, dataset, compress, pressed if compress else lambda: False)
         except RuntimeError as error:  # how the netCDF library reports a full disk
             raise OSError(f"{path}: {error}") from error
     return path
+
+
+def _fill(file: netCDF4.Dataset, dataset: xr.Dataset, compress: bool, pressed: Callable[[], bool]) -> None:
+    """Write a dataset into a file that is open, block by block; Ctrl-C ends it where much is left."""
+    from xarray.conventions import encode_cf_variable, encode_dataset_coordinates
+
+    variables, attributes = encode_dataset_coordinates(dataset)
+    file.setncatts(attributes)
+    for dim, size in dataset.sizes.items():
+        file.createDimension(dim, size)
+    left = dataset.nbytes
+    for name, variable in variables.items():
+        given = variable.copy(deep=False)
+        given.encoding = _missing(given, name in dataset.coords)
+        encoded = encode_cf_variable(given, name=name)
+        values, attrs = encoded.values, dict(encoded.attrs)
+        texts = values.dtype.kind in "OU"
+        packed = {"zlib": True, "complevel": 4, "shuffle": True} if compress and _large(given) else {}
+        place = file.createVariable(
+            name,
+            str if texts else values.dtype,
+            encoded.dims,
+            fill_value=attrs.pop("_FillValue", None),
+            **packed,
+        )
+        place.setncatts(attrs)
+        place.set_auto_maskandscale(False)
+        for part in _blocks(values, place.chunking()):
+            place[part] = values[part].astype(object) if texts else values[part]
+            left -= values[part].nbytes
+            if left > SOON and pressed():
+                raise KeyboardInterrupt
+
+
+def _blocks(values: np.ndarray, chunks: list[int] | str) -> Iterator[tuple]:
+    """Places of the parts of an array along its longest dimension, in whole chunks of the file."""
+    if values.nbytes <= BLOCK:
+        yield (...,)
+        return
+    along = int(np.argmax(values.shape))
+    chunk = 1 if isinstance(chunks, str) else chunks[along]
+    step = max(1, round(values.shape[along] * BLOCK / values.nbytes / chunk)) * chunk
+    for first in range(0, values.shape[along], step):
+        yield (*[slice(None)] * along, slice(first, first + step))
 
 
 def write_figure(figure: Figure, path: Path | str) -> Path:
@@ -115,7 +179,7 @@ def opened(path: Path | str) -> Iterator[xr.Dataset]:
         why = "it is no regular file" if there else "there is no such file"
         raise refuse(given, f"{expected}; {why}", "result")
     try:
-        with xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
+        with held(), xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
             yield dataset
     except MemoryError:
         raise
@@ -176,12 +240,13 @@ def _prove_folder(path: Path) -> None:
         raise NotADirectoryError(errno.ENOTDIR, "something else has this name")
 
 
-def _encoded(variable: xr.Variable, is_coordinate: bool) -> dict:
+def _missing(variable: xr.Variable, is_coordinate: bool) -> dict:
     """Encoding of a variable: NaN marks missing floats; integers, flags and counts, are never missing."""
     if variable.dtype.kind not in "fiu":
         return {}
     has_fill = variable.dtype.kind == "f" and not is_coordinate
-    encoding: dict = {"_FillValue": variable.dtype.type(np.nan) if has_fill else None}
-    if variable.size >= COMPRESS_FROM:
-        encoding |= {"zlib": True, "complevel": 4, "shuffle": True}
-    return encoding
+    return {"_FillValue": variable.dtype.type(np.nan) if has_fill else None}
+
+
+def _large(variable: xr.Variable) -> bool:
+    return variable.dtype.kind in "fiu" and variable.size >= COMPRESS_FROM

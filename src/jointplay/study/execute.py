@@ -17,13 +17,16 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from jointplay import interrupts
 from jointplay.analysis.cells import Read, Work, in_memory
+from jointplay.analysis.labels import coded
 from jointplay.analysis.looks import keeping
 from jointplay.errors import InputError, Problem
 from jointplay.jobs.job import Entry, Job, part, redone
 from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
+from jointplay.numerics.codes import Status
 from jointplay.results import store
 from jointplay.results.outcome import name_of
 from jointplay.study.file import Loaded
@@ -34,6 +37,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LOOK, RARELY = 0.5, 200  # s between readings of the progress, and at least times what a reading takes
+
+
+class Undrawn(KeyboardInterrupt):
+    """An interrupt that came when the result was stored, or about to be: a picture can be drawn of it."""
+
+    def __init__(self, path: Path | None) -> None:
+        super().__init__(f"the result is stored; `jointplay figure {path}` draws it")
 
 
 @dataclass(frozen=True)
@@ -54,7 +64,7 @@ def journal_of(out: Path | str, name: str, share: tuple[int, int] | None = None)
 def resume_hint(study: Loaded, out: Path | str, share: tuple[int, int] | None = None) -> tuple[str, ...]:
     """Message on what the same command does after Ctrl-C; empty where it starts over."""
     kept = has_cells(study.record) and journal_of(out, study.record.name, share).folder.exists()
-    return ("go on; what is finished is kept",) if kept else ()
+    return ("run the same command again to go on; what is finished is kept",) if kept else ()
 
 
 def writable(
@@ -118,15 +128,32 @@ def complete(
             kept.tell_others()
             kept.journal.compact()
             return Outcome(None, None, kept.journal.folder)
-        with keeping(record.row.kept and not has_cells(record)):
+        alone = not has_cells(record)
+        with keeping(record.row.kept and alone):
             dataset = computed(record, kept, progress)
+            if alone:  # no journal keeps it: from here on Ctrl-C waits until it is stored
+                pressed = held.enter_context(interrupts.held())
         kept.tell_others()
         unfinished = out / f"{name}.partial.nc"
         if name_of(dataset) == "interrupted":
-            say(f"partial  {store.write_result(dataset, unfinished)}: what was computed up to here")
+            _say_partial(dataset, unfinished, say)
             raise KeyboardInterrupt
+        try:
+            done = _stored(study, dataset, kept.journal if kept.works else None, kept.keys, out, say)
+        except KeyboardInterrupt:  # the whole result would take too long
+            if record.row.kept and alone:
+                _say_partial(dataset, unfinished, say)
+            raise
         unfinished.unlink(missing_ok=True)
-        return _stored(study, dataset, kept.journal if kept.works else None, kept.keys, out, say)
+        if alone and pressed():
+            raise Undrawn(done.path)
+        return done
+
+
+def _say_partial(dataset: xr.Dataset, path: Path, say: Callable[[str], None]) -> None:
+    """Store what an interrupted run has, and say where."""
+    stored = dataset.assign(status=coded((), Status.INTERRUPTED))
+    say(f"partial  {store.write_partial(stored, path)}: what was computed up to here")
 
 
 @dataclass

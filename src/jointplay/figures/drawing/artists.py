@@ -257,6 +257,22 @@ def status_note(dataset: Dataset) -> str:
     return f"Incomplete result{many}: " + ", ".join(bad) if bad else ""
 
 
+def literal(figure: Figure) -> None:
+    """Have texts drawn as they stand that are no mathematics, such as names with dollar signs."""
+    from matplotlib.mathtext import MathTextParser
+    from matplotlib.text import Text
+
+    mathematics = MathTextParser("path")
+    for ax in figure.axes:  # texts of ticks are made when they are asked for
+        ax.get_xticklabels(), ax.get_yticklabels()
+    for text in figure.findobj(Text):
+        if text.get_text().count("$") > 1:
+            try:
+                mathematics.parse(text.get_text())
+            except ValueError:
+                text.set_parse_math(False)
+
+
 def finish(figure: Figure, dataset: Dataset) -> Figure:
     """Write the run's status on top if it is not ok, and settle the layout while the style still holds."""
     from jointplay.figures.drawing.saved import Sheet
@@ -270,6 +286,7 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
         frame = {"facecolor": "white", "edgecolor": style.WARNING, "linewidth": 0.8, "pad": 2.0}
         lines = fill(note, int(figure.bbox.width / figure.dpi / style.MILLIMETRE / 1.8))
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
+    literal(figure)
     if not isinstance(figure, Panel) and not style.beside():
         factors.settle(figure)
     return figure
