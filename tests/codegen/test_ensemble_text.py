@@ -26,6 +26,10 @@ SCENES = {
         lambda: catalog.slider_crank(clearance=1e-4, gravity=9.81).replace(drive=TORQUE),
         ["free", "slip+", "stick"],
     ),
+    "a memory that sticks": (
+        lambda: mechanism("four_bar", "flores", "coulomb", False),
+        ["free", "slip+", "stick"],
+    ),
     "two joints": (
         lambda: catalog.chunmei2002(clearance=TWO, friction=0.3),
         ["free free", "slip+ free", "slip- slip+", "stick slip-", "free stick", "stick stick"],
@@ -47,7 +51,7 @@ def blocks(w, first, count):
     return w.reshape(-1, 8)[first : first + count]
 
 
-QUICK = ("one joint", "a memory", "two joints", "a loop")
+QUICK = ("one joint", "a memory", "a memory that sticks", "two joints", "a loop")
 
 
 @pytest.mark.parametrize(

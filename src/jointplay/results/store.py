@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.analysis.partial import thinned
 from jointplay.errors import refuse
 from jointplay.interrupts import held
 from jointplay.jobs.files import beside, replaced
@@ -57,6 +56,8 @@ def write_partial(dataset: xr.Dataset, path: Path | str) -> Path:
 
     Of more than `PARTIAL` bytes it is every n-th entry along one dimension; an attribute ``partial`` says so.
     """
+    from jointplay.analysis.partial import thinned
+
     return _write(thinned(dataset, PARTIAL), Path(path), compress=False)
 
 

@@ -193,7 +193,10 @@ def _rate_held(writer: Writer, dynamics: Dynamics) -> str:
     lone = len(system.contacts) == 1
     masks = [Integer(1) if lone else Symbol(f"stick_{contact.name}", real=True) for contact in contacts]
     rows_T = [contact.tangential[: len(slipped)] for contact in contacts]
-    Y = [dynamics.inverse_mass(list(T), f"column{j}") for j, T in zip(writer.sticking, rows_T, strict=True)]
+    Y = [  # of the speeds alone: no force moves what laws remember
+        dynamics.inverse_mass(list(system.contacts[j].tangential), f"column{j}")[: len(slipped)]
+        for j in writer.sticking
+    ]
     TY, creep, pushes = [], [], [dynamics.F_n[j] for j in writer.sticking]
     for i, (mask, contact, T) in enumerate(zip(masks, contacts, rows_T, strict=True)):
         drift = tape.derivative(contact.v_t, FLOW) + contact.drift  # what of v_t' needs no acceleration
