@@ -18,7 +18,7 @@ hypothesis.settings.register_profile(  # a busy machine is no mistake of the pro
 )
 hypothesis.settings.load_profile("unhurried")
 
-LOOPS = ("tangent_flow", "ensemble.flow", "wall_flow")
+LOOPS = ("flow", "tangent_flow", "ensemble.flow", "ensemble.lane", "wall_flow")
 
 
 def pytest_configure(config):

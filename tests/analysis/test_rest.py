@@ -10,8 +10,8 @@ from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.trajectory import Request, functions, memory
+from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
-from jointplay.numerics import flow
 from jointplay.numerics.memory import LOGGED
 
 from .exact_maps import TAU, bounce, distinct, rattle
@@ -26,7 +26,7 @@ def events(system, start, end, rtol=1e-10, begin=0.0):
     model = assemble(system, start)
     k, x, o = memory(model, Request(end, rtol, events=True, log_from=0.0))
     x.s[0] = begin
-    assert flow.flow(functions(model.structure), k, x, o, None, None) == OK
+    assert cache.method("flow").flow(functions(model.structure), k, x, o, None, None) == OK
     rows = x.log[: x.count[LOGGED]]
     return [(row[3], int(row[1]), EVENTS[int(row[2])], abs(row[5])) for row in rows]
 

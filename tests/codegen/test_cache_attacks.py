@@ -1,29 +1,27 @@
 """Damaged, swapped and foreign files of the kernel cache: made anew with a line, and never a wrong number."""
 
 import errno
-import importlib
 import os
 import shutil
 import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 from jointplay.codegen import cache, place, upkeep
 
 TEXT = """
-from numba import float64
-
-from jointplay.numerics.interface import entry
+from jointplay.numerics.interface import REAL, Signature, entry
 
 
-@entry(float64(float64))
+@entry(Signature(REAL, (REAL,)))
 def twice(x):
     return 2.0 * x + 0.3125
 
 
-@entry(float64(float64))
+@entry(Signature(REAL, (REAL,)))
 def thrice(x):
     return 3.0 * x + 0.3125
 """
@@ -35,7 +33,7 @@ SMALL = "modal_response"  # a loop that compiles fast
 
 def load(key="right", text=TEXT):
     """What the functions give in a module loaded afresh, and how many of them had to be compiled."""
-    for name in [name for name in sys.modules if name.startswith(f"{cache.GENERATED}.k")]:
+    for name in [name for name in sys.modules if name.startswith("jointplay.codegen.generated.k")]:
         if hasattr(sys.modules[name], "twice"):
             del sys.modules[name]
     cache._named.cache_clear()
@@ -299,22 +297,47 @@ def test_a_file_shows_only_when_it_is_on_the_disk(here, monkeypatch):
 
 @pytest.fixture
 def unloaded(here, monkeypatch):
-    """The name of a loop of the method that this process has not loaded yet."""
-    monkeypatch.delitem(sys.modules, f"jointplay.numerics.{SMALL}", raising=False)
+    """The name of a loop of the method that this process has not loaded yet, and that it may not compile."""
+    monkeypatch.setattr(cache, "_loops", {})
+    monkeypatch.setattr(cache, "build", lambda name: pytest.fail(f"{name} is compiled in this process"))
     return SMALL
 
 
-def misses():
-    module = importlib.import_module(f"jointplay.numerics.{SMALL}")
-    return sum(sum(f.stats.cache_misses.values()) for f in vars(module).values() if hasattr(f, "stats"))
+def answers(loop):
+    """Whether a loop answers rightly."""
+    step, rows = np.zeros((1, 2, 4)), np.zeros((3, 2, 1))
+    step[0, 0, 2], rows[2] = 0.5, [[7.0], [9.0]]
+    rows[0, 1], rows[1, 1] = np.nan, np.nan
+    loop.respond(step, rows[2], rows[0], rows[1])
+    return rows[0, 1, 0] == 3.5 and rows[1, 1, 0] == 0.0
 
 
-def test_a_marker_without_its_files_has_them_made_in_a_process_of_their_own(unloaded, capsys):
-    place.write(f"{unloaded}.built", b"")
+def made(here):
+    """The file of the loop."""
+    cache._loops.clear()
+    assert answers(cache.method(SMALL))
     place.settle()
-    cache.method(unloaded)
-    assert misses() == 0
-    assert "compiled anew" in capsys.readouterr().err
+    (path,) = here.glob(f"{SMALL}.*.o")
+    return path
+
+
+def test_a_loop_is_made_once_and_in_a_process_of_its_own(unloaded, here, monkeypatch, capsys):
+    path = made(here)
+    before = path.stat().st_mtime_ns
+    monkeypatch.setattr(cache, "_start", lambda name: pytest.fail(f"{name} is compiled again"))
+    assert made(here).stat().st_mtime_ns == before
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("attack", [cut, empty, flip, make_folder, make_link, make_pipe, give_away, open_up])
+def test_a_loop_that_is_not_as_it_was_written_is_made_anew(unloaded, here, capsys, attack):
+    path = made(here)
+    attack(path)
+    assert made(here) == path
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert told.startswith(f"kernel cache: {path} ")
+    assert upkeep.verify()[1] == 0
 
 
 def test_no_file_of_the_current_folder_is_imported_where_kernels_compile(
@@ -326,19 +349,19 @@ def test_no_file_of_the_current_folder_is_imported_where_kernels_compile(
         (study / f"{name}.py").write_text("open('ran', 'w')\n")
     monkeypatch.chdir(study)
     monkeypatch.setenv("PYTHONPATH", os.pathsep + os.environ.get("PYTHONPATH", ""))
-    cache.method(unloaded)
-    assert misses() == 0
+    assert answers(cache.method(unloaded))
     assert capsys.readouterr().err == ""
     assert not (study / "ran").exists()
 
 
-def test_a_process_that_fails_to_compile_says_so(unloaded, monkeypatch, capsys):
+def test_a_process_that_fails_to_compile_says_so(here, monkeypatch, capsys):
+    monkeypatch.setattr(cache, "_loops", {})
     monkeypatch.setattr(cache, "CHILD", "raise RuntimeError('no such luck')")
-    cache.method(unloaded)
+    assert answers(cache.method(SMALL))
     told = capsys.readouterr().err.splitlines()
     assert told == [
         "kernel cache: a process that compiles failed, exit code 1: RuntimeError: no such luck",
-        f"kernel cache: {unloaded} of the method is compiled in this process",
+        f"kernel cache: {SMALL} of the method is compiled in this process",
     ]
 
 

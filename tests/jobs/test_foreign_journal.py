@@ -220,7 +220,7 @@ def test_cells_of_several_kinds_of_processors_are_told(kept, tmp_path, monkeypat
 
 def test_the_kind_of_processor_is_what_kernels_are_compiled_for(monkeypatch):
     def kind(*told):
-        monkeypatch.setattr("jointplay.numerics.numba_private.target", lambda: told)
+        monkeypatch.setattr("jointplay.codegen.objects.target", lambda: told)
         return provenance.processor.__wrapped__()
 
     native = kind("linux", "zen", "+avx")

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from jointplay.analysis import trajectory
+from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
-from jointplay.numerics import flow, memory
+from jointplay.numerics import memory
+from jointplay.numerics.control import OK
 
 LOOSE = 1e3
 NEWTON = 1e-14
@@ -19,8 +21,8 @@ def follow(system, duration, h, initial=None):
     model = assemble(system, initial)
     k, x, o = trajectory.memory(model, trajectory.Request(duration, rtol=LOOSE))
     x.real[memory.H] = h
-    code = flow.flow(
+    code = cache.method("flow").flow(
         trajectory.functions(model.structure), k, x, o._replace(h_max=h, newton=NEWTON / LOOSE), None, None
     )
-    assert code == flow.OK
+    assert code == OK
     return x.s[1 : 1 + len(x.absolute)].copy(), x.count[:5].tolist()

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
+from jointplay.numerics import control
 from jointplay.numerics.memory import H_LIMIT, H_PAST, H_VARIANT, NUMBERS, SMOOTH, H
-from tests.support.plain import uncompiled
-
-control = uncompiled("control")
 
 
 def lengths(variant, steps):

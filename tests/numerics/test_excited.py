@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
+from jointplay.numerics import excited as EXCITED
 from jointplay.numerics import radau
-from tests.support.plain import uncompiled
-
-EXCITED = uncompiled("excited")
 
 
 def taken(z: complex) -> float:

@@ -5,10 +5,9 @@ from itertools import chain, combinations
 import numpy as np
 import pytest
 
+from jointplay.numerics import impulses as IMPULSES
 from jointplay.numerics import memory
-from tests.support.plain import uncompiled
 
-IMPULSES = uncompiled("impulses")
 MOST, SIZE = memory.MOST, memory.SIZE
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from numba.core.errors import NumbaError
 
-from jointplay.numerics.interface import POLICY
+from jointplay.numerics.compiler import POLICY
 from tests.support import one_lane
 
 interpreted = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="nothing is compiled")

@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from tests.support.plain import uncompiled
-
-modes = uncompiled("modes")
+from jointplay.numerics import modes
 
 
 def leaning(variant, s, p, m, out):

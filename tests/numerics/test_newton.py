@@ -11,15 +11,6 @@ from jointplay.numerics import step
 from jointplay.numerics.ensemble import attempts, layout
 
 
-@pytest.fixture(autouse=True)
-def plain(monkeypatch):
-    """The verdict as plain Python: what is inlined has no address of its own to be called at."""
-    for place in (step, attempts):
-        for name in ("converged", "error_ratio", "solved", "_verdict"):
-            if function := getattr(place, name, None):
-                monkeypatch.setattr(place, name, getattr(function, "py_func", function))
-
-
 def updates(first, ratio, tolerance, contraction=1e-12):
     """Whether an iteration with updates that shrink by a ratio ends well, and their sizes."""
     sizes = []
@@ -31,8 +22,7 @@ def updates(first, ratio, tolerance, contraction=1e-12):
     f = SimpleNamespace(rate=lambda *_: None, newton=newton)
     k = SimpleNamespace(w=None, J=None, weight=None)
     x = SimpleNamespace(s=None, p=None, m=None, count=np.zeros(40, dtype=int))
-    converge = getattr(step.converge, "py_func", step.converge)
-    solved, _ = converge(f, 0, k, x, 1.0, tolerance, contraction)
+    solved, _ = step.converge(f, 0, k, x, 1.0, tolerance, contraction)
     return solved, sizes
 
 

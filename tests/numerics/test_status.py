@@ -10,8 +10,8 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.trajectory import Request, functions
 from jointplay.analysis.trajectory import memory as run_memory
+from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
-from jointplay.numerics import flow
 from jointplay.numerics.codes import Status
 
 OK, DIVERGED, STEP_LIMIT, CHATTER, NOT_CONVERGED = list(Status)[:5]
@@ -124,5 +124,5 @@ def test_a_run_ends_at_its_end():
         end = begin + span
         k, x, o = run_memory(model, Request(end, 1e-6, at=np.array([end])))
         x.s[0] = begin
-        code = flow.flow(functions(model.structure), k, x, o, None, None)
+        code = cache.method("flow").flow(functions(model.structure), k, x, o, None, None)
         assert (code, x.s[0], x.samples[0, 0]) == (OK, end, end)

@@ -1,18 +1,17 @@
 """A function of one lane with all that such functions may contain, for its compiled form to be tested."""
 
 from math import copysign, cos, sqrt
-from types import FunctionType
 
 from jointplay.numerics.control import bounded
 from jointplay.numerics.ensemble.attempts import solved
 from jointplay.numerics.events import level_of
-from jointplay.numerics.interface import compiled as jitted
+from jointplay.numerics.interface import compiled as marked
 from jointplay.numerics.lanewise import lanewise, plain
 
 SHARE = 0.25
 
 
-@jitted
+@marked
 def root(x):
     """A function with a loop, which is called lane by lane."""
     y = max(x, 1.0)
@@ -50,17 +49,8 @@ def strange(w, i):
     w[8 + i] = w[i]
 
 
-def uncompiled(function):
-    """The same function, and all that it calls, as plain Python."""
-    scope = dict(function.__globals__)
-    for name in function.__code__.co_names:
-        if hasattr(scope.get(name), "py_func"):
-            scope[name] = uncompiled(scope[name].py_func)
-    return FunctionType(function.__code__, scope)
-
-
 compiled, refused = lanewise(written), lanewise(strange)
-looped = plain(uncompiled(written))
+looped = plain(written)
 
 
 @lanewise

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 from collections import defaultdict
 from functools import cache
-from importlib import import_module
 from types import ModuleType
 
 import numpy as np
@@ -16,7 +14,7 @@ from jointplay.codegen.dynamics import Dynamics
 from jointplay.codegen.elimination import Plan
 from jointplay.codegen.variants import variants
 from jointplay.equations.write import system
-from jointplay.numerics import lanewise
+from jointplay.numerics import lanewise, sparse
 
 IMPORTS = re.compile(r"^from (?:jointplay\.numerics|)\.(?:interface|lanewise) import .*$", re.MULTILINE)
 PRETENCE = {
@@ -33,7 +31,7 @@ PRETENCE = {
 def run(source) -> ModuleType:
     """What a generated text defines, uncompiled."""
     source = IMPORTS.sub("", source).replace("from math import", "from numpy import")
-    scope = PRETENCE | {"sparse": uncompiled("sparse")}
+    scope = PRETENCE | {"sparse": sparse}
     exec(source.replace("from jointplay.numerics import sparse", ""), scope)
     scope["copysign"] = lambda size, x: np.copysign(size, np.real(x))
     return _module(scope)
@@ -43,17 +41,6 @@ def _module(scope) -> ModuleType:
     found = ModuleType("plain")
     vars(found).update(scope)
     return found
-
-
-@cache
-def uncompiled(name) -> ModuleType:
-    """A module of the method, uncompiled: operations on lanes are those that its text shows."""
-    source = IMPORTS.sub("", inspect.getsource(import_module(f"jointplay.numerics.{name}")))
-    scope = PRETENCE | {"__package__": "jointplay.numerics"}
-    exec(source.replace("numba.config.DISABLE_JIT", "True"), scope)
-    if name != "lanes":
-        scope |= {key: value for key, value in vars(uncompiled("lanes")).items() if key in scope}
-    return _module(scope)
 
 
 @cache

@@ -115,26 +115,26 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
     """Motions of one structure in lanes, and their tangents."""
     from jointplay.numerics.control import FULL
     from jointplay.numerics.ensemble.layout import C_STATUS, LOGGED, PASSED_BY, PAUSE
-    from jointplay.numerics.interface import direct
+    from jointplay.numerics.ensemble.memory import jobs as waiting
+    from jointplay.numerics.ensemble.memory import lanes as empty
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
     asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
     name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
     called = {"jump": form.jumps > 0, "approaches": any(request.misses for _, request in pairs)}
-    for each in (name, *(PARTS[part] for part in PARTS if called[part])):
+    for each in (name, "ensemble.lane", *(PARTS[part] for part in PARTS if called[part])):
         cache.prepare(each)
     f, g, rows = _functions(models[0], form)  # compiled here while others compile the loop
     v = _variations(models[0]) if tangents else None
-    flow = cache.method(name)
-    parts = _parts(flow, called)
+    run, parts = cache.method(name).flow, _parts(called)
     real = np.array([_real(*pair, form) for pair in pairs])
     whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
     states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
-    jobs = flow.jobs(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
+    jobs = waiting(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
     turning, memories = np.array(form.turning), models[0].memories
-    lanes = flow.lanes(rows, numbers.shape[1], turning, form.crank, memories, form.flags, form.sizes)
-    y = _started(tangents, flow) if tangents else None
-    run, place = direct(flow.flow), jobs.place
+    lanes = empty(rows, numbers.shape[1], turning, form.crank, memories, form.flags, form.sizes)
+    y = _started(tangents) if tangents else None
+    place = jobs.place
     logs = [[jobs.log[:0, 1:]] for _ in models]
     grown = [[y.rows[:0, 1:]] for _ in models] if y else []
 
@@ -181,11 +181,13 @@ def _variations(model: Model) -> tuple:
     return pointers(gradients, size, kind=Variations, signatures=SIGNATURES)
 
 
-def _started(tangents: Sequence[Tangent], flow) -> tuple:
+def _started(tangents: Sequence[Tangent]) -> tuple:
     """Tangents as the loop carries them."""
+    from jointplay.numerics.ensemble.tangent import tangents as carried
+
     starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
     real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
-    return flow.tangents(starts, scales, real, LOG_ROWS)
+    return carried(starts, scales, real, LOG_ROWS)
 
 
 def _functions(model: Model, form: Form) -> tuple:
@@ -201,14 +203,14 @@ def _functions(model: Model, form: Form) -> tuple:
     return f, g, module.ROWS
 
 
-def _parts(flow, called: dict[str, bool]):
+def _parts(called: dict[str, bool]):
     """The parts of the loop that it calls by address, those compiled alone where they are."""
     from jointplay.numerics.ensemble.layout import Parts
-    from jointplay.numerics.interface import address
+    from jointplay.numerics.ensemble.memory import nothing
 
-    own = [getattr(cache.method(PARTS[part]), part) if called[part] else flow.nothing for part in PARTS]
-    each = (flow.enter, flow.event, *own)
-    return Parts(*(address(function, flow.PART) for function in each))
+    own = [getattr(cache.method(PARTS[part]), part) if called[part] else nothing for part in PARTS]
+    lane = cache.method("ensemble.lane")
+    return Parts(lane.enter, lane.event, *own)
 
 
 def _real(model: Model, request: Request, form: Form) -> list[float]:

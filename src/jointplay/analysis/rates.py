@@ -11,7 +11,6 @@ them, are taken from there. The motion and all else that is recorded stay as the
 from __future__ import annotations
 
 from collections.abc import Iterable
-from functools import lru_cache
 
 import numpy as np
 
@@ -62,7 +61,7 @@ def resolved(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) ->
 
 def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Rows at the times of `rows`, each from the beginning of the doubt at its place; 0 where none came."""
-    flow, again = _loops()
+    flow, again = cache.method("flow").flow, cache.method("again").again
     closer = max(CLOSER, min(LEAST / rtol, 1.0))
     k, x, o = memory(model, Request(np.inf, rtol, rows[:, 0], max_steps=ATTEMPTS))
     x = x._replace(absolute=closer * x.absolute, relative=closer * x.relative)
@@ -71,15 +70,6 @@ def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, row
     for i in seen(range(0, len(used), TOGETHER)):
         again(flow, f, k, x, o, doubts[used[i : i + TOGETHER]], first[i : i + TOGETHER])
     return x.samples
-
-
-@lru_cache(maxsize=1)
-def _loops() -> tuple:
-    """The loop that follows a motion, as the one takes it that follows steps anew, and that one."""
-    from jointplay.numerics.interface import address, direct
-
-    method = cache.method("flow")
-    return address(method.flow, method.PLAIN), direct(method.anew)
 
 
 def _modes(model: Model, rows: np.ndarray) -> np.ndarray:

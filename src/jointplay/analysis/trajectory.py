@@ -145,13 +145,12 @@ def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None 
     are any. `tell` is called after each piece.
     """
     from jointplay.numerics.control import STEP_LIMIT
-    from jointplay.numerics.interface import direct
     from jointplay.numerics.memory import FAILED, REJECTED, STEPS
 
     name, vectors = (_loop(structure), 0) if y is None else ("tangent_flow", len(y.alive))
     if name == "excited_flow":
         g = 1
-    f, run, count = functions(structure), direct(cache.method(name).flow), x.count
+    f, run, count = functions(structure), cache.method(name).flow, x.count
 
     def call(limit: int) -> int:
         return run(f, k, x, o._replace(max_steps=limit), g, y)

@@ -3,9 +3,8 @@
 Generated modules are named by the hash of their text, and found by the structure that they belong to without
 deriving its equations again.
 
-The method itself is compiled in a process of its own and then loaded, by every process alike. In one that has
-compiled it, its callees lie in memory a second time, each compiled by itself, and may be called instead; with
-other additions fused to multiplications, a chaotic motion would be another one than in the next process.
+The method itself is compiled to object code (numerics.compiler) in a process of its own, beside what the one
+does that needs it, and loaded by every process alike, without numba.
 """
 
 from __future__ import annotations
@@ -19,11 +18,12 @@ import tempfile
 import threading
 from functools import cache, lru_cache
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import IO
 
 from .. import numerics
-from . import generated, place
+from ..numerics.interface import Compiled, interpreted
+from . import generated, objects, place
 from .digest import digest as digest
 
 # this very package, and no path that leads to it: a folder on the path brings all that lies there
@@ -33,9 +33,10 @@ from importlib.util import module_from_spec, spec_from_file_location
 spec = spec_from_file_location("jointplay", sys.argv[1])
 sys.modules["jointplay"] = module_from_spec(spec)
 spec.loader.exec_module(sys.modules["jointplay"])
-importlib.import_module(sys.argv[2])
+importlib.import_module("jointplay.codegen.cache").build(sys.argv[2])
 """
 _compiling: dict[str, tuple[subprocess.Popen, IO[str]]] = {}
+_loops: dict[str, SimpleNamespace] = {}
 _lock = threading.Lock()
 
 
@@ -53,62 +54,85 @@ def _kept(function):
 def prepare(name: str) -> None:
     """Begin to compile a loop of the method beside what this process does, if no process ever has."""
     with _lock:
-        if not _ready(name) and name not in _compiling and place.read(f"{name}.built") is None:
-            _compile(name)
+        if not (interpreted() or name in _loops or name in _compiling) and _found(name) is None:
+            _start(name)
 
 
-def method(name: str) -> ModuleType:
-    """A compiled loop of the method (`jointplay.numerics`), loaded from where another process has put it."""
-    prepare(name)
+def method(name: str) -> SimpleNamespace:
+    """The compiled functions of a loop of the method, which are those of its module's UNIT.
+
+    Parameters
+    ----------
+    name : str
+        Of a module of `jointplay.numerics` that has a UNIT.
+    """
     with _lock:
-        awaited = name in _compiling
-        if not (_ready(name) or _load(name)):
-            if not awaited:  # its files were damaged, or are gone
-                place.say(f"{name} of the method is not there as it was; it is compiled anew")
-                _compile(name)
-            if awaited or not _load(name):
-                place.say(f"{name} of the method is compiled in this process")
-        return importlib.import_module(_module_of(name))
+        if name not in _loops:
+            _loops[name] = _loaded(name)
+        return _loops[name]
 
 
-def _module_of(name: str) -> str:
-    return f"jointplay.numerics.{name}"
+def build(name: str) -> bytes:
+    """Compile a loop for this processor in this process, and keep it."""
+    from ..numerics.compiler import object_code
+
+    place.compiling(name)
+    kind = objects.target()
+    code = object_code(_module_of(name), kind.cpu, kind.features)
+    place.write(_file(name), code)
+    return code
 
 
-def _ready(name: str) -> bool:
-    """Whether a loop needs neither compiling nor loading."""
-    interpreted = os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
-    return interpreted or _module_of(name) in sys.modules
+def _module_of(name: str) -> ModuleType:
+    return importlib.import_module(f"jointplay.numerics.{name}")
 
 
-def _compile(name: str) -> None:
+def _file(name: str) -> str:
+    return f"{name}.{objects.target().digest}.o"
+
+
+def _found(name: str) -> bytes | None:
+    """Object code of a loop that has been compiled before."""
+    return place.read(_file(name))
+
+
+def _loaded(name: str) -> SimpleNamespace:
+    module = _module_of(name)
+    if interpreted():
+        return SimpleNamespace(**{each: getattr(module, each) for each in module.UNIT})
+    code = _found(name) if name not in _compiling else None
+    if code is None:
+        library = objects.Library(_compiled(name))
+    else:
+        library = objects.Library(code)
+    functions = {
+        each: Compiled(library.address(each), signature, library) for each, signature in module.UNIT.items()
+    }
+    return SimpleNamespace(**functions)
+
+
+def _compiled(name: str) -> bytes:
+    """Object code of a loop, compiled in a process of its own, which may have begun; else in this one."""
+    if name not in _compiling:
+        _start(name)
+    if name in _compiling and _ended_well(*_compiling.pop(name)) and (code := _found(name)) is not None:
+        return code
+    place.say(f"{name} of the method is compiled in this process")
+    return build(name)
+
+
+def _start(name: str) -> None:
     """Start a process that compiles a loop."""
     place.compiling(name)
     path = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))  # empty: the current folder
     own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONSAFEPATH": "1", place.HANDED: str(place.folder())}
-    command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[1] / "__init__.py"), _module_of(name)]
+    command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[1] / "__init__.py"), name]
     said = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115 (closed when the process has ended)
     try:
         child = subprocess.Popen(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said)
         _compiling[name] = child, said
     except OSError as error:
         place.say(f"no process to compile in can be started ({error})")
-
-
-def _load(name: str) -> bool:
-    """Load a loop as soon as the process that compiles it, if any, has ended; whether that went well."""
-    from .kernels import MissingError, loads_only
-
-    if name in _compiling:
-        if not _ended_well(*_compiling.pop(name)):
-            return False
-        place.write(f"{name}.built", b"")
-    try:
-        with loads_only():
-            importlib.import_module(_module_of(name))
-    except MissingError:
-        return False
-    return True
 
 
 def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:

@@ -680,7 +680,7 @@ class Body:
         if "lanewise" in map(_decorator, function.decorator_list) and self.width:
             raise self.refuse(node)
         values = [self.value(each) for each in node.args]
-        if text is not self.module.text and function.name in text.scope.get("SIGNATURES", ()):
+        if text is not self.module.text and function.name in text.scope.get("UNIT", ()):
             return self._outside(text, function, values)
         if self.width and not any(isinstance(each, Array) for each in values):
             if _straight(function) and any(each.width for each in values):

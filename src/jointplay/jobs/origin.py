@@ -57,9 +57,9 @@ def environment() -> dict[str, str]:
 def processor() -> str:
     """The kind of processor that kernels are compiled for: its name, and a digest of what it can do.
 
-    Numba's own word, so with NUMBA_CPU_NAME and NUMBA_CPU_FEATURES heeded.
+    NUMBA_CPU_NAME and NUMBA_CPU_FEATURES are heeded.
     """
-    from jointplay.numerics.numba_private import target  # it takes a second
+    from jointplay.codegen.objects import target
 
     triple, name, features = target()
     return f"{name} {hashlib.sha256(f'{triple} {features}'.encode()).hexdigest()[:8]}"

@@ -1,20 +1,16 @@
 """Doubtful steps: those whose recorded rates may be off are noted, and followed again in shorter ones.
 
-They are followed each from its own beginning (analysis.rates).
+They are followed each from its own beginning (again).
 """
 
-from numpy import inf
-
 from .interface import inner
-from .memory import DOUBT_ROW, DOUBTED, GROWTH, H_LIMIT, SAMPLES, STARTED, T_EVENT, T_SECTION, H, Options
+from .memory import DOUBT_ROW, DOUBTED
 from .radau import ERROR, GAMMA
 from .record import note
 
 KEPT = 0.5  # share of a decay that the polynomial keeps at most, soon after the step's beginning
 MISSED = 0.15  # times h / gamma and the slope's error at the beginning: largest error between the stages
 FIRED, END, TIME = 0, 1, 2  # columns of a doubt
-PARTS = 2  # steps at least
-BEGUN = 1e-2  # of a step: the first one again
 FADING = 0.1  # share of its doubt that a step leaves to the next
 
 
@@ -50,37 +46,3 @@ def doubt(k, x, o, end):
         fired += digit * x.fired[g]
         digit *= 4.0
     note(k, x, o, DOUBT_ROW, fired, end, x.s[0], 0.0)
-
-
-@inner
-def _resume(row, n_x, x):
-    """Begin at a doubt's base point, as if the run had come here."""
-    modes, work = TIME + 1 + n_x, TIME + 1 + n_x + len(x.modes)
-    for i in range(1 + n_x):
-        x.s[i] = row[TIME + i]
-    for j in range(len(x.modes)):
-        x.modes[j] = int(row[modes + j])
-    for i in range(len(x.work)):
-        x.work[i] = row[work + i]
-    fired = int(row[FIRED])
-    for g in range(len(x.fired)):
-        x.fired[g], fired = fired % 4, fired // 4
-    for i in range(len(x.count)):
-        x.count[i] = 0
-    for i in range(GROWTH):
-        x.real[i] = 0.0
-    x.count[STARTED], x.real[H_LIMIT] = 1, inf
-    x.real[T_EVENT], x.real[T_SECTION] = -inf, -inf
-    x.real[H] = BEGUN * (row[END] - row[TIME])
-
-
-def again(flow, f, k, x, o, doubts, first):
-    """Follow each step in doubt; samples from number first[d] on are those within the step of doubt d.
-
-    The flow comes as an address: joined to this loop, it would be compiled a second time.
-    """
-    for d in range(len(doubts)):
-        _resume(doubts[d], o.n_q + o.n, x)
-        x.count[SAMPLES] = first[d]
-        end, h_max = doubts[d, END], (doubts[d, END] - doubts[d, TIME]) / PARTS
-        flow(f, k, x, Options(*o[:4], end, h_max, *o[6:]), None, None)

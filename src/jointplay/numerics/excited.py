@@ -11,11 +11,11 @@ step is short enough if that takes less than half of what the mode gains in it. 
 Algebraic Eigenvalue Problem (1965); Hairer and Wanner (see radau), section IV.3.
 """
 
-from cmath import sqrt
+from math import copysign, hypot
 
 import numpy as np
 
-from .interface import SIGNATURES, entry, handed, inner
+from .interface import SIGNATURES, inner
 from .memory import FOLLOWED, GROWTH, H
 
 FAITHFUL, HALF, SPAN = 5.0, 1e5, 7.0  # h |lambda| at which R takes 2.4e-5; 2.5/2.4e-5, rounded; the most
@@ -36,6 +36,28 @@ def _bound(J, weight, n_q, n):
 
 
 @inner
+def _over(a, b):
+    """Quotient of complex numbers (Smith, 1962), without the error that / has in store for b = 0."""
+    if abs(b.real) >= abs(b.imag):
+        ratio = b.imag / b.real
+        whole = b.real + b.imag * ratio
+        return complex((a.real + a.imag * ratio) / whole, (a.imag - a.real * ratio) / whole)
+    ratio = b.real / b.imag
+    whole = b.real * ratio + b.imag
+    return complex((a.real * ratio + a.imag) / whole, (a.imag * ratio - a.real) / whole)
+
+
+@inner
+def _root(z):
+    """Square root of a complex number (Friedland, Algorithm 312, 1967)."""
+    a, b = z.real, z.imag
+    part = np.sqrt((abs(a) + hypot(a, b)) * 0.5)
+    if part == 0.0:
+        return 0.0 * z
+    return complex(part, b / (2 * part)) if a >= 0.0 else complex(abs(b) / (2 * part), copysign(part, b))
+
+
+@inner
 def _reduce(A, n):
     """Make A zero below its subdiagonal by elimination, keeping its eigenvalues."""
     for m in range(1, n - 1):
@@ -49,7 +71,7 @@ def _reduce(A, n):
         for i in range(n):
             A[i, m], A[i, p] = A[i, p], A[i, m]
         for i in range(m + 1, n):
-            ratio = A[i, m - 1] / A[m, m - 1]
+            ratio = _over(A[i, m - 1], A[m, m - 1])
             if ratio != 0.0:
                 for c in range(n):
                     A[i, c] -= ratio * A[m, c]
@@ -68,9 +90,9 @@ def _iterate(A, n):
             if low == end:
                 break
             half = 0.5 * (A[end - 1, end - 1] - A[end, end])
-            root = sqrt(half * half + A[end - 1, end] * A[end, end - 1])
+            root = _root(half * half + A[end - 1, end] * A[end, end - 1])
             far = half + root if abs(half + root) > abs(half - root) else half - root
-            shift = A[end, end] - (A[end - 1, end] * A[end, end - 1] / far if far != 0.0 else 0.0)
+            shift = A[end, end] - (_over(A[end - 1, end] * A[end, end - 1], far) if far != 0.0 else 0.0)
             _sweep(A, n, low, end, shift)
 
 
@@ -82,7 +104,7 @@ def _sweep(A, n, low, end, shift):
     for i in range(low, end):
         a, b = A[i, i], A[i + 1, i]
         size = np.sqrt(abs(a) ** 2 + abs(b) ** 2)
-        c, s = (a / size, b / size) if size > 0.0 else (1.0 + 0.0j, 0.0j)
+        c, s = (_over(a, size + 0.0j), _over(b, size + 0.0j)) if size > 0.0 else (1.0 + 0.0j, 0.0j)
         A[n, i], A[n + 1, i] = c, s
         for j in range(i, end + 1):
             upper, under = A[i, j], A[i + 1, j]
@@ -116,9 +138,12 @@ def longest(J, weight, A, n_q, n, rate):
     return h
 
 
-@entry(SIGNATURES["at_wall"], handed)
+@inner
 def at_wall(f, guard, at, k, x, o):
     """Note the longest step; in the place of what happens at walls (wall_flow), of which there are none."""
     x.real[FOLLOWED] = np.inf
     if x.real[H] * _bound(k.J, k.weight[o.n_q :], o.n_q, o.n) > FAITHFUL:
         x.real[FOLLOWED] = longest(k.J, k.weight, k.modes, o.n_q, o.n, x.real[GROWTH])
+
+
+UNIT = {"at_wall": SIGNATURES["at_wall"]}

@@ -1,8 +1,7 @@
 """The flow where friction may excite vibrations (numerics.excited), compiled for such structures only."""
 
-from numba import int64, types
-
 from .flow import run
-from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, entry
+from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Signature
 
-flow = entry(int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, int64, types.none))(run)
+flow = run
+UNIT = {"flow": Signature(INT, (FUNCTIONS, WORK, TRAJECTORY, OPTIONS, INT, None))}

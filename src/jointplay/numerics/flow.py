@@ -6,7 +6,6 @@ never an exception.
 """
 
 import numpy as np
-from numba import float64, int64, types, void
 
 from .codes import Section
 from .control import (
@@ -33,9 +32,9 @@ from .control import (
     restarted,
     shorter,
 )
-from .doubts import again, doubt, doubtful
+from .doubts import doubt, doubtful
 from .events import AWAY, THERE, accept_until_event, begins_beyond, dead_centre, passes_centre, state_at
-from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, AtPoint, entry, inlined, inner, spliced
+from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Signature, inlined, inner, spliced
 from .memory import (
     CLOSE,
     CONTRACTION,
@@ -103,7 +102,7 @@ def _commit(w, s, gain, work, b, at, n_x, place, time):
 
 @inlined
 def _at_wall(f, guard, at, k, x, o):
-    f.at_wall(AtPoint(f.rate, f.contacts, f.trig, f.reset), guard, at, k, x, o)
+    f.at_wall(f, guard, at, k, x, o)
 
 
 @inner
@@ -222,6 +221,7 @@ def _take(f, variant, k, x, o, g, y, h, error):
     count[FRESH] = 0
 
 
+@inner
 def run(f, k, x, o, g, y):
     """Run until the end, a full log, or trouble; give back which (OK, FULL, …). Call again to go on.
 
@@ -286,6 +286,5 @@ def run(f, k, x, o, g, y):
             return failure(x.s, o.n_q + o.n)
 
 
-PLAIN = int64(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, types.none, types.none)  # without tangents
-AGAIN = void(types.FunctionType(PLAIN), FUNCTIONS, WORK, TRAJECTORY, OPTIONS, float64[:, ::1], int64[::1])
-flow, anew = entry(PLAIN)(run), entry(AGAIN)(again)
+flow = run
+UNIT = {"flow": Signature(INT, (FUNCTIONS, WORK, TRAJECTORY, OPTIONS, None, None))}  # without tangents

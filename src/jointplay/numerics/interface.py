@@ -1,56 +1,157 @@
-"""How compiled code is made and what a structure's module must supply.
+"""How compiled code is written, what it takes, and what a structure's module must supply.
 
-One policy for every kernel: cached on disk, free of the interpreter's lock, IEEE division, no reference
-counting (a kernel allocates nothing and keeps nothing; counting cost a third of its time). Of the fast-math
-licences only those are taken that keep NaN and infinity meaningful: contraction to fused multiply-add,
-reciprocals, signed zero.
+Functions here are plain Python, and stay so: a decorator marks how one is compiled (numerics.compiler), which
+happens elsewhere, to object code (codegen.cache). What a function takes is said in a few words of its own:
+
+    INT, REAL      a number of 64 bits
+    Array          an array without gaps, by the place of its numbers and the length of each axis
+    Record         a named tuple, by the address of its parts, one after another; no part is ever exchanged
+    Signature      a function, by its address
+
+A compiled function is called by the C convention with these, where an array goes as numba's structure of one
+(seven words for one axis, two more for each further one). A `UNIT` of a module names those of its functions
+that are called from Python or by address, and their signatures; it is compiled, kept and loaded as one.
 
 Between compiled functions an integer written out in a call makes a version of the callee for that very
 number: pass a variable or a float.
 """
 
-from collections.abc import Callable
-from functools import lru_cache
-from typing import NamedTuple
+import ctypes
+import os
+import struct
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any, NamedTuple
 
-import numba
 import numpy as np
-from numba import float64, int64, typeof, types, void
 
 from jointplay import numerics
 
-from . import numba_private
 from .memory import Options, trajectory, work
 
-POLICY = {
-    "nogil": True,
-    "error_model": "numpy",
-    "fastmath": {"contract", "arcp", "nsz"},
-    **numba_private.UNCOUNTED,
-}
+INT, REAL = "int64", "float64"
 
-vector = float64[::1]
-WORK = typeof(work(1, 1, 1, 1, 1, 1, 1))
-TRAJECTORY = typeof(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
-OPTIONS = typeof(Options(*(field(0) for field in Options.__annotations__.values())))
+
+def interpreted() -> bool:
+    """Whether nothing is compiled: kernels run as the Python that they are written in.
+
+    So they do too where places in arrays are to be checked.
+    """
+    flags = (os.environ.get(f"NUMBA_{name}", "0") for name in ("DISABLE_JIT", "BOUNDSCHECK"))
+    return any(flag not in ("", "0") for flag in flags)
+
+
+class Array(NamedTuple):
+    """An array: kind of its numbers, as NumPy names it, and axes."""
+
+    number: str = REAL
+    axes: int = 1
+
+    def words(self, value: np.ndarray) -> tuple[int, ...]:
+        """Place and lengths, as a record has them.
+
+        Raises
+        ------
+        TypeError
+            When it is another kind of array: what is compiled would read beside it.
+        """
+        if value.dtype != self.number or value.ndim != self.axes or not value.flags.c_contiguous:
+            raise TypeError(f"{self}: not an array of {value.dtype} with shape {value.shape}")
+        return (value.__array_interface__["data"][0], *value.shape)
+
+
+class Signature(NamedTuple):
+    """A function: what it gives back (None: nothing), and what it takes."""
+
+    gives: Any
+    takes: tuple
+
+
+class Record:
+    """A kind of named tuple, as compiled code takes it.
+
+    Parameters
+    ----------
+    kind : type
+        The named tuple.
+    fields : mapping
+        What each of its fields is.
+    """
+
+    def __init__(self, kind: type, fields: Mapping[str, Any]):
+        self.kind, self._fields = kind, fields
+
+    @classmethod
+    def of(cls, sample: NamedTuple) -> "Record":
+        """The kind of a named tuple of arrays and numbers."""
+        return cls(type(sample), {name: _seen(value) for name, value in sample._asdict().items()})
+
+    @cached_property
+    def fields(self) -> dict[str, Any]:
+        """What each field is, in order."""
+        return {name: self._fields[name] for name in self.kind._fields}
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Where each field begins, in words of 64 bits; at the end, under an empty name, the size."""
+        found, at = {}, 0
+        for name, what in self.fields.items():
+            found[name], at = at, at + (1 + what.axes if isinstance(what, Array) else 1)
+        return found | {"": at}
+
+    @cached_property
+    def _packed(self) -> Callable[..., bytes]:
+        words = ("q" * (1 + f.axes) if isinstance(f, Array) else "d" if f == REAL else "q" for f in self)
+        return struct.Struct("=" + "".join(words)).pack
+
+    def __iter__(self):
+        return iter(self.fields.values())
+
+    def pack(self, value: tuple) -> bytes:
+        """The words of a tuple of this kind, which must outlive their use."""
+        words = []
+        for what, part in zip(self, value, strict=True):
+            if isinstance(what, Array):
+                words += what.words(part)
+            else:
+                words.append(part.address if isinstance(what, Signature) else part)
+        return self._packed(*words)
+
+
+def _seen(value) -> Any:
+    return Array(value.dtype.name, value.ndim) if isinstance(value, np.ndarray) else _NUMBERS[type(value)]
+
+
+_NUMBERS = {int: INT, float: REAL}
+
+
+def void(*takes) -> Signature:
+    """A function that gives back nothing."""
+    return Signature(None, takes)
+
+
+vector = Array()
+WORK = Record.of(work(1, 1, 1, 1, 1, 1, 1))
+TRAJECTORY = Record.of(trajectory(np.zeros(1), np.zeros(1), 1, 1, 0, 0))
+OPTIONS = Record.of(Options(*(field(0) for field in Options.__annotations__.values())))
 
 SIGNATURES = {
-    "rate": void(int64, vector, vector, vector, vector),
-    "jacobian": void(int64, vector, vector, vector, vector),
-    "contacts": void(int64, vector, vector, vector, vector),
+    "rate": void(INT, vector, vector, vector, vector),
+    "jacobian": void(INT, vector, vector, vector, vector),
+    "contacts": void(INT, vector, vector, vector, vector),
     "trig": void(vector, vector),
-    "reset": void(int64, vector, vector),
-    "extrapolate": void(vector, vector, float64, float64),
+    "reset": void(INT, vector, vector),
+    "extrapolate": void(vector, vector, REAL, REAL),
     "rest": void(vector),
-    "move": void(vector, vector, float64),
-    "factor": void(int64, vector, vector, float64),
-    "newton": float64(int64, vector, vector, vector, vector, float64),
-    "estimate": float64(int64, vector, vector, vector, vector, float64),
-    "variation": void(int64, vector, vector, vector, vector),
+    "move": void(vector, vector, REAL),
+    "factor": void(INT, vector, vector, REAL),
+    "newton": Signature(REAL, (INT, vector, vector, vector, vector, REAL)),
+    "estimate": Signature(REAL, (INT, vector, vector, vector, vector, REAL)),
+    "variation": void(INT, vector, vector, vector, vector),
     "vary": void(vector, vector),
     "divergence": void(vector),
-    "gradient": void(int64, vector, vector, vector, vector),
-    "turned": void(int64, vector, vector, vector),
+    "gradient": void(INT, vector, vector, vector, vector),
+    "turned": void(INT, vector, vector, vector),
 }
 
 
@@ -75,15 +176,6 @@ class Functions(NamedTuple):
     at_wall: Callable
 
 
-class AtPoint(NamedTuple):
-    """Functions of a structure at one point, for events (codegen.module)."""
-
-    rate: Callable
-    contacts: Callable
-    trig: Callable
-    reset: Callable
-
-
 class Variations(NamedTuple):
     """Derivatives of a structure's functions, for tangents (codegen.variation)."""
 
@@ -94,28 +186,53 @@ class Variations(NamedTuple):
     turned: Callable
 
 
-def _typed(kind):
-    return types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in kind._fields], kind)
+FUNCTIONS, VARIATIONS = Record(Functions, SIGNATURES), Record(Variations, SIGNATURES)
+SIGNATURES["at_wall"] = void(FUNCTIONS, INT, INT, WORK, TRAJECTORY, OPTIONS)
 
 
-AT_POINT = _typed(AtPoint)
-SIGNATURES["at_wall"] = void(AT_POINT, int64, int64, WORK, TRAJECTORY, OPTIONS)
-FUNCTIONS, VARIATIONS = _typed(Functions), _typed(Variations)
+_PLAIN = {INT: ctypes.c_int64, REAL: ctypes.c_double}
 
 
-class Pointer(types.WrapperAddressProtocol):
-    """A compiled function as a bare address, which costs a call from Python less than the function itself."""
+class Compiled:
+    """A compiled function of a unit, called from Python with named tuples, numbers and None.
 
-    def __init__(self, function, signature):
-        self._signature = signature
-        self._function = function  # keeps the code alive
-        self._address = getattr(function, "address", 0) or numba_private.address(function, self._signature)
+    Parameters
+    ----------
+    address : int
+        Where it lies.
+    signature : Signature
+        What it takes: records, numbers and addresses.
+    owner : object
+        Kept as long as the function is, so that the code stays where it is.
+    """
 
-    def __wrapper_address__(self) -> int:
-        return self._address
+    def __init__(self, address: int, signature: Signature, owner: Any):
+        self.address, self.signature, self._owner = address, signature, owner
+        gives = None if signature.gives is None else _PLAIN[signature.gives]
+        takes = [word for what in signature.takes for word in _kinds(what)]
+        self._call = ctypes.CFUNCTYPE(gives, *takes)(address)
 
-    def signature(self):
-        return self._signature
+    def __call__(self, *values):
+        """Call it, with the interpreter's lock released."""
+        takes = zip(self.signature.takes, values, strict=True)
+        return self._call(*[word for what, value in takes for word in _words(what, value)])
+
+
+def _kinds(what) -> tuple:
+    """The words of an argument, as ctypes names them."""
+    if isinstance(what, Array):
+        return (ctypes.c_int64,) * (5 + 2 * what.axes)
+    return (_PLAIN[what] if isinstance(what, str) else ctypes.c_void_p,)
+
+
+def _words(what, value) -> tuple:
+    """A value as a compiled function takes it."""
+    if isinstance(what, Record):
+        return (what.pack(value),)
+    if isinstance(what, Array):
+        place, *lengths = what.words(value)
+        return (0, 0, value.size, value.itemsize, place, *lengths, *value.strides)
+    return (value.address if isinstance(what, Signature) else value,)
 
 
 def pointers(*modules, kind=Functions, signatures=SIGNATURES):
@@ -128,48 +245,46 @@ def pointers(*modules, kind=Functions, signatures=SIGNATURES):
 
 def address(function, signature):
     """A compiled function as another one takes it; itself where nothing is compiled."""
-    return function if numba.config.DISABLE_JIT else Pointer(function, signature)
+    if interpreted() or hasattr(function, "address"):
+        return function
+    return numerics.pointer(function, signature)
 
 
-@lru_cache(maxsize=64)
-def direct(function):
-    """A compiled function with one signature, without the search for the version that fits its arguments."""
-    plain = numba.config.DISABLE_JIT or hasattr(function, "address")
-    return function if plain else numba_private.only_version(function)
+def _marks(how):
+    """Make a decorator that says how a function is compiled."""
+
+    def mark(function):
+        function.how = how
+        return function
+
+    return mark
 
 
-def _compiles(**options):
-    """Make a decorator that compiles by the policy, and keeps what it compiled where that is arranged."""
-
-    def decorate(function):
-        made = numba.njit(**POLICY, **options)(function)
-        if numerics.kept is not None and not numba.config.DISABLE_JIT:
-            numba_private.keep(made, numerics.kept(function))
-        return made
-
-    return decorate
-
-
-compiled = _compiles()
-inner = _compiles(**numba_private.INNER)  # called by compiled code alone
-handed = _compiles(**numba_private.HANDED)  # the same by address
-inlined = _compiles(**numba_private.INLINED, **numba_private.INNER)  # what is called once an attempt
-spliced = _compiles(inline="always")  # the same before types are known: long bodies compile faster
+compiled = _marks("compiled")
+inner = _marks("inner")
+inlined = _marks("inlined")  # what is called once an attempt
+spliced = _marks("spliced")  # the same before types are known: long bodies compile faster
+instruction = _marks("instruction")  # written as instructions in another file, beside its meaning in Python
 
 
 def entry(signature, how=compiled):
-    """Compile at import, with an explicit signature: what a structure and the method call of each other."""
+    """Mark a function of a generated module, with the signature by which the method calls it."""
 
-    def compile_now(function):
-        made = how(function)
-        if not numba.config.DISABLE_JIT:
-            made.compile(signature)
-            made.disable_compile()
-        return made
+    def mark(function):
+        function.signature = signature
+        return how(function)
 
-    return compile_now
+    return mark
 
 
-@entry(SIGNATURES["at_wall"], handed)
+@instruction
+def until(o, end, h_max):
+    """Options of a run with another end and longest step."""
+    return o._replace(t_end=end, h_max=h_max)
+
+
 def at_wall(f, guard, at, k, x, o):
     """Do nothing, and never be called: what structures without rigid walls have for wall_flow.at_wall."""
+
+
+at_wall.address = 0

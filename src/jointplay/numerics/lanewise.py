@@ -22,6 +22,8 @@ import numba
 from numba import float64, types
 from numba.extending import intrinsic
 
+from .compiler import ready
+from .interface import interpreted
 from .numba_private import ir
 
 LANES = 8
@@ -35,7 +37,7 @@ OF_ROWS = {math.sqrt: "llvm.sqrt.v8f64", abs: "llvm.fabs.v8f64"}
 
 def lanewise(function):
     """Apply a straight-line function of rows `w` and lane `i` to all lanes."""
-    if numba.config.DISABLE_JIT:
+    if interpreted():
         return plain(function)
 
     def typed(context, w):
@@ -168,11 +170,11 @@ class _Body:
         if function in OF_ROWS:
             kind = ir.FunctionType(ROW, [ROW])
             return self.builder.call(self.declared(OF_ROWS[function], kind), values)
-        written = getattr(function, "py_func", None)  # another of the method's
-        if written and all(isinstance(each, STRAIGHT) for each in _node(written).body):
-            names = zip(written.__code__.co_varnames, values, strict=False)
-            return _Body(self.context, self.builder, written, names=names).run()
-        return self.each(numba.typeof(function) if written else function, *values)
+        written = hasattr(function, "how")  # another of the method's
+        if written and all(isinstance(each, STRAIGHT) for each in _node(function).body):
+            names = zip(function.__code__.co_varnames, values, strict=False)
+            return _Body(self.context, self.builder, function, names=names).run()
+        return self.each(numba.typeof(ready(function)) if written else function, *values)
 
     def extreme(self, order, values):
         """As Python's min and max: another value is taken only where it is beyond."""

@@ -16,9 +16,8 @@ Damping ratios from 0 to 1.
 """
 
 import numpy as np
-from numba import float64, void
 
-from .interface import entry
+from .interface import Array, inner, void
 
 _SHORT = 2.0  # tau below which P and Q are integrated: their closed forms cancel there
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -70,7 +69,7 @@ def _loaded(xi, tau, turn, A, g):
     )
 
 
-@entry(void(float64[:, :, ::1], float64[:, ::1], float64[:, ::1], float64[:, ::1]))
+@inner
 def respond(step, load, eta, rate):
     """Fill modal coordinates and their rates, shape (grid points, modes), from the first row on."""
     for i in range(1, len(load)):
@@ -84,3 +83,6 @@ def respond(step, load, eta, rate):
 def accelerations(omega, damping_ratio, load, eta, rate) -> np.ndarray:
     """eta'' = f - 2 xi omega eta' - omega^2 eta of every grid point and mode."""
     return load - 2.0 * damping_ratio * omega * rate - omega**2 * eta
+
+
+UNIT = {"respond": void(Array(axes=3), Array(axes=2), Array(axes=2), Array(axes=2))}

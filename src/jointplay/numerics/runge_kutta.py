@@ -12,10 +12,21 @@ Some parameters may be functions of time (loads): given at the steps' ends, line
 import math
 
 import numpy as np
-from numba import float64, int64
 
 from .control import DIVERGED, HUGE, OK
-from .interface import FUNCTIONS, OPTIONS, TRAJECTORY, WORK, compiled, entry, inlined
+from .interface import (
+    FUNCTIONS,
+    INT,
+    OPTIONS,
+    REAL,
+    TRAJECTORY,
+    WORK,
+    Array,
+    Signature,
+    compiled,
+    inlined,
+    inner,
+)
 from .memory import EVALUATIONS, STEPS
 from .modes import (
     CONTACT,
@@ -117,12 +128,7 @@ def _arrive(f, k, x, o, row):
         row[1 + n_x + j] = x.modes[j]
 
 
-@entry(
-    int64(
-        *(FUNCTIONS, WORK, TRAJECTORY, OPTIONS, float64, int64[::1], float64[:, ::1], float64[:, ::1]),
-        *(int64, int64),
-    )
-)
+@inner
 def march(f, k, x, o, h, places, loads, rows, done, count):
     """Take steps of length h from x.s, and write down the state at the start and after each.
 
@@ -167,3 +173,8 @@ def _reach(direction: complex) -> float:
     rest = (np.polynomial.Polynomial(R.coef) * np.polynomial.Polynomial(R.coef.conj())).coef.real[1:]
     roots = np.polynomial.Polynomial(rest).roots()  # of (|R|^2 - 1)/distance; those near 0 are rounding
     return float(min(root.real for root in roots if abs(root.imag) < 1e-9 and root.real > 1.0))
+
+
+_TABLE = Array(axes=2)
+_TAKES = FUNCTIONS, WORK, TRAJECTORY, OPTIONS, REAL, Array(INT), _TABLE, _TABLE, INT, INT
+UNIT = {"march": Signature(INT, _TAKES)}

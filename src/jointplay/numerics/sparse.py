@@ -17,9 +17,7 @@ the row at that place, or -1: nothing more, -2: its inverse.
 
 from math import sqrt
 
-from numba import float64, int64, void
-
-from .interface import compiled
+from .interface import INT, REAL, Array, Signature, compiled, vector, void
 from .lanes import (
     add_matvec,
     axpy,
@@ -36,14 +34,14 @@ from .radau import EIGEN_IM, EIGEN_RE, ERROR, GAMMA, LANES, NODES, TO_EIGEN, TO_
 
 AHEAD = 2  # rows between X and E
 NOTHING, INVERSE = -1, -2
-_vector, _plan = float64[::1], int64[::1]
-SIGNATURES = {  # of what generated functions call by address (codegen.elimination)
-    "extrapolate": void(_vector, _vector, float64, float64, _plan),
-    "rest": void(_vector, _plan),
-    "move": void(_vector, _vector, float64, _plan),
-    "factor": void(_vector, _vector, float64, _plan, _plan, _plan),
-    "newton": float64(_vector, _vector, _vector, _vector, float64, _plan, _plan, _plan),
-    "estimate": float64(_vector, _vector, _vector, _vector, float64, _plan, _plan, _plan, _plan),
+_PLAN = Array(INT)
+UNIT = {  # what generated functions call by address (codegen.elimination)
+    "extrapolate": void(vector, vector, REAL, REAL, _PLAN),
+    "rest": void(vector, _PLAN),
+    "move": void(vector, vector, REAL, _PLAN),
+    "factor": void(vector, vector, REAL, _PLAN, _PLAN, _PLAN),
+    "newton": Signature(REAL, (vector, vector, vector, vector, REAL, _PLAN, _PLAN, _PLAN)),
+    "estimate": Signature(REAL, (vector, vector, vector, vector, REAL, _PLAN, _PLAN, _PLAN, _PLAN)),
 }
 
 

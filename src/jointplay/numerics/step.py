@@ -38,13 +38,27 @@ def converge(f, variant, k, x, h, tolerance, contraction):
         if iteration > 1:
             theta = size / before
             factor = error_ratio(theta)
-            hopeless = factor * size * theta ** (ITERATIONS - 1 - iteration) > tolerance
+            left = ITERATIONS - 1 - iteration
+            ahead = _power(theta, left) if left >= 0 else 1.0 / max(theta, 1e-300)
+            hopeless = factor * size * ahead > tolerance
             if hopeless and (iteration > 2 or theta > 1.0):  # two updates may be of different components
                 return size < ROUNDED, 1.0
         if converged(size, factor, tolerance, STALE):
             return True, factor
         before = max(size, 1e-300)
     return False, 1.0
+
+
+@inner
+def _power(x, n):
+    """Power of x, n a whole number from 0 on; a negative one, as ** has it, would raise an error at 0."""
+    found = 1.0
+    while n > 0:
+        if n % 2 == 1:
+            found *= x
+        x *= x
+        n //= 2
+    return found
 
 
 @inlined

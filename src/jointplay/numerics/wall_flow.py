@@ -1,6 +1,6 @@
 """What happens at rigid walls, compiled only for structures that have some; the flow calls it by address."""
 
-from .interface import SIGNATURES, entry, handed
+from .interface import SIGNATURES, inner
 from .memory import EVENT_ROW, EVENTS
 from .modes import REST
 from .record import note
@@ -9,7 +9,7 @@ from .sliding import rub, walls_of
 from .walls import START, STEP, begin, hold, stay, strike
 
 
-@entry(SIGNATURES["at_wall"], handed)
+@inner
 def at_wall(f, guard, at, k, x, o):
     """Do what an event of a wall's guard asks for at the base point, or the start, or the end of a step.
 
@@ -37,3 +37,6 @@ def at_wall(f, guard, at, k, x, o):
         if at >= 0:
             note(k, x, o, EVENT_ROW, float(contact), float(REST), time + lasting, 0.0)
         count_event(k, x, o, contact, REST, time + lasting)
+
+
+UNIT = {"at_wall": SIGNATURES["at_wall"]}

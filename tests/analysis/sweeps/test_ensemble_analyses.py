@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,13 +15,13 @@ from jointplay.analysis.states.basins import basins
 from jointplay.analysis.sweeps import chains
 from jointplay.analysis.ways import IN_LANES, LEFT
 from jointplay.cli import main
+from jointplay.codegen import cache
 from jointplay.codegen.ensemble.form import laid_out
 from jointplay.equations.write import system
 from jointplay.errors import InputError
 from jointplay.jobs.worker import Task, work
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble, linkage
-from jointplay.numerics import interface
 from jointplay.numerics.codes import Status
 from jointplay.numerics.ensemble import layout
 from jointplay.study.file import validate
@@ -59,21 +60,25 @@ def test_a_sweep_in_lanes_is_that_one_by_one():
 
 @pytest.mark.parametrize("exponents", [0, 1])
 def test_what_lanes_cannot_finish_goes_on_by_itself(monkeypatch, exponents):
-    def failing(loop):
+    def failing(name):
+        loop = method(name)
+        if name not in ("ensemble.flow", "ensemble.tangent_flow"):
+            return loop
+
         def run(*given):
-            code = direct(loop)(*given)
+            code = loop.flow(*given)
             for jobs in given:
                 if isinstance(jobs, layout.Jobs):
                     jobs.count[1, layout.C_STATUS] = Status.NOT_CONVERGED
             return code
 
-        return run
+        return SimpleNamespace(flow=run)
 
-    direct = interface.direct
+    method = cache.method
     each, over = catalog.chunmei2002(gear_ratio=3.0), {"clearance": np.geomspace(2e-5, 4e-5, 3)}
     how = SWEEP | {"n_jobs": 1} | ({"exponents": 1, "lyapunov_turns": 5} if exponents else {})
     alone, beside = (jp.bifurcation(each, over=over, **how, **more) for more in ({}, {"ensemble": True}))
-    monkeypatch.setattr(interface, "direct", failing)
+    monkeypatch.setattr(cache, "method", failing)
     found = jp.bifurcation(each, over=over, ensemble=True, **how)
     assert not found.cell_status.any()
     assert found.followed.values.ravel().tolist() == [IN_LANES, LEFT, IN_LANES]

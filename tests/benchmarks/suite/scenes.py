@@ -83,17 +83,16 @@ def prepared(part, turns, rtol):
 
 def followed(model, request):
     """A run of the flow."""
-    from jointplay.numerics.interface import direct
+    from jointplay.numerics.control import FULL, OK
     from jointplay.numerics.memory import LOGGED
 
-    flow = cache.method("flow")
-    f, run, (k, x, o) = functions(model.structure), direct(flow.flow), memory(model, request)
-    began, code = time.process_time(), flow.FULL
-    while code == flow.FULL:
+    f, run, (k, x, o) = functions(model.structure), cache.method("flow").flow, memory(model, request)
+    began, code = time.process_time(), FULL
+    while code == FULL:
         code = run(f, k, x, o, None, None)
         x.count[LOGGED] = 0
     seconds = time.process_time() - began
-    if code != flow.OK:
+    if code != OK:
         raise RuntimeError(f"the run ended with {code}")
     return seconds, counts(x)
 

@@ -86,11 +86,10 @@ def _compiled(name: str) -> tuple[objects.Library, dict[str, str]]:
 @cache
 def _address(name: str) -> int:
     """Where a function of the method is that generated code calls by name."""
-    from jointplay.numerics import numba_private
+    from ..cache import method
 
     module, _, function = name.rpartition(".")
-    found = importlib.import_module(module)
-    return numba_private.address(getattr(found, function), found.SIGNATURES[function])
+    return getattr(method(module.removeprefix("jointplay.numerics.")), function).address
 
 
 class Function:

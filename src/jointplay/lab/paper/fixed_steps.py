@@ -177,7 +177,4 @@ class March:
     @cached_property
     def _loop(self) -> tuple:
         """The structure's functions, the compiled loop and its pace."""
-        from jointplay.numerics.interface import direct
-        from jointplay.numerics.runge_kutta import march
-
-        return functions(self.model.structure), direct(march), Pace()
+        return functions(self.model.structure), cache.method("runge_kutta").march, Pace()

@@ -24,11 +24,8 @@ def units(model: Model) -> np.ndarray:
 
 def starting_modes(model: Model) -> np.ndarray:
     """Contact modes of a model's start."""
-    from jointplay.numerics.interface import direct
-
-    flow = cache.method("flow")
     k, x, o = memory(model, Request(0.0))
-    direct(flow.flow)(functions(model.structure), k, x, o, None, None)
+    cache.method("flow").flow(functions(model.structure), k, x, o, None, None)
     return x.modes.copy()
 
 

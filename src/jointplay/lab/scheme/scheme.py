@@ -166,7 +166,7 @@ class Scheme:
 
     def once(self, start: State, loads: np.ndarray) -> Pass:
         """One pass under given loads."""
-        from jointplay.numerics.modal_response import accelerations, respond
+        from jointplay.numerics.modal_response import accelerations
 
         rows = self.march(start.rigid, self.h, len(loads) - 1, loads)
         force = np.full((len(rows), len(self.modes.names)), np.nan)
@@ -175,7 +175,7 @@ class Scheme:
             force = self.quantities(rows, loads).evaluated(loaded)
         eta, rate = np.empty_like(force), np.empty_like(force)
         eta[0], rate[0] = start.eta, start.rate
-        respond(self.recurrence, force, eta, rate)
+        cache.method("modal_response").respond(self.recurrence, force, eta, rate)
         found = accelerations(self.modes.omega, self.modes.damping_ratio, force, eta, rate)
         return Pass(rows, loads, eta, rate, found, eta @ self.modes.gauge)
 

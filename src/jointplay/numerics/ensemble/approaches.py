@@ -3,7 +3,7 @@
 As numerics.record for one trajectory.
 """
 
-from ..interface import entry, handed, spliced
+from ..interface import inner, spliced
 from ..memory import MISS_ROW
 from ..modes import GAP
 from ..polynomial import differentiate, next_extremum, value
@@ -32,7 +32,7 @@ def _of_gap(k, j, i, contact, rising, end):
         at, degree = next_extremum(b, degree, at, side, end, k.stack)
 
 
-@entry(PART, handed)
+@inner
 def approaches(f, k, j, i):
     """Log closest approaches of open gaps in the step that is taken, up to its end (numerics.record)."""
     end = 1.0 + k.w[8 * rows.LATER + i] / k.w[8 * rows.H + i]
@@ -40,3 +40,6 @@ def approaches(f, k, j, i):
         flies = k.w[8 * (rows.SIDE + 4 * contact + GAP) + i] < 0.0
         if flies or contact >= len(k.flags):
             _of_gap(k, j, i, contact, 1.0 if flies else -1.0, end)
+
+
+UNIT = {"approaches": PART}

@@ -1,21 +1,18 @@
 """The loop over an ensemble: eight trajectories at once, finished ones replaced, until none waits.
 
 A pass is one attempt of every lane, in lanes (codegen.ensemble); what is not plain goes through `attempts`.
-What a lane does seldom is compiled by itself, and called by address: for the loop with tangents and without.
+What a lane does seldom (lane, jumps, approaches) is compiled by itself, and called by address: for the loop
+with tangents and without.
 """
 
-from numba import int64, types
-
 from ..control import FULL, OK
-from ..interface import entry, inlined
+from ..interface import INT, Signature, inlined, inner
 from . import layout as rows
 from . import tangent
 from .attempts import special
-from .lane import ends, enter, event, leave
-from .memory import AT_EVENT, JOBS, LANES, PART, PARTS, ROOM, jobs, lanes, nothing
+from .lane import ends, leave
+from .memory import AT_EVENT, JOBS, LANES, PARTS, ROOM
 from .tangent import base_slopes, before_event, carry, jump, lay_down, renew, take_up
-
-__all__ = ["FULL", "PART", "enter", "event", "flow", "jobs", "lanes", "nothing"]
 
 
 @inlined
@@ -48,6 +45,7 @@ def _attempt(g, w):
     g.judge(w)
 
 
+@inner
 def run(f, parts, g, k, j, v, y):
     """Run until all trajectories are done (OK), or the log is full, or it is time for a pause (FULL).
 
@@ -119,4 +117,5 @@ def _renew(k, y):
             renew(k, y, i)
 
 
-flow = entry(int64(AT_EVENT, PARTS, rows.FUNCTIONS, LANES, JOBS, types.none, types.none))(run)
+flow = run
+UNIT = {"flow": Signature(INT, (AT_EVENT, PARTS, rows.FUNCTIONS, LANES, JOBS, None, None))}

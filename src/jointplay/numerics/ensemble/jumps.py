@@ -3,7 +3,7 @@
 As at a wall (numerics.walls); where a body may rest, or meets two walls at once, its lane steps aside.
 """
 
-from ..interface import entry, handed, inner
+from ..interface import inner
 from ..modes import GAP, IMPACT, look
 from ..walls import low, move, throw_off
 from . import layout as rows
@@ -22,7 +22,7 @@ def _met_too(k, o, c):
     return False
 
 
-@entry(PART, handed)
+@inner
 def jump(f, k, j, i):
     """The state of a lane jumps."""
     c, o = k.whole[8 * rows.AT + i] // 4, settings(j.real[k.whole[8 * rows.JOB + i]])
@@ -46,3 +46,6 @@ def jump(f, k, j, i):
     for r in range(k.n - k.phases):
         w[8 * (rows.SPEED + k.phases + r) + i] = k.s[1 + k.n_q + r]
     end_event(k, j, i, c, IMPACT + 0 * c)
+
+
+UNIT = {"jump": PART}

@@ -3,7 +3,7 @@
 from math import cos, inf, sin
 
 from ..control import CHATTER, CHATTER_COUNT, STEP_LIMIT, at_end
-from ..interface import entry, handed, inlined, inner, spliced
+from ..interface import inlined, inner, spliced
 from ..modes import FORCE, FREE, GAP, REMEMBERS, SLIDE, follow, look, start
 from ..walls import moves_with
 from . import layout as rows
@@ -33,7 +33,7 @@ def _start(f, k, j, i):
     scatter(k, i)
 
 
-@entry(PART, handed)
+@inner
 def enter(f, k, j, i):
     """The trajectory whose number is at JOB takes lane i."""
     job = k.whole[8 * rows.JOB + i]
@@ -73,7 +73,7 @@ def enter(f, k, j, i):
     record(k, i, j.start[job])
 
 
-@entry(PART, handed)
+@inner
 def event(f, k, j, i):
     """Change the mode of a contact at the base point of a lane."""
     c, guard = k.whole[8 * rows.AT + i] // 4, k.whole[8 * rows.AT + i] % 4
@@ -119,3 +119,6 @@ def leave(k, j, i):
     j.count[job, rows.C_STEPS] = int(w[8 * rows.STEPS + i])
     j.count[job, rows.C_EVALUATIONS] = (rows.UPDATES * STAGES + 1) * passes
     k.whole[8 * rows.JOB + i], k.whole[8 * rows.PHASE + i] = -1, STEPPING
+
+
+UNIT = {"enter": PART, "event": PART}

@@ -11,10 +11,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numba import int64, types, void
 
+from ..interface import INT, Record, vector, void
 from ..interface import SIGNATURES as ONE_BY_ONE
-from ..interface import vector
 from . import CONTACTS, FOLDS, N
 from .radau import STAGES
 
@@ -58,7 +57,7 @@ D_Z, D_W, D_F, D_PAST, _next = _blocks(_next, 4, N * STAGES)  # as those of the 
 SLOPES, _next = _blocks(_next, 1, (1 + STAGES) * 2 * N * N)  # d rate / d state: base, stages
 NUMBERS = _next  # parameters, and what follows from these alone
 
-CALL, STAGE_CALL = void(vector), void(vector, int64)
+CALL, STAGE_CALL = void(vector), void(vector, INT)
 
 
 class Functions(NamedTuple):
@@ -112,11 +111,7 @@ SIGNATURES |= {"point": STAGE_CALL, "keep": STAGE_CALL}
 SIGNATURES["gradient"] = ONE_BY_ONE["gradient"]
 
 
-def _typed(kind):
-    return types.NamedTuple([types.FunctionType(SIGNATURES[name]) for name in kind._fields], kind)
-
-
-FUNCTIONS, VARIATIONS = _typed(Functions), _typed(Variations)
+FUNCTIONS, VARIATIONS = Record(Functions, SIGNATURES), Record(Variations, SIGNATURES)
 
 # Places in Jobs.real, of one trajectory each
 J_END, J_TOLERANCE, J_REST, J_NEAR, J_HOP, J_PLAY, J_H, J_SWIFT, J_LEVEL, J_PERIOD, J_FLOORS = range(11)

@@ -1,9 +1,8 @@
 """What a run over an ensemble holds, allocated; and the types of that, with which its parts are compiled."""
 
 import numpy as np
-from numba import int64, typeof, types, void
 
-from ..interface import SIGNATURES, entry, handed
+from ..interface import INT, SIGNATURES, Record, void
 from ..memory import STACK, lane_rows, trajectory
 from . import CONTACTS
 from . import layout as rows
@@ -74,16 +73,16 @@ def lanes(
 
 
 _NONE = np.zeros(1, dtype=np.int64)
-JOBS = typeof(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
+JOBS = Record.of(jobs(np.zeros((1, 1)), np.zeros((1, 1)), np.zeros((1, 1)), _NONE.reshape(1, 1), 1, 1))
 _SIZES = dict.fromkeys(("positions", "speeds", "angles", "resets"), 1)
-LANES = typeof(lanes(1, 1, np.zeros(1), 0, 0, _NONE, _SIZES))
-AT_EVENT = types.NamedTuple(
-    [types.FunctionType(SIGNATURES[name]) for name in rows.AtEvent._fields], rows.AtEvent
-)
-PART = void(AT_EVENT, LANES, JOBS, int64)
-PARTS = types.NamedTuple([types.FunctionType(PART)] * len(rows.Parts._fields), rows.Parts)
+LANES = Record.of(lanes(1, 1, np.zeros(1), 0, 0, _NONE, _SIZES))
+AT_EVENT = Record(rows.AtEvent, SIGNATURES)
+PART = void(AT_EVENT, LANES, JOBS, INT)
+PARTS = Record(rows.Parts, dict.fromkeys(rows.Parts._fields, PART))
 
 
-@entry(PART, handed)
 def nothing(f, k, j, i):
     """Do nothing, and never be called: in the place of a part that is not asked for."""
+
+
+nothing.address = 0
