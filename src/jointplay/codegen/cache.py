@@ -222,7 +222,7 @@ def _module(key: str, text) -> ModuleType:
         place.write(f"{name}.py", source.encode())
         place.write(f"{_short(key)}.name", name.encode())
         _named.cache_clear()
-    module = generated.load(name)
+    module = generated.load(name, method)
     place.settle()
     return module
 

@@ -43,6 +43,12 @@ def keep(function, cache) -> None:
     function._cache = cache
 
 
+def only_version(function):
+    """The code of a compiled function with one signature, without the search for the version that fits."""
+    (version,) = function.overloads.values()
+    return version.entry_point
+
+
 def address(function, signature) -> int:
     """Where a compiled function lies in memory."""
     return _get_wrapper_address(function, signature)

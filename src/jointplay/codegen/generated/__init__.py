@@ -15,6 +15,7 @@ import importlib
 import marshal
 import os
 import sys
+from collections.abc import Callable
 from functools import cache, lru_cache
 from importlib.abc import InspectLoader, MetaPathFinder
 from importlib.machinery import ModuleSpec
@@ -38,13 +39,13 @@ def as_python() -> bool:
 
 
 @lru_cache(maxsize=KEPT)
-def load(name: str) -> ModuleType:
-    """The module of a text that was written under a name."""
+def load(name: str, method: Callable) -> ModuleType:
+    """The module of a text that was written under a name; `method` is cache.method."""
     if as_python():
         return importlib.import_module(f"{__name__}.{name}")
     module = ModuleType(f"{__name__}.{name}", "Constants of a generated text, and its functions compiled.")
     exec(_constants(name), vars(module))
-    library, entries = _compiled(name)
+    library, entries = _compiled(name, method)
     for function, kinds in entries.items():
         setattr(module, function, Function(library, function, kinds))
     return module
@@ -69,7 +70,7 @@ def _constants(name: str) -> CodeType:
     return code
 
 
-def _compiled(name: str) -> tuple[objects.Library, dict[str, str]]:
+def _compiled(name: str, method: Callable) -> tuple[objects.Library, dict[str, str]]:
     """The functions of a text in memory, and the kinds of their arguments (`Function`)."""
     file = f"{name}.{objects.target().digest}.o"
     if (kept := place.read(file)) is None:
@@ -80,14 +81,12 @@ def _compiled(name: str) -> tuple[objects.Library, dict[str, str]]:
         kept = marshal.dumps((entries, outside, objects.emit(instructions)))
         place.write(file, kept)
     entries, outside, code = marshal.loads(kept)
-    return objects.Library(code, {each: _address(each) for each in outside}), entries
+    return objects.Library(code, {each: _address(each, method) for each in outside}), entries
 
 
 @cache
-def _address(name: str) -> int:
+def _address(name: str, method: Callable) -> int:
     """Where a function of the method is that generated code calls by name."""
-    from ..cache import method
-
     module, _, function = name.rpartition(".")
     return getattr(method(module.removeprefix("jointplay.numerics.")), function).address
 

@@ -10,14 +10,15 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numba
-from numba import float64, int64, void
+from numba import float64, int64, types, void
 
-from jointplay.numerics.interface import POLICY, Functions, vector
-from jointplay.numerics.modes import follow
+from jointplay.numerics.compiler import POLICY, ready, signed
+from jointplay.numerics.interface import SIGNATURES, Functions, interpreted
+from jointplay.numerics.modes import follow as marked
 
 VARIANT, N_Q, N, FIRST, GUARDS, S, P, M, END = range(9)  # places in `place`; S, P, M, END are places in `b`
 USED = 7  # of the lanes
-whole, matrix = int64[::1], float64[:, ::1]
+vector, whole, matrix = float64[::1], int64[::1], float64[:, ::1]
 
 
 class Callbacks(NamedTuple):
@@ -29,8 +30,24 @@ class Callbacks(NamedTuple):
     changed: Callable
 
 
+class _Pointer(types.WrapperAddressProtocol):
+    """A function of a structure, by its address, as numba takes it."""
+
+    def __init__(self, function, signature):
+        self._function, self._signature = function, signature
+
+    def __wrapper_address__(self) -> int:
+        return self._function.address
+
+    def signature(self):
+        return self._signature
+
+
 def callbacks(f: Functions, planned: bool) -> Callbacks:
     """Compile the callbacks of a structure, from its functions."""
+    if not interpreted():
+        called = ("trig", "rate", "jacobian", "contacts")
+        f = f._replace(**{name: _Pointer(getattr(f, name), signed(SIGNATURES[name])) for name in called})
     placed = _placing(f.trig)
     evaluate = _evaluation(f.rate, placed)
     derivatives = _by_differences(evaluate) if planned else _written_out(f.jacobian, placed)
@@ -133,6 +150,8 @@ def _by_differences(evaluate):
 
 def _changed(contacts, placed):
     """Change modes where a guard has fallen to zero; give back the kind of event."""
+
+    follow = ready(marked)
 
     @_compiled(int64, whole, whole, whole, float64, vector, gives=int64)
     def changed(place, b, t, y, guard, flags, modes, fired, rest, out):

@@ -33,10 +33,12 @@ def starting_modes(model: Model) -> np.ndarray:
 def compiled(structure: Linkage | Oscillator):
     """The callbacks of a structure, to be called without a search for the version that fits."""
     from jointplay.lab.precision.callbacks import Callbacks, callbacks
-    from jointplay.numerics.interface import direct
+    from jointplay.numerics.interface import interpreted
+    from jointplay.numerics.numba_private import only_version
 
     f, planned = functions(structure), cache.structure_module(structure).SIZES["planned"]
-    return Callbacks(*map(direct, callbacks(f, bool(planned))))
+    made = callbacks(f, bool(planned))
+    return made if interpreted() else Callbacks(*map(only_version, made))
 
 
 def aligned(blocks: list[np.ndarray]) -> np.ndarray:
