@@ -9,8 +9,10 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
+import netCDF4
 import pytest
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
@@ -30,6 +32,11 @@ try:
 except SystemExit as end:
     code = end.code
 assert not code
+"""
+COMPARE = """
+from jointplay.study.file import load
+from jointplay.study.standing import refuse_other
+refuse_other(load("quickstart.toml").record, Path(sys.argv[2]))
 """
 COMPILES = "sympy numba llvmlite"
 DRAWS = "matplotlib PIL fontTools"
@@ -64,6 +71,20 @@ def test_a_command_loads_what_it_needs(command, tmp_path):
 @pytest.mark.parametrize("code", PYTHON)
 def test_a_call_loads_what_it_needs(code, tmp_path):
     hold(code, tmp_path, (), *PYTHON[code])
+
+
+def test_a_result_that_is_there_is_compared_by_its_attributes(tmp_path):
+    """Before a run writes over it; the second look costs no xarray."""
+    text = QUICKSTART.read_text()
+    (tmp_path / "quickstart.toml").write_text(text)
+    with netCDF4.Dataset(tmp_path / "own.nc", "w") as file:
+        file.provenance = json.dumps({"study": tomllib.loads(text) | {"name": "quickstart"}})
+    heavy = f"{COMPILES} {DRAWS} {RARE} xarray pandas"
+    hold(COMPARE, tmp_path, ("own.nc",), 600, heavy)
+    with netCDF4.Dataset(tmp_path / "other.nc", "w") as file:
+        file.provenance = json.dumps({"study": tomllib.loads(text) | {"name": "other"}})
+    with pytest.raises(AssertionError, match="other settings"):
+        hold(COMPARE, tmp_path, ("other.nc",), 600, heavy)
 
 
 def hold(code, folder, words, most, none):

@@ -22,7 +22,7 @@ from jointplay.numerics.codes import Mode
 
 Spans = Sequence[tuple[float, float]]  # from, to, in s, ascending and apart
 FINE, COARSE = 4096, 720  # even times in a turn: of short spans, and at least
-MANY, MOST = 131_072, 2_000_000  # even times in all: beyond the first coarser ones, beyond the second none
+MANY, MOST = 16_384, 2_000_000  # even times in all: beyond the first coarser ones, beyond the second none
 BLOCK = 100_000  # rows evaluated at once
 UNEVEN = 0.01  # of the longer of two intervals: a shorter one is not used for a parabola
 NORMAL, ACROSS, PINS = "normal_force", "tangential_force", "reaction"

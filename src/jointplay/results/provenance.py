@@ -6,7 +6,7 @@ The wall time is the variable ``wall_time`` of the result and no part of this re
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from jointplay.codegen import cache
@@ -60,8 +60,13 @@ def attach(
 
 def read(dataset: xr.Dataset) -> dict[str, Any]:
     """The provenance that a dataset holds; empty where there is none that can be read."""
+    return held(dataset.attrs)
+
+
+def held(attributes: Mapping[Any, Any]) -> dict[str, Any]:
+    """The provenance among the attributes of a dataset; empty where there is none that can be read."""
     try:
-        origin = json.loads(dataset.attrs["provenance"])
+        origin = json.loads(attributes["provenance"])
     except (KeyError, TypeError, ValueError, RecursionError):
         return {}
     return origin if isinstance(origin, dict) else {}

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -173,6 +173,21 @@ def opened(path: Path | str) -> Iterator[xr.Dataset]:
     """Open a result file, of which only what is asked for is read; `InputError` as of `open_result`."""
     import xarray as xr
 
+    with _told(path), xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
+        yield dataset
+
+
+def attributes(path: Path | str) -> dict[str, Any]:
+    """Attributes of a result file, of which nothing else is read; `InputError` as of `open_result`."""
+    from netCDF4 import Dataset
+
+    with _told(path), Dataset(Path(path).absolute()) as file:
+        return {name: file.getncattr(name) for name in file.ncattrs()}
+
+
+@contextmanager
+def _told(path: Path | str) -> Iterator[None]:
+    """Make an `InputError` of what goes wrong as a result file is read."""
     expected = "the name of a result file (netCDF) that `jointplay run` wrote"
     given = os.fspath(path) if isinstance(path, os.PathLike) else path
     if not isinstance(given, str) or not os.path.isfile(given):
@@ -180,8 +195,8 @@ def opened(path: Path | str) -> Iterator[xr.Dataset]:
         why = "it is no regular file" if there else "there is no such file"
         raise refuse(given, f"{expected}; {why}", "result")
     try:
-        with held(), xr.open_dataset(Path(path).absolute(), engine=ENGINE) as dataset:
-            yield dataset
+        with held():
+            yield
     except MemoryError:
         raise
     except Exception as error:  # in a file of others anything may be of another type than is read here

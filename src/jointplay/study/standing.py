@@ -16,7 +16,7 @@ from typing import Any
 from jointplay.errors import InputError, Problem
 from jointplay.results import provenance
 from jointplay.results.outcome import name_of
-from jointplay.results.store import opened
+from jointplay.results.store import attributes, opened
 from jointplay.study.file import validate
 from jointplay.study.models import Study
 
@@ -54,8 +54,7 @@ def _listed(keys: list[str]) -> str:
 def _differences(record: Study, path: Path) -> list[str]:
     """Keys in which a study differs from that of a stored result; what the file is, where it has none."""
     try:
-        with opened(path) as dataset:
-            stored = validate(provenance.read(dataset).get("study", {}))
+        stored = validate(provenance.held(attributes(path)).get("study", {}))
     except InputError:
         return [UNREAD]
     before, now = (dict(_flat(_plain(each))) for each in (stored, record))
