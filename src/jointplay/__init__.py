@@ -22,7 +22,6 @@ if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].removeprefix("-m") =
     except (OSError, ValueError):  # the folder is gone, or was kept off the path
         pass
 
-from jointplay.codegen.cache import activate
 from jointplay.errors import no_attribute
 from jointplay.kinds import KINDS
 
@@ -54,8 +53,6 @@ _HOME = {
     **dict.fromkeys(_RECORDS.split(), "mechanism.records"),
 }
 __all__ = ["__version__", *_HOME]
-
-activate()
 
 
 def __getattr__(name: str):

@@ -6,6 +6,7 @@ every bit is the same, in rows of lanes too. Sines and powers are those of one l
 
 from __future__ import annotations
 
+import inspect
 import math
 import zlib
 
@@ -19,6 +20,7 @@ from jointplay.codegen.generated import Function, _address
 from jointplay.codegen.instructions import RefusedError, written
 from jointplay.mechanism.assemble import assemble
 from tests.codegen.samples import ARGUMENTS, oscillator
+from tests.support import one_lane
 from tests.support.laws_grid import GUIDED, PAIRS, mechanism
 from tests.support.plain import run
 
@@ -208,3 +210,24 @@ def test_code_for_another_processor_does_the_same(processor):
         function(1, *given[1:])
         found.append(given[1])
     assert np.array_equal(*found)
+
+
+STRANGE_NUMBERS = np.array([0.0, -0.0, 1.0, np.inf, -np.inf, np.nan, 1e-300, -2.0])
+
+
+def test_every_lane_has_what_plain_python_gives():
+    source = inspect.getsource(one_lane.written).replace("def written", "@lanewise\ndef part")
+    imports = ("from math import copysign, cos, sqrt", "from tests.support.one_lane import SHARE, bounded")
+    imports += ("from tests.support.one_lane import level_of, root, solved",)
+    run, _ = compiled("\n".join([*imports, source, "def run(w):", "    part(w)", ""]))["run"]
+    random = np.random.default_rng(3)
+    for _ in range(20):
+        w = np.zeros((23, 8))
+        w[:4] = random.normal(size=(4, 8))
+        w[0] = random.permutation(STRANGE_NUMBERS)
+        w[1], w[3] = np.where(random.random((2, 8)) < 0.3, w[[0, 2]], w[[1, 3]])
+        mine, plain = w.ravel().copy(), w.ravel().copy()
+        run(mine)
+        with np.errstate(all="ignore"):
+            one_lane.looped(plain)
+        np.testing.assert_allclose(mine, plain, rtol=1e-14, atol=1e-290)

@@ -6,7 +6,7 @@ from jointplay.numerics.control import bounded
 from jointplay.numerics.ensemble.attempts import solved
 from jointplay.numerics.events import level_of
 from jointplay.numerics.interface import compiled as marked
-from jointplay.numerics.lanewise import lanewise, plain
+from jointplay.numerics.lanewise import lanewise
 
 SHARE = 0.25
 
@@ -44,16 +44,4 @@ def written(w, i):
     w[176 + i] = root(abs(c)) + copysign(1.0, a)
 
 
-def strange(w, i):
-    """What no function of one lane may do: a row that begins nowhere."""
-    w[8 + i] = w[i]
-
-
-compiled, refused = lanewise(written), lanewise(strange)
-looped = plain(written)
-
-
-@lanewise
-def idle(w, i):
-    """No operation: what generated code has where a system has no contacts."""
-    pass  # noqa: PIE790
+looped = lanewise(written)

@@ -23,7 +23,7 @@ PRETENCE = {
     "inlined": lambda f: f,
     "entry": lambda *_: lambda f: f,
     "handed": None,
-    "lanewise": lanewise.plain,
+    "lanewise": lanewise.lanewise,
     "SIGNATURES": defaultdict(type(None)),
 }
 

@@ -174,11 +174,11 @@ def _hand_out(rows: np.ndarray, to: list[list[np.ndarray]]) -> None:
 
 def _variations(model: Model) -> tuple:
     """Functions that carry tangents."""
-    from jointplay.numerics.ensemble.layout import SIGNATURES, Variations
+    from jointplay.numerics.ensemble.layout import Variations
     from jointplay.numerics.interface import pointers
 
     size, gradients = cache.ensemble_tangents(len(model.turning)), cache.variation_module(model.structure)
-    return pointers(gradients, size, kind=Variations, signatures=SIGNATURES)
+    return pointers(gradients, size, kind=Variations)
 
 
 def _started(tangents: Sequence[Tangent]) -> tuple:
@@ -192,14 +192,14 @@ def _started(tangents: Sequence[Tangent]) -> tuple:
 
 def _functions(model: Model, form: Form) -> tuple:
     """Functions of a structure at a point, and in lanes; rows of these."""
-    from jointplay.numerics.ensemble.layout import SIGNATURES, AtEvent, Functions
+    from jointplay.numerics.ensemble.layout import AtEvent, Functions
     from jointplay.numerics.interface import pointers
 
     module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
     sizes = len(form.flags), form.jumps, form.sizes["folds"], form.crank
     algebra = cache.ensemble_algebra(form.turning, *sizes)
     f = pointers(own, kind=AtEvent)
-    g = pointers(module, algebra, kind=Functions, signatures=SIGNATURES)
+    g = pointers(module, algebra, kind=Functions)
     return f, g, module.ROWS
 
 

@@ -183,7 +183,7 @@ def functions(structure: Linkage | Oscillator) -> tuple:
     made = interface.pointers(module, *algebra, interface)
     if not own:
         return made
-    at_wall = interface.address(cache.method(own).at_wall, interface.SIGNATURES["at_wall"])
+    at_wall = cache.method(own).at_wall
     return made._replace(at_wall=at_wall)
 
 

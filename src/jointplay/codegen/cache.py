@@ -21,9 +21,8 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import IO
 
-from .. import numerics
 from ..numerics.interface import Compiled, interpreted
-from . import generated, objects, place
+from . import generated, objects, place, prebuilt
 from .digest import digest as digest
 
 # this very package, and no path that leads to it: a folder on the path brings all that lies there
@@ -38,17 +37,6 @@ importlib.import_module("jointplay.codegen.cache").build(sys.argv[2])
 _compiling: dict[str, tuple[subprocess.Popen, IO[str]]] = {}
 _loops: dict[str, SimpleNamespace] = {}
 _lock = threading.Lock()
-
-
-def activate() -> None:
-    """Keep what this process compiles, for the next."""
-    numerics.kept = _kept
-
-
-def _kept(function):
-    from .kernels import Kernels
-
-    return Kernels(function)
 
 
 def prepare(name: str) -> None:
@@ -92,8 +80,8 @@ def _file(name: str) -> str:
 
 
 def _found(name: str) -> bytes | None:
-    """Object code of a loop that has been compiled before."""
-    return place.read(_file(name))
+    """Object code of a loop that has been compiled before: ahead, or by an earlier process."""
+    return prebuilt.found(name) or place.read(_file(name))
 
 
 def _loaded(name: str) -> SimpleNamespace:
@@ -101,10 +89,7 @@ def _loaded(name: str) -> SimpleNamespace:
     if interpreted():
         return SimpleNamespace(**{each: getattr(module, each) for each in module.UNIT})
     code = _found(name) if name not in _compiling else None
-    if code is None:
-        library = objects.Library(_compiled(name))
-    else:
-        library = objects.Library(code)
+    library = objects.Library(_compiled(name) if code is None else code)
     functions = {
         each: Compiled(library.address(each), signature, library) for each, signature in module.UNIT.items()
     }

@@ -338,15 +338,15 @@ class Body:
             raise self.refuse(node)
 
     def _Assign(self, node: ast.Assign) -> None:
-        (target,) = node.targets
-        if not isinstance(target, ast.Tuple):
-            return self.store(target, self.value(node.value))
         if not isinstance(node.value, ast.Tuple):
-            raise self.refuse(node)
+            value = self.value(node.value)
+            for target in node.targets:
+                self.store(target, value)
+            return
+        (target,) = node.targets
         values = [self.value(each) for each in node.value.elts]
         for each, value in zip(target.elts, values, strict=True):
             self.store(each, value)
-        return None
 
     def _AugAssign(self, node: ast.AugAssign) -> None:
         before = self.value(node.target)

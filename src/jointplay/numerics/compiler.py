@@ -14,8 +14,6 @@ from numba.extending import (
     register_model,
 )
 
-from jointplay import numerics
-
 from .interface import OPTIONS, Array, Record, Signature
 from .numba_private import (
     INLINED,
@@ -24,10 +22,8 @@ from .numba_private import (
     UNCOUNTED,
     Ahead,
     AttributeTemplate,
-    address,
     alloca_once,
     ir,
-    keep,
 )
 
 # One policy for every kernel: free of the interpreter's lock, IEEE division, no reference counting (a kernel
@@ -227,37 +223,4 @@ class _Entry:
         return module
 
 
-def _jitted(copy, options):
-    made = numba.njit(**options)(copy)
-    if numerics.kept is not None:
-        keep(made, numerics.kept(copy))
-    return made
-
-
-ready = Compiler(_jitted)
-
-
-def install(module) -> None:
-    """Replace the functions of a generated module by compiled ones, for which their callers need not wait."""
-    for name, written in list(vars(module).items()):
-        if _is_marked(written) and written.__module__ == module.__name__:
-            made = ready(written)
-            if hasattr(written, "signature"):
-                made.compile(signed(written.signature))
-                made.disable_compile()
-            setattr(module, name, made)
-
-
-class _Pointer:
-    """A function that is compiled in this process, by its address."""
-
-    def __init__(self, function, signature):
-        self.address, self._function = address(function, signature), function
-
-
-def pointer(function, signature):
-    """A function of an installed module, by its address."""
-    return _Pointer(function, signed(signature))
-
-
-numerics.pointer = pointer
+ready = Compiler(lambda copy, options: numba.njit(**options)(copy))  # for what is compiled in this process

@@ -25,8 +25,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from jointplay import numerics
-
 from .memory import Options, trajectory, work
 
 INT, REAL = "int64", "float64"
@@ -235,19 +233,9 @@ def _words(what, value) -> tuple:
     return (value.address if isinstance(what, Signature) else value,)
 
 
-def pointers(*modules, kind=Functions, signatures=SIGNATURES):
-    """The functions of modules as a loop takes them: addresses; themselves where nothing is compiled."""
-    functions = {
-        name: getattr(module, name) for module in modules for name in kind._fields if hasattr(module, name)
-    }
-    return kind(**{name: address(function, signatures[name]) for name, function in functions.items()})
-
-
-def address(function, signature):
-    """A compiled function as another one takes it; itself where nothing is compiled."""
-    if interpreted() or hasattr(function, "address"):
-        return function
-    return numerics.pointer(function, signature)
+def pointers(*modules, kind=Functions):
+    """The functions of modules as a loop takes them."""
+    return kind(**{n: getattr(module, n) for module in modules for n in kind._fields if hasattr(module, n)})
 
 
 def _marks(how):

@@ -8,12 +8,6 @@ import llvmlite.binding as binding
 
 # Instructions that are written down one by one (numerics.lane_instructions, numerics.compiler).
 from llvmlite import ir as ir
-
-# The cache of generated modules over sealed files (codegen.kernels). Without them it needs another way to be
-# asked before a function is compiled, and told after.
-from numba.core.caching import CompileResultCacheImpl as CompileResultCacheImpl
-from numba.core.caching import FunctionCache as FunctionCache
-from numba.core.caching import _CacheLocator as _CacheLocator
 from numba.core.cgutils import alloca_once as alloca_once
 from numba.core.cgutils import alloca_once_value as alloca_once_value  # vector instructions, as above
 from numba.core.cgutils import for_range_slice as for_range_slice
@@ -23,9 +17,7 @@ from numba.core.cgutils import for_range_slice as for_range_slice
 from numba.core.codegen import CPUCodegen, CPUCodeLibrary
 from numba.core.llvm_bindings import create_pass_builder
 from numba.core.registry import CPUDispatcher, cpu_target
-from numba.core.serialize import dumps as dumps  # of compiled functions, for that cache
 from numba.core.typing.templates import AttributeTemplate as AttributeTemplate  # parts of records
-from numba.experimental.function_type import _get_wrapper_address
 
 # No reference counting, which takes a third of a kernel's time and which no kernel needs. Without the option
 # all is right, and slower.
@@ -38,20 +30,10 @@ INLINED = {"forceinline": True}
 RAISES = "jointplay.raises"  # what an entry calls where a function ended with an error
 
 
-def keep(function, cache) -> None:
-    """Give a compiled function another cache than numba's. Without this every process compiles all anew."""
-    function._cache = cache
-
-
 def only_version(function):
     """The code of a compiled function with one signature, without the search for the version that fits."""
     (version,) = function.overloads.values()
     return version.entry_point
-
-
-def address(function, signature) -> int:
-    """Where a compiled function lies in memory."""
-    return _get_wrapper_address(function, signature)
 
 
 class _Library(CPUCodeLibrary):

@@ -2,7 +2,7 @@
 
 Of a text its constants are executed; its functions are machine code (codegen.instructions), kept as an object
 file beside it. Where nothing is compiled ($NUMBA_DISABLE_JIT), or places in arrays are checked
-($NUMBA_BOUNDSCHECK), the whole text is a module of plain Python, or of numba.
+($NUMBA_BOUNDSCHECK), the whole text is a module of plain Python.
 
 The least recently used of many structures are forgotten, machine code and all, once nothing calls them.
 """
@@ -13,7 +13,6 @@ import ast
 import ctypes
 import importlib
 import marshal
-import os
 import sys
 from collections.abc import Callable
 from functools import cache, lru_cache
@@ -25,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from ...numerics.interface import interpreted
 from .. import objects, place
 
 KEPT = 256  # modules in memory at most
@@ -32,16 +32,10 @@ WORDS = 7  # of an array, in a call by address
 FLOAT = np.dtype(float)
 
 
-def as_python() -> bool:
-    """Whether functions of generated texts are those of their Python, as they stand or compiled by numba."""
-    flags = (os.environ.get(f"NUMBA_{name}", "0") for name in ("DISABLE_JIT", "BOUNDSCHECK"))
-    return any(flag not in ("", "0") for flag in flags)
-
-
 @lru_cache(maxsize=KEPT)
 def load(name: str, method: Callable) -> ModuleType:
     """The module of a text that was written under a name; `method` is cache.method."""
-    if as_python():
+    if interpreted():
         return importlib.import_module(f"{__name__}.{name}")
     module = ModuleType(f"{__name__}.{name}", "Constants of a generated text, and its functions compiled.")
     exec(_constants(name), vars(module))
@@ -60,8 +54,8 @@ def _text(name: str) -> str:
 
 def _constants(name: str) -> CodeType:
     """What a text defines beside functions, and needs no import for."""
-    if (kept := place.read(f"{name}.constants")) is not None:
-        return marshal.loads(kept)
+    if (kept := _kept(f"{name}.constants")) is not None:
+        return kept
     tree = ast.parse(_text(name))
     assigned = (each for each in tree.body if isinstance(each, ast.Assign))
     plain = [each for each in assigned if not any(isinstance(part, ast.Call) for part in ast.walk(each))]
@@ -70,17 +64,28 @@ def _constants(name: str) -> CodeType:
     return code
 
 
+def _kept(file: str) -> Any:
+    """What was kept in a file; None where there is none, or what is sealed is none of this Python's."""
+    if (data := place.read(file)) is None:
+        return None
+    try:
+        return marshal.loads(data)
+    except (EOFError, ValueError, TypeError) as error:
+        place.discard(place.folder() / file, f"cannot be loaded ({error})")
+        return None
+
+
 def _compiled(name: str, method: Callable) -> tuple[objects.Library, dict[str, str]]:
     """The functions of a text in memory, and the kinds of their arguments (`Function`)."""
     file = f"{name}.{objects.target().digest}.o"
-    if (kept := place.read(file)) is None:
+    if (kept := _kept(file)) is None:
         from ..instructions import written
 
         place.compiling(name)
         instructions, entries, outside = written(_text(name))
-        kept = marshal.dumps((entries, outside, objects.emit(instructions)))
-        place.write(file, kept)
-    entries, outside, code = marshal.loads(kept)
+        kept = entries, outside, objects.emit(instructions)
+        place.write(file, marshal.dumps(kept))
+    entries, outside, code = kept
     return objects.Library(code, {each: _address(each, method) for each in outside}), entries
 
 
