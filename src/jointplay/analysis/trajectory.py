@@ -16,7 +16,6 @@ from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.ways import hindrance, way
 from jointplay.codegen import cache
-from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Row, Section, Status
@@ -247,7 +246,7 @@ def _groups(model: Model, n_resets: int) -> np.ndarray:
 def _excites(structure: Linkage | Oscillator, sizes: dict[str, int]) -> bool:
     """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
     joints = () if sizes["planned"] or sizes["resets"] else getattr(structure, "soft_joints", ())
-    return any(j.friction in FRICTIONS and not FRICTIONS[j.friction].rises for j in joints)
+    return any(joint.falls for joint in joints)
 
 
 def _section(request: Request) -> int:
