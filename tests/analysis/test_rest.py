@@ -15,6 +15,7 @@ from jointplay.mechanism.assemble import assemble
 from jointplay.numerics.memory import LOGGED
 
 from .exact_maps import TAU, bounce, distinct, rattle
+from .test_imposed_impacts import four_bar
 
 OK = 0
 SLOW = 1e-4  # impacts below this speed are not compared one by one
@@ -189,3 +190,23 @@ def test_a_part_that_goes_on_moving(coupled):
     assert [N @ state[:2], N @ state[2:]] == pytest.approx([0.0, 0.0], abs=1e-12)
     exponents = jp.lyapunov(coupled, exponents=4, turns=20)
     assert np.isfinite(exponents.lyapunov_exponent.values).sum() == 2
+
+
+@pytest.mark.parametrize(("restitution", "within"), [(0.8, 1e-7), (0.95, None)])
+def test_a_body_pressed_weakly_comes_to_rest_at_any_tolerance(restitution, within):
+    """The rounding of a gap does not keep rebounds up: their number and the times of rest converge."""
+    steady = jp.ConstantSpeed(link="crank", speed=30.0)
+    mechanism, impacts, rests = four_bar(steady, restitution, gravity=0.98, clearance=2e-4), [], []
+    for rtol in (1e-9, 1e-10, 1e-11):
+        words = ["eccentricity_ratio"]
+        found = jp.simulate(mechanism, turns=1, rtol=rtol, record=words, max_steps=20_000)
+        assert found.status == 0
+        assert found.eccentricity_ratio.max() < 1 + 5 * max(rtol, 1e-10)
+        impacts.append(int((found.event_kind == IMPACT).sum()))
+        rests.append(found.event_time.values[found.event_kind.values == REST])
+    assert max(impacts) < 400
+    assert abs(impacts[2] - impacts[1]) <= (2 if within else 40)
+    if within:
+        assert len(rests[0]) == 8
+        assert rests[1] == pytest.approx(rests[0], abs=within)
+        assert rests[2] == pytest.approx(rests[1], abs=within)

@@ -12,7 +12,6 @@ from pydantic import TypeAdapter
 
 from jointplay import catalog
 from jointplay.analysis.vary import axes, changed
-from jointplay.codegen.ensemble import FRICTION as TRIED
 from jointplay.equations.friction import FRICTIONS, FrictionLaw, Quantity, parameter_letters
 from jointplay.equations.laws import LAWS as NORMAL
 from jointplay.errors import InputError
@@ -57,7 +56,6 @@ def test_every_law_is_tried_here():
     bristles = {name for name, law in FRICTIONS.items() if law.bristles}  # tests.analysis.test_lugre
     assert {*LAWS, LUGRE.law} == set(FRICTIONS)
     assert {LUGRE.law} == bristles
-    assert {*FRICTIONS, "none"} - bristles == set(TRIED)
 
 
 def test_no_two_numbers_of_a_joint_share_a_letter():

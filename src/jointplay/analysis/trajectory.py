@@ -16,7 +16,6 @@ from jointplay.analysis.pieces import in_pieces, pace
 from jointplay.analysis.quantities import COUNTERS
 from jointplay.analysis.ways import hindrance, way
 from jointplay.codegen import cache
-from jointplay.equations.friction import FRICTIONS
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Row, Section, Status
@@ -265,8 +264,7 @@ def _loop(structure: Linkage | Oscillator) -> str:
 
 def _excites(structure: Linkage | Oscillator) -> bool:
     """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
-    laws = (FRICTIONS.get(joint.friction) for joint in getattr(structure, "soft_joints", ()))
-    if all(law is None or law.rises for law in laws):
+    if not any(joint.falls for joint in getattr(structure, "soft_joints", ())):
         return False
     sizes = cache.structure_module(structure).SIZES
     return not (sizes["planned"] or sizes["resets"])

@@ -63,6 +63,11 @@ class Clearance:
         return self.friction in FRICTIONS and FRICTIONS[self.friction].bristles is not None
 
     @property
+    def falls(self) -> bool:
+        """Whether its friction falls with the sliding speed somewhere, and may excite vibrations."""
+        return self.friction in FRICTIONS and not FRICTIONS[self.friction].rises
+
+    @property
     def rough(self) -> bool:
         """Whether slopes of its forces are not smooth within contact, or up to its beginning and end."""
         rubs = self.friction in FRICTIONS and FRICTIONS[self.friction].kinks

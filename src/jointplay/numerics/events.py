@@ -163,10 +163,12 @@ def begins_beyond(w, row):
 def root_level(b, degree, side, place, level, margin):
     """Level whose crossing is located, of a guard with coefficients b that is beyond `level` at `place`.
 
-    Zero, where the guard has been inside by more than its margin between.
+    Zero, where the guard has been inside by more than its margin between; or where it started, if that is
+    further beyond: by a margin more from each flight to the next, rebounds would keep themselves up.
     """
-    begin = 0 * degree  # a variable, for the reason that interface gives
-    return 0.0 if side * value(b, begin, degree, 0.5 * place, b[8:]) > margin else level
+    begin, start = 0 * degree, level + side * margin  # a variable, for the reason that interface gives
+    back = start if side * start < -margin else 0.0
+    return back if side * (value(b, begin, degree, 0.5 * place, b[8:]) - back) > margin else level
 
 
 @inner

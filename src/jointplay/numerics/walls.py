@@ -33,6 +33,7 @@ from .sliding import grip, sliding, walls_of
 
 START, STEP, LOOK = -1, -2, -3  # in the place of a guard; the last of excited.at_wall
 ROUNDS = 3  # of the iteration for T, each of which gains an order in v
+FEW = 4.0  # margins of a gap: lower rebounds are those of its rounding, which would keep them up
 STEADY = 0.1  # share of a by which it may change until the last impact
 LEAP = 1e4  # of events that crowd: length of a step in which an opening gap exceeds rounding
 SWEEPS = 64  # of putting a body back on several walls
@@ -106,6 +107,7 @@ def _lasting(f, j, k, x, o, before):
     if lasts > o.near:
         change = abs(_ahead(f, j, k, x, o, lasts) - a) / -now
         slight = change * v <= x.real[ASTRAY] or 2.0 * v <= o.near * abs(a)
+        slight = slight or v * v <= 2.0 * FEW * o.play * abs(a)
         if not (change <= STEADY and slight):
             return -1.0
     for i in range(len(x.flags), len(x.modes)):

@@ -7,14 +7,12 @@ from ...equations.structure import Linkage, Oscillator
 from ...numerics.ensemble import CONTACTS, FOLDS, N
 from ..cache import structure_module
 
-FRICTION = (  # with which it has been tried: laws without a state of their own
-    *("none", "coulomb", "tanh", "ramp", "ambrosio", "threlfall", "andersson", "brown_mcphee", "stribeck"),
-)
 DRIVES = ("none", "motor", "speed", "torque")
 HINDRANCES = {  # what does not go in lanes: a word for results, and what it is
     "no_clearance": "a linkage without clearance",
     "rigid_impacts": "impacts of rigid joints (`restitution`)",
     "bristles": "a law of friction with bristles",
+    "falling_friction": "friction that falls with the sliding speed, and may excite vibrations",
     "imposed_motion": "a speed that is imposed and varies, or leaves no angle free",
     "driven_link": "a drive at another link than the first",
     "work": "works, which are integrated",
@@ -35,7 +33,8 @@ def _linkage(structure: Linkage) -> Iterator[tuple[str, bool]]:
     joints, loops = structure.joints, structure.loops
     yield "no_clearance", not joints
     yield "rigid_impacts", any(LAWS[joint.law].rigid for joint in joints)
-    yield "bristles", any(joint.friction not in FRICTION for joint in joints)
+    yield "bristles", any(joint.bends for joint in joints)
+    yield "falling_friction", any(joint.falls for joint in joints)
     turned = structure.drive != "speed" or any(link != structure.driven for link in _free(structure))
     yield "imposed_motion", structure.drive not in DRIVES or not turned  # angles tell a linkage (form)
     yield "driven_link", structure.driven != structure.links[0]
