@@ -180,7 +180,9 @@ _ROWS = (
         ("tipping",),
         "{starts} starts in the region, knocks up to {largest} in {steps} steps",
         shown=(
-            Shown("fraction", (("number", "largest"),), "fraction of starts with the most frequent motion"),
+            Shown(
+                "fraction", (("number", "largest"),), "fraction of the starts with the most frequent motion"
+            ),
         ),
         tangents=True,
         summary=".results.answers.coexisting:tipping",
