@@ -10,6 +10,7 @@ from jointplay.study_kind import LENGTH, Kind, Shown, load
 
 __all__ = ["KINDS", "Kind", "Shown", "load"]
 
+DISC = ("eccentricity_ratio_x", "eccentricity_ratio_y")  # coordinates of a plane of starts
 _ROWS = (
     Kind(
         "response",
@@ -151,7 +152,7 @@ _ROWS = (
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {
-                "plane": {key: {"start": -1.0, "stop": 1.0, "num": 13} for key in ("journal_x", "journal_y")},
+                "plane": {key: {"start": -1.0, "stop": 1.0, "num": 13} for key in DISC},
                 "turns": 24,
             },
         },
@@ -167,7 +168,7 @@ _ROWS = (
             "mechanism": {"clearance": 2.5e-4},
             "vary": {"clearance": {"start": 2.4e-4, "stop": 2.6e-4, "num": 3}},
             "analysis": {
-                "region": dict.fromkeys(("journal_x", "journal_y"), (-0.7, 0.7)),
+                "region": dict.fromkeys(DISC, (-0.7, 0.7)),
                 "starts": 24,
                 "turns": 24,
             },
@@ -179,14 +180,16 @@ _ROWS = (
         ("tipping",),
         "{starts} starts in the region, knocks up to {largest} in {steps} steps",
         shown=(
-            Shown("fraction", (("number", "largest"),), "fraction of starts with the most frequent motion"),
+            Shown(
+                "fraction", (("number", "largest"),), "fraction of the starts with the most frequent motion"
+            ),
         ),
         tangents=True,
         summary=".results.answers.coexisting:tipping",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {
-                "region": dict.fromkeys(("journal_x", "journal_y"), (-0.7, 0.7)),
+                "region": dict.fromkeys(DISC, (-0.7, 0.7)),
                 "starts": 16,
                 "turns": 24,
                 "steps": 4,

@@ -104,7 +104,10 @@ RIGHT = {  # what some keywords may be, beside the strange
     ),
     "plane": (
         *({"y": [0.0, 0.1], "v": [0.0, 0.1]}, {"y": {"start": 0, "stop": 1, "num": 2}, "v": [0, 1]}),
-        *({"crank_angle": [0.0, 1.0], "journal_x": [0.0, 0.5]}, {"y": {"start": 0, "stop": 1, "num": 10**9}}),
+        *(
+            {"crank_angle": [0.0, 1.0], "eccentricity_ratio_x": [0.0, 0.5]},
+            {"y": {"start": 0, "stop": 1, "num": 10**9}},
+        ),
         *({"y": [0, 1], "v": {"start": 0, "stop": 1, "num": 10**9}}, {1: [0, 1], 2: [0, 1]}),
     ),
     "direction": ("up", ["down", "up"], "reset", [[]], [1]),

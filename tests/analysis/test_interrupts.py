@@ -61,7 +61,7 @@ CALLS = {
     "stress": lambda n, **to: jp.stress(scenes=1, turns=n, max_steps=10**9, n_jobs=1, **to),
     "basins of an ensemble": lambda n, **to: basins(
         LOOSE,
-        plane={"journal_x": (-0.5, 0.5, 8), "journal_y": (-0.5, 0.5, 8)},
+        plane={"eccentricity_ratio_x": (-0.5, 0.5, 8), "eccentricity_ratio_y": (-0.5, 0.5, 8)},
         transient=n,
         ensemble=True,
         uncertainty=False,

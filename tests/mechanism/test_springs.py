@@ -89,7 +89,7 @@ def test_analyses_of_turns_refuse_a_torsion_spring_on_the_crank():
         (jp.lyapunov, {"turns": 3, "twin_turns": 2}),
         (jp.bifurcation, {"over": {"clearance": [1e-5, 2e-5]}}),
         (jp.continuation, {"parameter": "clearance", "range": [1e-5, 3e-5]}),
-        (jp.basins, {"plane": {"journal_x": [0.0, 0.5], "journal_y": [0.0, 0.5]}}),
+        (jp.basins, {"plane": {"eccentricity_ratio_x": [0.0, 0.5], "eccentricity_ratio_y": [0.0, 0.5]}}),
         (jp.sensitivity, {"neighbours": 2}),
     ]
     for analysis, keywords in calls:

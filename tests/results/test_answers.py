@@ -261,15 +261,9 @@ def test_basins():
 def test_a_sweep_of_what_tips_motions_tells_the_share_of_the_most_frequent_one():
     variables = {
         "cell_status": coded("clearance", [0, 0], STATUS),
-        "fraction_reached": var(
-            ("clearance", "number", "within"), [[[0.2, 0.5], [0.1, 0.25]], [[0.4, 0.75], [np.nan, np.nan]]]
-        ),
+        "fraction": var(("clearance", "number"), [[0.25, 0.5], [0.75, np.nan]]),
     }
-    coords = {
-        "clearance": var("clearance", [1e-4, 2e-4], "m"),
-        "number": ("number", [1, 2]),
-        "within": ("within", [12, 24]),
-    }
+    coords = {"clearance": var("clearance", [1e-4, 2e-4], "m"), "number": ("number", [1, 2])}
     found = result("tipping", variables, coords, swept="clearance")
     assert said(found)[-1] == (
         "fraction of the starts with the most frequent motion: "

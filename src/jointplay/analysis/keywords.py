@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import wraps
+from functools import partial, wraps
 from inspect import Parameter, Signature, isgeneratorfunction, signature
 from typing import Annotated, Any, Literal, ParamSpec, TypeVar
 
+import numpy as np
 from pydantic import (
     AfterValidator,
     BeforeValidator,
@@ -69,7 +70,8 @@ def analysis(*rules: Rule, **more: Any) -> Callable[[Callable[P, T]], Callable[P
 
     def decorated(function: Callable[P, T]) -> Callable[P, T]:
         whole = _signed_at_its_end(function) if isgeneratorfunction(function) else _signed(reported(function))
-        return checked(*rules, _turns_as_driven(function), before=_in_own_units, after=_warned, **more)(whole)
+        before = partial(_as_meant, "period" in signature(function).parameters)
+        return checked(*rules, _turns_as_driven(function), before=before, after=_warned, **more)(whole)
 
     return decorated
 
@@ -101,7 +103,16 @@ def _with_origin(made: T, keywords: dict[str, Any]) -> T:
     return made
 
 
-def _in_own_units(given: dict[str, Any]) -> dict[str, Any]:
+def _as_meant(closes: bool, given: dict[str, Any]) -> dict[str, Any]:
+    """Arguments with numbers in the system's own units, and an orbit's state in place of the orbit.
+
+    Where motions that close are sought (`closes`), the orbit brings its period, and no turns are dropped.
+    """
+    orbit = given.get("initial")
+    if hasattr(orbit, "data_vars") and "orbit_state" in orbit.data_vars and orbit["orbit_state"].ndim == 1:
+        found = np.isfinite(orbit["period"].item())
+        own = {"period": int(orbit["period"]), "transient": 0} if closes and found else {}
+        given = own | given | {"initial": orbit["orbit_state"].values.tolist()}
     return in_own_units(given.get("mechanism"), given)
 
 

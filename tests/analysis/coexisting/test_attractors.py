@@ -245,7 +245,10 @@ def test_intervals_hold_the_known_fraction_as_often_as_they_say():
 
 @pytest.mark.long
 def test_the_linkages_four_motions_at_a_quarter_of_a_millimetre():
-    mechanism, disc = catalog.chunmei2002(2.5e-4, gear_ratio=3.0), ("journal_x", "journal_y")
+    mechanism, disc = (
+        catalog.chunmei2002(2.5e-4, gear_ratio=3.0),
+        ("eccentricity_ratio_x", "eccentricity_ratio_y"),
+    )
     found = jp.attractors(
         mechanism,
         over={"clearance": [2.5e-4]},

@@ -90,18 +90,18 @@ def test_an_impulse_on_a_point_does_the_work_of_its_mean_velocity(name):
 def test_impulses_that_cannot_be_are_refused_all_at_once():
     wrong = [{"name": "a", "on": {"link": "rod"}}, {"name": "a", "on": {"link": "rocker"}}]
     with pytest.raises(InputError) as caught:
-        jp.tipping(LINKAGE, region={"journal_x": (-0.5, 0.5)}, impulses=wrong)
+        jp.tipping(LINKAGE, region={"eccentricity_ratio_x": (-0.5, 0.5)}, impulses=wrong)
     assert {each.key for each in caught.value.problems} == {"impulses[0].on.link", "impulses[1].name"}
     with pytest.raises(InputError, match="moving link"):
         jp.tipping(
             LINKAGE,
-            region={"journal_x": (-0.5, 0.5)},
+            region={"eccentricity_ratio_x": (-0.5, 0.5)},
             impulses=[{"name": "a", "on": {"link": "ground", "point": [0, 0]}}],
         )
     with pytest.raises(InputError, match="does not bend"):
         jp.tipping(
             catalog.chunmei2002(elastic=["rocker"]),
-            region={"journal_x": (-0.5, 0.5)},
+            region={"eccentricity_ratio_x": (-0.5, 0.5)},
             impulses=[{"name": "a", "on": {"link": "rocker"}}],
         )
 

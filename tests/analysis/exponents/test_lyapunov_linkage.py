@@ -1,12 +1,14 @@
 """Exponents of the linkage, and what a result says of itself."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.errors import InputError
 
 CASES = {
     "A": ({}, 400),
@@ -95,3 +97,28 @@ def test_wrong_keywords(keywords, key):
 def test_every_variable_says_what_it_is():
     found = jp.lyapunov(catalog.lorenz(), duration=5)
     assert all({"units", "long_name"} <= variable.attrs.keys() for variable in found.variables.values())
+
+
+COURSES = {
+    "cycle": jp.SpeedCycle(
+        link="crank", constant=60.0, frequency=60.0, harmonics=[{"order": 1, "cosine": 5.0}]
+    ),
+    "servo": jp.Servo(link="crank", speed=60.0, stiffness=1000.0, damping=5.0, nominal_speed=60.0),
+}
+
+
+@pytest.mark.parametrize("kind", COURSES)
+def test_of_a_course_over_time_there_are_no_exponents_but_what_one_long_run_tells(kind):
+    """As the page of study files says."""
+    mechanism = jp.catalog.chunmei2002(clearance=2.9e-5).replace(drive=COURSES[kind])
+    for analysis in (jp.lyapunov, jp.covariant):
+        with pytest.raises(InputError) as caught:
+            analysis(mechanism, turns=10)
+        (problem,) = caught.value.problems
+        assert (problem.key, problem.given) == ("mechanism.drive.kind", kind)
+        assert problem.expected.startswith("exponents are given of")
+        assert kind in problem.expected
+    assert int(jp.chaos_test(mechanism, turns=2).status) == 0
+    assert int(jp.spectrum(mechanism, turns=1).status) == 0
+    text = Path("docs/study-files.md").read_text(encoding="utf-8")
+    assert "No exponents are given of them (`lyapunov`, `covariant`)" in text

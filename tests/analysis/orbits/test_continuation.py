@@ -7,6 +7,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.orbits import periodic_orbit as periodic_orbit_module
 from jointplay.analysis.orbits.branch import ENDS
 from jointplay.analysis.orbits.branch_dataset import Passages, point_row
 from jointplay.analysis.orbits.branch_points import KINDS
@@ -259,3 +260,34 @@ def test_every_variable_says_what_it_is(impacts):
     _, found = impacts
     lacking = [name for name, v in found.variables.items() if not {"units", "long_name"} <= v.attrs.keys()]
     assert set(lacking) <= {"state"}
+
+
+def test_an_orbit_is_continued_from_its_own_answer():
+    """An unstable orbit, whose motion leaves it for the doubled one; and that, with its period."""
+    mechanism = catalog.chunmei2002(4.65e-5, gear_ratio=3.0)
+    how = {"parameter": "clearance", "range": (4.6e-5, 4.7e-5), "max_points": 3, "branch_switching": False}
+    for asked in (1, 2):
+        orbit = jp.periodic_orbit(mechanism, period=asked)
+        again = jp.periodic_orbit(mechanism, initial=orbit)
+        assert (int(again.period), int(again.stable)) == (asked, asked - 1)
+        assert int(again.n_iterations) <= 2
+        branch = jp.continuation(mechanism, initial=orbit, **how)
+        here = np.flatnonzero(np.abs(branch.clearance.values[0] - 4.65e-5) < 1e-12)
+        assert branch.period.values[0, here].tolist() == [asked]
+        if asked == 1:  # a doubled orbit may begin with either of its points
+            own = branch.orbit_state.values[0, here[0]]
+            np.testing.assert_allclose(own, orbit.orbit_state.values, rtol=1e-7, atol=1e-9)
+            np.testing.assert_allclose(again.orbit_state, orbit.orbit_state, rtol=1e-9, atol=1e-11)
+
+
+def test_an_orbit_s_period_and_transient_give_way_to_those_asked_for(monkeypatch):
+    pair, seen = catalog.impact_pair(3.6, 0.8), []
+    orbit = jp.periodic_orbit(pair, initial=(0.0, 0.5), transient=50)
+    monkeypatch.setattr(periodic_orbit_module, "search", lambda section, how, *_: seen.append((section, how)))
+    for given, expected in (({}, (1, 0)), ({"period": 3}, (3, 0)), ({"transient": 7}, (1, 7))):
+        with pytest.raises(AttributeError):
+            jp.periodic_orbit(pair, initial=orbit, **given)
+        section, how = seen.pop()
+        assert (section.turns, how.transient) == expected
+    motion = jp.simulate(pair, turns=1, initial=orbit)
+    np.testing.assert_array_equal(motion.state_value[0], orbit.orbit_state)

@@ -94,7 +94,7 @@ def test_a_chaotic_motion_is_one_attractor():
 
 @pytest.mark.long
 def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
-    plane = {"journal_x": span(-0.6, 0.6, 5), "journal_y": span(-0.6, 0.6, 5)}
+    plane = {"eccentricity_ratio_x": span(-0.6, 0.6, 5), "eccentricity_ratio_y": span(-0.6, 0.6, 5)}
     mechanism = catalog.chunmei2002(2.5e-4, gear_ratio=3.0)
     found = jp.basins(mechanism, plane=plane, turns=24, patience=6, tolerance=5e-3)
     assert found.period.values.tolist() == [1, 1, 2, 6]
@@ -104,7 +104,7 @@ def test_the_linkage_has_four_motions_at_a_quarter_of_a_millimetre():
 @pytest.mark.parametrize("speed", [None, pytest.param(80.0, marks=pytest.mark.long)], ids=["motor", "speed"])
 def test_starts_side_by_side_are_those_alone_with_the_journal_as_asked(speed):
     mechanism = catalog.chunmei2002(2.5e-4, **({"speed": speed} if speed else {}))
-    place = Starts(mechanism, None, ("journal_x", "journal_velocity_y"))
+    place = Starts(mechanism, None, ("eccentricity_ratio_x", "journal_velocity_y"))
     nodes = np.array([[0.3, 0.1], [-0.9, -0.2], [1.2, 0.0], [1e5, 0.0]])  # out of the bearing, out of reach
     starts, journals = place.all(nodes), Journals(place.model)
     assert [start is None for start in starts] == [False, False, True, True]
@@ -123,7 +123,7 @@ def test_starts_side_by_side_are_those_alone_with_the_journal_as_asked(speed):
 
 
 def test_starts_with_a_crank_and_a_journal_have_both():
-    place = Starts(catalog.chunmei2002(2.5e-4), None, ("crank_angle", "journal_x"))
+    place = Starts(catalog.chunmei2002(2.5e-4), None, ("crank_angle", "eccentricity_ratio_x"))
     nodes = np.array([[0.5, 0.2], [1.0, -0.4]])
     states = np.array([start.state for start in place.all(nodes)])
     assert place.projected(states) == pytest.approx(nodes, abs=1e-9)

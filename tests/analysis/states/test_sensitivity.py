@@ -23,7 +23,7 @@ CHAOTIC = {
     "impact pair": (catalog.impact_pair(0.4, 0.8), 0.23792),
     "lorenz": (catalog.lorenz(), 0.9056),
 }
-JOURNAL = {"journal_x": [-0.4, 0.0, 0.3], "journal_y": [-0.2, 0.5]}
+JOURNAL = {"eccentricity_ratio_x": [-0.4, 0.0, 0.3], "eccentricity_ratio_y": [-0.2, 0.5]}
 
 
 def linkage(**changes):
@@ -152,11 +152,11 @@ def differences(model, turns, step=1e-8):
     "mechanism", [linkage(), pytest.param(DRIVEN, marks=pytest.mark.long)], ids=["motor", "speed"]
 )
 def test_exponents_of_the_linkage_are_those_of_differences(mechanism):
-    plane = {"journal_x": [-0.4, 0.3], "journal_y": [-0.2, 0.5]}
+    plane = {"eccentricity_ratio_x": [-0.4, 0.3], "eccentricity_ratio_y": [-0.2, 0.5]}
     found = jp.sensitivity(mechanism, plane=plane, turns=1, rtol=1e-10, n_jobs=1)
     starts = Starts(mechanism, None, tuple(plane))
-    for i, x in enumerate(plane["journal_x"]):
-        for j, y in enumerate(plane["journal_y"]):
+    for i, x in enumerate(plane["eccentricity_ratio_x"]):
+        for j, y in enumerate(plane["eccentricity_ratio_y"]):
             exact = differences(starts((x, y)), 1)
             assert float(found.finite_time_exponent_per_turn[i, j]) == pytest.approx(exact, abs=2e-3)
     turn = starts.model.period
@@ -167,7 +167,7 @@ def test_exponents_of_the_linkage_are_those_of_differences(mechanism):
 
 def test_a_difference_along_the_motion_does_not_hide_its_stability():
     """At equal crank angle all differences die; at equal times one would stay."""
-    model = Starts(linkage(clearance=2.9e-5), None, ("journal_x", "journal_y")).model
+    model = Starts(linkage(clearance=2.9e-5), None, ("eccentricity_ratio_x", "eccentricity_ratio_y")).model
     settled = replace(model, state=Turn(model, 1e-12)(model.state, 30)[0])
     logs = [stretch(settled, turns, 1e-11)[0] for turns in (5, 10, 20)]
     assert logs[0] == pytest.approx(differences(settled, 5, 1e-6), abs=0.02)
@@ -211,7 +211,7 @@ def journal(state, lengths=(0.181, 0.1175, 0.03), ground=0.2):
 
 
 def test_a_start_puts_the_journal_where_it_is_asked_to_be():
-    starts = Starts(linkage(), None, ("journal_x", "journal_velocity_y"))
+    starts = Starts(linkage(), None, ("eccentricity_ratio_x", "journal_velocity_y"))
     model = starts((0.6, -0.25))
     x, y, u, w = journal(model.state)
     assert (x / 2.9e-4, y / 2.9e-4) == pytest.approx((0.6, 0.0), abs=1e-8)
@@ -221,14 +221,14 @@ def test_a_start_puts_the_journal_where_it_is_asked_to_be():
 
 
 def test_a_prescribed_crank_moves_the_journal_too():
-    model = Starts(DRIVEN, {"crank_angle": 0.7}, ("journal_velocity_x", "journal_y"))((0.1, -0.3))
+    model = Starts(DRIVEN, {"crank_angle": 0.7}, ("journal_velocity_x", "eccentricity_ratio_y"))((0.1, -0.3))
     coupler, rocker, w_coupler, w_rocker = model.state
     found = journal(np.array([0.7, coupler, rocker, 80.0, w_coupler, w_rocker]))
     assert found == pytest.approx((0.0, -0.3 * 2.9e-4, 0.1, 0.0), abs=1e-9)
 
 
 def test_a_start_outside_the_bearing_or_beyond_a_wall_is_a_status():
-    plane = {"journal_x": [0.0, 0.8], "journal_y": [0.0, 0.7]}
+    plane = {"eccentricity_ratio_x": [0.0, 0.8], "eccentricity_ratio_y": [0.0, 0.7]}
     found = jp.sensitivity(linkage(), plane=plane, turns=1, rtol=1e-6, n_jobs=1)
     assert [[STATUS[s] for s in row] for row in found.node_status.values] == [
         ["ok", "ok"],
@@ -285,7 +285,7 @@ def test_a_stretch_does_not_overflow():
 
 
 def test_every_problem_is_told_at_once():
-    plane = {"journal_x": {"start": 1, "stop": 0, "num": 5}, "jornal_y": [0.0, 1.0]}
+    plane = {"eccentricity_ratio_x": {"start": 1, "stop": 0, "num": 5}, "jornal_y": [0.0, 1.0]}
     with pytest.raises(InputError) as caught:
         jp.sensitivity(
             linkage(),
@@ -300,7 +300,7 @@ def test_every_problem_is_told_at_once():
     keys = {problem.key for problem in caught.value.problems}
     assert keys == {
         *("turns", "distance", "seed", "compare", "joint", "samples_per_turn"),
-        *("plane.journal_x", "plane.jornal_y"),
+        *("plane.eccentricity_ratio_x", "plane.jornal_y"),
     }
 
 
@@ -313,8 +313,8 @@ def test_every_problem_is_told_at_once():
         (catalog.duffing(), {"plane": {"y": [0, 1]}}, "plane"),
         (catalog.duffing(), {"plane": {"y": [0, 1], "v": [1, 0]}}, "plane.v"),
         (catalog.duffing(), {"plane": {"y": [0, 1], "v": [0, 1]}, "transient": 3}, "transient"),
-        (linkage(), {"plane": {"journal_x": [0, 1], "w_crank": [0, 1]}}, "plane.w_crank"),
-        (DRIVEN, {"plane": {"journal_x": [0, 1], "crank_speed": [0, 1]}}, "plane.crank_speed"),
+        (linkage(), {"plane": {"eccentricity_ratio_x": [0, 1], "w_crank": [0, 1]}}, "plane.w_crank"),
+        (DRIVEN, {"plane": {"eccentricity_ratio_x": [0, 1], "crank_speed": [0, 1]}}, "plane.crank_speed"),
     ],
 )
 def test_wrong_keywords(system, options, key):
@@ -329,7 +329,9 @@ def test_of_two_joints_with_clearance_one_is_to_be_named(monkeypatch):
     two = replace(model.structure, joints=(bearing, replace(bearing, name="C")))
     loose = replace(model, structure=two, joints=("B", "C"))
     monkeypatch.setattr(start_plane, "assemble", lambda *_: loose)
-    (problem,) = start_plane.plane_fits(linkage(), {"journal_x": [0, 1], "journal_y": [0, 1]}, None, None)
+    (problem,) = start_plane.plane_fits(
+        linkage(), {"eccentricity_ratio_x": [0, 1], "eccentricity_ratio_y": [0, 1]}, None, None
+    )
     assert problem.key == "joint"
     assert problem.expected.endswith("one of B, C")
 
@@ -350,3 +352,53 @@ def test_the_next_reference_is_where_the_motion_has_got_to():
 def test_of_every_reference_the_first_turn_is_a_whole_one():
     found = jp.sensitivity(linkage(clearance=2.9e-5), turns=1, neighbours=1, references=2).distance
     assert np.all(np.abs(found[..., 1] / found[..., 0] - 1) > 0.1)
+
+
+def test_a_journal_s_place_is_in_metres_and_over_the_clearance_it_has_another_name():
+    mechanism, e = linkage(clearance=2.9e-4), 2.9e-4
+    ratio = np.array([[0.3, -0.4], [0.0, 0.9]])
+    by_ratio = Starts(mechanism, None, ("eccentricity_ratio_x", "eccentricity_ratio_y"))
+    by_place = Starts(mechanism, None, ("journal_x", "journal_y"))
+    one, other = (
+        np.array([m.state for m in starts.all(at)])
+        for starts, at in ((by_ratio, ratio), (by_place, e * ratio))
+    )
+    np.testing.assert_allclose(one, other, rtol=1e-12, atol=1e-14)
+    np.testing.assert_allclose(by_place.projected(one), e * ratio, atol=1e-12)
+    for (x, y), model in zip(e * ratio, by_place.all(e * ratio), strict=True):
+        names = ("theta_crank", "theta_coupler", "theta_rocker")
+        angles = dict(zip(("crank", "coupler", "rocker"), model.state[:3], strict=True))
+        assert set(names) <= set(by_place.states)
+        speeds = dict(zip(angles, model.state[3:6], strict=True))
+        start = {"angle": angles, "angular_velocity": speeds}
+        motion = jp.simulate(mechanism, turns=1e-3, initial=start, record=["journal_x", "journal_y"])
+        assert (float(motion.journal_x[0, 0]), float(motion.journal_y[0, 0])) == pytest.approx(
+            (x, y), abs=1e-12
+        )
+    assert by_place.axes({"journal_x": ratio, "journal_y": ratio})["journal_x"][2]["units"] == "m"
+
+
+@pytest.mark.parametrize(
+    ("plane", "keys"),
+    [
+        ({"journal_x": [-1.0, 1.0], "crank_angle": [0.0, 1.0]}, ["plane.journal_x"]),
+        (
+            {"journal_x": {"start": -0.5, "stop": 0.5, "num": 5}, "crank_angle": [0.0, 1.0]},
+            ["plane.journal_x"],
+        ),
+        ({"eccentricity_ratio_x": [-2e-4, 2e-4], "journal_y": [0.0, 1e-4]}, ["plane.eccentricity_ratio_x"]),
+        ({"eccentricity_ratio_y": [0.0, 290.0], "journal_x": [0.0, 1e-4]}, ["plane.eccentricity_ratio_y"]),
+        ({"journal_x": [0.0, 1e-4], "eccentricity_ratio_x": [0.0, 0.5]}, ["plane.journal_x"]),
+        ({"journal_x": [-3e-4, 3e-4], "eccentricity_ratio_y": [-1.2, 1.2]}, []),
+    ],
+)
+def test_a_plane_in_the_unit_of_the_other_word_is_refused(plane, keys):
+    mechanism = linkage(clearance=2.9e-4)
+    problems = start_plane.plane_fits(mechanism, plane, None, None)
+    assert [problem.key for problem in problems] == keys
+    assert all("it is " in p.expected or "the same" in p.expected for p in problems)
+
+
+def test_a_region_in_the_unit_of_the_other_word_is_refused():
+    with pytest.raises(InputError, match="over the clearance it is eccentricity_ratio_x"):
+        jp.tipping(linkage(clearance=2.9e-4), region={"journal_x": (-0.5, 0.5)})

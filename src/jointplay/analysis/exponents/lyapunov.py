@@ -68,9 +68,9 @@ def directions(model: Model) -> int:
 
 
 def steady(mechanism: Mechanism | TestSystem) -> Iterator[Problem]:
-    """Yield a problem where the drive's motion passes."""
+    """Yield a problem where the drive follows a course over time, which the tangents know nothing of."""
     if isinstance(mechanism, Mechanism) and mechanism.drive and mechanism.drive.transient:
-        expected = "a drive that imposes no passing motion is accepted: exponents are of what goes on"
+        expected = "exponents are given of a motor, a constant speed or a torque: no profile, cycle or servo"
         yield Problem("mechanism.drive.kind", mechanism.drive.kind, expected)
 
 

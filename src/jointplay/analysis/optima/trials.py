@@ -197,8 +197,8 @@ class Aim:
 
     def better(self, one: Trial, other: Trial | None, slack: float) -> bool:
         """Whether a trial is better than another: constraints first, then the objective."""
-        if other is None or one.status:
-            return other is None
+        if other is None:
+            return True
         ours, theirs = self.missed(one), self.missed(other)
         if max(ours, theirs) > slack:
             return ours < theirs
@@ -209,5 +209,5 @@ def best(trials: list[Trial], aim: Aim, slack: float) -> Trial:
     """The best of some trials."""
     found: Trial | None = None
     for each in trials:
-        found = each if aim.better(each, found, slack) or (found.status and not each.status) else found
+        found = each if aim.better(each, found, slack) else found
     return found

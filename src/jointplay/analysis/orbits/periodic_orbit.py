@@ -65,7 +65,8 @@ def periodic_orbit(
         Turns (periods of the forcing, crossings of the plane) after which the orbit closes; of an orbit that
         closes in fewer the result has the lower number.
     initial : optional
-        As in `simulate`, or the whole state as a list.
+        As in `simulate`, or the whole state as a list; or an orbit, as this function gives it: its state,
+        with its `period` and a `transient` of 0 where these are left out.
     transient : int
         Turns that are followed first. Newton's method then starts where, among the last ones, the motion came
         back nearest to itself; with 0, at the start: the way to unstable orbits.

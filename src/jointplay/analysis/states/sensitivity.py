@@ -106,8 +106,9 @@ def sensitivity(
         At equal angle of the crank, or at equal times; the first wherever something turns.
     plane : mapping, optional
         Two coordinates, each with its values: a rising list or ``{"start", "stop", "num"}``. Of a test system
-        two states; of a linkage ``crank_angle``, ``crank_speed``, ``journal_x``, ``journal_y`` (over the
-        clearance), ``journal_velocity_x``, ``journal_velocity_y`` (m/s), or states.
+        two states; of a linkage ``crank_angle``, ``crank_speed``, ``journal_x``, ``journal_y`` (m),
+        ``eccentricity_ratio_x``, ``eccentricity_ratio_y`` (the same over the clearance),
+        ``journal_velocity_x``, ``journal_velocity_y`` (m/s), or states.
     joint : str, optional
         Whose journal; the only one with clearance if left out.
     rtol, initial, max_steps, progress

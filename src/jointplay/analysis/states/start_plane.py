@@ -1,10 +1,11 @@
 """A plane of initial states: two coordinates by name, and the start at each node.
 
 Of a test system any two states. Of a linkage: ``crank_angle`` (rad) and ``crank_speed`` (rad/s) of the ideal
-mechanism; ``journal_x`` and ``journal_y``, the journal's centre in its bearing over the clearance, and
-``journal_velocity_x``, ``journal_velocity_y`` (m/s), the other links following so that crank and other
-journals keep theirs; or any state by its name (``theta_coupler``, ``w_coupler``, ...). A start beyond a rigid
-wall, outside a bearing, or where the linkage does not close is no start: its node gets a status.
+mechanism; ``journal_x`` and ``journal_y`` (m), the journal's centre in its bearing, or the same over the
+clearance, ``eccentricity_ratio_x`` and ``eccentricity_ratio_y``; ``journal_velocity_x``,
+``journal_velocity_y`` (m/s), the other links following so that crank and other journals keep theirs; or any
+state by its name (``theta_coupler``, ``w_coupler``, ...). A start beyond a rigid wall, outside a bearing, or
+where the linkage does not close is no start: its node gets a status.
 """
 
 from __future__ import annotations
@@ -29,8 +30,10 @@ from jointplay.mechanism.records import ConstantSpeed, CrankAngle, Mechanism, Te
 
 CRANK = {"crank_angle": ("rad", "crank angle"), "crank_speed": ("rad s-1", "crank speed")}
 JOURNAL = {
-    "journal_x": ("1", "journal centre over clearance, x"),
-    "journal_y": ("1", "journal centre over clearance, y"),
+    "journal_x": ("m", "journal centre, x"),
+    "journal_y": ("m", "journal centre, y"),
+    "eccentricity_ratio_x": ("1", "journal centre over clearance, x"),
+    "eccentricity_ratio_y": ("1", "journal centre over clearance, y"),
     "journal_velocity_x": ("m s-1", "journal velocity x"),
     "journal_velocity_y": ("m s-1", "journal velocity y"),
 }
@@ -39,6 +42,11 @@ UNITS |= {"slide": "m", "vslide": "m s-1"}
 MOST_NODES = 1_000_000
 TOGETHER = 1024  # starts that are made at once, for the memory that takes
 INSIDE = 1 + 1e-9  # of the clearance
+PLACES = {
+    "journal_": "eccentricity_ratio_",
+    "eccentricity_ratio_": "journal_",
+}  # in m, and over the clearance
+FARTHEST = 10.0  # clearances from the bearing's centre: farther out another unit is meant
 CRASHED = STATUS.index("crashed")
 
 
@@ -93,12 +101,33 @@ def coordinate_problems(
     ]
     problems += _incompatible(key, mechanism, model, tuple(given), initial)
     loose = _bearings(model)
+    if loose and joint in (None, *loose):
+        clearance = model.clearances[model.joints.index(joint or loose[0])]
+        problems += [each for name in given for each in _wrong_unit(key, name, given[name], clearance)]
     if joint is not None and joint not in loose:
         problems.append(unknown("joint", joint, joint, loose, "joint with clearance"))
     elif joint is None and len(loose) > 1 and set(given) & set(JOURNAL):
         accepted = f"the joint whose journal is meant is needed: one of {', '.join(loose)}"
         problems.append(Problem("joint", NOTHING, accepted))
     return problems
+
+
+def _wrong_unit(key: str, name: str, given: Any, clearance: float) -> Iterator[Problem]:
+    """Yield the problem of a journal's place that is given in the unit of the other word for it."""
+    word, axis = name[:-1], name[-1]
+    if name not in JOURNAL or word not in PLACES:
+        return
+    ends = (given["start"], given["stop"]) if isinstance(given, Mapping) else given
+    far, scale = max((abs(end) for end in ends), default=0.0), clearance if word == "journal_" else 1.0
+    other, meant = f"{PLACES[word]}{axis}", far <= clearance and word != "journal_"
+    if far > FARTHEST * scale or (meant and far > 0):
+        unit = {"journal_": "in m", "eccentricity_ratio_": "over the clearance"}
+        yield Problem(
+            f"{key}.{name}",
+            given,
+            f"the journal's place {unit[word]} is accepted, up to the clearance of {clearance:g} m; "
+            f"{unit[PLACES[word]]} it is {other}",
+        )
 
 
 def coordinates(mechanism: Mechanism | TestSystem, model: Model) -> dict[str, dict[str, str]]:
@@ -132,6 +161,9 @@ def _incompatible(
         return
     journals = [name for name in names if name in JOURNAL]
     states = [name for name in names if name in state_names(model)]
+    for name in journals:
+        if (twin := f"{PLACES.get(name[:-1], '')}{name[-1]}") in journals and name < twin:
+            yield Problem(f"{key}.{twin}", twin, f"beside {name}, which is the same, another is accepted")
     if journals and states:
         accepted = f"beside {journals[0]}, a coordinate of a journal or of the crank is accepted"
         yield Problem(f"{key}.{states[0]}", states[0], accepted)
@@ -207,7 +239,8 @@ class Starts:
         """States with the journal at the values given; NaN where the links cannot reach."""
         positions, speeds = journals.positions(states).copy(), journals.velocities(states)
         for i, axis in enumerate("xy", self.joint):
-            if (name := f"journal_{axis}") in given:
+            positions[:, i] = given.get(f"journal_{axis}", positions[:, i])
+            if (name := f"eccentricity_ratio_{axis}") in given:
                 positions[:, i] = given[name] * journals.clearances[i]
             speeds[:, i] = given.get(f"journal_velocity_{axis}", speeds[:, i])
         return journals.put(states, positions, speeds)
@@ -226,7 +259,8 @@ class Starts:
         journals, i = Journals(self.model), self.joint + "xy".index(name[-1])
         if "velocity" in name:
             return journals.velocities(states)[:, i]
-        return journals.positions(states)[:, i] / journals.clearances[i]
+        scale = journals.clearances[i] if name.startswith("eccentricity") else 1.0
+        return journals.positions(states)[:, i] / scale
 
     def axes(self, values: Mapping[str, np.ndarray]) -> dict[str, Any]:
         """Values along the plane's axes as coordinates of a dataset."""

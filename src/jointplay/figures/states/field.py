@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 PER = {"turn": "finite_time_exponent_per_turn", "second": "finite_time_exponent"}
 COLOURS = "cividis"
-CIRCLE = {"journal_x", "journal_y"}
+CIRCLE = {"eccentricity_ratio_x", "eccentricity_ratio_y"}
 OUTER = 0.01, 0.99  # quantiles of the exponents between which colours differ
 
 

@@ -1,0 +1,93 @@
+"""When a motion has settled, when its chaos lasts, and how far its forces are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from jointplay.analysis.assessment import settled as settled_module
+from jointplay.analysis.assessment.forces import _mean, _peaks
+from jointplay.analysis.assessment.settled import LASTING, PATIENCE, SURE, Settled, lasting, plan, settled
+from jointplay.analysis.starts import End
+
+HOW = plan(10, 8, 20, 1e-7, None)
+STABLE, CHAOTIC, UNSURE = -1.0, 1.0, 0.1
+
+
+def motion(period, exponent=STABLE):
+    numbers = {"exponent_per_turn": exponent, "standard_error_per_turn": 0.1, "batch_correlation": 0.0}
+    values = {f"section_{name}": (("multiplier",), [each]) for name, each in numbers.items()}
+    values |= {"period": ((), period), "contact_fraction": (("joint",), [1.0])}
+    return Settled(None, End((), np.zeros(0), 0.0), values)
+
+
+@pytest.fixture
+def followed(monkeypatch):
+    """Motions found one after another; the settings of each."""
+    answers, asked = [], []
+
+    def next_one(mechanism, start, how):
+        asked.append(how)
+        return answers.pop(0)
+
+    monkeypatch.setattr(settled_module, "followed", next_one)
+    return answers, asked
+
+
+@pytest.mark.parametrize(
+    ("periods", "last", "looks"),
+    [([1], 1, 1), ([2, 1], 1, 2), ([2, 2], 2, 2), ([2, 4, 4], 4, 3), ([2, 4, 2, 1], 1, 4)],
+)
+def test_a_period_other_than_the_usual_counts_when_it_is_found_again(followed, periods, last, looks):
+    """A motion that alternates as it decays seems to have period 2."""
+    answers, asked = followed
+    answers += [motion(period) for period in periods]
+    assert settled(None, None, HOW).period == last
+    assert [how.transient for how in asked[1:]] == [more * HOW.transient for more in PATIENCE[: looks - 1]]
+
+
+def test_chaos_that_dies_out_is_the_orbit_that_it_becomes(followed):
+    answers, asked = followed
+    answers += [motion(0, CHAOTIC), motion(3)]
+    assert lasting(motion(0, CHAOTIC), HOW).period == 3
+    assert [how.transient for how in asked] == [more * HOW.transient for more in LASTING[:2]]
+    answers += [motion(0, CHAOTIC)] * 3
+    assert lasting(begun := motion(0, CHAOTIC), HOW) is begun
+    assert not answers
+
+
+@pytest.mark.parametrize(("exponent", "waits"), [(UNSURE, 0), (CHAOTIC, len(LASTING))])
+def test_what_has_neither_period_nor_chaos_is_asked_for_longer(followed, exponent, waits):
+    answers, asked = followed
+    answers += [motion(0, exponent)] + [motion(0, CHAOTIC)] * waits
+    found = lasting(motion(0, UNSURE), HOW)
+    assert found.traits["chaos"] == (exponent == CHAOTIC)
+    assert asked[0] == replace(HOW, transient=0, exponents=1, lyapunov_turns=SURE * HOW.lyapunov_turns)
+    assert len(asked) == 1 + waits
+    assert lasting(periodic := motion(2), HOW) is periodic
+
+
+def history(forces):
+    return {"reaction": np.array(forces, dtype=float)[:, None], "time": np.arange(len(forces), dtype=float)}
+
+
+@pytest.mark.parametrize(
+    ("forces", "coarse", "error"),
+    [
+        ([1, 9, 2, 9, 3, 1], [1, 2, 3], 6.0),  # the halves agree, every second sample misses the largest
+        ([9, 1, 2, 3, 5, 1], [9, 2, 5], 4.0),  # the samples agree, the halves do not
+        ([9, 8, 2, 3, 9, 1], [9, 2, 9], 0.0),
+    ],
+)
+def test_the_error_of_a_largest_force_is_the_larger_of_two(forces, coarse, error):
+    found = _peaks(history(forces), history(coarse), 2.5)
+    assert found["peak"].tolist() == [9.0]
+    assert found["peak_error"].tolist() == [error]
+
+
+def test_the_error_of_a_mean_over_turns_is_that_of_its_scatter_and_of_its_samples():
+    each, coarse = np.array([[1.0], [3.0], [1.0], [3.0]]), np.array([[1.5], [3.5], [1.5], [3.5]])
+    scatter = np.sqrt(4 / 3) / 2
+    assert _mean("loss", each, each)["loss_error"] == pytest.approx([scatter])
+    assert _mean("loss", each, coarse)["loss_error"] == pytest.approx([np.hypot(scatter, 0.5)])
+    assert _mean("loss", each, coarse)["loss"] == pytest.approx([2.0])

@@ -1,0 +1,65 @@
+"""Trials of an optimisation that fail: none is kept as a design, none starts another."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import jointplay as jp
+from jointplay.analysis.optima import trials as trials_module
+from jointplay.analysis.optima.optimise import _way
+from jointplay.analysis.optima.trials import INVALID, Aim, Trial, Trials, best
+
+FREE = np.array([[-np.inf, np.inf]])
+
+
+def trial(value, status=0, x=0.0, share=1.0):
+    return Trial(np.array([x]), np.array([float(value)]), np.zeros((1, 1)), status, 0, share)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2), (1, 2, 0), (0, 2, 1), (2, 0, 1)])
+def test_the_best_of_some_is_the_best_that_has_a_motion(order):
+    """A failed trial may hold any numbers; wherever it stands it is neither kept nor in the way."""
+    aim, each = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)), (trial(5.0), trial(-9.0, 4), trial(3.0))
+    assert best([each[i] for i in order], aim, 0.0) is each[2]
+    lost = [trial(1.0, 4), trial(0.0, 2)]
+    assert best(lost, aim, 0.0) is lost[0]
+
+
+def answered(value, slope, status=0, state=1.0):
+    found = xr.Dataset({"value": ("quantity", [value]), "derivative": (("quantity", "parameter"), [[slope]])})
+    return found.assign(
+        status=status,
+        differentiable=0,
+        orbit_state=("state", [state]),
+        orbit_state_derivative=(("state", "parameter"), [[2.0]]),
+    )
+
+
+def test_a_failed_trial_starts_no_other(monkeypatch):
+    """An orbit is sought from that of the last trial which has one, though others failed since."""
+    asked, answers = [], [answered(1.0, 1.0), answered(1.0, 1.0, 3, 7.0), answered(1.0, np.nan, 0, 8.0)]
+    answers += [answered(np.nan, 1.0, 0, 9.0), answered(2.0, 1.0)]
+
+    def gradient(mechanism, **keywords):
+        asked.append(keywords.get("initial"))
+        return answers.pop(0)
+
+    monkeypatch.setattr(trials_module, "gradient", gradient)
+    system, told = jp.catalog.duffing(), []
+    name = next(iter(system.parameters))
+    low = system.parameters[name]
+    runs = Trials(system, ("end:state:x",), {name: (low, low + 1.0)}, {}, 1.0, [], told.append)
+    found = [runs.at(np.array([x])) for x in (0.0, 0.1, 0.2, 0.3, 0.4)]
+    assert [each.status for each in found] == [0, 3, INVALID, INVALID, 0]
+    assert asked[0] is None
+    assert np.ravel(asked[1:]) == pytest.approx([1.2, 1.4, 1.6, 1.8])
+    assert runs.at(np.array([0.1])) is found[1]
+    assert told == [1, 2, 3, 4, 5]
+
+
+def test_failed_trials_have_no_objective():
+    made = [trial(5.0), trial(1.0, 4), trial(3.0, share=0.5)]
+    runs = Trials(jp.catalog.duffing(), ("end:state:x",), {"a": (0.0, 1.0)}, {}, 1.0, made, lambda n: None)
+    table = _way(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)))
+    assert np.isnan(table["objective"][1]).tolist() == [False, True, True]
+    assert np.isnan(table["tried_missed"][1]).tolist() == [False, True, True]
