@@ -131,7 +131,8 @@ def test_an_analysis_warns_of_a_doubt_its_caller():
         ModelWarning, match=r"^initial.crank_speed: got 200.0; 200 rad/s are 1909.9 rpm"
     ) as caught:
         jp.simulate(USUAL, turns=0.01, initial={"crank_speed": 200.0})
-    assert [warning.filename for warning in caught] == [__file__]
+    told = [warning for warning in caught if "rpm" in str(warning.message)]
+    assert [warning.filename for warning in told] == [__file__]
 
 
 def four_bar(coupler, crank, rocker, ground, clearance=0.0, drive=None, **more):
@@ -286,7 +287,7 @@ def test_a_state_that_grows_for_ever_is_doubted():
     swung = {"states": {"x": 1.0, "v": 0.0, "phi": 0.0}, "parameters": {"w": 2.0}}
     rates = {"x": "v", "v": "cos(phi) - x", "phi": "w"}
     said = found(System(**swung, rates=rates))["mechanism.rates.phi"]
-    assert said.endswith("write (w)*t for it, and its period as forcing = '2*pi/(w)'")
+    assert said.endswith("write w*t for it, and its period as forcing = '2*pi/w'")
     assert found(System(**swung, rates=rates, as_meant=True)) == {}
     clock = [{"name": "tick", "guard": "1 - phi", "jump": {"phi": "phi - 1"}}]
     assert found(System(**swung, rates=rates, jumps=clock)) == {}
