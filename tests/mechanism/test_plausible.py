@@ -10,7 +10,7 @@ import jointplay as jp
 from jointplay.analysis.keywords import doubts
 from jointplay.cli import main
 from jointplay.errors import InputError, ModelWarning
-from jointplay.mechanism import catalog
+from jointplay.mechanism import catalog, turning
 from jointplay.mechanism.closure import ideal_state
 from jointplay.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE
 from jointplay.mechanism.records import (
@@ -180,6 +180,14 @@ def test_a_crank_turns_where_its_joints_clearances_make_up_for_what_lacks():
     almost = (0.05, 0.04, 0.11995, 0.13)  # 0.16995 of 0.17 m
     assert "mechanism.links" in refusal(jp.simulate, four_bar(*almost), turns=1)
     assert jp.simulate(four_bar(*almost, 1e-4), turns=0.01).sizes["time"]
+
+
+def test_a_linkage_that_goes_flat_is_no_open_one():
+    assert 0.1 + 0.2 > 0.3  # in floats: crank and ground against coupler and rocker
+    flat = four_bar(0.1, 0.1, 0.2, 0.2)
+    assert not list(turning.cannot_turn(flat, 0.0, math.tau))
+    assert not list(turning.cannot_turn(four_bar(0.15, 0.1, 0.15, 0.2), 0.0, math.tau))
+    assert list(turning.cannot_turn(four_bar(0.15, 0.1, 0.15 - 1e-9, 0.2), 0.0, math.tau))
 
 
 def test_a_slider_crank_and_a_motor_that_cannot_turn_are_told():
