@@ -69,7 +69,7 @@ def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]
     if isinstance(context.get("error"), InputError):
         return context["error"].under(key).problems
     if kind == "union_tag_invalid" or (kind == "union_tag_not_found" and isinstance(given, Mapping)):
-        return [_wrong_kind(key, given, context)]
+        return [_wrong_kind(key, spot, given, context)]
     if kind.startswith("missing"):
         return [Problem(key, NOTHING, spot.accepted() or "a value is needed here")]
     if kind == "value_error":
@@ -77,14 +77,18 @@ def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]
     return [Problem(key, given, spot.accepted(given) or detail["msg"])]
 
 
-def _wrong_kind(key: str, given: Any, context: Mapping[str, Any]) -> Problem:
+def _wrong_kind(key: str, spot: _Spot, given: Any, context: Mapping[str, Any]) -> Problem:
     field = context["discriminator"].strip("'")
     if "()" in field:  # told apart by a function, not by a key
         return Problem(key, given, f"one of {context.get('expected_tags', 'the listed forms')} is accepted")
     word = given.get(field, NOTHING) if isinstance(given, Mapping) else context.get("tag", NOTHING)
     tags = [tag.strip(" '") for tag in context.get("expected_tags", "").split(",") if tag]
     if not tags:
-        return Problem(join(key, field), NOTHING, f"a {field} is needed here, to say which form this is")
+        known = list(dict.fromkeys(spot.kinds()))
+        forms = f": one of {', '.join(map(repr, known))}" if known else ""
+        return Problem(
+            join(key, field), NOTHING, f"a {field} is needed here, to say which form this is{forms}"
+        )
     return unknown(join(key, field), word, word, tags, field)
 
 
@@ -135,6 +139,9 @@ class _Spot:
                 description |= extra | {"noun": mark.description or ""}
         return description
 
+    def kinds(self) -> list[str]:
+        return [kind for member in _members(self.annotation) for kind in _kinds(_bare(member))]
+
     def keys(self) -> list[str]:
         return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
 
@@ -154,7 +161,7 @@ class _Spot:
         if bare == [str]:
             return f"a {extra['noun']}, as text, is accepted" if extra.get("noun") else "text is accepted"
         if len(bare) > 1:
-            kinds = [kind for member in bare for kind in _kinds(member)]
+            kinds = self.kinds()
             return f"a table of kind {' or '.join(map(repr, kinds))} is accepted" if kinds else ""
         return f"a table of {', '.join(self.keys())} is accepted" if self.keys() else ""
 

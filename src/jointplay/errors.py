@@ -171,6 +171,15 @@ def unknown(key: str, given: Any, word: object, known: Iterable[str], what: str 
     return Problem(key, given, _NoSuch(what, word, list(known)))
 
 
+def also_known(problem: Problem, names: list[str]) -> Problem:
+    """Give the same problem, of a key that is not known, with more keys among those that are."""
+    said = problem.expected
+    if not isinstance(said, _NoSuch) or said.what != "key" or said.word != problem.key:
+        return problem
+    known = [*names, *(name for name in said.known if name not in names)]
+    return unknown(problem.key, problem.given, said.word, known)
+
+
 def no_attribute(whose: str, name: str, known: Iterable[str]) -> AttributeError:
     """Make the error of a name that a module does not have, with the nearest that it has."""
     near = did_you_mean(name, known)

@@ -237,6 +237,38 @@ def test_a_table_says_its_units_itself(tmp_path):
         imported(path, "mm")
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_a_table_as_spreadsheets_write_it(tmp_path, separator):
+    plain, other = tmp_path / "plain.csv", tmp_path / "other.csv"
+    plain.write_text(CSV)
+    cells = [[cell.strip().replace(".", ",") for cell in line.split(",")] for line in CSV.splitlines()]
+    other.write_text("\n".join(separator.join(row) for row in cells))
+    assert imported(other)[0].splitlines()[1:] == imported(plain)[0].splitlines()[1:]
+
+
+@pytest.mark.parametrize("length", ["1e-320", "1e-320 mm", "1e300"])
+def test_a_length_that_is_none_is_refused(tmp_path, length):
+    path = tmp_path / "paper.csv"
+    path.write_text(CSV.replace("crank, 30 mm, 0.4489", f"crank, {length}, 0.4489"))
+    with pytest.raises(InputError, match=r"mechanism.links\[0\].length: got"):
+        imported(path)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "said"), [("csv", "a table of links and joints"), ("json", "a file of pylinkage")]
+)
+def test_a_file_in_another_encoding_is_called_what_it_is(tmp_path, suffix, said):
+    path = tmp_path / f"latin.{suffix}"
+    path.write_bytes("part, name\nlink, Kürbel".encode("latin-1"))
+    with pytest.raises(InputError) as caught:
+        imported(path)
+    (problem,) = caught.value.problems
+    assert problem.key == "file"
+    assert said in problem.expected
+    assert "byte 18 is not UTF-8" in problem.expected
+    assert "TOML" not in problem.expected
+
+
 def test_the_help_has_an_example(capsys):
     with pytest.raises(SystemExit):
         main(["import", "--help"])

@@ -53,7 +53,7 @@ def test_values_are_those_of_python(text):
         ("ω*t", "letters of names are a to z"),
         ("1e999", "a float can hold"),
         ("(" * 200 + "1" + ")" * 200, "50 deep"),
-        ("1" + "+1" * 999, "at most 250 parts"),
+        ("1" + "+1" * 999, "at most 250 operations one upon the other"),
         ("x" * 3000, "2000 characters"),
         ("", "the end"),
     ],

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from jointplay.errors import NOTHING
+from jointplay.errors import NOTHING, InputError
 from jointplay.mechanism import catalog, presets, published, six_bars, systems
 from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
@@ -242,3 +242,22 @@ def test_presets_name_the_link_whose_number_is_wrong():
 def test_the_slider_crank_lies_flat_unless_gravity_is_asked_for():
     assert catalog.slider_crank().gravity == 0.0
     assert catalog.slider_crank(gravity=9.8).gravity == 9.8
+
+
+@pytest.mark.parametrize(
+    ("preset", "own"),
+    [
+        (catalog.slider_crank, ["crank", "rod", "offset", "mass"]),
+        (catalog.quick_return, ["crank", "arm", "rod", "pivot"]),
+        (catalog.chunmei2002, ["clearance", "gear_ratio"]),
+    ],
+)
+def test_what_is_accepted_is_what_this_preset_accepts(preset, own):
+    with pytest.raises(InputError) as caught:
+        preset(crank_length=1)
+    (problem,) = caught.value.problems
+    accepted = str(problem.expected).partition("accepted: ")[2].split(", ")
+    assert problem.key == "crank_length"
+    assert accepted[: len(own)] == own
+    assert len({*accepted}) == len(accepted)
+    assert {"gravity", "friction", "springs"} <= {*accepted}

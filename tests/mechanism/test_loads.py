@@ -9,6 +9,7 @@ import jointplay as jp
 from jointplay.analysis.rules import unlike_turns
 from jointplay.analysis.vary import axes, changed
 from jointplay.analysis.ways import of_structure
+from jointplay.errors import InputError
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.drive import PrescribedTorque, SpeedProfile
@@ -155,3 +156,15 @@ def test_loads_go_in_lanes_but_no_speed_that_varies():
         {"drive": torque},
     ):
         assert not of_structure(linkage(plain.replace(**changes)))
+
+
+def test_a_load_without_a_kind_names_the_kinds():
+    with pytest.raises(InputError, match=r"loads\[0\].kind: got nothing; .*one of 'force', 'torque'"):
+        catalog.chunmei2002(loads=[{"name": "P", "link": "crank", "constant": 3.0}])
+
+
+def test_a_table_that_harmonics_miss_names_the_tolerance():
+    table = {"kind": "torque", "name": "P", "link": "crank", "angle": "crank", "table": JUMP}
+    with pytest.raises(InputError, match=r"more than the key tolerance allows \(0.01"):
+        catalog.chunmei2002(loads=[table])
+    assert catalog.chunmei2002(loads=[table | {"tolerance": 0.9}])

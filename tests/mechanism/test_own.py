@@ -92,7 +92,7 @@ def changed(**tables):
         ({"forcing": "2*pi"}, "forcing", "no equation depends on t"),
         ({"rates": {"v": "1/(x - 0.2)"}}, "rates.v", "at the initial state"),
         ({"states": {"v": "x"}}, "states.v", "no such name as 'x'"),
-        ({"states": {"v": "log(0)"}}, "states.v", "finite value"),
+        ({"states": {"v": "log(0)"}}, "states.v", "finite real values"),
         ({"states": {"v": "5 frogs"}}, "states.v", "no known unit"),
         ({"states": {"v": 10**400}}, "states.v", "an expression"),
         ({"states": {"sin": 0}, "rates": {"sin": "1"}}, "states.sin", "a function already"),

@@ -24,7 +24,10 @@ FUNCTIONS = {  # and how many arguments each takes, at least and at most
     **dict.fromkeys(("max", "min"), (2, 9)),
 }
 CONSTANTS = {"pi": math.pi}
+LARGEST = 10_000  # operations of an expression written out with its slopes, and where needed with theirs
 LONGEST, DEEPEST = 2000, 50  # characters of a text, brackets and signs within one another
+TALLEST = LONGEST // 8  # operations one upon the other: each takes some of Python's stack
+PLAIN = 100.0  # orders of magnitude below which products of numbers are far from overflow
 ACCEPTED = "numbers, names, + - * / ** and brackets are accepted"
 _NAME = re.compile(r"[A-Za-z]\w*", re.ASCII)
 _TOKEN = re.compile(
@@ -53,6 +56,13 @@ class Tree(NamedTuple):
         own = {self.value} - CONSTANTS.keys() if self.operation == "name" else set()
         return own.union(*(part.names for part in self.parts))
 
+    def deeper_than(self, most: int) -> bool:
+        """Whether more than so many operations stand one upon the other."""
+        level: list[Tree] = [self]
+        for _ in range(most + 1):
+            level = [part for tree in level for part in tree.parts]
+        return bool(level)
+
     def made_of(self, names: Mapping[str, Any], functions: Mapping[str, Callable], number: Callable) -> Any:
         """What the tree is, of given names, functions and maker of numbers."""
         if self.operation == "number":
@@ -63,6 +73,134 @@ class Tree(NamedTuple):
         if self.operation == "negative":
             return -parts[0]
         return {**_BINARY, **functions}[self.operation](*parts)
+
+
+class Size(NamedTuple):
+    """Operations of an expression written out, of its slopes together, and of theirs; and its kinks."""
+
+    value: int
+    slope: int
+    bend: int
+    kinks: int = 0
+
+    def __add__(self, other: Size) -> Size:  # type: ignore[override]
+        return Size(*(a + b for a, b in zip(self, other, strict=True)))
+
+    def copied(self, times: int) -> Size:
+        """The size of so many copies, whose kinks are the same."""
+        return Size(times * self.value, times * self.slope, times * self.bend, self.kinks)
+
+
+@lru_cache(maxsize=4096)
+def size(text: str) -> Size:
+    """Give the size of an expression: what it takes to write down the equations, whatever they are."""
+    return _size(parse(text))
+
+
+def _size(tree: Tree) -> Size:
+    if not tree.parts:
+        return Size(1, int(tree.operation == "name"), 0)
+    parts = [_size(part) for part in tree.parts]
+    if tree.operation in ("max", "min"):  # two by two, each with a sign between them
+        return _compared(parts)
+    total = sum(parts[1:], parts[0])
+    if tree.operation in ("+", "-", "negative"):
+        return total._replace(value=total.value + 1)
+    if tree.operation in ("*", "/", "**"):  # the slope of each factor, beside all others
+        factors = _factors(tree)
+        each = [_size(factor) for factor in factors] if len(factors) > 2 else parts
+        value, count = total.value + 1, len(each)
+        slope = sum(part.slope + value for part in each if part.slope)
+        bend = sum(part.bend + 2 * count * (part.slope + value) for part in each if part.slope)
+        return Size(value, slope, bend, total.kinks)
+    if tree.operation in ("abs", "sign"):
+        return parts[0].copied(2)._replace(kinks=total.kinks + 1)
+    value, slope = total.value + 1, total.slope and total.value + total.slope + 1
+    return Size(value, slope, slope and 2 * (value + total.slope) + total.bend, total.kinks)
+
+
+def _factors(tree: Tree) -> list[Tree]:
+    """Factors of a product, which are multiplied one after the other."""
+    if tree.operation not in ("*", "/"):
+        return [tree]
+    found: list[Tree] = []
+    while tree.operation in ("*", "/"):
+        found.append(tree.parts[1])
+        tree = tree.parts[0]
+    return [*found, tree]
+
+
+def _compared(parts: list[Size]) -> Size:
+    if len(parts) == 1:
+        return parts[0]
+    half = (len(parts) + 1) // 2
+    both = (_compared(parts[:half]) + _compared(parts[half:])).copied(3)
+    return both._replace(value=both.value + 4, kinks=both.kinks + 1)
+
+
+def too_large(text: str, bends: bool = False) -> str:
+    """Say what is accepted instead of an expression whose equations would be endless; empty if they are not.
+
+    Parameters
+    ----------
+    text : str
+        A right one.
+    bends : bool
+        Whether slopes of its slopes are needed, as of the guard of an event.
+    """
+    own = size(text)
+    operations = max(own.value, own.slope, own.bend if bends else 0)
+    if operations <= LARGEST:
+        return ""
+    slopes = "its slopes and theirs" if bends else "its slopes"
+    most = f"at most {LARGEST:,} operations are accepted of an expression written out with {slopes}"
+    return f"{most}, not some {operations:.2g}: fewer factors and brackets make it shorter"
+
+
+@lru_cache(maxsize=4096)
+def constants_finite(text: str) -> bool:
+    """Whether all that an expression makes of numbers alone has a finite real value."""
+    try:
+        _constant(parse(text))
+    except (ArithmeticError, ValueError):
+        return False
+    return True
+
+
+def _constant(tree: Tree) -> float | None:
+    """The value of a tree of numbers; None of one with names, whose parts have been looked at."""
+    if not tree.parts:
+        return None if tree.names else float(CONSTANTS.get(tree.value, tree.value))
+    parts = [_constant(part) for part in tree.parts]
+    if None in parts:
+        return None
+    value = -parts[0] if tree.operation == "negative" else {**_BINARY, **_NUMBERS}[tree.operation](*parts)
+    if isinstance(value, complex) or not math.isfinite(value):
+        raise ArithmeticError
+    return value
+
+
+def plainly_real(tree: Tree) -> bool:
+    """Whether an expression has finite real values for certain, for most values of its names."""
+    return _orders(tree) <= PLAIN
+
+
+def _orders(tree: Tree) -> float:
+    """Orders of magnitude that numbers can bring into an expression; infinite where it may be undefined."""
+    if tree.operation == "number":
+        return abs(math.log10(tree.value)) if tree.value else 0.0
+    if tree.operation == "name":
+        return 1.0 if tree.value in CONSTANTS else 0.0
+    parts, last = sum(map(_orders, tree.parts)), tree.parts[-1]
+    by_number = last.operation == "number" and last.value
+    if tree.operation == "/" and not by_number and last.operation != "name":
+        return math.inf
+    if tree.operation in ("sqrt", "log", "tan") and last.operation != "name":
+        return math.inf
+    if tree.operation == "**":
+        whole = last.operation == "number" and isinstance(last.value, int)
+        return last.value * parts if whole else math.inf
+    return parts if tree.names or tree.operation in _BINARY or tree.operation == "negative" else math.inf
 
 
 def is_name(text: str) -> bool:
@@ -85,6 +223,8 @@ def parse(text: str) -> Tree:
     tree = reader.sum(0)
     if reader.kind != "end":
         raise reader.wrong("an operator")
+    if tree.deeper_than(TALLEST):
+        raise refuse(text, f"at most {TALLEST} operations one upon the other are accepted")
     return tree
 
 
@@ -144,11 +284,9 @@ class _Reader:
         return self._chain(("+", "-"), lambda: self._chain(("*", "/"), lambda: self.factor(depth)))
 
     def _chain(self, signs: tuple[str, ...], part: Callable[[], Tree]) -> Tree:
-        tree, count = part(), 0
+        tree = part()
         while sign := self.took(*signs):
-            tree, count = Tree(sign, (tree, part())), count + 1
-            if count > LONGEST // 8:
-                raise refuse(self.text, f"sums and products of at most {LONGEST // 8} parts are accepted")
+            tree = Tree(sign, (tree, part()))
         return tree
 
     def factor(self, depth: int) -> Tree:

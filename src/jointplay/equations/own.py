@@ -22,13 +22,32 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from sympy import E, Expr, Float, Integer, Symbol, cos, exp, log, pi, sin, sqrt, tanh
+from sympy import (
+    Abs,
+    E,
+    Expr,
+    Float,
+    I,
+    Integer,
+    Symbol,
+    cos,
+    exp,
+    log,
+    nan,
+    oo,
+    pi,
+    preorder_traversal,
+    sin,
+    sqrt,
+    tanh,
+    zoo,
+)
 from sympy.printing.str import StrPrinter
 
-from ..errors import InputError, unknown
+from ..errors import InputError, refuse, unknown
 from . import filippov
 from .functions import side
-from .grammar import parse
+from .grammar import constants_finite, parse
 from .system import TIME, Angle, Contact, Reset, System, traction
 from .written import Jump, Oscillator, Rubbing, Switch, Touch, Wall
 
@@ -40,6 +59,8 @@ _FORMED = re.compile(
     r"([A-Za-z]{1,2}|own|out|base|rate|touch|slip|stick|ease|hat|new|sol|gradient|reset)_.*|.*\d_*"
 )
 _ONE, _NONE = Integer(1), Integer(0)
+_NOWHERE = {zoo, nan, oo, -oo, I}
+_UNREAL = "an expression with finite real values is accepted: this one has none, whatever its names stand for"
 
 
 def system(structure: Oscillator) -> System:
@@ -101,7 +122,7 @@ class _Writer:
         given = (*structure.positions, *structure.speeds, *structure.parameters)
         self.names = dict(zip(given, self.q + self.z + self.parameters, strict=True)) | {"t": TIME}
         if structure.period:
-            period = smooth(structure.period, self.names)
+            period = at_rest(structure.period, self.names)
             self.angles.append(Angle("phase", None, (2 * pi / period).xreplace(NUMBERS)))
         self.names |= {each.name: _mode(each.name) for each in structure.switches}
         self.names |= {each.name: filippov.share(each) for each in structure.switches if each.slides}
@@ -157,15 +178,13 @@ class _Writer:
             "sin": self._sin,
             "cos": self._cos,
             "tan": lambda x: self._sin(x) / self._cos(x),
-            "sign": sign,
-            "abs": lambda x: sign(x) * x,
-            "max": lambda *parts: _folded(parts, lambda a, b: (a + b + sign(a - b) * (a - b)) / 2),
-            "min": lambda *parts: _folded(parts, lambda a, b: (a + b - sign(a - b) * (a - b)) / 2),
-        } | _SMOOTH
-        return parse(text).made_of(self.names | more, functions, _numeral).xreplace(NUMBERS)
+        } | _kinked(sign)
+        made = parse(text).made_of(self.names | more, functions, _numeral)
+        return real(text, made, sign).xreplace(NUMBERS)
 
     def _located(self, argument: Expr) -> Expr:
         """The sign of an argument; of one that moves, by a switch where it passes zero."""
+        argument = argument.xreplace(NUMBERS)
         if not argument.free_symbols & {TIME, *self.q, *self.z, *self._waves}:
             return side(argument)
         for name, (on, _) in self.switches.items():
@@ -257,8 +276,51 @@ def _mode(name: str) -> Symbol:
 
 
 def smooth(text: str, names: Mapping[str, Expr], more: dict[str, Callable] | None = None) -> Expr:
-    """An expression without kinks of these names, and of more functions where given; pi stays exact."""
-    return parse(text).made_of(names, _SMOOTH | (more or {}), _numeral)
+    """An expression without kinks of these names, and of more functions where given; pi stays exact.
+
+    Raises
+    ------
+    InputError
+        Where it has a kink after all, as the root of a square, or no finite real value anywhere.
+    """
+
+    return real(text, parse(text).made_of(names, _SMOOTH | (more or {}), _numeral), _no_kink(text))
+
+
+def _no_kink(text: str) -> Callable[[Expr], Expr]:
+    def refused(_: Expr) -> Expr:
+        raise refuse(text, "an expression without kinks is accepted, and the root of a square has one")
+
+    return refused
+
+
+def real(text: str, made: Expr, sign: Callable[[Expr], Expr] = side) -> Expr:
+    """The expression that a text has made, if it has finite real values, with |x| as sign(x) x.
+
+    Raises
+    ------
+    InputError
+        Where it has none, whatever the numbers: a division by 0, the root of what is below 0, overflow.
+    """
+    if not constants_finite(text):
+        raise refuse(text, _UNREAL)
+    for part in preorder_traversal(made):
+        if part in _NOWHERE or (part.is_Number and not math.isfinite(_float(part))):
+            raise refuse(text, _UNREAL)
+        base, exponent = part.as_base_exp() if part.is_Pow else (None, None)
+        of_negative = part.args[0] if isinstance(part, log) else base if exponent is not None else None
+        if of_negative is not None and of_negative.is_negative and not (exponent and exponent.is_integer):
+            raise refuse(text, _UNREAL)
+        if exponent is not None and base.is_zero and not exponent.is_positive:
+            raise refuse(text, _UNREAL)
+    return made.replace(lambda part: isinstance(part, Abs), lambda part: sign(part.args[0]) * part.args[0])
+
+
+def _float(value: Expr) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _numeral(value: float) -> Expr:
@@ -269,15 +331,57 @@ def _numeral(value: float) -> Expr:
 
 def _power(base: Expr, exponent: Expr) -> Expr:
     if base.is_Number and exponent.is_Number and not (abs(exponent) <= 64 and abs(base) <= 1e4):
-        return Float(float(base) ** float(exponent))  # exact powers of large numbers would never end
+        try:
+            power = float(base) ** float(exponent)  # exact powers of large numbers would never end
+        except (OverflowError, ZeroDivisionError):
+            return zoo
+        return zoo if isinstance(power, complex) else Float(power)
     return base**exponent
 
 
-def _folded(parts: tuple[Expr, ...], two: Callable[[Expr, Expr], Expr]) -> Expr:
-    found = parts[0]
-    for part in parts[1:]:
-        found = two(found, part)
-    return found
+def at_rest(text: str, names: Mapping[str, Expr], kinks: bool = True) -> Expr:
+    """An expression of these names in which nothing moves: its kinks are no events.
+
+    Raises
+    ------
+    InputError
+        As `real`.
+    """
+    waves = {"sin": sin, "cos": cos, "tan": lambda x: sin(x) / cos(x)}
+    made = parse(text).made_of(names, waves | _kinked(side), _numeral)
+    return real(text, made, side if kinks else _no_kink(text))
+
+
+def checked(text: str, kinks: bool = True) -> None:
+    """Refuse an expression that has finite real values nowhere, or kinks where there may be none.
+
+    Raises
+    ------
+    InputError
+        As `real`.
+    """
+    names = {name: symbol(name) for name in parse(text).names}
+    at_rest(text, names, kinks)
+
+
+def _kinked(sign: Callable[[Expr], Expr]) -> dict[str, Callable]:
+    """Functions of the grammar but for sine and cosine, their kinks by a sign."""
+    return _SMOOTH | {
+        "sign": sign,
+        "abs": lambda x: sign(x) * x,
+        "max": lambda *parts: _compared(parts, sign),
+        "min": lambda *parts: _compared(parts, lambda difference: -sign(difference)),
+    }
+
+
+def _compared(parts: tuple[Expr, ...], sign: Callable[[Expr], Expr]) -> Expr:
+    """The part whose difference to any other has this sign, halves compared first, so that it stays short."""
+    if len(parts) == 1:
+        return parts[0]
+    half = (len(parts) + 1) // 2
+    a, b = _compared(parts[:half], sign), _compared(parts[half:], sign)
+    share = (1 + sign(a - b)) / 2
+    return share * a + (1 - share) * b
 
 
 _SMOOTH = {"exp": exp, "log": log, "sqrt": sqrt, "tanh": tanh, "**": _power}

@@ -17,6 +17,7 @@ from jointplay.mechanism.loop import Branch, FourBar, find_four_bar
 from jointplay.mechanism.records import Mechanism
 
 BRANCHES = ("upper", "lower")
+ROUNDING = 1e-12  # of the loop's length: a change-point linkage goes flat, and closes
 _DEAD = 1e-12  # squared height of B over A–C, in squared lengths, below which its digits are mostly rounding
 
 
@@ -143,7 +144,7 @@ def open_arcs(loop: FourBar, slack: float = 0.0) -> tuple[tuple[float, float], .
     """
     sides = loop.lengths
     coupler, rocker, crank, ground = sides[loop.coupler], sides[loop.rocker], sides[loop.crank], sides[GROUND]
-    base = _ground_line(loop)
+    base, slack = _ground_line(loop), slack + ROUNDING * sum(sides.values())
     near, far = (_opening(crank, ground, d) for d in (abs(coupler - rocker), coupler + rocker))
     arcs = []
     if abs(ground - crank) < abs(coupler - rocker) - slack:

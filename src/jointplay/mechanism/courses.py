@@ -151,8 +151,8 @@ class Course(Record):
             yield Problem("table", table, f"{_TABLE} is accepted")
         elif (error := series(table, self.tolerance).error) > self.tolerance:
             reach = f"{MOST_ORDERS} and a spline through these values differ by {error:.3g} of their range"
-            text = f"values that few harmonics join smoothly are accepted: {reach}, the tolerance is"
-            yield Problem("table", table, f"{text} {self.tolerance:g}")
+            text = f"values that few harmonics join smoothly are accepted: {reach}, more than the key"
+            yield Problem("table", table, f"{text} tolerance allows ({self.tolerance:g}, of at most 1)")
 
     def _phase_problems(self) -> Iterator[Problem]:
         given = [key for key in self.phases if getattr(self, key) is not None]

@@ -264,7 +264,6 @@ def _endless(system: Any) -> Iterator[Problem]:
     for name in flat.rates.keys() - touched - system.modes.keys():
         text = flat.rates[name]
         if parse(text).names <= system.numbers.keys() and number(text, system.numbers):
-            instead = (
-                f"if it is a phase, write ({text})*t for it, and its period as forcing = '2*pi/({text})'"
-            )
+            rate = f"({text})" if parse(text).parts else text
+            instead = f"if it is a phase, write {rate}*t for it, and its period as forcing = '2*pi/{rate}'"
             yield Problem(f"mechanism.rates.{name}", text, f"the state {name} grows without bound; {instead}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Annotated, Any
 
 from jointplay.mechanism.base import NonNegative, unit
@@ -91,16 +92,20 @@ _MODEL = {
     "wanted": "wanted_acceleration - 10*(angular_velocity - wanted_velocity)",
     "reached": "angular_velocity - 10*(angle - wanted_angle)",
 }
-_CONTROLLER = Servo(
-    link="crank",
-    stiffness=2000.0,
-    damping=200.0,
-    harmonics=(Harmonic(order=1, sine=6.0),),
-    frequency=0.75 * math.pi,
-    where=_MODEL,
-    feedforward="inertia*wanted + slope*angular_velocity*reached + weight",
-    nominal_speed=4.5 * math.pi,
-)
+
+
+@cache
+def _controller() -> Servo:
+    return Servo(
+        link="crank",
+        stiffness=2000.0,
+        damping=200.0,
+        harmonics=(Harmonic(order=1, sine=6.0),),
+        frequency=0.75 * math.pi,
+        where=_MODEL,
+        feedforward="inertia*wanted + slope*angular_velocity*reached + weight",
+        nominal_speed=4.5 * math.pi,
+    )
 
 
 @checked()
@@ -146,7 +151,7 @@ def siconos_four_bar(
         Joint(name="B", journal=on("coupler", 4.0), bearing=on("rocker", 2.5), **law),
         Joint(name="C", journal=on("rocker"), bearing=fixed(3.0, 0.0), **law),
     )
-    made = Mechanism(name="siconos_four_bar", links=links, joints=joints, drive=_CONTROLLER, gravity=9.81)
+    made = Mechanism(name="siconos_four_bar", links=links, joints=joints, drive=_controller(), gravity=9.81)
     return made.replace(clearance=clearance, **changes)
 
 

@@ -125,8 +125,7 @@ class Mechanism(Record):
             error = from_pydantic(invalid, cls)
             problems, more = error.problems, error.more
         problems += Draft.of(data if record is None else record).problems()
-        if not problems:
-            problems += plausible.nonsense(record)
+        problems += plausible.nonsense(record) if record is not None else ()
         if problems or record is None:
             raise InputError(problems, more=more)
         return record

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from jointplay.equations.drives import NAMES
-from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, Tree, is_name, parse
+from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, Tree, is_name, parse, plainly_real, too_large
 from jointplay.equations.structure import Course as Structure
 from jointplay.errors import InputError, Problem, join, unknown
 from jointplay.mechanism.base import Name, NonNegative, Number, Positive, hash_of, measured, named
@@ -90,6 +90,11 @@ class Servo(Course):
             except InputError as error:
                 yield from error.under(key).problems
                 continue
+            if large := too_large(text):
+                yield Problem(key, text, large)
+                continue
+            if not plainly_real(tree):
+                yield from _unreal(key, text)
             for other in sorted(tree.names - {*known}):
                 yield unknown(key, text, other, known, f"name as {other!r}")
             for kinked in sorted(_operations(tree) & KINKED):
@@ -126,6 +131,15 @@ class Servo(Course):
             f"{self.speed:g} rad/s and {self.course_description}" if self.varies else f"{self.speed:g} rad/s"
         )
         return f"servo on {self.link} to {wanted}, {self.stiffness:g} N m/rad{more}"
+
+
+def _unreal(key: str, text: str) -> Iterator[Problem]:
+    from jointplay.equations.own import checked
+
+    try:
+        checked(text, kinks=False)
+    except InputError as error:
+        yield from error.under(key).problems
 
 
 def _operations(tree: Tree) -> set[str]:

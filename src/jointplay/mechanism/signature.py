@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_o
 
 from pydantic import ConfigDict, create_model
 
-from jointplay.errors import InputError, Problem
+from jointplay.errors import InputError, Problem, also_known
 from jointplay.mechanism.base import Record
 
 P = ParamSpec("P")
@@ -109,7 +109,14 @@ def checked(
                 raise InputError(problems + rule_problems(arguments, wrong, deferred))
             after(arguments)
             by_place = [arguments.pop(name) for name in alone]
-            return function(*by_place, **arguments)
+            if not open_ended:
+                return function(*by_place, **arguments)
+            try:
+                return function(*by_place, **arguments)
+            except InputError as error:  # of a keyword that it hands on, where its own are accepted too
+                named = [name for name in own if name in fields() and name != "self"]
+                found = (also_known(problem, named) for problem in error.problems)
+                raise InputError(found, error.root, error.more) from None
 
         call.fields, call.rule_problems = fields, rule_problems  # type: ignore[attr-defined]
         return call

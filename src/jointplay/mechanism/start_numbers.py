@@ -44,8 +44,11 @@ class _Here:
         names = [name for group in system.order for name in group]
         self.system, self.names = system, dict(zip(names, system.initial, strict=True))
         self.names |= {**system.numbers, "t": 0.0} | {each.name: 0.0 for each in system.switches}
-        for each in system.switches:
-            self.names[each.name] = float(self(each.on) > 0)
+        for i, each in enumerate(system.switches):
+            try:
+                self.names[each.name] = float(self(each.on) > 0)
+            except InputError as error:
+                raise error.under(f"switches[{i}].on") from None
 
     def __call__(self, text: str, **changed: float) -> float:
         return number(text, self.names | changed)
@@ -61,7 +64,7 @@ def at_the_start(system: Equations) -> Iterator[Problem]:
     try:
         here = _Here(system)
     except InputError as error:
-        yield from error.under("switches").problems
+        yield from error.problems
         return
     for name, text in system.rates.items():
         try:

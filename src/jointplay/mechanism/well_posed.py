@@ -7,7 +7,16 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from jointplay.equations.grammar import CONSTANTS, FUNCTIONS, is_name, number
+from jointplay.equations.grammar import (
+    CONSTANTS,
+    FUNCTIONS,
+    is_name,
+    number,
+    parse,
+    plainly_real,
+    size,
+    too_large,
+)
 from jointplay.errors import NOTHING, InputError, Problem, join, unknown
 from jointplay.mechanism.own_equations import Equations
 from jointplay.mechanism.own_modes import in_one_mode, one_mode
@@ -16,6 +25,8 @@ from jointplay.mechanism.start_numbers import at_the_start, names_in, values
 PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
 IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}  # names that parts give
 NAMED = "a name of letters a to z, digits and _ is accepted, a letter first"
+GUARDS = ("on", "off", "depth", "speed", "gap", "guard")  # of events, whose slopes have slopes
+KINKS = 50
 MOST = 1000  # systems whose equations are remembered to be right
 _right: set[str] = set()
 
@@ -90,6 +101,8 @@ def _of_the_equations(system: Equations) -> list[Problem]:
     texts = [] if found else [*_texts(system)]
     for key, text, known in texts:
         found += _wrong_text(key, text, known)
+    if not found:
+        found += _kinks(texts)
     return found or [*_forced(system, texts), *_parts(system)] or [*_sliding(system)]
 
 
@@ -173,6 +186,26 @@ def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem
         return
     for name in sorted(names - {*known}):
         yield unknown(key, text, name, sorted(known), f"name as {name!r}")
+    if large := too_large(text, bends=key.rpartition(".")[2] in GUARDS):
+        yield Problem(key, text, large)
+    elif not plainly_real(parse(text)):
+        from jointplay.equations.own import checked
+
+        try:
+            checked(text)
+        except InputError as error:
+            yield from error.under(key).problems
+
+
+def _kinks(texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
+    """The expression with which kinks, each of them an event, are more than can be watched."""
+    count = 0
+    for key, text, _ in texts:
+        count += size(text).kinks
+        if count > KINKS:
+            accepted = f"at most {KINKS} kinks (abs, sign, max, min) are accepted in all expressions together"
+            yield Problem(key, text, accepted)
+            return
 
 
 def _forced(system: Equations, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:

@@ -14,7 +14,7 @@ from typing import Any
 from jointplay.errors import InputError, Problem
 from jointplay.mechanism.closure import BRANCHES, ideal_state
 from jointplay.mechanism.loop import find_four_bar
-from jointplay.mechanism.measures import in_si
+from jointplay.mechanism.measures import SMALLEST, in_si
 from jointplay.mechanism.records import Mechanism
 from jointplay.study import parts_table, pylinkage_file
 from jointplay.study.pylinkage_file import Drawing
@@ -22,6 +22,7 @@ from jointplay.study.toml_text import read_text, written
 from jointplay.terminal import one_line
 
 READERS = {".json": pylinkage_file.read, ".csv": parts_table.read}
+WHAT = {".json": "a file of pylinkage (JSON, UTF-8)", ".csv": "a table of links and joints (CSV, UTF-8)"}
 NEEDED = {"mass": "kg", "inertia": "kg m², about the link's origin"}  # of a link
 OF_A_BAR = {"length": "m", "mass": "kg", "inertia": "kg m²"}
 NEAR = 0.5  # rad; so near a branch rough angles name it
@@ -70,7 +71,7 @@ def imported(path: Path | str, unit: str | None = None, bar: str | None = None) 
     if (suffix := Path(path).suffix.lower()) not in READERS:
         accepted = "a file that ends in .json (of pylinkage) or .csv (links and joints) is accepted"
         raise InputError([Problem("file", str(path), accepted)])
-    drawing = READERS[suffix](read_text(path), unit)
+    drawing = READERS[suffix](read_text(path, "file", WHAT[suffix]), unit)
     for link in drawing.table["links"] if density else ():
         length = _si(link["length"], "m")
         if length and not NEEDED.keys() & link.keys():
@@ -99,7 +100,8 @@ def _si(value: Any, units: str) -> float | None:
         value = in_si(value, units)
     except InputError:
         return None
-    return value if isinstance(value, float) else None
+    sound = isinstance(value, float) and SMALLEST <= abs(value) <= 1 / SMALLEST
+    return value if sound else None
 
 
 def _complete(drawing: Drawing) -> Mechanism:

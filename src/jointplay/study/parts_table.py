@@ -9,13 +9,15 @@ angle                              of a link: roughly how it lies, rad, to say h
 journal, journal_at                of a joint: link of the journal, and the distance along it
 bearing, bearing_at, x, y          link of the bearing, and the distance along it; or ``ground`` and the place
 
-Values are in SI units, or written with theirs, as ``30 mm``.
+Values are in SI units, or written with theirs, as ``30 mm``. Semicolons or tabs may separate cells; numbers
+then may have a decimal comma.
 """
 
 from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -27,14 +29,21 @@ from jointplay.study.pylinkage_file import Drawing
 OF_LINKS = ("length", "mass", "inertia", "centre", "angle")
 OF_JOINTS = ("journal", "journal_at", "bearing", "bearing_at", "x", "y")
 COLUMNS = ("part", "name", *OF_LINKS, *OF_JOINTS)
+SEPARATORS = (";", "\t")  # in the place of commas, as spreadsheets write where numbers have a decimal comma
+_COMMA = re.compile(r"^([+-]?\d*),(\d)")
 PARTS = {"link": OF_LINKS, "joint": OF_JOINTS}
 
 
 def read(text: str, unit: str | None) -> Drawing:
     """Read a table's text; `InputError` with everything that is wrong, by the lines of the file."""
-    reader = csv.reader(io.StringIO(text), skipinitialspace=True)
+    separator = next((sign for sign in SEPARATORS if sign in text.partition("\n")[0]), ",")
+    reader = csv.reader(io.StringIO(text), delimiter=separator, skipinitialspace=True)
     try:
-        lines = [(f"line {reader.line_num}", [cell.strip() for cell in row]) for row in reader if any(row)]
+        lines = [
+            (f"line {reader.line_num}", [_cell(cell, separator) for cell in row])
+            for row in reader
+            if any(row)
+        ]
     except csv.Error as error:
         raise refuse(f"line {reader.line_num}", f"a table (CSV) is accepted; {error}", "file") from None
     columns = lines[0][1] if lines else []
@@ -63,6 +72,11 @@ def read(text: str, unit: str | None) -> Drawing:
     if problems:
         raise InputError(problems)
     return Drawing(table, angles)
+
+
+def _cell(cell: str, separator: str) -> str:
+    """The text of a cell; where no comma separates cells, one in a number stands for its point."""
+    return cell.strip() if separator == "," else _COMMA.sub(r"\1.\2", cell.strip())
 
 
 def _wrong_row(place: str, row: Mapping[str, str], longer: bool) -> Iterator[Problem]:

@@ -20,16 +20,16 @@ LARGEST = 50_000_000  # bytes of a study file
 STEP = re.compile(r"(?:^|\.)(?P<name>[^.\[\]=\s]+)|\[(?P<index>\d{1,6})\]")
 
 
-def read_text(path: Path | str) -> str:
-    """Text of a study file; `InputError` where it is no readable file or its bytes are not UTF-8."""
-    expected = "the name of a study file (TOML, UTF-8)"
+def read_text(path: Path | str, key: str = "study file", what: str = "a study file (TOML, UTF-8)") -> str:
+    """Text of a file; `InputError` where it is no readable file or its bytes are not UTF-8."""
+    expected = f"the name of {what}"
     try:
         return _content(path).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         reason = f"byte {error.start} is not UTF-8"
     except (OSError, ValueError) as error:
         reason = str(getattr(error, "strerror", None) or error).lower()
-    raise InputError([Problem("study file", str(path), f"{expected}; {reason}")])
+    raise InputError([Problem(key, str(path), f"{expected}; {reason}")])
 
 
 def _content(path: Path | str) -> bytes:
