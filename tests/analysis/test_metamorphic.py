@@ -35,7 +35,6 @@ FEW = {  # structures of the default tests
     "corners": ("speed", "kelvin_voigt", "coulomb", "guide", "torque_time", "rigid"),
 }
 KEYS = ("drive", "law", "friction", "joint", "load", "elastic")
-KICKED = pytest.mark.xfail(strict=True, reason="an imposed speed that varies is kicked by rigid impacts")
 DEFAULT = [(name, seed) for name in FEW for seed in range(8)][:30]
 STRUCTURES, EACH = 100, 5  # of the nightly ones
 
@@ -163,7 +162,7 @@ def cheap(name):
 
 @pytest.mark.parametrize(
     ("name", "seed"),
-    [pytest.param(*each, marks=[KICKED] if each[0] == "rigid impacts" else []) for each in DEFAULT],
+    DEFAULT,
 )
 def test_a_mechanism_moves_alike_in_every_view(name, seed):
     left = compared(chosen(FEW[name]), seed, cheap((name, seed)))

@@ -237,13 +237,13 @@ def _impact(system: System, now: State, i: int) -> list[Event]:
     M, _ = system.inertia(Now(system, now.t, now.y))
     _, G, _, _ = system.constraints(Now(system, now.t, now.y), system.ideal)
     elastic, inelastic = 1.0, 0.0
-    new = _struck(M, G, v, touches, part, resting, elastic)
-    if _made(M, new - v, v) > 1e-12 * (v @ M @ v):
+    new, made = _struck(M, G, v, touches, part, resting, elastic)
+    if made > 1e-12 * (v @ M @ v):
         for _ in range(60):  # the largest share of all restitutions that makes no energy
             middle = (elastic + inelastic) / 2
-            trial = _struck(M, G, v, touches, part, resting, middle)
-            elastic, inelastic = (middle, inelastic) if _made(M, trial - v, v) > 0 else (elastic, middle)
-        new = _struck(M, G, v, touches, part, resting, inelastic)
+            _, made = _struck(M, G, v, touches, part, resting, middle)
+            elastic, inelastic = (middle, inelastic) if made > 0 else (elastic, middle)
+        new, _ = _struck(M, G, v, touches, part, resting, inelastic)
     now.y[n : 2 * n] = new
     after = [touch for _, touch in system.touches(Now(system, now.t, now.y, now.memory))]
     events = [Event(now.t, k, "impact", now.y.copy(), now.modes[k]) for k in met]
@@ -257,11 +257,6 @@ def _impact(system: System, now: State, i: int) -> list[Event]:
             events.append(Event(now.t, k, "rest", now.y.copy(), "free"))
         now.modes[k] = _rested(system, now, k, after[k])
     return events
-
-
-def _made(M, jump, v) -> float:
-    """Kinetic energy that a jump of the speeds makes."""
-    return jump @ M @ v + 0.5 * jump @ M @ jump
 
 
 def _rested(system: System, now: State, k: int, touch) -> str:
@@ -278,7 +273,7 @@ def _rested(system: System, now: State, k: int, touch) -> str:
 
 
 def _struck(M, G, v, touches, part, resting, share):
-    """Speeds after an impact, restitutions being lowered to a share."""
+    """Speeds after an impact, restitutions lowered to a share, and the work of contacts, not of drives."""
     n, m, found = len(v), len(G), []
     ways = [("open", "shut") if touches[k].play.dry is None else ("open", "+", "-", "=") for k in part]
     for choice in itertools.product(*ways):
@@ -304,12 +299,12 @@ def _struck(M, G, v, touches, part, resting, share):
         except np.linalg.LinAlgError:
             continue
         new, impulses = v + solved[:n], [*solved[n + m :]]
-        if (worst := _broken(touches, part, resting, choice, new, impulses, share)) is not None:
-            found.append((worst, new))
-    worst, new = min(found, key=lambda pair: pair[0])
+        work = -solved[n + m :] @ pushes[m:] @ (new + v) / 2
+        found.append((_broken(touches, part, resting, choice, new, impulses, share), new, work))
+    worst = min(each[0] for each in found)
     if worst > 1e-9:
         raise RuntimeError(f"no impact fits, by {worst:g}")
-    return new
+    return next(each[1:] for each in found if each[0] == worst)
 
 
 def _broken(touches, part, resting, choice, new, impulses, share) -> float:
