@@ -365,7 +365,8 @@ class System:
         matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M, pushes.T, every
         right = np.concatenate([Q, -bias, -np.array(biases)])
         try:
-            found = np.linalg.solve(matrix, right)
+            finite = np.isfinite(matrix).all() and np.isfinite(right).all()
+            found = np.linalg.solve(matrix, right) if finite else np.full(len(right), np.nan)
         except np.linalg.LinAlgError:  # corners of one face share a force that is one in sum
             found = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
         reactions, i, held = {}, n, found[n + m :]

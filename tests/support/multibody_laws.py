@@ -24,8 +24,8 @@ DAMPING = {  # d of chi = d / v_0, by the restitution e that is wanted
 
 
 def power(K: float, n: float) -> Callable[[float], float]:
-    """K u^n, odd."""
-    return lambda u: math.copysign(K * abs(u) ** n, u)
+    """K u^n, odd; infinite where only trial steps that fail get to."""
+    return lambda u: math.copysign(K * abs(u) ** n if abs(u) < 1.0 else math.inf, u)
 
 
 def _modulus(numbers) -> float:

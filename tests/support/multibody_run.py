@@ -355,11 +355,8 @@ def _advance(system, now, end, rtol, method, options):
             for ahead in np.linspace(solver.t_old, solver.t, SAMPLES + 1)[1:]:
                 fallen = [k for k, value in enumerate(guards(ahead, path(ahead))) if value < 0]
                 if fallen:
-                    roots = ((_root(guards, path, k, before, ahead), k) for k in fallen)
-                    found = [(t, k) for t, k in roots if t is not None]
-                    if found:
-                        t, k = min(found)
-                        return t, projected(system, t, path(t)), ways[k]
+                    t, k = min((_root(guards, path, k, before, ahead), k) for k in fallen)
+                    return t, projected(system, t, path(t)), ways[k]
                 before = ahead
         if solver.status == "running":
             solver.y = projected(system, solver.t, solver.y)
@@ -373,13 +370,13 @@ def _bending(touch, mode) -> float:
 
 
 def _root(guards, path, k, before, after):
-    """Where guard k falls through 0; at once where it is not positive since its mode began, and falls."""
+    """Where guard k falls through 0; at once where it has not been positive since its mode began."""
 
     def value(t):
         return guards(t, path(t))[k]
 
-    start = value(before)
-    if start > 0:
+    if value(before) > 0:
         return brentq(value, before, after, xtol=1e-18, rtol=1e-15)
-    middle = value((before + after) / 2)
-    return None if middle > 0 or middle > start else before
+    # just begun, at 0: it has risen in between where it is positive at one of ever later points
+    rising = [t for t in before + (after - before) * 0.5 ** np.arange(40.0, 0.0, -1.0) if value(t) > 0]
+    return brentq(value, rising[-1], after, xtol=1e-18, rtol=1e-15) if rising else before

@@ -122,7 +122,7 @@ def response(scene: Scene) -> dict[str, float]:
     mechanism = scene.mechanism
     contacts = mechanism.contacts
     random = np.random.default_rng(1)
-    times = np.sort(random.uniform(0.02, 1.0, SAMPLES)) * scene.duration
+    times = np.append(np.sort(random.uniform(0.02, 1.0, SAMPLES)), 1.0) * scene.duration
     words = [*MOTION, *TOUCH * bool(contacts), *["deflection"] * bool(mechanism.elastic_links)]
     pins = [joint.name for joint in mechanism.joints if joint.ideal]
     words += ["reaction_x", "reaction_y"] * bool(pins) + ["drive_torque"] * bool(mechanism.drive)
