@@ -21,35 +21,12 @@ from jointplay.numerics.modes import STICKS
 from tests.mechanism.wrong import listed, only, problems_of
 from tests.support.belt import LAWS, LUGRE, REGULARISED, STICKING, belt, ratio
 from tests.support.friction_claims import rows
+from tests.support.multibody_laws import ratio as published
 from tests.support.plain import Point, plain
 
 SPEEDS = np.concatenate([[0.0], np.geomspace(1e-9, 30.0, 400)])
 STEP = 1e-30
 PAGE = Path(__file__).parents[2] / "docs" / "friction-laws.md"
-
-
-def published(f, v):
-    """The laws once more, by cases, from their publications: mu of a record at one speed."""
-    x, sign = abs(v), math.copysign(1.0, v)
-    if f.law == "coulomb":
-        return f.coefficient
-    if f.law == "tanh":
-        return f.coefficient * math.tanh(v / f.velocity)
-    if f.law == "ramp":
-        return f.coefficient * (v / f.velocity if x < f.velocity else sign)
-    if f.law == "ambrosio":
-        between = (x - f.velocity) / (f.full_velocity - f.velocity)
-        return f.coefficient * sign * (0.0 if x < f.velocity else min(between, 1.0))
-    if f.law == "threlfall":
-        return (
-            f.coefficient * sign * (1 - math.exp(-3 * x / f.velocity) if x < f.velocity else 1 - math.exp(-3))
-        )
-    if f.law == "brown_mcphee":
-        hump = (v / f.velocity) / ((v / (2 * f.velocity)) ** 2 + 0.75) ** 2
-        return f.coefficient * math.tanh(4 * v / f.velocity) + (f.static_coefficient - f.coefficient) * hump
-    drop = math.exp(-((x / f.stribeck_velocity) ** f.exponent))
-    falling = f.coefficient + (f.static_coefficient - f.coefficient) * drop
-    return falling * math.tanh(v / f.velocity) if f.law == "andersson" else falling
 
 
 def test_every_law_is_tried_here():

@@ -140,9 +140,23 @@ def test_several_joints_springs_and_loads_are_as_one_by_one(name):
     assert np.median(late) < 1e-5
 
 
-PROFILE = {"kind": "profile", "link": "crank", "start": 0.0, "end": -60.0, "time": 0.2}
 SHAKE = {"name": "s", "kind": "torque", "link": "coupler", "frequency": 50.0}
 SHAKE |= {"harmonics": [{"order": 1, "sine": 0.2}]}
+
+
+@pytest.mark.parametrize(
+    "changes", [{"speed": 60.0}, {"loads": [SHAKE | {"constant": 0.1}]}], ids=lambda x: [*x][0]
+)
+def test_a_law_remembers_beside_a_phase(changes):
+    """A crank at a given speed, and a load over time: phases, which a trajectory's own state has not."""
+    made = mechanism("four_bar", "flores", "none", False).replace(**changes)
+    how = {"turns": 1, "rtol": 1e-8, "record": ["angular_velocity"]}
+    lanes, alone = (jp.poincare(made, jp.CrankAngle(angle=0.6), **how, ensemble=way) for way in (True, False))
+    assert int(lanes.followed) == IN_LANES
+    assert lanes.angular_velocity.values == pytest.approx(alone.angular_velocity.values, rel=1e-5, abs=1e-5)
+
+
+PROFILE = {"kind": "profile", "link": "crank", "start": 0.0, "end": -60.0, "time": 0.2}
 SLIDING = {"states": {"x": 0.3}, "rates": {"x": "1 - 2*up"}, "parameters": {}}
 SLIDING |= {"switches": [{"name": "up", "on": "x", "slides": True}]}
 

@@ -117,6 +117,15 @@ def test_the_mechanism_with_play_at_every_joint_and_friction():
     assert list(found.event_joint.values) == [event.touch for event in events]
 
 
+TABLE = jp.PrescribedTorque(link="crank", table=(0.0, 1.0, 0.5, -0.5), tolerance=1.0, nominal_speed=60.0)
+
+
+def at_rest(mechanism):
+    """The bodies of a mechanism, solved once."""
+    system = from_mechanism(mechanism)
+    return system.solve(0.0, np.zeros(2 * system.n), [False])
+
+
 class Wider(jp.Mechanism):
     """A mechanism with a field that the second program does not know."""
 
@@ -127,11 +136,11 @@ def test_what_the_bodies_cannot_do_is_refused():
     plain = jp.catalog.chunmei2002(friction=0.0)
     fields = {name: getattr(plain, name) for name in type(plain).model_fields}
     wrong = {
-        "elastic of Link": plain.replace(elastic=("coupler",)),
-        "friction coulomb": plain.replace(friction=0.1),
+        "terms of another order": plain.replace(elastic=("coupler",), order="paper"),
+        "a table is not known": plain.replace(drive=TABLE),
         "further of Wider": Wider(**fields, further=(1.0,)),
     }
     for words, mechanism in wrong.items():
         with pytest.raises(ValueError, match=words):
-            from_mechanism(mechanism)
+            at_rest(mechanism)
     assert len(from_mechanism(Wider(**fields)).bodies) == 3

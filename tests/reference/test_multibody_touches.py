@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.support.multibody import GROUND, Body, Marker, Play, Prismatic, Revolute, System
+from tests.support.multibody import GROUND, Body, Marker, Now, Play, Prismatic, Revolute, System
+from tests.support.multibody_beams import Row
 from tests.support.multibody_loads import kelvin_voigt, tanh_friction
 from tests.support.multibody_run import assemble, closed, follow
 
@@ -99,6 +100,79 @@ def test_a_block_slides_down_a_guide_with_friction():
     assert [fore, aft] == pytest.approx([weight * (1 + lever), weight * (1 - lever)], rel=1e-4)
     d = np.array([math.cos(slope), -math.sin(slope)])
     assert solved.acceleration[:2] @ d == pytest.approx(g * (math.sin(slope) - f * math.cos(slope)), rel=1e-6)
+
+
+RIGID = {"law": None, "restitution": 0.6}
+
+
+def ball(play, inertia=1e-3):
+    """A ball in its bearing, without weight."""
+    joint = Revolute("B", Marker("ball"), Marker(GROUND), play)
+    return System([Body("ball", 0.25, inertia)], [joint], gravity=0.0)
+
+
+@pytest.mark.parametrize("f", [0.0, 0.05, 2.0])
+def test_a_rigid_ball_rebounds_by_newton_s_and_coulomb_s_laws(f):
+    """Spinning, it slips by f times the impulse, or comes to roll; a chord of its bearing later again."""
+    e, R, m, J, v, w, r = 1e-3, 0.01, 0.25, 1e-3, 2.0, -30.0, 0.6
+    play = Play(e, radius=R, dry=(lambda v: f) if f else None, **RIGID)
+    y = np.array([0.0, 0.0, 0.0, v, 0.0, w])
+    (state,), _, events = follow(ball(play, J), y, [1.5 * e / v], rtol=1e-11)
+    assert [event.kind for event in events] == ["impact"]
+    assert events[0].time == pytest.approx(e / v, rel=1e-12)
+    push = (1 + r) * m * v
+    whole = 1 / (1 / m + R * R / J)  # stops the sliding w R
+    across = min(f * push, whole * abs(w * R))  # against the sliding, which is along -y
+    assert state[3:6] == pytest.approx([-r * v, across / m, w + R * across / J], rel=1e-11, abs=1e-14)
+
+
+@pytest.mark.parametrize("rigid", [False, True])
+def test_a_block_that_goes_up_a_slope_turns_back(rigid):
+    """By dry friction: it stops by g (sin + f cos), and goes down by g (sin − f cos)."""
+    f, m, g, v, slope = 0.2, 0.5, 9.8, 0.02, 0.5
+    law = RIGID | {"restitution": 0.0} if rigid else {"law": kelvin_voigt(1e7, 2000.0), "tension": False}
+    play = Play(1e-4, dry=lambda v: f, half_length=0.05, half_height=1e-9, **law)
+    joint = Prismatic("G", Marker("block"), Marker(GROUND, (0.0, 0.0), -slope), play)
+    system = System([Body("block", m, 1e-3)], [joint], gravity=g)
+    d = np.array([math.cos(slope), -math.sin(slope)])
+    low = np.array([-math.sin(slope), -math.cos(slope)])
+    sunk = -1e-12 if rigid else m * g * math.cos(slope) / 2e7  # rigid, it lands at once
+    y = np.array([*(low * (1e-4 + sunk)), -slope, *(-v * d), 0.0])
+    (state,), (modes,), events = follow(system, y, [0.02], rtol=1e-9)
+    stop = v / (g * (math.sin(slope) + f * math.cos(slope)))
+    late = [event for event in events if event.time > 0.5 * stop]
+    assert {event.kind for event in late} == {"slip_reversal"}
+    assert [event.time for event in late] == pytest.approx([stop] * 2, rel=1e-4)
+    down = g * (math.sin(slope) - f * math.cos(slope)) * (0.02 - stop)
+    assert state[3:5] @ d == pytest.approx(down, rel=1e-3)
+    assert modes[2:] == [("rest" if rigid else "slip") + "+"] * 2
+
+
+@pytest.mark.parametrize("axial", [False, True])
+def test_a_bent_body_that_tumbles_keeps_energy_and_moment_of_momentum(axial):
+    """Free, bent and stretched at the start, without damping; its modes are those of a pinned beam."""
+    l, m, EI, EA = 0.3, 0.2, 0.4, 3e3
+    row = Row(l, m, EI, EA, 0.0, "sine", 2, axial)
+    M = row.across.T @ (row.weight[:, None] * row.across)
+    squares = np.diag(row.stiffness)[:2] / np.diag(M)[:2]
+    assert squares == pytest.approx([(k * math.pi / l) ** 4 * EI * l / m for k in (1, 2)], rel=1e-12)
+    system = System([Body("bar", 0.5, 0.02, 0.11, row)], [], gravity=0.0)
+    n = system.n
+    y = np.zeros(2 * n)
+    y[3:5], y[n : n + 5] = (0.01, -0.004), (0.4, -0.3, 9.0, 0.2, 0.1)
+    y[5:n] = [1e-3, -4e-4][: n - 5]
+
+    def kept(y):
+        now = Now(system, 0.0, y)
+        M, _ = system.inertia(now)
+        q, v = y[3:n], y[n:]
+        across = np.array([-y[1], y[0], 1.0, *np.zeros(n - 3)])  # turning all about the origin
+        return [0.5 * v @ M @ v + 0.5 * q @ row.stiffness @ q, *(M @ v)[:2], across @ M @ v]
+
+    states, _, _ = follow(system, y, [0.05, 0.1], rtol=1e-11)
+    assert np.abs(states[1][3:n]).max() > 1e-4
+    for state in states:
+        assert kept(state) == pytest.approx(kept(y), rel=1e-8)
 
 
 def test_a_slider_between_faces_reaches_its_first_impact():

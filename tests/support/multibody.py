@@ -7,8 +7,13 @@ g(t, q) = 0:
 
 solved densely. Joints with clearance are forces at points of touch: with v_n = W_n·v and v_t = W_t·v the
 speeds of penetration and of sliding, Q −= F_n W_n + F_t W_t (virtual power). No reduced coordinates, no
-closed forms, no code of the package. What
-loads, drives and resists is in `multibody_loads`; `multibody_run` assembles and follows motions.
+closed forms, no code of the package. A body that bends has further coordinates, behind those of all bodies:
+`multibody_beams`. What loads and drives is in `multibody_loads`, laws of touch are in `multibody_laws`;
+`multibody_run` assembles and follows motions.
+
+A touch has a mode: "free" or "released" (no force), "closed" (both laws), "slip+" and "slip-" (dry friction,
+of that sign), "stick" (v_t stays 0 by a force within the cone); of rigid ones "rest" and "rest+", "rest-",
+"rest=" (v_n stays 0 by a force that pushes; without friction, slipping, sticking).
 
 A `Marker` is a point of a body, given along and across the body's line from its origin, with a direction
 relative to that line; on the ground, in fixed axes. Units: SI.
@@ -18,7 +23,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -35,6 +40,7 @@ class Body:
     mass: float
     inertia: float
     centre: float = 0.0
+    beam: object = None  # a row of particles, see `multibody_beams`
 
 
 @dataclass(frozen=True)
@@ -50,22 +56,33 @@ class Marker:
 class Play:
     """What a joint's clearance needs: F_n = law(u, v_n), F_t = friction(F_n, v_t), sizes of what touches.
 
-    Without tension the force is the law's where that pushes, and 0 elsewhere.
+    Without tension the force is the law's where that pushes, and 0 elsewhere. A law that remembers takes the
+    speed v_0 with which the touch began, `slowest` at least, too. Friction is that function, or `dry`:
+    sliding by mu(|v_t|) F_n, and sticking up to mu(0) F_n; or `bristles`: mu and z' of v_t and their bend z.
+    With a `restitution` there is no law: touches are impacts, and rest.
     """
 
     clearance: float
-    law: Callable[[float, float], float]
+    law: Callable[..., float] | None
     friction: Callable[[float, float], float] | None = None
     tension: bool = True
     radius: float = 0.0
     half_length: float = 0.0
     half_height: float = 0.0
     stored: Callable[[float], float] = lambda u: 0.0  # elastic energy at a penetration
+    slowest: float | None = None
+    dry: Callable[[float], float] | None = None
+    viscous: float = 0.0
+    bristles: Callable[[float, float], tuple[float, float]] | None = None
+    restitution: float | None = None
 
 
 @dataclass(frozen=True)
 class Touch:
-    """A point of possible touch: penetration, speeds and their rows, directions of force on the bearing."""
+    """A point of possible touch: penetration, speeds and their rows, directions of force on the bearing.
+
+    Rates of the speeds where all accelerations are 0 are `bias_n` and `bias_t`.
+    """
 
     play: Play
     u: float
@@ -75,23 +92,49 @@ class Touch:
     W_t: np.ndarray
     normal: np.ndarray
     tangent: np.ndarray
+    bias_n: float = 0.0
+    bias_t: float = 0.0
+    v_0: float | None = None
+    z: float = 0.0
 
     def law(self) -> float:
         """The law's force, whether or not it acts."""
-        return self.play.law(self.u, self.v_n)
+        remembered = () if self.play.slowest is None else (self.v_0,)
+        return self.play.law(self.u, self.v_n, *remembered)
 
-    def forces(self, closed: bool) -> tuple[float, float]:
-        """F_n and F_t."""
-        F_n = self.law() if closed else 0.0
-        return F_n, self.play.friction(F_n, self.v_t) if closed and self.play.friction else 0.0
+    def forces(self, mode: str) -> tuple[float, float]:
+        """F_n and F_t, but what a multiplier gives."""
+        play = self.play
+        if mode in ("free", "released") or mode.startswith("rest"):
+            return 0.0, 0.0
+        F_n, drag = self.law(), play.viscous * self.v_t
+        if mode.startswith("slip"):
+            return F_n, SENSE[mode] * play.dry(abs(self.v_t)) * F_n + drag
+        if mode == "closed" and play.bristles:
+            return F_n, play.bristles(self.v_t, self.z)[0] * F_n + drag
+        return F_n, play.friction(F_n, self.v_t) if mode == "closed" and play.friction else 0.0
+
+    def held(self, mode: str) -> list[tuple[np.ndarray, np.ndarray, float]]:
+        """Of what stays at rest: (row, direction of its force, bias) for each multiplier."""
+        rows = []
+        if mode.startswith("rest"):
+            slip = SENSE.get(mode, 0.0) * (self.play.dry(0.0) if self.play.dry else 0.0)
+            rows.append((self.W_n, self.W_n + slip * self.W_t, self.bias_n))
+        if mode in ("stick", "rest="):
+            rows.append((self.W_t, self.W_t, self.bias_t))
+        return rows
+
+
+SENSE = {"slip+": 1.0, "slip-": -1.0, "rest+": 1.0, "rest-": -1.0}
 
 
 class Now:
     """Positions and speeds of all bodies at one instant."""
 
-    def __init__(self, system: System, t: float, y: np.ndarray):
-        self.t, self.at, self.n = t, system.at, len(y) // 2
-        self.q, self.v, self.centres = y[: self.n], y[self.n :], system.centres
+    def __init__(self, system: System, t: float, y: np.ndarray, memory: Sequence[float] = ()):
+        self.t, self.at, self.n = t, system.at, system.n
+        self.q, self.v, self.centres = y[: self.n], y[self.n : 2 * self.n], system.centres
+        self.beams, self.z, self.memory = system.beams, y[2 * self.n :], memory
 
     def point(self, m: Marker) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Position, its rows, velocity and the acceleration that remains where all accelerations are 0."""
@@ -103,8 +146,16 @@ class Now:
         along, across = m.at[0] - self.centres[m.body], m.at[1]
         arm = np.array([c * along - s * across, s * along + c * across])
         J[0, i] = J[1, i + 1] = 1.0
+        bias = np.zeros(2)
+        if m.body in self.beams:
+            beam, own = self.beams[m.body]
+            far = beam.far(m.at[0])  # how the link's end moves along its line
+            out, out_rate, e = far @ self.q[own], far @ self.v[own], np.array([c, s])
+            arm = arm + out * e
+            J[:, own] = np.outer(e, far)
+            bias = 2 * self.v[i + 2] * out_rate * np.array([-s, c])
         J[:, i + 2] = -arm[1], arm[0]
-        return self.q[i : i + 2] + arm, J, J @ self.v, -(self.v[i + 2] ** 2) * arm
+        return self.q[i : i + 2] + arm, J, J @ self.v, bias - (self.v[i + 2] ** 2) * arm
 
     def turn(self, m: Marker) -> tuple[float, np.ndarray, float]:
         """Angle of a marker's direction, its row, angular velocity."""
@@ -114,6 +165,15 @@ class Now:
         i = self.at[m.body] + 2
         J[i] = 1.0
         return self.q[i] + m.direction, J, self.v[i]
+
+    def surface(self, m: Marker) -> tuple[np.ndarray, float]:
+        """Row and angular velocity of the material at a marker: of a bent link, with its end's slope."""
+        _, J, w = self.turn(m)
+        if m.body in self.beams:
+            beam, own = self.beams[m.body]
+            slope = beam.slope(m.at[0])
+            J[own], w = slope, w + slope @ self.v[own]
+        return J, w
 
     def between(self, a: Marker, b: Marker) -> tuple[np.ndarray, ...]:
         """What `point` gives, of a relative to b."""
@@ -136,6 +196,7 @@ class Now:
             slide_rate=d @ rate + y * w,
             rise_rate=n @ rate - x * w,
             rise_bias=n @ bias - 2 * w * (d @ rate) - w * w * y,
+            slide_bias=d @ bias + 2 * w * (n @ rate) - w * w * x,
         )
 
 
@@ -156,18 +217,19 @@ class Revolute:
 
     def touches(self, now: Now) -> list[Touch]:
         """The bearing's one point of touch, in the journal's direction; none where that has no direction."""
-        r, J, rate, _ = now.between(self.journal, self.bearing)
+        r, J, rate, bias = now.between(self.journal, self.bearing)
         rho = math.hypot(*r)
         if rho == 0.0:
             none = np.zeros(now.n)
             return [Touch(self.play, -self.play.clearance, 0.0, 0.0, none, none, np.zeros(2), np.zeros(2))]
         e = r / rho
         t = np.array([-e[1], e[0]])
-        (_, J_p, w_p), (_, J_q, w_q) = now.turn(self.journal), now.turn(self.bearing)
-        R = self.play.radius
-        v_t = t @ rate + w_p * R - w_q * (R + rho)
+        (J_p, w_p), (J_q, w_q) = now.surface(self.journal), now.surface(self.bearing)
+        R, v_n, across = self.play.radius, e @ rate, t @ rate
+        v_t = across + w_p * R - w_q * (R + rho)
         W_t = t @ J + R * J_p - (R + rho) * J_q
-        return [Touch(self.play, rho - self.play.clearance, e @ rate, v_t, e @ J, W_t, e, t)]
+        biases = e @ bias + across**2 / rho, t @ bias - v_n * across / rho - w_q * v_n
+        return [Touch(self.play, rho - self.play.clearance, v_n, v_t, e @ J, W_t, e, t, *biases)]
 
     def on_bearing(self, now: Now, multipliers: np.ndarray) -> np.ndarray:
         """Force x, y on the bearing; no moment."""
@@ -197,8 +259,11 @@ class Prismatic:
         found = []
         for side, fore in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
             seen = now.along(self._corner(fore * a, side * b), self.bearing)
-            u, v_n, W_n = (side * x for x in (seen.rise, seen.rise_rate, seen.rise_row))
+            u, v_n, W_n, bias_n = (
+                side * x for x in (seen.rise, seen.rise_rate, seen.rise_row, seen.rise_bias)
+            )
             touch = (u - b - c, v_n, seen.slide_rate, W_n, seen.slide_row, side * seen.n, seen.d)
+            touch = (*touch, bias_n, seen.slide_bias)
             found.append(Touch(self.play, *touch))
         return found
 
@@ -235,9 +300,15 @@ class System:
     def __post_init__(self):
         self.at = {body.name: 3 * i for i, body in enumerate(self.bodies)}
         self.centres = {body.name: body.centre for body in self.bodies}
-        self.mass = np.array([x for body in self.bodies for x in (body.mass, body.mass, body.inertia)])
+        own = [x for body in self.bodies for x in (body.mass, body.mass, body.inertia)]
         pull = self.gravity * np.array([math.cos(self.direction), math.sin(self.direction), 0.0])
-        self.weight = self.mass * np.tile(pull, len(self.bodies))
+        self.weight, self.beams, n = np.array(own) * np.tile(pull, len(self.bodies)), {}, len(own)
+        for body in self.bodies:
+            if body.beam:
+                self.beams[body.name] = body.beam, slice(n, n + body.beam.size)
+                n += body.beam.size
+        self.n, bent = n, np.zeros(n - len(own))
+        self.mass, self.weight = np.append(own, bent), np.append(self.weight, bent)
         self.ideal = [part for part in (*self.joints, *self.drives) if part.play is None]
         self.loose = [joint for joint in self.joints if joint.play]
 
@@ -247,34 +318,80 @@ class System:
         return [np.concatenate(rows) for rows in zip(none, *(part.rows(now) for part in parts), strict=True)]
 
     def touches(self, now: Now) -> list[tuple[str, Touch]]:
-        """All points of touch, with the names of their joints."""
-        return [(joint.name, touch) for joint in self.loose for touch in joint.touches(now)]
+        """All points of touch, with the names of their joints, and with what they remember."""
+        found = [(joint.name, touch) for joint in self.loose for touch in joint.touches(now)]
+        if len(now.memory):
+            found = [(n, replace(x, v_0=v_0)) for (n, x), v_0 in zip(found, now.memory, strict=True)]
+        if len(now.z):
+            found = [(n, replace(x, z=z)) for (n, x), z in zip(found, now.z, strict=True)]
+        return found
 
-    def solve(self, t: float, y: np.ndarray, closed: Sequence[bool]) -> SimpleNamespace:
-        """Accelerations; x, y, moment on bearings of ideal joints; (name, touch, F_n, F_t) of all touches."""
-        now = Now(self, t, y)
-        Q = self.weight + sum((load.forces(now) for load in self.loads), np.zeros(now.n))
-        touched = []
-        for (name, touch), shut in zip(self.touches(now), closed, strict=True):
-            F_n, F_t = touch.forces(shut)
+    def inertia(self, now: Now) -> tuple[np.ndarray, np.ndarray]:
+        """Mass matrix; forces of weight, and of bent links' motion, stiffness and damping."""
+        M, Q = np.diag(self.mass), self.weight.copy()
+        pull = self.gravity * np.array([math.cos(self.direction), math.sin(self.direction)])
+        for name, (beam, own) in self.beams.items():
+            i = self.at[name]
+            where = np.r_[i : i + 3, own]
+            more, load = beam.moved(self.centres[name], now.q[where], now.v[where], pull)
+            M[np.ix_(where, where)] += more
+            Q[where] += load
+        return M, Q
+
+    def solve(
+        self, t: float, y: np.ndarray, modes: Sequence, memory: Sequence[float] = ()
+    ) -> SimpleNamespace:
+        """Accelerations; x, y, moment on bearings of ideal joints; (name, touch, F_n, F_t) of all touches.
+
+        A mode may be True or False too, for closed and free.
+        """
+        now = Now(self, t, y, memory)
+        M, Q = self.inertia(now)
+        Q = Q + sum((load.forces(now) for load in self.loads), np.zeros(now.n))
+        touched, rows, sides, biases = [], [], [], []
+        for (name, touch), mode in zip(self.touches(now), modes, strict=True):
+            word = mode if isinstance(mode, str) else ("free", "closed")[bool(mode)]
+            F_n, F_t = touch.forces(word)
             Q = Q - F_n * touch.W_n - F_t * touch.W_t
-            touched.append((name, touch, F_n, F_t))
+            held = touch.held(word)
+            touched.append((name, touch, word, F_n, F_t, len(rows)))
+            for row, side, bias in held:
+                rows, sides, biases = [*rows, row], [*sides, side], [*biases, bias]
         _, G, _, bias = self.constraints(now, self.ideal)
-        n, m = now.n, len(bias)
-        matrix = np.zeros((n + m, n + m))
-        matrix[range(n), range(n)] = self.mass
-        matrix[:n, n:], matrix[n:, :n] = G.T, G
-        found = np.linalg.solve(matrix, np.concatenate([Q, -bias]))
-        reactions, i = {}, n
+        m, n = len(bias), now.n
+        every = np.vstack([G, *rows]) if rows else G
+        pushes = np.vstack([G, *sides]) if rows else G
+        matrix = np.zeros((n + len(every), n + len(every)))
+        matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = M, pushes.T, every
+        right = np.concatenate([Q, -bias, -np.array(biases)])
+        try:
+            finite = np.isfinite(matrix).all() and np.isfinite(right).all()
+            found = np.linalg.solve(matrix, right) if finite else np.full(len(right), np.nan)
+        except np.linalg.LinAlgError:  # corners of one face share a force that is one in sum
+            found = np.linalg.lstsq(matrix, right, rcond=1e-12)[0]
+        reactions, i, held = {}, n, found[n + m :]
         for part in self.ideal:
             reactions[part.name] = part.on_bearing(now, found[i : i + part.many])
             i += part.many
-        return SimpleNamespace(acceleration=found[:n], reactions=reactions, touches=touched, now=now)
+        finished = [(name, touch, *_whole(touch, word, F, held[k:])) for name, touch, word, *F, k in touched]
+        return SimpleNamespace(acceleration=found[:n], reactions=reactions, touches=finished, now=now)
 
-    def energy(self, t: float, y: np.ndarray, closed: Sequence[bool] = ()) -> float:
-        """Kinetic, of weight, of loads, and stored in closed touches."""
+    def energy(self, t: float, y: np.ndarray, modes: Sequence = ()) -> float:
+        """Kinetic, of weight, of loads, and stored in closed touches; of rigid bodies."""
         now = Now(self, t, y)
         stored = sum(load.energy(now) for load in self.loads)
-        for (_, touch), shut in zip(self.touches(now), closed or [False] * 99, strict=False):
-            stored += touch.play.stored(touch.u) if shut else 0.0
+        for (_, touch), shut in zip(self.touches(now), modes or [False] * 99, strict=False):
+            stored += touch.play.stored(touch.u) if shut and shut not in ("free", "released") else 0.0
         return 0.5 * now.v @ (self.mass * now.v) - self.weight @ now.q + stored
+
+
+def _whole(touch: Touch, mode: str, F: Sequence[float], held: np.ndarray) -> tuple[float, float]:
+    """F_n and F_t with what multipliers give."""
+    if mode == "stick":
+        return F[0], float(held[0])
+    if not mode.startswith("rest"):
+        return F[0], F[1]
+    if mode == "rest=":
+        return float(held[0]), float(held[1])
+    slip = SENSE.get(mode, 0.0) * (touch.play.dry(0.0) if touch.play.dry else 0.0)
+    return float(held[0]), slip * float(held[0])

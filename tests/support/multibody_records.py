@@ -6,29 +6,23 @@ import math
 
 import numpy as np
 
+from tests.support import multibody_beams
 from tests.support.multibody import GROUND, Body, Marker, Play, Prismatic, Revolute, System
-from tests.support.multibody_loads import (
-    Driven,
-    constant_speed,
-    force,
-    kelvin_voigt,
-    motor,
-    spring,
-    tanh_friction,
-    torque,
-    torsion,
-)
+from tests.support.multibody_laws import normal, tangential
+from tests.support.multibody_loads import Driven, constant_speed, force, motor, spring, torque, torsion
 
 MECHANISM = ("name", "links", "joints", "drive", "springs", "loads")
 MECHANISM += ("gravity", "gravity_direction", "branch", "order", "guess")
-LINK = ("name", "length", "mass", "centre", "inertia", "inertia_centre", "masses", "beam")
+LINK = ("name", "length", "mass", "centre", "inertia", "inertia_centre", "masses", "elastic", "beam")
 JOINT = ("name", "kind", "journal", "bearing", "clearance", "radius", "contact", "friction")
 JOINT += ("half_length", "half_height")
 
 
 def from_mechanism(mechanism, crank_angle: float = 0.0) -> System:
-    """Bodies and joints of a `Mechanism` of rigid links; a constant speed starts at an angle of the crank."""
+    """Bodies and joints of a `Mechanism`; an imposed speed starts at an angle of the crank."""
     _only(mechanism, MECHANISM)
+    if mechanism.order != "consistent" and mechanism.elastic_links:
+        raise ValueError("inertia terms of another order are not known here")
     drives, loads = _drive(mechanism.drive, crank_angle)
     loads += [_spring(each) for each in mechanism.springs] + [_load(each) for each in mechanism.loads]
     bodies, joints = [_body(link) for link in mechanism.links], [_joint(joint) for joint in mechanism.joints]
@@ -45,6 +39,10 @@ def _drive(drive, start) -> tuple[list, list]:
         return [Driven("drive", drive.link, lambda t: _profile(drive, start, t))], []
     if drive.kind == "torque":
         return [], [torque(drive.link, lambda now: _course(drive, now.turn(Marker(drive.link))[0]))]
+    if drive.kind == "cycle":
+        return [Driven("drive", drive.link, lambda t: _cycle(drive, start, t))], []
+    if drive.kind == "servo":
+        return [], [torque(drive.link, lambda now: _servo(drive, now))]
     if drive.kind == "motor":
         return [], [motor(drive.link, drive.stall_torque, drive.slope)]
     raise ValueError(f"a drive {drive.kind} is not known here")
@@ -58,14 +56,38 @@ def _profile(drive, start, t) -> tuple[float, float, float]:
     return start + drive.start * t + more * run, drive.start + more * rise, more * steep
 
 
-def _course(record, phase) -> float:
-    """A constant and harmonics at a phase."""
+def _cycle(drive, start, t) -> tuple[float, float, float]:
+    """Angle, speed and acceleration of a speed with harmonics."""
+    nu = drive.frequency
+    return start + _course(drive, nu * t, -1) / nu, _course(drive, nu * t), nu * _course(drive, nu * t, 1)
+
+
+def _servo(drive, now) -> float:
+    """The torque of a controller, with what it feeds forward."""
+    nu = drive.frequency or 0.0
+    theta, _, omega = now.turn(Marker(drive.link))
+    wanted = [drive.speed * now.t + _course(drive, nu * now.t)]
+    wanted += [drive.speed + nu * _course(drive, nu * now.t, 1), nu**2 * _course(drive, nu * now.t, 2)]
+    words = {"t": now.t, "angle": theta, "angular_velocity": omega}
+    words |= dict(zip(("wanted_angle", "wanted_velocity", "wanted_acceleration"), wanted, strict=True))
+    words |= {name: getattr(math, name) for name in ("sin", "cos", "tanh", "exp", "sqrt", "pi")}
+    for name, text in drive.where.items():
+        words[name] = eval(text, {"__builtins__": {}}, words)
+    fed = eval(drive.feedforward, {"__builtins__": {}}, words) if drive.feedforward else 0.0
+    return drive.stiffness * (wanted[0] - theta) + drive.damping * (wanted[1] - omega) + fed
+
+
+def _course(record, phase, order: int = 0) -> float:
+    """A constant and harmonics at a phase; differentiated in it so many times, −1: integrated from 0."""
     if record.table is not None:
         raise ValueError("a table is not known here")
-    terms = (
-        h.cosine * math.cos(h.order * phase) + h.sine * math.sin(h.order * phase) for h in record.harmonics
-    )
-    return record.factor * (record.constant + sum(terms))
+    constant, terms = record.constant, [(h.order, h.cosine, h.sine) for h in record.harmonics]
+    total = {-1: constant * phase, 0: constant}.get(order, 0.0)
+    for n, a, b in terms:
+        turned = n * phase + order * math.pi / 2
+        total += float(n) ** order * (a * math.cos(turned) + b * math.sin(turned))
+        total -= b * math.sin(-math.pi / 2) / n if order == -1 else 0.0
+    return record.factor * total
 
 
 def _load(record):
@@ -96,11 +118,14 @@ def _only(record, known) -> None:
 def _body(link) -> Body:
     """A link with its point masses, about the mass centre of all."""
     _only(link, LINK)
-    parts = [(link.mass, link.centre, link.inertia - link.mass * link.centre**2)]
+    own = link.inertia_centre
+    own = link.inertia - link.mass * link.centre**2 if own is None else own
+    parts = [(link.mass, link.centre, own)]
     parts += [(point.mass, point.at, 0.0) for point in link.masses]
     mass = sum(m for m, _, _ in parts)
     centre = sum(m * s for m, s, _ in parts) / mass
-    return Body(link.name, mass, sum(J + m * (s - centre) ** 2 for m, s, J in parts), centre)
+    beam = multibody_beams.row(link) if link.elastic else None
+    return Body(link.name, mass, sum(J + m * (s - centre) ** 2 for m, s, J in parts), centre, beam)
 
 
 def _joint(joint) -> Revolute | Prismatic:
@@ -126,13 +151,9 @@ def _marker(pin) -> Marker:
 def _play(joint) -> Play | None:
     if joint.ideal:
         return None
-    contact, friction, smoothed = joint.contact, joint.friction, None
-    if contact.law != "kelvin_voigt":
-        raise ValueError(f"a contact {contact.law} is not known here")
-    if friction and (friction.coefficient or friction.viscous):
-        if friction.law != "tanh":
-            raise ValueError(f"friction {friction.law} is not known here")
-        smoothed = tanh_friction(friction.coefficient, friction.velocity, friction.viscous)
-    law, stored = kelvin_voigt(contact.stiffness, contact.damping), lambda u: 0.5 * contact.stiffness * u * u
     sizes = joint.radius or 0.0, joint.half_length or 0.0, joint.half_height or 0.0
-    return Play(joint.clearance, law, smoothed, contact.tension, *sizes, stored=stored)
+    law, more = normal(joint.contact, joint.clearance, sizes[0])
+    if joint.friction and (joint.friction.coefficient or joint.friction.viscous):
+        more |= tangential(joint.friction)
+    names = dict(zip(("radius", "half_length", "half_height"), sizes, strict=True))
+    return Play(joint.clearance, law, tension=joint.contact.tension, **names, **more)

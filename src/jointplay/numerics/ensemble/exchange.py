@@ -10,6 +10,12 @@ from .record import note, record
 
 
 @inner
+def _first_memory(k):
+    """Where the memories are in a trajectory's state, which has no phases: behind positions and speeds."""
+    return 1 + k.n_q + k.n - k.phases
+
+
+@inner
 def gather(f, k, i):
     """The base point of a lane, as numerics.modes takes it."""
     w, speeds = k.w, 1 + k.n_q
@@ -18,7 +24,7 @@ def gather(f, k, i):
         k.s[1 + r] = w[8 * (rows.POSITION + k.phases + r) + i]
     for r in range(k.n - k.phases):
         k.s[speeds + r] = w[8 * (rows.SPEED + k.phases + r) + i]
-    first = speeds + k.n - k.phases
+    first = _first_memory(k)
     for r in range(k.memories):
         k.s[first + r] = w[8 * (rows.MEMORY + r) + i]
     for r in range(len(k.p)):
@@ -44,12 +50,12 @@ def _gather_angles(k, i, first):
 @inner
 def scatter(k, i):
     """The modes that a lane has now: masks, memories, and the sides of its guards."""
-    w, touches = k.w, 0.0
+    w, touches, first = k.w, 0.0, _first_memory(k)
     mask(k.modes, k.m)
     for r in range(3 * k.contacts):
         w[8 * (rows.MASK + r) + i] = k.m[r]
     for r in range(k.memories):
-        w[8 * (rows.MEMORY + r) + i] = k.s[1 + 2 * k.n + r]
+        w[8 * (rows.MEMORY + r) + i] = k.s[first + r]
     for c in range(len(k.flags), k.contacts):
         w[8 * (rows.SIDE + 4 * c + GAP) + i] = 1.0
     for c in range(len(k.flags)):

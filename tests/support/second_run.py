@@ -1,0 +1,228 @@
+"""Scenes of `tests.support.features` by the program and by the bodies of `tests.support.multibody`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import jointplay as jp
+from jointplay.analysis.starts import state_names
+from jointplay.mechanism.assemble import assemble as model_of
+from jointplay.mechanism.start import start
+from tests.support.driven import by_tangents, quotient
+from tests.support.features import Scene
+from tests.support.multibody import Now, System
+from tests.support.multibody_records import from_mechanism
+from tests.support.multibody_run import assemble, followed
+
+RTOL, SECOND = 1e-11, 1e-11
+IN_LANES = 1e-8
+SAMPLES = 12
+MOTION = ("angle", "angular_velocity", "angular_acceleration")
+TOUCH = ("penetration", "normal_velocity", "tangential_velocity", "normal_force", "tangential_force")
+WORDS = {  # of the bodies' events, by the mode before
+    ("release", None): "separation",
+    ("reload", None): "contact",
+    ("separation", "released"): "reopening",
+}
+INSTANT = 1e-12  # s: a pair of events of one touch that undo each other by rounding
+AHEAD = 0.3  # rad, to the section
+
+
+@dataclass
+class Along:
+    """The gap of a joint has no part along a direction: for starts off the centre."""
+
+    joint: object
+    direction: np.ndarray
+    play = None
+    name = "along"
+
+    def rows(self, now):
+        """As a joint's."""
+        r, J, _, bias = now.between(self.joint.journal, self.joint.bearing)
+        return (
+            (self.direction @ r)[None],
+            (self.direction @ J)[None],
+            np.zeros(1),
+            (self.direction @ bias)[None],
+        )
+
+
+def begin(scene: Scene, mechanism=None) -> tuple[System, np.ndarray]:
+    """The bodies and their state at the start; angles of the program's start are a rough guess."""
+    mechanism = mechanism or scene.mechanism
+    system = from_mechanism(mechanism, scene.crank_angle)
+    guess = start(mechanism, scene.initial)
+    rough = {name: round(float(angle), 2) for name, angle in guess.angles.items()}
+    if "angle" in scene.initial:
+        ideal = [joint for joint in system.joints if joint.play is None]
+        guides = [
+            joint for joint in ideal if not hasattr(joint, "surface") and type(joint).__name__ == "Prismatic"
+        ]
+        loose = next(joint for joint in system.joints if joint.play)
+        along = [
+            Along(loose, np.array([np.cos(g.bearing.direction), np.sin(g.bearing.direction)])) for g in guides
+        ]
+        given = scene.initial
+        held = {name: (given["angle"][name], given["angular_velocity"][name]) for name in given["angle"]}
+        driven = {part.body for part in system.drives}
+        turned = [name for name in held if name not in driven]
+        turned = [name for name in turned if name not in {joint.journal.body for joint in guides}]
+        closing = System(system.bodies, ideal, [*system.drives, *along])
+        return system, assemble(closing, {**given["angle"]}, {name: held[name] for name in turned})
+    crank, drive = mechanism.crank, mechanism.drive
+    held = {}
+    if not system.drives:
+        held[crank] = scene.crank_angle, scene.initial.get("crank_speed", drive.start_speed if drive else 0.0)
+    return system, assemble(system, rough | {crank: scene.crank_angle}, held)
+
+
+def second(scene: Scene, times, mechanism=None):
+    """The bodies, their states at times, and by touch their events as the program calls them, with times."""
+    system, y = begin(scene, mechanism)
+    states, events = followed(system, y, times, SECOND)
+    named = [[] for _ in system.touches(Now(system, 0.0, y))]
+    for event in events:
+        mode = event.mode if event.mode == "released" else None
+        word = WORDS.get((event.kind, mode), WORDS.get((event.kind, None), event.kind))
+        named[event.touch].append((word, event.time))
+    return system, states, named
+
+
+def lasting(events):
+    """Events of a touch without pairs that undo each other at once."""
+    found = []
+    for event in events:
+        if found and event[1] - found[-1][1] < INSTANT and event[0] != "rest":
+            found.pop()
+        else:
+            found.append(event)
+    return found
+
+
+def by_contact(found, names) -> list[list[tuple[str, float]]]:
+    """The program's events of each contact."""
+    words = found.event_kind.flag_meanings.split()
+    rows = zip(found.event_joint.values, found.event_kind.values, found.event_time.values, strict=True)
+    rows = [(int(j), words[int(k)], float(t)) for j, k, t in rows]
+    return [[(kind, t) for j, kind, t in rows if j == i] for i in range(len(names))]
+
+
+def off(one, other) -> float:
+    """The largest difference over the largest value."""
+    one, other = np.asarray(one, dtype=float), np.asarray(other, dtype=float)
+    size = max(np.abs(other).max(initial=0.0), 1e-300)
+    return float(np.abs(one - other).max(initial=0.0) / size)
+
+
+def response(scene: Scene) -> dict[str, float]:
+    """How far the program's response and the bodies are apart: shares of the largest values; events, s."""
+    mechanism = scene.mechanism
+    contacts = mechanism.contacts
+    random = np.random.default_rng(1)
+    times = np.append(np.sort(random.uniform(0.02, 1.0, SAMPLES)), 1.0) * scene.duration
+    words = [*MOTION, *TOUCH * bool(contacts), *["deflection"] * bool(mechanism.elastic_links)]
+    pins = [joint.name for joint in mechanism.joints if joint.ideal]
+    words += ["reaction_x", "reaction_y"] * bool(pins) + ["drive_torque"] * bool(mechanism.drive)
+    how = {"duration": scene.duration, "at": times, "record": words, "initial": scene.initial or None}
+    found = jp.simulate(mechanism, rtol=RTOL, **how)
+    assert int(found.status) == 0, str(found.attrs)
+    system, states, events = second(scene, times)
+    apart = _motion(found, system, states)
+    solved = [system.solve(x.t, x.y, x.modes, x.memory) for x in states]
+    if contacts:
+        rows = np.array(
+            [[[x.u, x.v_n, x.v_t, F_n, F_t] for _, x, F_n, F_t in each.touches] for each in solved]
+        )
+        order = [contacts.index(name) for name in _touches(mechanism)]
+        for i, word in enumerate(TOUCH):
+            apart[word] = off(found[word].values[:, order], rows[:, :, i])
+        ours = by_contact(found, contacts)
+        for theirs, k in zip(events, order, strict=True):
+            one, other = lasting(ours[k]), lasting(theirs)
+            assert [kind for kind, _ in one] == [kind for kind, _ in other], (one, other)
+            apart["events"] = max(
+                [apart.get("events", 0.0), *(abs(a[1] - b[1]) for a, b in zip(one, other, strict=True))]
+            )
+        apart["met"] = float(sum(map(len, events)))
+    for word, axis in (("reaction_x", 0), ("reaction_y", 1)) if pins else ():
+        mine = [[each.reactions[pin][axis] for pin in found.pin.values] for each in solved]
+        apart[word] = off(found[word].values, mine)
+    if system.drives:
+        apart["drive_torque"] = off(found.drive_torque.values, [-x.reactions["drive"][2] for x in solved])
+    for link in mechanism.elastic_links:
+        beam, own = system.beams[link.name]
+        mine = [beam.deflection(x.y[own]) for x in states]
+        apart[f"deflection {link.name}"] = off(found.deflection.sel(link=link.name).values, mine)
+    return apart
+
+
+def _touches(mechanism) -> list[str]:
+    """Names of contacts in the order of the bodies' touches."""
+    return [name for joint in mechanism.joints for name in joint.contacts]
+
+
+def _motion(found, system, states, dim="time") -> dict[str, float]:
+    """Angles and speeds (and accelerations, where recorded) of every link."""
+    apart, n = {}, system.n
+    for i, word in enumerate(MOTION[:2]):
+        mine = [[x.y[i * n + system.at[name] + 2] for name in found.link.values] for x in states]
+        apart[word] = off(found[word].transpose(dim, "link").values, mine)
+    if MOTION[2] in found:
+        solved = [system.solve(x.t, x.y, x.modes, x.memory).acceleration for x in states]
+        mine = [[a[system.at[name] + 2] for name in found.link.values] for a in solved]
+        apart[MOTION[2]] = off(found[MOTION[2]].transpose(dim, "link").values, mine)
+    return apart
+
+
+def section(scene: Scene) -> dict[str, float]:
+    """The same of a section point by crank angle, and by how much the bodies' crank misses it, rad."""
+    level = scene.crank_angle + AHEAD
+    lanes = scene.choice["way"] == "lanes"
+    words = [*MOTION[:2], *(["journal_x", "journal_y"] if scene.mechanism.contacts else [])]
+    how = {"turns": 1, "record": words, "initial": scene.initial or None, "ensemble": lanes}
+    cut = jp.CrankAngle(angle=level)
+    found = jp.poincare(scene.mechanism, cut, rtol=IN_LANES if lanes else RTOL, **how)
+    assert int(found.status) == 0, str(found.attrs)
+    if lanes:
+        assert int(found.followed) == found.followed.flag_meanings.split().index("in_lanes")
+    times = found.time.values[:1]
+    system, states, events = second(scene, times)
+    apart = _motion(found.isel(turn=[0]), system, states, "turn")
+    apart["crank"] = abs(states[0].y[system.at[scene.mechanism.crank] + 2] - level)
+    apart["met"] = float(sum(map(len, events)))
+    return apart
+
+
+def derivative(scene: Scene) -> dict[str, float]:
+    """The same of derivatives of the end by gravity and by a mass, against the bodies' differences."""
+    heavy = scene.mechanism.links[-1]
+    values = {"gravity": scene.mechanism.gravity, f"links.{heavy.name}.mass": heavy.mass}
+    names = state_names(model_of(scene.mechanism, scene.initial or None))
+    found = by_tangents(scene.mechanism, values, scene.duration, scene.initial or None)
+    apart, met = {}, []
+    for (key, value), row in zip(values.items(), found, strict=True):
+
+        def end(at, key=key):
+            other = scene.mechanism.replace(**{key: at})
+            system, states, events = second(scene, [scene.duration], other)
+            met.append([[kind for kind, _ in each] for each in events])
+            return np.concatenate(
+                [states[0].y[k : len(system.bodies) * 3 + k : 3] for k in (2, system.n + 2)]
+            )
+
+        mine = quotient(end, value, 1e-4 * value)
+        links = [link.name for link in scene.mechanism.links]
+        for k, word in enumerate(("theta", "w")):
+            there = [(i, f"{word}_{x}") for i, x in enumerate(links) if f"{word}_{x}" in names]
+            pairs = [(row[names.index(name)], mine[k * len(links) + i]) for i, name in there]
+            if pairs:
+                apart[f"{word} by {key}"] = off(*zip(*pairs, strict=True))
+    assert all(each == met[0] for each in met), "differences meet other events"
+    apart["met"] = float(sum(map(len, met[0])))
+    return apart
+
+
+RUNS = {"response": response, "section": section, "gradient": derivative}
