@@ -12,6 +12,7 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
+from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
@@ -35,25 +36,25 @@ def units() -> list[str]:
     return [".".join(path.relative_to(METHOD).with_suffix("").parts) for path in found]
 
 
-def found(name: str, folder: Path = FOLDER) -> bytes | None:
+def found(name: str) -> bytes | None:
     """Object code of a loop that was compiled ahead of these sources, where this processor can run it."""
     try:
-        data = (folder / f"{name}.o").read_bytes()
+        data = (FOLDER / f"{name}.o").read_bytes()
     except OSError:
         return None
     seal, _, code = data.partition(b"\n")
     return code if seal == _seal(name, code) and _suits() else None
 
 
-def write(folder: Path = FOLDER) -> list[Path]:
-    """Compile every loop for `LEVEL`; the files."""
+def write(folder: Path, names: Iterable[str]) -> list[Path]:
+    """Compile loops for `LEVEL`; the files."""
     from importlib import import_module
 
     from ..numerics.compiler import object_code
 
     folder.mkdir(parents=True, exist_ok=True)
     written = []
-    for name in units():
+    for name in names:
         code = object_code(import_module(f"jointplay.numerics.{name}"), LEVEL, "")
         written.append(folder / f"{name}.o")
         written[-1].write_bytes(_seal(name, code) + b"\n" + code)
@@ -82,5 +83,5 @@ def _seal(name: str, code: bytes) -> bytes:
 
 
 if __name__ == "__main__":
-    for path in write(*map(Path, sys.argv[1:2])):
+    for path in write(Path(*sys.argv[1:2] or [FOLDER]), units()):
         sys.stdout.write(f"{path}  {path.stat().st_size / 1000:.0f} kB\n")

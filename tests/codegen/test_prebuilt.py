@@ -1,0 +1,104 @@
+"""Loops compiled ahead for a release: taken if they are of these sources and this processor, else ignored."""
+
+import platform
+
+import numpy as np
+import pytest
+
+import jointplay as jp
+from jointplay.codegen import cache, objects, prebuilt
+from jointplay.numerics.interface import interpreted
+
+SMALL = "modal_response"  # a loop that compiles fast
+
+pytestmark = [
+    pytest.mark.skipif(platform.machine() != "x86_64", reason="compiled ahead for x86-64 alone"),
+    pytest.mark.skipif(interpreted(), reason="nothing is compiled"),
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with one loop compiled ahead."""
+    place = tmp_path_factory.mktemp("ready")
+    prebuilt.write(place, [SMALL])
+    return place
+
+
+@pytest.fixture
+def ready(folder, tmp_path, monkeypatch):
+    """A copy of it, in use; the file of the loop."""
+    if not prebuilt._suits():
+        pytest.skip("this processor cannot run it")
+    path = tmp_path / f"{SMALL}.o"
+    path.write_bytes((folder / path.name).read_bytes())
+    monkeypatch.setattr(prebuilt, "FOLDER", tmp_path)
+    return path
+
+
+def test_every_loop_is_compiled_ahead():
+    assert {"flow", "tangent_flow", "ensemble.flow", "sparse", SMALL} <= {*prebuilt.units()}
+    assert all(cache._module_of(name).UNIT for name in prebuilt.units())
+
+
+def test_it_is_taken_without_compiling(ready, monkeypatch):
+    monkeypatch.setattr(cache, "_loops", {})
+    monkeypatch.setattr(cache, "_compiled", lambda name: pytest.fail(f"{name} is compiled"))
+    assert cache.method(SMALL).respond.address
+
+
+def cut(path, _):
+    path.write_bytes(path.read_bytes()[:-9])
+
+
+def flip(path, _):
+    data = bytearray(path.read_bytes())
+    data[-20] ^= 4
+    path.write_bytes(data)
+
+
+def other_sources(_, monkeypatch):
+    monkeypatch.setattr(prebuilt, "_sources", lambda: b"edited")
+
+
+def other_name(path, _):
+    path.rename(path.with_name("flow.o"))
+    assert prebuilt.found("flow") is None
+
+
+def another_processor(_, monkeypatch):
+    monkeypatch.setenv("NUMBA_CPU_NAME", "x86-64-v2")
+    prebuilt._suits.cache_clear()
+
+
+def a_lesser_processor(_, monkeypatch):
+    monkeypatch.setattr(prebuilt.llvm, "get_host_cpu_features", dict)
+    prebuilt._suits.cache_clear()
+
+
+ATTACKS = [cut, flip, other_sources, other_name, another_processor, a_lesser_processor]
+
+
+@pytest.mark.parametrize("attack", ATTACKS, ids=lambda x: x.__name__)
+def test_what_is_not_of_these_sources_and_this_processor_is_not_taken(ready, monkeypatch, attack):
+    assert prebuilt.found(SMALL) is not None
+    attack(ready, monkeypatch)
+    found = prebuilt.found(SMALL)
+    prebuilt._suits.cache_clear()
+    assert found is None
+
+
+@pytest.mark.long
+def test_a_motion_has_the_same_bits(tmp_path, monkeypatch):
+    (path,) = prebuilt.write(tmp_path, ["flow"])
+    mechanism = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
+    here = jp.simulate(mechanism, turns=20)
+    code = path.read_bytes().partition(b"\n")[2]
+    native = cache._found
+    assert code != native("flow")
+    monkeypatch.setattr(cache, "_loops", {})
+    monkeypatch.setattr(cache, "_found", lambda name: code if name == "flow" else native(name))
+    there = jp.simulate(mechanism, turns=20)
+    for name in ("angle", "angular_velocity", "event_time", "normal_force"):
+        assert np.array_equal(here[name], there[name]), name
+    assert objects.target().cpu != prebuilt.LEVEL
