@@ -53,7 +53,7 @@ def test_a_sweep_in_lanes_is_that_one_by_one():
     assert told[-1] == 1.0
     for name in ("cell_status", "period", "impacts", "separations", "mode_word"):
         assert found[name].values.tolist() == alone[name].values.tolist()
-    for name in ("contact_fraction", "smallest_impact_speed", "smallest_missed_gap", "eccentricity_ratio_x"):
+    for name in ("contact_fraction", "smallest_impact_speed", "smallest_missed_gap", "journal_x"):
         assert np.allclose(found[name], alone[name], rtol=1e-3, atol=1e-8, equal_nan=True)
     assert np.isfinite(found.smallest_impact_speed).any()
 
@@ -222,7 +222,7 @@ def test_a_study_in_lanes_is_planned_and_run(tmp_path, capsys):
     over = {"clearance": [2e-5, 2.9e-5, 4e-5]}
     alone = jp.bifurcation(catalog.chunmei2002(gear_ratio=3.0), over=over, ensemble=True, n_jobs=1, **SWEEP)
     with jp.open(tmp_path / "lanes.nc") as found:
-        for name in ("eccentricity_ratio_x", "end_state", "smallest_missed_gap", "n_steps"):
+        for name in ("journal_x", "end_state", "smallest_missed_gap", "n_steps"):
             np.testing.assert_array_equal(found[name].values, alone[name].values)
 
 
