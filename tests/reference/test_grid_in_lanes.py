@@ -145,7 +145,7 @@ SHAKE |= {"harmonics": [{"order": 1, "sine": 0.2}]}
 
 
 @pytest.mark.parametrize(
-    "changes", [{"speed": 60.0}, {"loads": [SHAKE | {"constant": 0.1}]}], ids=lambda x: next(iter(x))
+    "changes", [{"speed": 60.0}, {"loads": [SHAKE | {"constant": 0.1}]}], ids=["speed", "loads"]
 )
 def test_a_law_remembers_beside_a_phase(changes):
     """A crank at a given speed, and a load over time: phases, which a trajectory's own state has not."""

@@ -334,6 +334,8 @@ def _advance(system, now, end, rtol, method, options):
     forced = any(kind in ("lift", "slides+", "slides-") for _, kind in ways)
 
     def rate(t, y):
+        if not np.isfinite(y).all():  # of a trial step that fails
+            return np.full(len(y), np.nan)
         solved = system.solve(t, y, modes, memory)
         bent = [_bending(x, mode) for (_, x, *_), mode in zip(solved.touches, modes, strict=True)]
         return np.concatenate([y[n : 2 * n], solved.acceleration, bent if bristles else []])
