@@ -13,7 +13,8 @@ import sys
 import traceback
 import warnings
 from collections import UserString
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice, takewhile
@@ -121,6 +122,26 @@ def warn(text: str) -> None:
 def refuse(given: Any, expected: str, key: str = "") -> InputError:
     """Make the error of one problem; inside a record's validator the key is relative to the field."""
     return InputError([Problem(key, given, expected)])
+
+
+@contextmanager
+def of_a_result(given: Any, but: Callable[[Exception], bool] = lambda error: False) -> Iterator[None]:
+    """Make an `InputError` of whatever else goes wrong while a result is shown: it is not as it was written.
+
+    Files of others, of other versions, and datasets changed in Python lack what code counts on in more ways
+    than could be asked for beforehand. The error that came is the cause of the one that is raised; errors for
+    which `but` is true stay as they are.
+    """
+    try:
+        yield
+    except (InputError, OSError, MemoryError):
+        raise
+    except Exception as error:
+        if but(error):
+            raise
+        why = " ".join(f"{type(error).__name__}: {error}".split())[: _SHORT.maxother]
+        expected = "a result as this version writes it is accepted; this is damaged, or of another version"
+        raise refuse(given, f"{expected} ({why})", "result") from error
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:

@@ -6,7 +6,7 @@ from argparse import Namespace
 from pathlib import Path
 
 from jointplay.cli.verb import DONE, RESULT, changes, option, say, verb
-from jointplay.errors import InputError, Problem, unknown
+from jointplay.errors import InputError, Problem, of_a_result, unknown
 from jointplay.terminal import Progress
 
 FILM = ("joint", "turns", "time", "seconds", "rate", "frames")  # options of a film
@@ -59,8 +59,9 @@ def draw(dataset, options: dict, files: list[Path]) -> None:
 
     picture = figures.draw(dataset, options)
     picture.set_layout_engine(None)  # it is laid out; "none" would stand for one, and be drawn for each file
-    for file in files:
-        print(f"figure  {write_figure(picture, file)}")
+    with of_a_result(dataset):
+        for file in files:
+            print(f"figure  {write_figure(picture, file)}")
 
 
 @verb(

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from pydantic import PlainValidator
 from xarray import Dataset
 
-from jointplay.errors import NOTHING, InputError, Problem, refuse
+from jointplay.errors import NOTHING, InputError, Problem, of_a_result, refuse
 from jointplay.figures.drawing import cell_quantity, lent, select, style, sweep_axes
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.records import Mechanism
@@ -74,8 +74,16 @@ def draw(
     options = dict(options or {}) | named
     if isinstance(dataset, list | tuple):
         return sheet_of([(each, options) for each in dataset])
-    if isinstance(dataset, Mechanism) and options.get("kind", OF_A_MECHANISM) != OF_A_MECHANISM:
-        raise select.refuse("kind", options["kind"], "mechanism, the kind of figure of a mechanism")
+    if isinstance(dataset, Mechanism):
+        if options.get("kind", OF_A_MECHANISM) != OF_A_MECHANISM:
+            raise select.refuse("kind", options["kind"], "mechanism, the kind of figure of a mechanism")
+        return _one(dataset, options)
+    with of_a_result(dataset):
+        return _one(dataset, options)
+
+
+def _one(dataset: Dataset | Mechanism, options: dict[str, Any]) -> Figure:
+    """Draw one result or mechanism."""
     for known in ({}, {"kind": options.get("kind") or usual_kind(dataset, options)}):
         if wrong := problems(options | known):
             raise InputError(wrong)

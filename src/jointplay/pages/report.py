@@ -13,7 +13,7 @@ from matplotlib.collections import QuadMesh
 from xarray import Dataset
 
 from jointplay import figures
-from jointplay.errors import InputError, refuse
+from jointplay.errors import InputError, of_a_result, refuse
 from jointplay.figures.registry import suited_to
 from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import accepts
@@ -102,6 +102,12 @@ def report(
         return [written(path, live.page(dataset))]
     if find_spec("bokeh") is None:
         raise refuse(str(path), NEEDS, "report")
+    with of_a_result(dataset):
+        return _report(dataset, path, mechanism)
+
+
+def _report(dataset: Dataset, path: Path, mechanism: Mechanism | None) -> list[Path]:
+    """Write the page of a result, and its picture."""
     answer, content = summary(dataset), content_of(dataset, mechanism)
     picture = path.with_name(f"{path.stem}_report.png")  # NAME.png is the figure of the run
     check_writable(path.parent, files=[path.name, picture.name])

@@ -12,7 +12,8 @@ import numpy as np
 import xarray as xr
 from pydantic import Field
 
-from jointplay.errors import NOTHING, InputError, Problem, refuse
+from jointplay.analysis.looks import Reporter
+from jointplay.errors import NOTHING, InputError, Problem, of_a_result, refuse
 from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import Positive, accepts
 from jointplay.mechanism.records import Mechanism
@@ -95,14 +96,16 @@ def animate(
     if ending == ".mp4" and not find_spec("imageio_ffmpeg"):
         raise refuse(str(path), f"films as MP4 need an encoder: {INSTALL}", "path")
     check_writable(path.parent, "path", [path.name])
-    known = mechanism or _mechanism(motion)
-    shown = scene(known, places(known, motion), joint, turns, time)
-    if ending not in FILMS:
-        return write_figure(film_sheet(shown, frames), path)
-    count = _count(shown, seconds, rate)
-    pictures = _told(film_frames(shown, count), count, progress)
-    with replaced(path) as temporary:
-        (_gif if ending == ".gif" else _mp4)(pictures, temporary, rate)
+    told = None if progress is None else Reporter(progress)
+    with of_a_result(motion, but=lambda error: told is not None and error is told.error):
+        known = mechanism or _mechanism(motion)
+        shown = scene(known, places(known, motion), joint, turns, time)
+        if ending not in FILMS:
+            return write_figure(film_sheet(shown, frames), path)
+        count = _count(shown, seconds, rate)
+        pictures = _told(film_frames(shown, count), count, told)
+        with replaced(path) as temporary:
+            (_gif if ending == ".gif" else _mp4)(pictures, temporary, rate)
     return path
 
 

@@ -14,7 +14,7 @@ import xarray as xr
 
 from jointplay.display import codes
 from jointplay.display.codes import coded
-from jointplay.errors import NOTHING, InputError, refuse, unknown, warn
+from jointplay.errors import NOTHING, InputError, of_a_result, refuse, unknown, warn
 from jointplay.jobs.files import replaced
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.signature import checked
@@ -67,8 +67,10 @@ def export(
     if wrong := [unknown("--over", dim, dim, known, "dimension") for dim in over or () if dim not in known]:
         raise InputError(wrong)
     check_writable(path.parent, files=[path.name])
+    with of_a_result(dataset):
+        content = FORMS[path.suffix](dataset, over)
     with replaced(path) as temporary:
-        temporary.write_bytes(FORMS[path.suffix](dataset, over))
+        temporary.write_bytes(content)
     return path
 
 
@@ -166,6 +168,11 @@ def words(dataset: Annotated[xr.Dataset, accepts("a result")]) -> xr.Dataset:
     >>> jp.words(motion).status.item()  # doctest: +SKIP
     'ok'
     """
+    with of_a_result(dataset):
+        return _words(dataset)
+
+
+def _words(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.assign(
         {name: codes.words(dataset[name]) for name in dataset.variables if codes.coded(dataset[name])}
     )

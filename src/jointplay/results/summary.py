@@ -9,7 +9,7 @@ from typing import Annotated
 import xarray as xr
 
 from jointplay.display.number_text import plain
-from jointplay.errors import refuse
+from jointplay.errors import of_a_result, refuse
 from jointplay.kinds import KINDS, load
 from jointplay.mechanism.base import accepts
 from jointplay.mechanism.signature import checked
@@ -69,6 +69,11 @@ def summary(dataset: Annotated[xr.Dataset, accepts("a result")]) -> Summary:
     >>> print(jp.summary(orbit))  # doctest: +SKIP
     period 1, stable, largest multiplier 0.8 in modulus
     """
+    with of_a_result(dataset):
+        return _summary(dataset)
+
+
+def _summary(dataset: xr.Dataset) -> Summary:
     kind = str(dataset.attrs.get("kind"))
     if kind not in KINDS:
         raise refuse(kind, f"a result of one of the kinds {', '.join(KINDS)} is accepted", "kind")

@@ -8,7 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.mathtext import MathTextParser
 from matplotlib.patches import Circle
+from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from xarray import DataArray, Dataset
 
@@ -19,6 +21,7 @@ from jointplay.figures.drawing.lent import Panel
 from jointplay.figures.drawing.smooth import smooth
 from jointplay.figures.drawing.ticks import Degrees
 
+MATHEMATICS = MathTextParser("path")
 LONGEST, NARROW = 34, 26  # characters before a label, or a heading, breaks
 BESIDE_TOP_AXIS = 15.5  # pt: how high a heading stands where a second axis has its numbers
 DENSE = 3000  # samples of a path, from which it is drawn thinner
@@ -248,6 +251,18 @@ def status_note(dataset: Dataset) -> str:
     return f"Incomplete result{many}: " + ", ".join(bad) if bad else ""
 
 
+def literal(figure: Figure) -> None:
+    """Have texts drawn as they stand that are no mathematics, such as names with dollar signs."""
+    for ax in figure.axes:  # texts of ticks are made when they are asked for
+        ax.get_xticklabels(), ax.get_yticklabels()
+    for text in figure.findobj(Text):
+        if text.get_text().count("$") > 1:
+            try:
+                MATHEMATICS.parse(text.get_text())
+            except ValueError:
+                text.set_parse_math(False)
+
+
 def finish(figure: Figure, dataset: Dataset) -> Figure:
     """Write the run's status on top if it is not ok, and settle the layout while the style still holds."""
     note, whole = status_note(dataset), isinstance(figure, style.Sheet)
@@ -259,6 +274,7 @@ def finish(figure: Figure, dataset: Dataset) -> Figure:
         frame = {"facecolor": "white", "edgecolor": style.WARNING, "linewidth": 0.8, "pad": 2.0}
         lines = fill(note, int(figure.bbox.width / figure.dpi / style.MILLIMETRE / 1.8))
         figure.suptitle(lines, fontsize=8, color=style.WARNING, bbox=frame)
+    literal(figure)
     if not isinstance(figure, Panel) and not style.beside():
         factors.settle(figure)
     return figure

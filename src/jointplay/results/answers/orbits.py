@@ -99,6 +99,8 @@ def basins(dataset: Dataset) -> str:
     none = float(dataset["fraction_none"])
     if none > 0:
         lines.append(f"{plain(100 * none, 2)} % of the starts reached none")
+    if "boundary_dimension" not in dataset:
+        return "\n".join(lines)
     boundary, error = (
         float(dataset[k]) for k in ("boundary_dimension", "uncertainty_exponent_standard_error")
     )

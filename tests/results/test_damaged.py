@@ -1,0 +1,64 @@
+"""Results that are damaged, mislabelled or of another version: shown, or one sentence; never a traceback."""
+
+import random
+
+import pytest
+from matplotlib.text import Text
+
+import jointplay as jp
+from jointplay import cli, figures
+from jointplay.analysis.states.basins import basins
+from jointplay.errors import InputError
+from tests.figures.support.synthetic import response
+from tests.figures.test_pictures import leaning
+from tests.results import damage
+
+PLANE = {"y": (0.0, 0.5, 3), "v": (0.0, 0.5, 3)}
+MANY = pytest.param(2000, marks=[pytest.mark.long, pytest.mark.timeout(7200)])
+
+
+@pytest.mark.parametrize("files", [60, MANY])
+def test_no_damaged_file_ends_in_a_traceback(files):
+    counts, wrong = damage.run(files, seed=files)
+    assert wrong == []
+    assert counts.total() == files
+    ended = {word: sum(n for how, n in counts.items() if how.endswith(word)) for word in ("shown", "refused")}
+    assert min(ended.values()) > files / 5, counts
+
+
+@pytest.mark.parametrize("one", damage.DAMAGES, ids=lambda each: each.__name__)
+def test_each_damage_changes_something(one):
+    sound = response()
+    found = [one(random.Random(seed), sound.copy(deep=True)) for seed in range(9)]
+    assert not all(each.identical(sound) for each in found)
+
+
+def test_dollar_signs_in_a_name_are_drawn_as_they_stand(tmp_path):
+    name = "$\\frac $ B"
+    odd = leaning().assign_coords(parameter=["clearance", name, "$x$"])
+    jp.results.store.write_result(odd, tmp_path / "a.nc")
+    assert cli.main(["figure", str(tmp_path / "a.nc"), "--out", str(tmp_path / "a.pdf")]) == 0
+    texts = [each for each in figures.draw(odd).findobj(Text) if name in each.get_text()]
+    assert texts
+    assert not any(each.get_parse_math() for each in texts)
+
+
+def test_basins_without_the_boundarys_dimension_have_an_answer():
+    system = jp.catalog.soft_impact_pair(gap=1.0, stiffness=50.0, damping=1.0)
+    found = basins(system, plane=PLANE, transient=20, turns=8, uncertainty=False, n_jobs=1)
+    assert "attractor" in str(jp.summary(found))
+
+
+def test_the_error_that_came_is_the_cause():
+    with pytest.raises(InputError, match="damaged, or of another version") as caught:
+        jp.summary(leaning().drop_vars("derivative"))
+    assert isinstance(caught.value.__cause__, KeyError)
+
+
+def test_what_a_users_progress_raises_stays_as_it_is(tmp_path):
+    def progress(_):
+        raise LookupError("mine")
+
+    motion, _ = damage._motion()
+    with pytest.raises(LookupError, match="mine"):
+        jp.animate(motion, tmp_path / "a.gif", seconds=0.5, rate=10, progress=progress)
