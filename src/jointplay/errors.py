@@ -69,7 +69,8 @@ class Problem:
 
     def __str__(self) -> str:
         key = self.key if self.key.isprintable() and self.key == self.key.strip() else repr(self.key)
-        return f"{key or 'input'}: got {_shown(self.given)}; {self.expected}"
+        expected = " ".join(str(self.expected).splitlines())  # names in files of others may have line breaks
+        return f"{key or 'input'}: got {_shown(self.given)}; {expected}"
 
 
 class InputError(ValueError):

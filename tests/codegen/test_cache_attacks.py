@@ -11,6 +11,7 @@ import time
 import pytest
 
 from jointplay.codegen import cache, place, upkeep
+from tests.support.program import ended_process
 
 TEXT = """
 from numba import float64
@@ -240,6 +241,31 @@ def test_a_cache_that_cannot_be_used_is_told_and_leaves_nothing_behind(tmp_path,
     assert "for this run alone" in told
     assert not list(temporary.iterdir())
     assert not root.is_dir() or not list(root.iterdir())
+
+
+def test_the_folder_of_a_run_that_was_killed_goes_with_the_next(tmp_path):
+    root, temporary = tmp_path / "cache", tmp_path / "temporary"
+    file_above(root)
+    temporary.mkdir()
+    left, mine, other = (f"jointplay-kernels-{maker}-x" for maker in (ended_process(), os.getpid(), "mine"))
+    for name in (left, mine, other):
+        (temporary / name / "0").mkdir(parents=True)
+        (temporary / name).chmod(0o700)
+    compiled_apart(root, TMPDIR=str(temporary))
+    assert {path.name for path in temporary.iterdir()} == {mine, other}
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="children of a process, as Linux lists them")
+def test_a_process_that_compiles_and_is_not_waited_for_is_not_left_defunct(unloaded, monkeypatch):
+    monkeypatch.setattr(cache, "CHILD", "")
+    cache.prepare(unloaded)
+    child = cache._compiling.pop(unloaded)[0]
+    for _ in range(600):
+        if not os.path.exists(f"/proc/{child.pid}"):
+            break
+        time.sleep(0.1)
+    assert not os.path.exists(f"/proc/{child.pid}")
+    assert child.returncode == 0
 
 
 def compiled_apart(root, **variables):

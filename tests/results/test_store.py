@@ -1,6 +1,7 @@
 """Result files: whole or not at all, and the same for the same data."""
 
 import os
+import time
 
 import netCDF4
 import numpy as np
@@ -9,6 +10,7 @@ import xarray as xr
 
 from jointplay.errors import InputError
 from jointplay.results import store
+from tests.support.program import ended_process
 
 
 @pytest.fixture
@@ -128,3 +130,17 @@ def test_a_folder_below_a_file_cannot_be_written(tmp_path):
 def test_a_missing_folder_is_made_and_left_clean(tmp_path):
     folder = store.check_writable(tmp_path / "a" / "b")
     assert list(folder.iterdir()) == []
+
+
+def test_what_a_killed_run_left_of_a_file_goes_with_the_next(tmp_path):
+    """Where its process is gone, and nobody has written to it for a while."""
+    gone, here = ended_process(), os.getppid()
+    names = [f".r[1].nc.{gone}.tmp", f".r[1].nc.{here}.tmp", f".other.nc.{gone}.tmp", ".r[1].nc.new.tmp"]
+    for name in names:
+        (tmp_path / name).write_text("half")
+        os.utime(tmp_path / name, (time.time() - 60,) * 2)
+    store.check_writable(tmp_path, files=["r[1].nc"])
+    assert {path.name for path in tmp_path.iterdir()} == {*names[1:]}
+    (tmp_path / names[0]).write_text("of another machine, perhaps")
+    store.check_writable(tmp_path, files=["r[1].nc"])
+    assert (tmp_path / names[0]).exists()

@@ -93,6 +93,7 @@ def _compile(name: str) -> None:
     try:
         child = subprocess.Popen(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said)
         _compiling[name] = child, said
+        threading.Thread(target=child.wait, daemon=True).start()  # else it stays when it has ended, defunct
     except OSError as error:
         place.say(f"no process to compile in can be started ({error})")
 

@@ -29,6 +29,7 @@ from .digest import digest
 
 HANDED = "JOINTPLAY_KERNELS"  # a folder for the processes that this one starts
 PREFIX = "kernel cache: "
+TEMPORARY = "jointplay-kernels-"  # how folders of one run are named, before the number of its process
 _user = getattr(os, "geteuid", lambda: 0)
 _pending: dict[str, bytes] = {}
 _last = Thread()  # the last of the threads that write
@@ -104,13 +105,28 @@ def _below(top: Path) -> Path:
 
 
 def _temporary(error: OSError) -> Path:
-    top = Path(tempfile.mkdtemp(prefix="jointplay-"))
+    for other in Path(tempfile.gettempdir()).glob(f"{TEMPORARY}*-*"):
+        maker = other.name.removeprefix(TEMPORARY).partition("-")[0]
+        if maker.isdecimal() and gone(int(maker)) and not fault(other):  # it was killed
+            shutil.rmtree(other, ignore_errors=True)
+    top = Path(tempfile.mkdtemp(prefix=f"{TEMPORARY}{os.getpid()}-"))
     atexit.register(_forget, top, os.getpid())
     place = top / digest()
     place.mkdir(0o700)
     os.environ[HANDED] = str(place)
     say(f"{error}; kernels are compiled for this run alone")
     return place
+
+
+def gone(process: int) -> bool:
+    """Whether a process of this machine has ended; one of another user counts as being there."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):
+        pass
+    return False
 
 
 def _forget(top: Path, maker: int) -> None:

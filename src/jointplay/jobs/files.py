@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import glob
 import os
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from jointplay.codegen.place import gone
 from jointplay.errors import InputError, Problem
+
+MOMENT = 10.0  # s without a block written
 
 
 class Busy(InputError):
@@ -36,6 +41,19 @@ def replaced(path: Path, flush: bool = True) -> Iterator[Path]:
 def beside(path: Path) -> Path:
     """The temporary name of a file."""
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def clear_leftovers(path: Path) -> None:
+    """Remove what killed processes have left of a file under its temporary names.
+
+    A file system may be shared with other machines, whose processes are not seen here: what was written to a
+    moment ago stays.
+    """
+    for other in path.parent.glob(f".{glob.escape(path.name)}.*.tmp"):
+        maker = other.name.removesuffix(".tmp").rpartition(".")[2]
+        with suppress(OSError):
+            if maker.isdecimal() and gone(int(maker)) and time.time() - other.stat().st_mtime > MOMENT:
+                other.unlink()
 
 
 def _flush(path: Path) -> None:

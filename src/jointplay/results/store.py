@@ -17,7 +17,7 @@ from xarray.conventions import encode_cf_variable, encode_dataset_coordinates
 from jointplay.analysis.partial import thinned
 from jointplay.errors import refuse
 from jointplay.interrupts import held
-from jointplay.jobs.files import beside, replaced
+from jointplay.jobs.files import beside, clear_leftovers, replaced
 from jointplay.mechanism.signature import checked
 
 if TYPE_CHECKING:
@@ -223,6 +223,7 @@ def check_writable(
 def _prove_file(path: Path) -> None:
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, "a folder has this name")
+    clear_leftovers(path)
     probe = beside(path)
     try:
         probe.write_bytes(b"0")  # a full disk may still have room for a name

@@ -69,10 +69,16 @@ def writable(
     study: Loaded, out: Path | str, share: tuple[int, int] | None = None, drawn: bool = True
 ) -> Path:
     """The folder of a run, made if needed, where all that it writes can be written; else `InputError`."""
-    name, journal = study.record.name, journal_of(out, study.record.name, share).folder.name
-    endings = [".nc", *[".txt"] * bool(study.record.row.table), *[".pdf", ".png"] * drawn]
+    record, name = study.record, study.record.name
+    journal = journal_of(out, name, share).folder.name
+    endings = [
+        ".nc",
+        *[".partial.nc"] * record.row.kept,
+        *[".txt"] * bool(record.row.table),
+        *[".pdf", ".png"] * drawn,
+    ]
     files = ["probe"] if share else [f"{name}{ending}" for ending in endings]
-    return store.check_writable(out, files=files, folders=[journal] * has_cells(study.record))
+    return store.check_writable(out, files=files, folders=[journal] * has_cells(record))
 
 
 def complete(
