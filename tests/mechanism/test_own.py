@@ -370,3 +370,6 @@ def test_the_page_on_own_equations_has_one_valve_in_python_and_as_a_table():
     ours, catalog = space["valve"], jp.catalog.relief_valve(flow=5.0)
     assert ours.structure().rates == catalog.structure().rates
     assert (ours.parameters, ours.initial) == (catalog.parameters, catalog.initial)
+    one, other = (jp.simulate(each, duration=5.0, record=["state_value"]) for each in (ours, catalog))
+    assert int(one.status) == 0
+    np.testing.assert_array_equal(one.state_value, other.state_value)
