@@ -123,6 +123,15 @@ def differences(text, seeds=range(3)):
 LONG = ("slider_crank-hertz-stribeck-True", "guide-kelvin_voigt-coulomb-False")  # half a minute each
 
 
+@pytest.mark.parametrize("positions", [1, 3])
+def test_code_in_lanes_of_a_size_does_what_its_text_says(positions):
+    """The method's algebra, and tangents: of angles and of what is none, with contacts, jumps and loops."""
+    turning = (1.0, 0.0, 1.0)[:positions]
+    algebra = cache._writer("ensemble.algebra").text(turning, 2, 1, 1, 0)
+    tangents = cache._writer("ensemble.tangent").text(positions)
+    assert differences(algebra) == differences(tangents) == []
+
+
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in MODELS]
 )
