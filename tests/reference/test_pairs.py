@@ -74,7 +74,6 @@ def test_what_is_said_to_fit_is_accepted():
 REFUSED = [  # pairs that the program refuses, of those that do not go together
     {"law": "johnson", "joint": "guide"},
     {"law": "restitution", "friction": "tanh"},
-    {"joint": "slider_crank", "start": "lower"},
     {"joint": "group", "elastic": "stretching"},
 ]
 

@@ -159,6 +159,7 @@ def _rules(c) -> Iterator[tuple[bool, str]]:
         yield drive not in ("", "motor", "torque", "speed"), "imposed_motion"
         yield law in LAWS and LAWS[law].rigid, "rigid_impacts"
         yield friction in FRICTIONS and FRICTIONS[friction].bristles is not None, "bristles"
+        yield friction in FRICTIONS and not FRICTIONS[friction].rises, "falling_friction"
         yield ideal or law == "none", "no_clearance"
         yield joint == "group", "loop_groups"
 
