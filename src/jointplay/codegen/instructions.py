@@ -35,10 +35,8 @@ import numpy as np
 
 FAST = "contract arcp nsz"  # licences of arithmetic
 ARRAY = "{ptr, ptr, i64, i64, ptr, [1 x i64], [1 x i64]}"
-INTEGERS, NUMBERS = (
-    {"variant", "k", "guard"},
-    {"h", "start", "ratio"},
-)  # arguments that are no arrays of floats
+INTEGERS = {"variant", "k", "j", "guard"}  # arguments that are no arrays
+NUMBERS = {"h", "start", "ratio"}
 TYPES = {"f": "double", "i": "i64", "b": "i1"}
 ITEMS = {"f": "double", "i": "i64"}
 ORDER = {ast.Lt: "lt", ast.LtE: "le", ast.Gt: "gt", ast.GtE: "ge", ast.Eq: "eq", ast.NotEq: "ne"}
