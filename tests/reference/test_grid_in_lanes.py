@@ -187,7 +187,7 @@ HINDERED = {
 def test_what_friction_may_excite_is_looked_for_or_not_in_lanes(friction):
     """Steps that are long for a vibration that grows would damp it, and lanes do not look for such."""
     structure = linkage(mechanism("four_bar", "hertz", friction, False))
-    assert _excites(structure, {"planned": 0, "resets": 0})
+    assert _excites(structure)
     assert of_structure(structure) == "falling_friction"
 
 
