@@ -71,11 +71,11 @@ def test_the_jacobian_is_the_derivative_of_the_rates(mode):
 
 def test_differences_by_lanes_are_the_jacobian():
     equations, t, y = touching()
-    f, away = functions(equations.model.structure), 1e-7 * equations.model.absolute
+    away = 1e-7 * equations.model.absolute
     exact, found = np.empty((2, 6, 6))
     equations.jacobian(t, y, exact)
-    by_differences = callbacks._by_differences(callbacks._evaluation(f.rate, callbacks._placing(f.trig)))
-    by_differences(equations.place, equations.b, t, y, away, found)
+    made = callbacks.callbacks(functions(equations.model.structure), planned=True)
+    made.derivatives(equations.place, equations.b, t, y, away, found)
     assert found == pytest.approx(exact, rel=1e-5, abs=1e-6 * np.abs(exact).max())
 
 

@@ -15,7 +15,7 @@ PACKAGE = Path(jointplay.__file__).parent
 FILE = PACKAGE / "numerics" / "numba_private.py"
 PRIVATE = re.compile(
     r"numba\.(core|experimental|np|cpython)\b|\bllvmlite\.ir\b|from llvmlite import|_nrt|forceinline|"
-    r"no_cpython_wrapper|no_cfunc_wrapper|\.entry_point\b|\._cache = "
+    r"no_cpython_wrapper|no_cfunc_wrapper|\.entry_point\b"
 )
 
 
@@ -29,8 +29,8 @@ def options():
     """Compiler options that the file names."""
     return {
         option: value
-        for name, each in vars(numba_private).items()
-        if name.isupper()
+        for each in vars(numba_private).values()
+        if isinstance(each, dict) and each is not numba_private.__builtins__
         for option, value in each.items()
     }
 
@@ -57,47 +57,39 @@ def test_every_option_is_tested():
     assert set(options()) == {"_nrt", "no_cpython_wrapper", "no_cfunc_wrapper", "forceinline"}
 
 
-@pytest.fixture
-def half():
-    function = numba.njit(lambda x: 0.5 * x)
-    function.compile(numba.float64(numba.float64))
-    return function
+def test_the_only_version_of_a_function_is_called_without_a_search():
+    half = numba.njit(numba.float64(numba.float64))(lambda x: 0.5 * x)
+    found = numba_private.only_version(half)
+    assert found is not half
+    assert found(3.0) == 1.5
 
 
-def test_a_function_has_an_address(half):
-    from jointplay.numerics.numba_private import address
+def test_what_the_compiler_to_object_code_replaces_and_asks_for_is_there():
+    """A part that is replaced under a name that nobody asks for any more would be without effect, unseen."""
+    from numba.core import codegen
+    from numba.core.registry import CPUDispatcher, cpu_target
 
-    assert address(half, numba.float64(numba.float64)) > 0
-
-
-def test_a_cache_is_asked_before_a_function_is_compiled_and_told_after():
-    from jointplay.numerics.numba_private import keep
-
-    class Cache:
-        said = ()
-
-        def load_overload(self, signature, context):
-            self.said = ("asked",)
-
-        def save_overload(self, signature, data):
-            self.said = (*self.said, "told")
-
-    function, cache = numba.njit(lambda x: x + 2.0), Cache()
-    keep(function, cache)
-    assert function(1.0) == 3.0
-    assert cache.said == ("asked", "told")
+    own = numba_private
+    replaced = {codegen.CPUCodeLibrary: own._Library, codegen.JITCPUCodegen: own._Codegen}
+    names = {
+        (whole, name) for whole, mine in replaced.items() for name in vars(mine) if not name.startswith("__")
+    }
+    assert {"finalize", "add_llvm_module"} < {name for _, name in names}
+    mine = {(codegen.JITCPUCodegen, "cpu"), (codegen.JITCPUCodegen, "features")}
+    asked = {(codegen.CPUCodeLibrary, "_get_module_for_linking"), (CPUDispatcher, "targetdescr")}
+    assert [each for each in (names - mine) | asked if not hasattr(*each)] == []
+    assert {"_final_module", "_linking_libraries"} <= vars(_library()).keys()
+    assert callable(cpu_target.target_context.subtarget)
+    context = cpu_target.target_context
+    assert {"aot_mode", "_internal_codegen"} <= set(dir(context))
+    assert callable(context.get_executable)
 
 
-def test_what_the_cache_over_sealed_files_replaces_is_there():
-    from numba.core.caching import CompileResultCacheImpl, FunctionCache
-
-    from jointplay.codegen.kernels import Kernels
-
-    assert hasattr(CompileResultCacheImpl, "_locator_classes")
-    assert hasattr(FunctionCache, "_impl_class")
-    made = Kernels(test_it_is_there)
-    assert {"_impl", "_cache_file", "_name"} <= set(vars(made)) | set(dir(made))
-    assert callable(made.load_overload)
+def _library():
+    """Code of a function that numba compiled."""
+    function = numba.njit(numba.float64(numba.float64))(lambda x: x + 2.0)
+    (found,) = function.overloads.values()
+    return found.library
 
 
 def test_functions_are_compiled_to_object_code_of_a_processor_by_name():

@@ -67,6 +67,15 @@ def _fill(array, value):
     array[0] = array[1] = value
 
 
+def changed(x, out):
+    n, left, power = -7, -7, x[1]
+    n //= 2
+    left %= 4
+    power **= 2
+    out[0], out[1], out[2], out[3] = n, left, power, 8.5
+    out[3] //= x[0] + 1.0  # what stands on the right is one operand
+
+
 def tables(rows, out):
     rows[1, 0] = rows[0][1] * 2.0
     row = rows[1]
@@ -103,6 +112,10 @@ def no_name(x):
 
 def no_default(x, y=1.0):
     return x + y
+
+
+def no_second_call(x):
+    x[int(x[0])] //= 2
 
 
 def no_slice(x):

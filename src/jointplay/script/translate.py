@@ -233,10 +233,14 @@ class Function:
         return f"t${self._temporaries}"
 
     def _augassign(self, node: ast.AugAssign, depth: int) -> list[str]:
-        if type(node.op) not in BINARY:
-            raise self._translate.refuse(node)
-        sign, _ = BINARY[type(node.op)]
-        return [f"{self._target(node.target)} {sign}= {self._translate(node.value)};"]
+        target = self._target(node.target)
+        if type(node.op) in BINARY:
+            sign, _ = BINARY[type(node.op)]
+            return [f"{target} {sign}= {self._translate(node.value)};"]
+        if any(isinstance(each, ast.Call) for each in ast.walk(node.target)):
+            raise self._translate.refuse(node)  # it would be called twice
+        whole = ast.copy_location(ast.BinOp(node.target, node.op, node.value), node)
+        return [f"{target} = {self._translate(whole)};"]
 
     def _assign(self, node: ast.Assign, depth: int) -> list[str]:
         first, *more = node.targets
