@@ -8,7 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import tangents
+from jointplay.analysis import tangents, trajectory
 from jointplay.analysis.exponents.covariant_vectors import angles_between
 from jointplay.analysis.exponents.participation import Participation
 from jointplay.analysis.starts import state_names
@@ -50,6 +50,20 @@ def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     assert found["settling_residual"].max() < 1e-9
     mean = grown.mean(axis=0) / system.period
     assert mean == pytest.approx(found["covariant_exponent"].values, abs=0.02)
+
+
+def test_a_frame_that_has_not_come_in_is_told_of(pair):
+    """Without a transient the first vectors are those of the frame's start."""
+    system, settled = pair
+    model = assemble(system, (0.05, 0.7))
+    begin = 20.0 * model.period
+    state = trajectory.follow(model, trajectory.Request(begin, 1e-12, at=np.array([begin]))).samples[-1, 1:3]
+    found = jp.covariant(system, turns=5, settling=10, transient=0, rtol=1e-12, initial=state.tolist())
+    V, W = (each["covariant_vector"].values[0].T for each in (found, settled))
+    residual = found["settling_residual"].values
+    assert np.all(angles_between(V, W) <= residual + 1e-6)
+    assert residual[0] > 1e-2
+    assert "vectors 1 have not settled" in str(jp.summary(found))
 
 
 @pytest.mark.long
