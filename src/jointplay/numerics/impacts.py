@@ -214,8 +214,8 @@ def bring(f, j, k, x):
 
     Nothing moves: it is put there by `walls.settle` and `walls.stay`.
     """
-    q, members = k.impact, _gather(f, j, k, x, -1.0)
-    _prepare(f, k, x, members)
+    q, members = k.impact, gather(f, j, k, x, -1.0)
+    prepare(f, k, x, members)
     for i in range(members):
         q[CHOICE + i] = PUSHES
     if choose(q, members, 0.0) < IMPOSSIBLE:
