@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.trajectory import Request, functions
+from jointplay.analysis.trajectory import Request, follow, functions
 from jointplay.analysis.trajectory import memory as run_memory
 from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
@@ -76,11 +77,25 @@ def test_a_motion_without_bound_diverges(a, state):
     assert found.status == DIVERGED
 
 
-@pytest.mark.parametrize("stiffness", [1e10, 1e14, 1e20, 1e300])
+@pytest.mark.parametrize("stiffness", [1e10, 1e14, 1e20, 1e50])
 def test_absurd_stiffness_ends(stiffness):
     found = run(stiff(stiffness), turns=1, max_steps=20_000)
     assert found.status in (OK, STEP_LIMIT, CHATTER, NOT_CONVERGED)
     assert np.all(np.isfinite(found.angle))
+
+
+def test_stiffness_that_no_mechanism_may_have_ends():
+    """The method does not lean on what is refused before it."""
+    with pytest.raises(jp.InputError, match=r"joints\[0\].contact.stiffness: got 1e\+300"):
+        stiff(1e300)
+    model = assemble(stiff(1e50))
+    numbers = model.numbers.copy()
+    numbers[cache.structure_module(model.structure).PARAMETERS.index("K_B")] *= 1e250
+    assert np.max(numbers) > 1e299
+    asked = Request(model.period, 1e-8, at=np.linspace(0.0, model.period, 100), max_steps=20_000)
+    found = follow(replace(model, numbers=numbers), asked)
+    assert found.status in (OK, STEP_LIMIT, CHATTER, NOT_CONVERGED)
+    assert np.all(np.isfinite(found.samples))
 
 
 @pytest.mark.parametrize("speed", [1e3, 1e6, 1e12, 1e200])

@@ -132,4 +132,5 @@ def _blocks(steps: np.ndarray, samples: np.ndarray, spans: Spans) -> Iterator[np
 
 
 def _within(times: np.ndarray, spans: Spans) -> np.ndarray:
-    return np.any([(a <= times) & (times <= b) for a, b in spans], axis=0)
+    inside = [(a <= times) & (times <= b) for a, b in spans]
+    return np.any([np.zeros(len(times), dtype=bool), *inside], axis=0)  # of no spans, none

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import math
 from dataclasses import dataclass
-from inspect import getsource
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +22,7 @@ from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.tangents import measures, scales, tolerated
 from jointplay.analysis.trajectory import Request, memory
 from jointplay.codegen import cache, place
+from jointplay.codegen.generated import source
 from jointplay.codegen.lambert import LAMBERT
 from jointplay.codegen.outputs import needed
 from jointplay.equations.structure import Linkage, Oscillator
@@ -173,7 +173,7 @@ def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
     script = Script()
     script.function(unit_of("jointplay.numerics.flow"), "run")
     module = cache.structure_module(structure)
-    sizes, own = module.SIZES, Unit("structure", getsource(module), vars(module))
+    sizes, own = module.SIZES, generated("structure", source(module))
     derived = variation.text(system(structure), sizes["first"], bool(sizes["planned"]))
     parts = {"functions": [own], "variations": [generated("variation", derived)]}
     if not sizes["planned"]:

@@ -45,6 +45,11 @@ def load(name: str, method: Callable) -> ModuleType:
     return module
 
 
+def source(module: ModuleType) -> str:
+    """The text of a generated module, of which compiled functions hold nothing."""
+    return _text(module.__name__.rpartition(".")[2])
+
+
 def _text(name: str) -> str:
     text = place.read(f"{name}.py")
     if text is None:
