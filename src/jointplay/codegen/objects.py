@@ -51,8 +51,12 @@ def target() -> Target:
 
 
 def _machine(kind: Target) -> llvmlite.binding.TargetMachine:
-    return llvm().Target.from_triple(kind.triple).create_target_machine(
-        cpu=kind.cpu, features=kind.features, opt=3, reloc="default", codemodel="jitdefault", jit=True
+    return (
+        llvm()
+        .Target.from_triple(kind.triple)
+        .create_target_machine(
+            cpu=kind.cpu, features=kind.features, opt=3, reloc="default", codemodel="jitdefault", jit=True
+        )
     )
 
 
