@@ -72,7 +72,7 @@ def another_processor(_, monkeypatch):
 
 
 def a_lesser_processor(_, monkeypatch):
-    monkeypatch.setattr(prebuilt.llvm, "get_host_cpu_features", dict)
+    monkeypatch.setattr(prebuilt.objects.llvm(), "get_host_cpu_features", dict)
     prebuilt._suits.cache_clear()
 
 

@@ -6,11 +6,13 @@ import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.trajectory import INTERRUPTED, Records
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST = 100_000  # samples of an interrupted motion whose quantities are evaluated: a tenth of a second
 

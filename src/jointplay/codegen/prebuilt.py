@@ -16,8 +16,6 @@ from collections.abc import Iterable
 from functools import lru_cache
 from pathlib import Path
 
-import llvmlite.binding as llvm
-
 from ..numerics.interface import interpreted
 from . import objects
 
@@ -65,7 +63,7 @@ def write(folder: Path, names: Iterable[str]) -> list[Path]:
 def _suits() -> bool:
     """Whether this is such a processor, and no other is asked for."""
     asked = any(f"NUMBA_CPU_{word}" in os.environ for word in ("NAME", "FEATURES"))
-    features = llvm.get_host_cpu_features()
+    features = objects.llvm().get_host_cpu_features()
     return not (asked or interpreted()) and all(features.get(each, False) for each in NEEDED)
 
 

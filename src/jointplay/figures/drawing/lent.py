@@ -23,7 +23,7 @@ class Panel:
     """
 
     def __init__(self, ax: Axes) -> None:
-        self.ax, self.figure = ax, ax.figure
+        self.ax, self.figure, self.axes = ax, ax.figure, [ax]
 
     def subplots(self, rows: int = 1, columns: int = 1, squeeze: bool = True, **_: Any) -> Any:
         """Give the axes, where one panel is wanted."""
