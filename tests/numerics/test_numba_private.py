@@ -89,9 +89,8 @@ def test_a_cache_is_asked_before_a_function_is_compiled_and_told_after():
 
 
 def test_what_the_cache_over_sealed_files_replaces_is_there():
-    from numba.core.caching import CompileResultCacheImpl, FunctionCache
-
     from jointplay.codegen.kernels import Kernels
+    from numba.core.caching import CompileResultCacheImpl, FunctionCache
 
     assert hasattr(CompileResultCacheImpl, "_locator_classes")
     assert hasattr(FunctionCache, "_impl_class")

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import tangents, trajectory
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import End, placed, state_names
 from jointplay.mechanism.assemble import assemble
@@ -32,7 +31,6 @@ BOUNDS = {
         ("ramp", "ambrosio", "threlfall"), 1e-4
     ),  # no step ends at a kink, estimates can miss one
     True: 3e-5,  # elastic: they see rounding
-    ("slider_crank", "restitution"): 2e-3,  # the end of a row of rebounds, see below
 }
 ENTERED = {"contact", "impact"}
 LEFT = {"separation", "impact"}
@@ -83,22 +81,6 @@ def test_tangents_are_those_of_neighbours(scene, pair, elastic):
     assert compared >= 2
     assert met & ENTERED
     assert met & LEFT
-
-
-@pytest.mark.long
-def test_the_end_of_a_row_of_rebounds_costs_tangents_its_time():
-    """Errors over the last rebound's share of the run: one number, whichever rebound is the last."""
-    model = [*starts(assemble(mechanism("slider_crank", "restitution", "none", False)))][3]
-    duration, shares = SHARE * model.period, []
-    quotient = differences(model, duration, 1e-5, scaled(model, duration))[0]
-    unit = tangents.scales(model)
-    for rtol in (1e-7, 1e-8, 1e-9, 1e-13):
-        found = tangents.tangent_map(model, duration, rtol) * unit / unit[:, None]
-        request = trajectory.Request(duration, rtol, events=True, log_from=0.0)
-        rebounds = trajectory.follow(model, request).events
-        assert EVENTS[int(rebounds[-1, 1])] == "rest"
-        shares.append(off(found, quotient) * duration / (rebounds[-2, 2] - rebounds[-3, 2]))
-    assert 5 < min(shares) < max(shares) < 25
 
 
 @pytest.mark.long

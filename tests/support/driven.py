@@ -206,7 +206,7 @@ def asked(name):
     for j, key in enumerate(by):
         expected = quotient(partial(values, key), system.parameters[key], 1e-4 * system.parameters[key])
         errors.append(np.abs(found["derivative"].values[:, j] - expected).max() / np.abs(expected).max())
-    return float(max(errors)), int(found["differentiable"]), float(found["error"].max())
+    return float(max(errors)), int(found["derivative_status"]), float(found["error"].max())
 
 
 def touching():
@@ -219,7 +219,7 @@ def touching():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             near = gradient(changed(system, {"gap": gap}), by=("gap",), initial=[0.0, -1.0], rtol=1e-12)
-        verdicts.append(int(near["differentiable"]))
+        verdicts.append(int(near["derivative_status"]))
     return verdicts
 
 

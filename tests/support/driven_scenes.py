@@ -70,6 +70,14 @@ TWO_MASSES = {  # that meet each other and two stops, in a mass matrix that coup
         {"name": "left", "gap": "x + stop/3", "restitution": "r"},
     ],
 }
+RESTING = {  # on a floor that a mixture of two coupled masses meets; they go on along it, and leave it
+    **FORCED,
+    "states": {"y": 0.5, "x": 0.2, "v": 0.0, "u": 0.3},
+    "parameters": {"w": 1.0, "r": 0.5, "k": 3.0, "weight": 1.0, "floor": 0.05},
+    "rates": {"y": "v", "x": "u", "v": "sin(w*t) - weight + k*(x - y)", "u": "k*(y - x) - u/5 - x"},
+    "mass": {"v": {"v": 2, "u": "1/2"}, "u": {"u": 1}},
+    "impacts": [{"name": "floor", "gap": "y + x/2 - floor", "restitution": "r"}],
+}
 PRESSED = {  # a contact whose force is a power, and depends on the time
     **FORCED,
     "parameters": {"w": 2.0, "k": 30.0, "c": 1.5, "at": 0.1, "reach": 0.02},
@@ -135,6 +143,10 @@ SYSTEMS = {  # system, start, duration
     "pressed": (own(**PRESSED), None, 6.0),
     "kicks": (own(**JUMP), None, 4.0),
     "rubbed": (own(**RUBBED), None, 8.0),
+    "plastic_table": (catalog.bouncing_ball(1.5, 0.0), (1.5, 0.0), 9.0),
+    "plastic_pair": (catalog.impact_pair(0.4, 0.0), (0.0, 1.3), 9.0),
+    "rests": (own(**RESTING), None, 5.0),
+    "rests_at_once": (own(**RESTING).replace(r=0.0), None, 5.0),
     "close_events": (own(**TWO_MASSES).replace(stop=0.999), (0.0, 0.6661, 0.5, 0.6), 3.0),
 }
 
@@ -215,6 +227,29 @@ def weighted(plain):
     """Point masses on crank and rocker."""
     links = (Link(**dict(link) | {"masses": WEIGHTS.get(link.name, ())}) for link in plain.links)
     return pieces(plain, links=tuple(links))
+
+
+def pinned(restitution, friction=0.0, speed=30.0, clearances=None):
+    """A four-bar of bars of 1 kg, its bearings rigid: the journal at B comes to rest in a quarter turn."""
+    lengths = {"crank": 0.04, "coupler": 0.12, "rocker": 0.08}
+    links = [Link(name=k, length=v, mass=1.0, centre=v / 2, inertia=v * v / 3) for k, v in lengths.items()]
+    pins = {
+        "O": (Pin(link="crank"), Pin(link="ground", point=(0.0, 0.0))),
+        "A": (Pin(link="crank", at=0.04), Pin(link="coupler")),
+        "B": (Pin(link="coupler", at=0.12), Pin(link="rocker", at=0.08)),
+        "C": (Pin(link="rocker"), Pin(link="ground", point=(0.12, 0.0))),
+    }
+    rigid_law = jp.Contact(law="restitution", parameters={"restitution": restitution})
+    rub = {"friction": jp.Friction(coefficient=friction)} if friction else {"friction": None}
+    play = {"B": 1e-4} if clearances is None else clearances
+    joints = [
+        jp.Joint(
+            name=k, journal=a, bearing=b, radius=0.01, contact=rigid_law, clearance=play.get(k, 0.0), **rub
+        )
+        for k, (a, b) in pins.items()
+    ]
+    drive = jp.ConstantSpeed(link="crank", speed=speed)
+    return jp.Mechanism(name="pinned", links=links, joints=joints, drive=drive, gravity=9.8)
 
 
 def law(normal, friction, **changes):

@@ -14,8 +14,12 @@ from jointplay.codegen import cache
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.mechanism.model import SPEED_FLOOR, Model
 
-SAFE, FOLLOWED = 300.0, 8 / 14  # estimated errors are of order 8 and far larger than a step's, of order 14
-ROUGH = 1e-4  # of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
+# An estimated error E of a vibration, of order 8, stands for a true one of some E^(14/8)/2, of order 14 (with
+# the five stages of lanes alike): so a step errs by 100 rtol at most.
+SAFE, FOLLOWED = 20.0, 8 / 14
+ROUGH = (
+    1.5e-3  # of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
+)
 TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
 
 

@@ -7,12 +7,32 @@ which it acts, the impulses follow from g_a(z+) + s_a(z-) = 0: s = r g where a w
 
 which is one linear system, of the matrix that the impact itself has. Where a body slips, q = -+f p has no
 equation of its own. It is a function of time, state and directions, as `turned` gives it (codegen.variation).
+
+Where a body comes to rest, all that has acted on it at that instant (the impact, what `impacts.lay` takes
+away, what puts it on its walls) comes to one plastic impact on the walls on which it rests then: no gap of
+theirs has a rate afterwards, and friction is as the body slides. Its derivative is that of all. After a row
+of rebounds it is that of the limit too, to second order in the speed of those left out, as the motion is.
 """
 
-from .impacts import push
-from .impulses import SEPARATES, STICKS, drawn, eliminate, equations, unknown
+from .impacts import gather, prepare, push, rough
+from .impulses import (
+    IMPOSSIBLE,
+    PUSHES,
+    SEPARATES,
+    SLIPS_DOWN,
+    SLIPS_UP,
+    STICKS,
+    choose,
+    drawn,
+    eliminate,
+    equations,
+    unknown,
+)
 from .interface import inner
-from .memory import CHOICE, EQUATIONS, MEMBERS, PUSH, SHARE, SIZE, STATE, TARGET, WALL
+from .memory import CHOICE, EQUATIONS, JAMMED, MEMBERS, PUSH, SHARE, SIZE, STATE, TARGET, WALL
+from .modes import look
+
+ALIKE = 1e-6  # of a jump: by how much it may differ from what it is taken for
 
 
 @inner
@@ -69,6 +89,70 @@ def impact_map(f, g, k, x, o, y):
     for c in range(columns):
         _implicit(q, y, c, right, ways, columns, members, n_q, n)
         y.gradient[c] = guard[c]
+
+
+@inner
+def landing_map(f, g, k, x, o, y, j, several):
+    """Write the derivative of coming to rest on wall j to y.D, from the state in y.state to that in x.s.
+
+    Or of leaving it, as others come to hold the body. `several`: whether it rests on others too. False, where
+    no one impact is what has happened.
+    """
+    walls = len(x.modes) - len(x.flags)
+    if not (several or rough(x, j)):
+        g.turned(walls + j, y.state, x.p, y.D)
+        return True
+    q, jammed = k.impact, x.count[JAMMED]
+    members = gather(f, j, k, x, -1.0)
+    if x.count[JAMMED] > jammed:
+        x.count[JAMMED] = jammed
+        return False
+    for i in range(members):
+        q[CHOICE + i] = _slides(k, x, o, i)
+    for r in range(len(x.s)):
+        k.ahead[r], x.s[r] = x.s[r], y.state[r]
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
+    prepare(f, k, x, members)
+    alike = choose(q, members, 1.0) < IMPOSSIBLE and _leads(f, k, x, o, y, members)
+    for r in range(len(x.s)):
+        x.s[r] = k.ahead[r]
+    if alike:
+        impact_map(f, g, k, x, o, y)
+    return alike
+
+
+@inner
+def _slides(k, x, o, i):
+    """What the i-th wall does, as the body slides there now; where it sticks to a guide, one corner holds."""
+    q, wall = k.impact, int(k.impact[WALL + i])
+    if not rough(x, wall):
+        return PUSHES
+    v_t = k.contact[6 * (len(x.modes) + wall) + 2]
+    if abs(v_t) > o.rest:
+        return SLIPS_UP if v_t > 0.0 else SLIPS_DOWN
+    for e in range(i):
+        if q[CHOICE + e] == STICKS and x.group[int(q[WALL + e])] == x.group[wall]:
+            return PUSHES
+    return STICKS
+
+
+@inner
+def _leads(f, k, x, o, y, members):
+    """Whether the impulses lead from the state before, in x.s, to the speeds in k.ahead."""
+    q, first, off, size = k.impact, 1 + o.n_q, 0.0, 0.0
+    for r in range(o.n):
+        y.unit[r] = k.ahead[first + r] - q[STATE + first + r]
+    for a in range(2 * members):
+        if q[PUSH + a] != 0.0:
+            push(f, k, x, a)
+            for r in range(o.n):
+                change = q[PUSH + a] * (x.s[first + r] - q[STATE + first + r])
+                y.unit[r] -= change
+                size = max(size, abs(change) * y.weight[o.n_q + r])
+                x.s[first + r] = q[STATE + first + r]
+    for r in range(o.n):
+        off = max(off, abs(y.unit[r]) * y.weight[o.n_q + r])
+    return off <= ALIKE * size
 
 
 @inner

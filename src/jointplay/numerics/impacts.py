@@ -62,10 +62,10 @@ def together(f, j, k, x, o):
 
     The impulses and what each wall does are left in `Work.impact`.
     """
-    q, members = k.impact, _gather(f, j, k, x, o.near)
+    q, members = k.impact, gather(f, j, k, x, o.near)
     if members == 1 and not rough(x, j):
         return False
-    _prepare(f, k, x, members)
+    prepare(f, k, x, members)
     solve(q, members, 1.0)
     if gain(q, members) > ROUNDING * size(q, members):
         lower(q, members)
@@ -79,8 +79,8 @@ def lay(f, j, k, x, o):
 
     A body sticks where it is at rest, or where slip would need a pull.
     """
-    q, members, own = k.impact, _gather(f, j, k, x, -1.0), 0
-    _prepare(f, k, x, members)
+    q, members, own = k.impact, gather(f, j, k, x, -1.0), 0
+    prepare(f, k, x, members)
     for held in range(2):
         for i in range(members):
             wall, v_t = int(q[WALL + i]), q[BEFORE + 2 * i + 1]
@@ -111,7 +111,7 @@ def plastic(k, wall):
 
 
 @inner
-def _gather(f, j, k, x, near):
+def gather(f, j, k, x, near):
     """Note wall j, those on which bodies rest, and those met within the time `near`; how many these are."""
     members = 0
     look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
@@ -133,7 +133,7 @@ def _met(k, x, near, i):
 
 
 @inner
-def _prepare(f, k, x, members):
+def prepare(f, k, x, members):
     """Write the rates before, what unit impulses add to them, and the rates that walls are to have."""
     q = k.impact
     q[MEMBERS], q[SHARE] = members, 1.0
@@ -214,8 +214,8 @@ def bring(f, j, k, x):
 
     Nothing moves: it is put there by `walls.settle` and `walls.stay`.
     """
-    q, members = k.impact, _gather(f, j, k, x, -1.0)
-    _prepare(f, k, x, members)
+    q, members = k.impact, gather(f, j, k, x, -1.0)
+    prepare(f, k, x, members)
     for i in range(members):
         q[CHOICE + i] = PUSHES
     if choose(q, members, 0.0) < IMPOSSIBLE:

@@ -12,10 +12,10 @@ A work, whose rate is a power, jumps as a state does that is continuous itself.
 Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so do
 the beginning and the end of a contact that a law remembers: what it remembered before is of no account. A
 start that sticks is an onset too: neighbours that slide come to stick at once, by the same projection from
-either side. Coming to rest on a rigid wall loses two, those of the gap and of its rate: both are projected
-away along the wall's impulse and its friction, of several walls in turn, as the body itself is put there. The
-time at which that happens is of no account: on average over the rebounds before it, the wall pushes as it
-does afterwards.
+either side. Coming to rest on a rigid wall loses two, those of the gap and of its rate. It is a reset like
+others, that of a plastic impact (numerics.impact_map), after which the gap stays closed: F+ is the rate at
+rest. A neighbour that rests as the motion does has its gap and rate closed too, whatever numbers it differs
+in: what rounding leaves there is projected away along the wall's impulse, of several walls in turn.
 References: Leine and Nijmeijer (2004), chapter 7; Kong et al., arXiv 2306.06862.
 """
 
@@ -24,10 +24,10 @@ from math import log
 import numpy as np
 
 from .frame import determinant, orthonormalise
-from .impact_map import impact_map, loses
-from .impacts import laid, plastic
+from .impact_map import impact_map, landing_map, loses
+from .impacts import laid
 from .interface import inner
-from .memory import MEMBERS
+from .memory import MEMBERS, TOGETHER
 from .modes import FREE, RELEASED, REMEMBERS, SLIDE, SLIP_POSITIVE, STICK, variant_of
 from .sliding import walls_of
 from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
@@ -57,6 +57,8 @@ def _wall_of(x, guard):
 def before_event(f, g, variant, x, o, y, guard):
     """Note what the jump at an event needs of the side before it."""
     f.trig(x.s, x.p)
+    for r in range(len(x.s)):
+        y.state[r] = x.s[r]
     y.count[FOLLOWS] = 0
     rates(f, variant, x, o, y, y.before)
     _powers(x, o, y, 0.0)
@@ -81,14 +83,12 @@ def jump(f, g, k, x, o, y, guard):
         g.turned(2 * walls_of(x) + guard // 4 + leaves * len(x.flags), x.s, x.p, y.D)
     reset = turned == 1 or turned == ENTERS or leaves
     rests = reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED
-    if rests and (laid(k) or not plastic(k, wall)):
-        if laid(k):
-            impact_map(f, g, k, x, o, y)
-            _project_all(y, o)
-        project_at_rest(f, g, x, o, y, 0.0)
-        return
     several = reset and wall >= 0 and k.impact[MEMBERS] > 0.0
-    if several:
+    held = reset and wall >= 0 and resting(x) > 0 and x.group[wall] >= 0
+    if rests or (held and (laid(k) or not several)):  # others were put back on their walls in between
+        if not landing_map(f, g, k, x, o, y, wall, resting(x) > (1 if rests else 0)):
+            x.count[TOGETHER] += 1
+    elif several:
         impact_map(f, g, k, x, o, y)
     rates(f, variant_of(x.modes), x, o, y, y.after)
     _powers(x, o, y, 1.0)
@@ -102,7 +102,7 @@ def jump(f, g, k, x, o, y, guard):
     if slope == 0.0:
         return
     lossy = _stuck(x.modes) > real[ONSET] or (reset and wall < 0)  # what was remembered before is lost
-    lossy = lossy or (several and loses(k))
+    lossy = lossy or rests or (several and loses(k))
     y.count[JUMPS] += 1
     real[VOLUME] += _volume(y, o.n_q, n_x, slope, later, reset, lossy)
     for i in range(len(y.alive)):
@@ -184,22 +184,19 @@ def _project_all(y, o):
 def _project(y, d, n_q, n):
     """Positions as speeds, by D's part of them; then speeds by D, whose rows have a place for time."""
     width, new = 1 + n_q + n, y.S
+    at, driven = _driven(d, width, n), d[0] > 0.0
     for r in range(n_q):
-        new[r] = 0.0
+        new[r] = y.D[at + r] if driven else 0.0
         for i in range(n_q):
             new[r] += y.D[r * width + 1 + n_q + i] * d[1 + i]
     for r in range(n_q):
         d[1 + r] = new[r]
     for r in range(n):
-        new[r] = 0.0
+        new[r] = y.D[at + n_q + r] if driven else 0.0
         for i in range(n_q + n):
             new[r] += y.D[r * width + 1 + i] * d[1 + i]
     for r in range(n):
         d[1 + n_q + r] = new[r]
-    if d[0] > 0.0:
-        at = _driven(d, width, n)
-        for r in range(n_q + n):
-            d[1 + r] += y.D[at + r]
 
 
 @inner

@@ -28,7 +28,7 @@ from .step import keep
 
 ITERATIONS, ROUNDING = 40, 3e-16
 SMALL = 1e-6  # of a parameter's own size: smaller changes of the state than such a change makes are nothing
-TRAILING = 20.0  # how much more error is tolerated of all vectors but the leading one
+TRAILING = 20.0  # how much more error is tolerated of all vectors of a frame but the leading one
 RESOLVED = -1.0  # ln of a volume's growth in a piece, down to which the method gives it to rounding
 # Places in Tangents.count
 ROWS, SALTATION, HELD, JUMPS, SOLVES, TURNED, NEUTRAL, FOLLOWS = range(8)
@@ -51,6 +51,7 @@ class Tangents(NamedTuple):
     b: np.ndarray  # Lagrange basis
     before: np.ndarray  # rate of the state before and after an event
     after: np.ndarray
+    state: np.ndarray  # before an event, as Trajectory.s
     gradient: np.ndarray  # of the guard: time, state, directions
     D: np.ndarray  # of the reset: rows of new speeds, by time and state; then columns of directions
     S: np.ndarray  # a saltation matrix, and room for a vector
@@ -99,6 +100,7 @@ def tangents(
         b=lane_rows(2),
         before=np.zeros(n_x),
         after=np.zeros(n_x),
+        state=np.zeros(n_s),
         gradient=np.zeros(1 + n_x + n_p),
         D=np.zeros(n * (1 + n_x) + n_p * n_x),
         S=np.zeros(n_x * n_x + n_x),
@@ -149,7 +151,7 @@ def propagate(f, g, variant, k, x, o, y, h, root):
             if not _solve(f, g, variant, k, o, y, d, i, h):
                 worst = np.inf
             elif i < last or last + 1 < n_x or d[0] > 0.0:  # a whole frame's last one is known by its volume
-                limit = y.real[LIMIT] * (1.0 if i == first else TRAILING)
+                limit = y.real[LIMIT] * (1.0 if i == first or y.count[HELD] else TRAILING)
                 worst = max(worst, _estimate(f, g, variant, k, o, y, d, i, h, limit))
             if d[0] > 0.0:
                 keep(w, 8 * (o.first + 1), y.past[8 * n_x * i : 8 * n_x * (i + 1)])

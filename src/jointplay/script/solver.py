@@ -222,7 +222,7 @@ def _begun(model: Model, request: Request) -> dict[str, Any]:
         "work": {name: len(array) for name, array in k._asdict().items()},
         "trajectory": {n: _packed(a) for n, a in x._asdict().items() if n not in ("samples", "log")},
         "options": {name: _plain(value) for name, value in o._asdict().items()},
-        "tangents": _tangents(model, request, o),
+        "tangents": _tangents(model, request, o, len(x.s)),
         "log_rows": LOG_ROWS,
         "period": model.period,
         "first_step": float(x.real[H]) / model.period,
@@ -233,11 +233,11 @@ def _begun(model: Model, request: Request) -> dict[str, Any]:
     }
 
 
-def _tangents(model: Model, request: Request, o: Any) -> dict[str, Any]:
+def _tangents(model: Model, request: Request, o: Any, n_s: int) -> dict[str, Any]:
     """One tangent, and the motion's own direction before it where nothing outside keeps the time."""
     neutral = timeless(model)
     wanted = frame(1 + neutral, scales(model), model.memories)
-    y = tangents(wanted, measures(model), o.n, 0, 1)  # tangentRows, where it runs
+    y = tangents(wanted, measures(model), o.n, 0, 1, n_s=n_s)  # tangentRows, where it runs
     y.count[SALTATION], y.count[NEUTRAL] = 1, neutral
     y.real[GRAZING] = y.real[BLOCK] = y.real[NEXT] = np.inf
     y.real[TOLERANCE], y.real[LIMIT] = SOLVED * request.rtol, tolerated(model.structure, request.rtol)

@@ -52,6 +52,19 @@ def test_tangent_maps_carry_the_vectors_through_impacts(pair):
     assert mean == pytest.approx(found["covariant_exponent"].values, abs=0.02)
 
 
+def test_a_frame_that_has_not_come_in_is_told_of(pair):
+    """Without a transient the first vectors are those of the frame's start."""
+    system, settled = pair
+    start = settled["section_state"].values[0].tolist()
+    found = jp.covariant(system, turns=5, settling=10, transient=0, rtol=1e-12, initial=start)
+    assert found["section_state"].values[0] == pytest.approx(settled["section_state"].values[1], abs=1e-9)
+    V, W = found["covariant_vector"].values[0].T, settled["covariant_vector"].values[1].T
+    residual = found["settling_residual"].values
+    assert np.all(angles_between(V, W) <= residual + 1e-6)
+    assert residual[0] > 1e-2
+    assert "vectors 1 have not settled" in str(jp.summary(found))
+
+
 @pytest.mark.long
 def test_windows_leave_no_seam(pair):
     """A record kept as a whole gives the vectors that come window by window."""

@@ -59,14 +59,14 @@ def test_on_each_side_it_is_right_and_between_there_is_none(numbers):
         answer = jp.gradient(system, of=of, by=by, turns=int(END), initial=start)
         expected, (_, order) = slopes(start, numbers), end(start, numbers)
         assert answer["derivative"].values == pytest.approx(expected, abs=1e-9)
-        assert VERDICTS[int(answer["differentiable"])] == "yes"
+        assert VERDICTS[int(answer["derivative_status"])] == "ok"
         found[side] = expected, order[:2]
     (before, one), (after, other) = found.values()
     assert one == [1, 0] != other
     assert (np.abs(before - after).max() > 0.1) == (numbers["j"] != 0)
     with pytest.warns(jp.ModelWarning, match="two contacts change at one instant"):
         both = jp.gradient(system, of=of, by=by, turns=int(END), initial=[0.0, 0.5, 1.0, 0.5])
-    assert VERDICTS[int(both["differentiable"])] == "simultaneous_events"
+    assert VERDICTS[int(both["derivative_status"])] == "simultaneous_events"
 
 
 def test_a_jump_that_ends_beyond_another_guard_has_no_derivative():
@@ -86,4 +86,4 @@ def test_a_jump_that_ends_beyond_another_guard_has_no_derivative():
     assert bundle.advance() == Status.NO_DERIVATIVE
     with pytest.warns(jp.ModelWarning, match="two contacts change at one instant"):
         answer = jp.gradient(late, of=["end:state:y"], by=["initial.y"], turns=2)
-    assert VERDICTS[int(answer["differentiable"])] == "simultaneous_events"
+    assert VERDICTS[int(answer["derivative_status"])] == "simultaneous_events"

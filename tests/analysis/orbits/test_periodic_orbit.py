@@ -207,3 +207,12 @@ def test_a_failed_search_gives_times_from_the_section_asked_for():
     assert (int(found.status), int(failed.status)) == (0, 4)
     assert failed.event_time.values == pytest.approx(found.event_time.values, abs=0.02)
     assert failed.orbit_state.values == pytest.approx(found.orbit_state.values, abs=0.02)
+
+
+def test_multipliers_of_a_quiet_motion_do_not_hang_on_the_tolerance():
+    """The journal stays pressed; neighbours roll to and fro in the bearing, many times within a step."""
+    quiet, found = catalog.chunmei2002(clearance=1e-6, friction=0.0, gear_ratio=3.0), []
+    for rtol in (1e-7, 1e-10):
+        pair = jp.periodic_orbit(quiet, rtol=rtol, transient=30).floquet_multiplier.values[0]
+        found.append(float(np.hypot(*pair)))
+    assert found[0] == pytest.approx(found[1], rel=1e-3)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,7 +24,7 @@ from jointplay.analysis import rules
 from jointplay.analysis.evaluate import dataset, scalars
 from jointplay.analysis.exponents.covariant_dataset import Findings, Vectors
 from jointplay.analysis.exponents.covariant_record import Block, Recorder
-from jointplay.analysis.exponents.covariant_vectors import angles_between, backward, start
+from jointplay.analysis.exponents.covariant_vectors import angles_between, backward, beyond, start
 from jointplay.analysis.exponents.frame_growth import frame
 from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, number_or_all, steady
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
@@ -35,6 +36,8 @@ from jointplay.mechanism.records import TestSystem
 
 if TYPE_CHECKING:
     import xarray as xr
+
+OTHER = 1  # seed of a second frame
 
 
 @analysis(rules.length_fits, exponents_fit, steady, deferred=[rules.start_fits])
@@ -94,7 +97,8 @@ def covariant(
     -----
     Sections are those at the crank's first angle, or at a forcing's first phase; in a system that nothing
     turns, points are a time scale apart. ``settling_residual`` is the largest angle, at the ends of windows,
-    between vectors from two beginnings of the backward pass: it says how well they are known. It stays large
+    between vectors from two beginnings of the backward pass, or at the end of the transient between a vector
+    and the directions that another first frame has come to: it says how well they are known. It stays large
     where two exponents are equal. ``block_spread`` is the largest ln of the ratio of two directions' growth
     before they were made orthonormal: above 20, the last vectors are inaccurate. Angles are measured in units
     of the states' scales; exponents do not depend on these. What shares are shares of is their attribute
@@ -106,7 +110,8 @@ def covariant(
     begin, window = transient * model.period, settling * model.period
     until = begin + (duration if turns is None else turns * model.period)
     request = Request(until + window, rtol, max_steps=rules.steps(max_steps))
-    bundle = Bundle(model, request, frame(count, scales(model), model.memories), TIGHT)
+    first = partial(frame, count, scales(model), model.memories)
+    bundle, other = (Bundle(model, request, each, TIGHT) for each in (first(), first(seed=OTHER)))
 
     def tell() -> None:
         if progress is not None:
@@ -114,8 +119,10 @@ def covariant(
 
     status, recorder, found = bundle.advance(begin, tell), Recorder(bundle), Findings(model, begin, until)
     if status == 0:
-        for vectors, residual in _settled(recorder, begin, until, window, tell):
-            found.add(vectors, residual)
+        other.advance(begin)
+        frames = recorder.Q, Recorder(other).Q
+        for vectors, residual, C in _settled(recorder, begin, until, window, tell):
+            found.add(vectors, residual if found.residuals else _larger(residual, beyond(*frames, C)))
         status = recorder.status
     turning = not (isinstance(mechanism, TestSystem) and mechanism.period is None)
     known = status == 0 and recorder.left > 0
@@ -140,8 +147,11 @@ def covariant(
 
 def _settled(
     recorder: Recorder, begin: float, until: float, window: float, tell: Callable[[], None]
-) -> Iterator[tuple[list[Vectors], np.ndarray]]:
-    """Follow the stretch and a window after it: vectors over its blocks, window by window, with residuals."""
+) -> Iterator[tuple[list[Vectors], np.ndarray, np.ndarray]]:
+    """Follow the stretch and a window after it: vectors over its blocks, window by window, with residuals.
+
+    And the vectors' columns where each window begins.
+    """
     kept, edge = [], min(begin + window, until)
     for block in recorder.blocks(until + window, tell):
         kept.append(block)
@@ -153,8 +163,17 @@ def _settled(
             kept, edge = kept[done:], min(edge + window, until)
 
 
-def _solved(blocks: list[Block], done: int) -> tuple[list[Vectors], np.ndarray]:
-    """Vectors over the first `done` blocks, and how far those from two beginnings differ where these end."""
+def _larger(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The larger of two angles of each vector that both know."""
+    shared = min(len(one), len(other))
+    return np.maximum(one[:shared], other[:shared])
+
+
+def _solved(blocks: list[Block], done: int) -> tuple[list[Vectors], np.ndarray, np.ndarray]:
+    """Vectors over the first `done` blocks, and how far those from two beginnings differ where these end.
+
+    Then the vectors' columns where the blocks begin.
+    """
     one, other = (list(_back(blocks[first:], seed)) for first, seed in ((0, 1), (done, 2)))
     ends = [C for C, _ in one[1:]] + [start(len(blocks[-1].R), 1)]
     given = zip(blocks[:done], ends[:done], [growth for _, growth in one[:done]], strict=True)
@@ -162,7 +181,7 @@ def _solved(blocks: list[Block], done: int) -> tuple[list[Vectors], np.ndarray]:
     here = ends[done - 1]
     shared = min(here.shape[1], later.shape[1])
     residual = angles_between(here[:shared, :shared], later[:shared, :shared])
-    return [Vectors(block, C, growth) for block, C, growth in given], residual
+    return [Vectors(block, C, growth) for block, C, growth in given], residual, one[0][0]
 
 
 def _back(blocks: list[Block], seed: int) -> list[tuple[np.ndarray, np.ndarray]]:

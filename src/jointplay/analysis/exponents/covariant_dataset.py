@@ -111,7 +111,7 @@ class Findings:
         """Variables of the dataset; those per turn where something turns."""
         count, variables = self.count, self._exponents(turning)
         residual = np.max([each[:count] for each in self.residuals], axis=0)
-        text = "largest angle between vectors from two beginnings of the backward pass"
+        text = "largest angle between vectors from two beginnings of the backward pass, or two first frames"
         variables |= labelled({"settling_residual": (residual, "rad", text)}, "vector")
         return variables | self._at_points() if self.points else variables
 

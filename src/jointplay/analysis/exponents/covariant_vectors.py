@@ -69,6 +69,24 @@ def angles_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.arctan2(np.linalg.norm(other - one * along, axis=0), np.abs(along))
 
 
+def beyond(one: np.ndarray, other: np.ndarray, C: np.ndarray) -> np.ndarray:
+    """Angles of the j-th vector with the span of another frame's first j columns, j = 1, 2, …, in rad.
+
+    Parameters
+    ----------
+    one, other : ndarray, shape (states, columns)
+        Orthonormal frames: that of the vectors, and another.
+    C : ndarray, shape (columns, vectors)
+        The vectors' columns in the first frame.
+    """
+    V, angles = one[:, : len(C)] @ C, []
+    for j in range(min(V.shape[1], other.shape[1])):
+        span = other[:, : j + 1]
+        inside = span.T @ V[:, j]
+        angles.append(np.arctan2(np.linalg.norm(V[:, j] - span @ inside), np.linalg.norm(inside)))
+    return np.array(angles)
+
+
 def splittings(C: np.ndarray) -> np.ndarray:
     """Smallest angle between the span of the first j vectors and that of all others, j = 1, 2, …, in rad.
 

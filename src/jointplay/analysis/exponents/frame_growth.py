@@ -193,10 +193,10 @@ def _stretched(model: Model, run: Carried) -> Stretched | None:
     return Stretched(model, rows, logs, True, False, run.grazing, **ended)
 
 
-def frame(count: int, scale: np.ndarray, last: int = 0) -> np.ndarray:
+def frame(count: int, scale: np.ndarray, last: int = 0, seed: int = SEED) -> np.ndarray:
     """Reproducible random frame of `count` tangents, orthonormal in scales' units, 0 in `last` states."""
     size = len(scale) - last
-    random = np.random.default_rng(SEED).normal(size=(size, size))
+    random = np.random.default_rng(seed).normal(size=(size, size))
     return np.pad(np.linalg.qr(random)[0].T[:count], ((0, 0), (0, last))) * scale
 
 

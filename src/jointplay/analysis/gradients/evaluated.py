@@ -170,12 +170,11 @@ def _works(bundle: Bundle, times: np.ndarray) -> np.ndarray:
     return bundle.works + np.outer(times, bundle.powers())
 
 
-def nearness(run: Run) -> tuple[float, float, float, int]:
-    """Slowest beginning of a contact, time between events of two contacts, gap left in flight; rests.
+def nearness(run: Run) -> tuple[float, float, float]:
+    """Slowest beginning of a contact, time between events of two contacts, gap left in flight.
 
     The smallest over the fastest, the period, and the clearance (of a test system 1); infinite where there
-    are none. Rests are how often a body came to rest on a rigid wall. Events that can change places without
-    a difference do not count.
+    are none. Events that can change places without a difference do not count.
     """
     model = run.model
     request = Request(run.end, run.rtol, events=True, misses=True, log_from=0.0, max_steps=run.limit)
@@ -192,7 +191,7 @@ def nearness(run: Run) -> tuple[float, float, float, int]:
     speeds = approach_speeds(model, np.insert(events, PLACE, 0.0, axis=1))[np.isin(events[:, KIND], BEGINS)]
     slowest = float(np.min(speeds / np.max(speeds, initial=0.0), initial=np.inf))
     nearest, closest = (float(np.min(each, initial=np.inf)) for each in (apart / model.period, shares))
-    return slowest, nearest, closest, int(np.sum(events[:, KIND] == Event.REST))
+    return slowest, nearest, closest
 
 
 def _exchangeable(model: Model, events: np.ndarray) -> np.ndarray:

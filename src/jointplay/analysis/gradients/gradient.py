@@ -5,7 +5,7 @@ with them forces, works and states: their derivatives are carried along with the
 events (numerics.tangent, numerics.saltation). Nothing is a difference of two motions. Reference: Hiskens and
 Pai, IEEE Trans. Circuits Syst. I 47 (2000) 204-220. Validity: of one motion from its start, or of a periodic
 orbit; in chaos derivatives grow without bound, as neighbours part. There is none where the motion grazes a
-guard, nor where events of two contacts come at one instant: `differentiable` says so. Of an orbit's
+guard, nor where events of two contacts come at one instant: `derivative_status` says so. Of an orbit's
 multipliers: gradients.multipliers.
 """
 
@@ -115,9 +115,9 @@ def gradient(
     -------
     xarray.Dataset
         Over ``quantity``: ``value``; over ``quantity`` and ``parameter``: ``derivative``, its ``error``, and
-        ``relative_sensitivity``, (p/q) dq/dp; ``differentiable``, and how near the motion is to grazing and
-        to simultaneous events; of an orbit ``orbit_state``, where it starts, and ``orbit_state_derivative``;
-        ``status``.
+        ``relative_sensitivity``, (p/q) dq/dp; ``derivative_status`` (0: there is one), and how near the
+        motion is to grazing and to simultaneous events; of an orbit ``orbit_state``, where it starts, and
+        ``orbit_state_derivative``; ``status``.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def gradient(
     powers = any(each.how == "work" for each in quantities)
     limit, shape = rules.steps(max_steps), (len(quantities), len(keys))
     values, slopes, error = np.full(shape[0], np.nan), np.full(shape, np.nan), np.full(shape, np.nan)
-    status, near, rests, equal, run = 0, (np.nan, np.nan, np.nan), 0, False, None
+    status, near, equal, run = 0, (np.nan, np.nan, np.nan), False, None
     try:
         start = _start(mechanism, initial)
         cut = start_section(mechanism, start, turns, rtol, limit, section)
@@ -143,7 +143,7 @@ def gradient(
         run = _run(mechanism, start, keys, cut, found, powers)
         values[~orbits], slopes[~orbits], grazing = run.quantities(inside)
         looser = replace(run, rtol=min(LOOSER * rtol, 1e-4)).quantities(inside)[1]
-        error[~orbits], (slowest, *others, rests) = np.abs(slopes[~orbits] - looser), nearness(run)
+        error[~orbits], (slowest, *others) = np.abs(slopes[~orbits] - looser), nearness(run)
         near = (min(grazing, slowest), *others)
         if orbits.any():
             asked = [(each.how, int(each.key)) for each in quantities if each.how in multipliers.MULTIPLIERS]
@@ -153,7 +153,7 @@ def gradient(
             values[orbits], slopes[orbits], error[orbits], equal = changed_orbit
     except ArithmeticError as stop:
         status = int(stop.args[0])
-    verdict = gradient_dataset.verdict(near, rests, equal)
+    verdict = gradient_dataset.verdict(near, equal)
     through = status == Status.NO_DERIVATIVE or (run is not None and status == Status.CHATTER)
     if through:  # the motion goes on, its derivatives do not
         status, verdict = 0, VERDICTS.index("simultaneous_events")
@@ -161,7 +161,7 @@ def gradient(
         warn(f"there is hardly a derivative here: {WHY[VERDICTS[verdict]]}")
     present = np.array([_present(mechanism, key, initial) for key in keys])
     table = gradient_dataset.variables(values, slopes, error, present)
-    table |= {"differentiable": coded((), verdict, "whether there is a derivative", VERDICTS)}
+    table |= {"derivative_status": coded((), verdict, "whether there is a derivative", VERDICTS)}
     table |= gradient_dataset.nearness(near)
     attributes = {"Conventions": "CF-1.11", "kind": "gradient"}
     labels = gradient_dataset.labels(quantities, keys, mechanism)

@@ -11,11 +11,10 @@ from jointplay.analysis.labels import labelled, number
 from jointplay.mechanism.records import Mechanism, TestSystem
 
 WHY = {  # there is no derivative, or hardly one
-    "yes": "",
+    "ok": "",
     "grazing": "a contact begins, or a guard is met, with next to no speed",
     "simultaneous_events": "two contacts change at one instant, in an order that neighbours exchange",
     "nearly_touching": "a gap is all but closed in flight, and neighbouring motions touch there",
-    "rests_on_a_wall": "a body comes to rest on a rigid wall: on average over its rebounds alone",
     "equal_multipliers": "a multiplier is equal to another one, and both part as a root",
     "no_motion": "the motion did not get to its end",
 }
@@ -23,14 +22,13 @@ VERDICTS = tuple(WHY)
 GRAZING, TOGETHER, TOUCHING = 1e-6, 1e-9, 1e-6  # up to which there is hardly a derivative
 
 
-def verdict(near: tuple[float, float, float], rests: int, equal: bool = False) -> int:
-    """Code of whether there is a derivative."""
+def verdict(near: tuple[float, float, float], equal: bool = False) -> int:
+    """Code of whether there is a derivative: 0, `ok`, if so."""
     if np.isnan(near[0]):
         return len(VERDICTS) - 1
     limits = (GRAZING, TOGETHER, TOUCHING)
     close = (i for i, (v, limit) in enumerate(zip(near, limits, strict=True), 1) if v < limit)
-    rest = "rests_on_a_wall" if rests else "equal_multipliers" if equal else "yes"
-    return next(close, VERDICTS.index(rest))
+    return next(close, VERDICTS.index("equal_multipliers" if equal else "ok"))
 
 
 def variables(

@@ -178,7 +178,7 @@ def _way(trials: Trials, aim: Aim) -> dict[str, Any]:
             steps, [each.share for each in made], "1", "share of the clearance in this trial"
         ),
         "tried_status": coded(steps, [each.status for each in made], "how the trial ended"),
-        "tried_differentiable": coded(
+        "tried_derivative_status": coded(
             steps, [each.verdict for each in made], "whether there is a derivative", gradient_dataset.VERDICTS
         ),
     }

@@ -120,7 +120,7 @@ class Trials:
         status = int(found["status"])
         if not status and not (np.isfinite(slopes).all() and np.isfinite(found["value"].values).all()):
             status = INVALID
-        trial = Trial(x, found["value"].values, slopes, status, int(found["differentiable"]), self.share)
+        trial = Trial(x, found["value"].values, slopes, status, int(found["derivative_status"]), self.share)
         if not status and "orbit_state" in found:
             moves = found["orbit_state_derivative"].values * self.width
             self.near = trial = replace(trial, orbit=found["orbit_state"].values, moves=moves)

@@ -62,7 +62,7 @@ def _doubts(dataset: Dataset) -> str:
         loose = dataset["vector"].values[dataset["settling_residual"].values > UNSETTLED]
     if loose.size:
         numbers = ", ".join(map(str, loose))
-        told.append(f"vectors {numbers} have not settled: a longer settling, or equal exponents")
+        told.append(f"vectors {numbers} have not settled: a longer settling or transient, or equal exponents")
     if float(dataset["block_spread"]) > COARSE:
         told.append("directions shrink so differently that the last vectors are inaccurate")
     if lost := int(dataset["lost"]):

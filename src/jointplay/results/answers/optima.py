@@ -93,11 +93,11 @@ def _missed(dataset: Dataset) -> list[str]:
 
 def gradient(dataset: Dataset) -> str:
     """Return what each quantity depends on most, relatively, and whether there is a derivative."""
-    verdict = str(codes.words(dataset["differentiable"]).item())
+    verdict = str(codes.words(dataset["derivative_status"]).item())
     if not np.isfinite(dataset["derivative"].values).any():
         return f"no derivative: {WHY.get(verdict, verdict)}"
     lines = [_quantity(dataset.isel(quantity=i)) for i in range(min(LEADING, dataset.sizes["quantity"]))]
-    if verdict != "yes":
+    if verdict != "ok":
         lines.append(f"hardly a derivative here: {WHY.get(verdict, verdict)}")
     return "\n".join(lines)
 
