@@ -84,7 +84,8 @@ def jump(f, g, k, x, o, y, guard):
     reset = turned == 1 or turned == ENTERS or leaves
     rests = reset and wall >= 0 and x.modes[len(x.flags) + wall] > RELEASED
     several = reset and wall >= 0 and k.impact[MEMBERS] > 0.0
-    if rests or (several and laid(k)):
+    held = reset and wall >= 0 and resting(x) > 0 and x.group[wall] >= 0
+    if rests or (held and (laid(k) or not several)):  # others were put back on their walls in between
         if not landing_map(f, g, k, x, o, y, wall, resting(x) > (1 if rests else 0)):
             x.count[TOGETHER] += 1
     elif several:

@@ -29,7 +29,7 @@ def answered(value, slope, status=0, state=1.0):
     found = xr.Dataset({"value": ("quantity", [value]), "derivative": (("quantity", "parameter"), [[slope]])})
     return found.assign(
         status=status,
-        differentiable=0,
+        derivative_status=0,
         orbit_state=("state", [state]),
         orbit_state_derivative=(("state", "parameter"), [[2.0]]),
     )
