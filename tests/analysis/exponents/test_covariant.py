@@ -8,7 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import tangents, trajectory
+from jointplay.analysis import tangents
 from jointplay.analysis.exponents.covariant_vectors import angles_between
 from jointplay.analysis.exponents.participation import Participation
 from jointplay.analysis.starts import state_names
