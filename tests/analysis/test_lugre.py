@@ -85,7 +85,7 @@ def test_tangents_through_zero_speed():
     model = belt(LUGRE, (0.25, 0.03, 0.0), V=0.0)
     exact, scale = tangents.tangent_map(model, 1.0, 1e-13), tangents.scales(model)
     columns = []
-    for shift in 1e-4 * np.diag(scale):
+    for shift in 1e-3 * np.diag(scale):  # of a tenth of it runs' errors show: 1e-14 over 1e-8 of bristles
         ends = [
             follow(belt(LUGRE, model.state + i * shift, V=0.0), Request(1.0, 1e-13, at=np.array([1.0])))
             for i in (1, -1, 2, -2)

@@ -17,16 +17,18 @@ if TYPE_CHECKING:
 MOST = 100_000  # samples of an interrupted motion whose quantities are evaluated: a tenth of a second
 
 
-def evaluated(records: Records, dim: str, make: Callable[[Records, int], xr.Dataset]) -> xr.Dataset:
-    """The dataset that is made of a run's records and every so many-th sample, which are along `dim`.
+def evaluated(
+    records: Records, rows: int, dim: str, make: Callable[[Records, int], xr.Dataset]
+) -> xr.Dataset:
+    """The dataset that is made of a run's records and every so many-th of its rows along `dim`.
 
-    Every sample counts, unless the run was interrupted, or is so now; then at most `MOST` do.
+    Every row counts, unless the run was interrupted, or is so now; then at most `MOST` do.
     """
     if records.status != INTERRUPTED:
         with suppress(Stopped, Late):
             return make(records, 1)
         records = replace(records, status=INTERRUPTED)
-    step = math.ceil(max(len(records.samples), len(records.steps), len(records.sections), 1) / MOST)
+    step = math.ceil(max(rows, 1) / MOST)
     return noted(make(records, step), step, dim)
 
 

@@ -99,7 +99,7 @@ def poincare(
     request = Request(end, rtol, max_steps=rules.steps(max_steps), rates=rates.needed(names), **fields)
     records = in_company(ensemble, partial(follow, model, request, progress), followed_together)
     first = -math.inf if counted else begin
-    return evaluated(records, "turn", partial(_dataset, model, rtol, names, first))
+    return evaluated(records, len(records.sections), "turn", partial(_dataset, model, rtol, names, first))
 
 
 def _dataset(

@@ -200,9 +200,12 @@ def simulate(
         **rules.section_fields(section, model, 0),
     )
 
+    records = follow(model, request, progress)
+    asked = order[: len(records.samples)] < len(times)
+    every_row = records.steps[:, 2:] if steps else records.samples[asked]
+
     def labelled_every(records: Records, step: int) -> xr.Dataset:
-        asked = order[: len(records.samples)] < len(times)
-        rows = (records.steps[:, 2:] if steps else records.samples[asked])[::step]
+        rows = every_row[::step]
         reached = recorded_spans.reached(spans, records)
         stated = recorded_spans.contacts(model, records, reached)
         if even is not None:
@@ -211,7 +214,7 @@ def simulate(
         result = _dataset(model, rtol, records, rows, names, stated, begin if section else None)
         return result if number is None else marked(result, number[::step], windows, model.period)
 
-    return evaluated(follow(model, request, progress), "time", labelled_every)
+    return evaluated(records, len(every_row), "time", labelled_every)
 
 
 def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, period: float) -> np.ndarray:

@@ -65,9 +65,10 @@ class Equations(Record):
 
     @classmethod
     def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        own, names = data.get("units"), data.get("scales")
-        known = own if isinstance(own, Mapping) else {}
-        return {"scales": {name: "s" if name == "t" else known.get(name, "1") for name in names or ()}}
+        known, names = (
+            each if isinstance(each, Mapping) else {} for each in map(data.get, ("units", "scales"))
+        )
+        return {"scales": {name: "s" if name == "t" else known.get(name, "1") for name in names}}
 
     @property
     def flags(self) -> dict[str, bool]:

@@ -109,7 +109,7 @@ class Mechanism(Record):
             each if isinstance(each, Mapping) else dict(each) if isinstance(each, Joint) else {}
             for each in (joints if isinstance(joints, list | tuple) else ())
         )
-        slides = {each.get("name") for each in tables if each.get("kind") == "prismatic"}
+        slides = [each.get("name") for each in tables if each.get("kind") == "prismatic"]
         guess = data.get("guess")
         names = guess if isinstance(guess, Mapping) else ()
         return {"guess": {name: "m" if name in slides else "rad" for name in names}}

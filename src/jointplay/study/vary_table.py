@@ -124,9 +124,17 @@ def _checked_forms(table: dict[str, Any]) -> dict[str, Any]:
     return table
 
 
+def _parameters_alone(table: Any) -> Any:
+    """Refuse `cases` and `zip` where an analysis varies each parameter by itself."""
+    if words := [key for key in ("cases", "zip") if isinstance(table, Mapping) and key in table]:
+        accepted = "the name of a parameter is accepted: this analysis varies each by itself"
+        raise InputError([Problem(key, table[key], accepted) for key in words])
+    return table
+
+
 _List = Annotated[tuple[Number, ...], AfterValidator(_not_empty)]
 Values = Annotated[Annotated[_List, Tag("list")] | Annotated[Range, Tag("range")], Discriminator(_form)]
-Vary = Annotated[dict[str, Values], BeforeValidator(_flat)]
+Vary = Annotated[dict[str, Values], BeforeValidator(_parameters_alone), BeforeValidator(_flat)]
 _Any = Annotated[
     Annotated[_List, Tag("list")]
     | Annotated[Range, Tag("range")]

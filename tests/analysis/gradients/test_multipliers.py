@@ -121,7 +121,8 @@ def test_returns_from_a_start_beside_the_plane():
     assert found["derivative"].values == pytest.approx(slopes, rel=1e-9, abs=1e-9)
 
 
-def test_equal_multipliers_have_no_derivative():
+@pytest.mark.parametrize("rtol", [1e-8, 1e-10, 1e-12])
+def test_equal_multipliers_have_no_derivative(rtol):
     """Both of the linear oscillator without damping in a well of damping 1 are exp(-T)."""
     critical = jp.System(
         states={"x": 1.0, "v": 0.0},
@@ -130,7 +131,7 @@ def test_equal_multipliers_have_no_derivative():
         forcing="2*pi",
     )
     with pytest.warns(jp.ModelWarning, match="equal to another one"):
-        found = jp.gradient(critical, of=["multiplier:1"], orbit=True)
+        found = jp.gradient(critical, of=["multiplier:1"], orbit=True, rtol=rtol)
     assert VERDICTS[int(found["derivative_status"])] == "equal_multipliers"
 
 

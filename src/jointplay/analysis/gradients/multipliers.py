@@ -37,7 +37,6 @@ MULTIPLIERS = {  # what is asked of one, by its number: units
 LONGEST, SHORTER, STEPS = 2e-2, 1 / 3, 7  # first step, of the parameter; the next in each; how many
 SHARPER, FINEST = 1e-2, 1e-13  # tolerance of the runs in that of the orbit's; the least
 GROWN = 10.0  # errors, in the least of longer steps, at which no shorter one is tried
-EQUAL = 1e-7  # cosine between both eigenvectors up to which a multiplier is no simple one
 
 
 class Change(NamedTuple):
@@ -152,5 +151,6 @@ def derivatives(
         }
     columns = [tuple(part[..., number - 1] for part in parts[word]) for word, number in asked]
     values, found, error = (np.array(each) for each in zip(*columns, strict=True))
-    simple = all(abs(across[number - 1]) > EQUAL for _, number in asked)
+    # an error of DP parts two equal ones, and both their eigenvectors, by its root
+    simple = all(abs(across[number - 1]) > np.sqrt(orbit.map.rtol) for _, number in asked)
     return values, found, error, not simple

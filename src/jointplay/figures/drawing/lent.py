@@ -66,6 +66,10 @@ class Panel:
         """Put the colour bar beside the axes."""
         return self.ax.figure.colorbar(mesh, **look)
 
+    def findobj(self, *match: Any) -> list[Any]:
+        """Find what is drawn in the axes."""
+        return self.ax.findobj(*match)
+
     def suptitle(self, words: str, **look: Any) -> None:
         """Write on top of the axes."""
         look.pop("bbox", None)
