@@ -33,7 +33,7 @@ class Target(NamedTuple):
 @lru_cache(maxsize=1)
 def llvm() -> ModuleType:
     """llvmlite's binding, initialized; loaded late, since a check needs nothing of it."""
-    from llvmlite import binding
+    import llvmlite.binding as binding
 
     binding.initialize_native_target()
     binding.initialize_native_asmprinter()
