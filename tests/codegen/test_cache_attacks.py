@@ -396,8 +396,8 @@ def test_a_process_that_fails_to_compile_says_so(here, monkeypatch, capsys):
 
 @pytest.mark.long
 def test_processes_that_heal_the_same_cache_at_once_do_not_disturb_each_other(here):
-    for kind in KINDS:
-        cut(file(here, kind))
+    for path in [file(here, kind) for kind in KINDS]:
+        cut(path)
     code = f"from jointplay.codegen import cache; print(cache._module('right', lambda: {TEXT!r}).twice(2.0))"
     command = [sys.executable, "-c", code]
     racing = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(4)]
