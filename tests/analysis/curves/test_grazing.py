@@ -96,7 +96,7 @@ def under_a_ceiling(acceleration):
 def test_a_doubling_and_a_fold_meet_a_grazing_in_closed_form():
     """A flight rises to sin(phase) + pi^2 / (2 acceleration): the ceiling there changes no multiplier."""
     system, state = under_a_ceiling(1.3)
-    given = {"initial": state, "transient": 0, "step": 0.1, "max_curves": 1}
+    given = {"initial": state, "transient": 0, "step": 0.1, "max_curves": 1, "max_points": 400}
     found = jp.curve(system, plane=SIDEWAYS, of="grazing", **given)
     one = found_curve(found, event="impact")
     rise = math.pi**2 / (2 * one["acceleration"].values)
