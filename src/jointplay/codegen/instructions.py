@@ -45,7 +45,7 @@ WHOLE = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"}
 OF_ROWS = ("sqrt", "fabs", "copysign")  # functions that LLVM has for rows too
 INTRINSIC = (*OF_ROWS, "sin", "cos", "exp", "log")
 LIBRARY = ("tanh",)  # of the system's mathematical library
-DECORATORS = ("compiled", "entry", "inner", "inlined", "handed", "spliced", "lanewise")
+DECORATORS = ("compiled", "inner", "inlined", "spliced", "lanewise")
 ROW = 8  # lanes of a function that is marked `lanewise`
 
 
@@ -504,10 +504,14 @@ class Body:
         return found
 
     def _value_Constant(self, node: ast.Constant) -> Value:
-        if isinstance(node.value, bool) or not isinstance(node.value, int | float):
+        return self.number(node.value, node)
+
+    def number(self, found: Any, node: ast.AST) -> Value:
+        """A number that is known as instructions are written."""
+        if isinstance(found, bool) or not isinstance(found, int | float | np.integer | np.floating):
             raise self.refuse(node)
-        kind = "i" if isinstance(node.value, int) else "f"
-        return Value(kind, _literal(kind, node.value))
+        kind = "i" if isinstance(found, int | np.integer) else "f"
+        return Value(kind, _literal(kind, found))
 
     def _value_Name(self, node: ast.Name) -> Value | Array:
         if node.id in self.slots:
@@ -518,19 +522,13 @@ class Body:
         found = self.text.scope.get(node.id)
         if isinstance(found, np.ndarray):
             return self.array(node)
-        if isinstance(found, bool) or not isinstance(found, int | float | np.integer | np.floating):
-            raise self.refuse(node)
-        kind = "i" if isinstance(found, int | np.integer) else "f"
-        return Value(kind, _literal(kind, found))
+        return self.number(found, node)
 
     def _value_Attribute(self, node: ast.Attribute) -> Value:
         """A constant of a module that the text imports."""
         owner = self.text.scope.get(node.value.id) if isinstance(node.value, ast.Name) else None
         found = getattr(owner, node.attr, None)
-        if isinstance(found, bool) or not isinstance(found, int | float | np.integer | np.floating):
-            raise self.refuse(node)
-        kind = "i" if isinstance(found, int | np.integer) else "f"
-        return Value(kind, _literal(kind, found))
+        return self.number(found, node)
 
     def _value_Subscript(self, node: ast.Subscript) -> Value | Array:
         if isinstance(node.slice, ast.Slice):

@@ -255,16 +255,6 @@ spliced = _marks("spliced")  # the same before types are known: long bodies comp
 instruction = _marks("instruction")  # written as instructions in another file, beside its meaning in Python
 
 
-def entry(signature, how=compiled):
-    """Mark a function of a generated module, with the signature by which the method calls it."""
-
-    def mark(function):
-        function.signature = signature
-        return how(function)
-
-    return mark
-
-
 @instruction
 def until(o, end, h_max):
     """Options of a run with another end and longest step."""

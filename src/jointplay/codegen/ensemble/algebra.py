@@ -21,9 +21,8 @@ from math import sqrt
 
 from jointplay.numerics.control import bounded
 from jointplay.numerics.ensemble.attempts import solved
-from jointplay.numerics.ensemble.layout import CALL
 from jointplay.numerics.events import level_of
-from jointplay.numerics.interface import entry
+from jointplay.numerics.interface import compiled
 from jointplay.numerics.lanewise import lanewise
 
 '''

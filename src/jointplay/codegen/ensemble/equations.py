@@ -32,8 +32,7 @@ from .text import at, choose, fetch, function, lanes, rotation, stage
 HEADER = '''"""Generated from the equations, for eight trajectories at once; do not edit."""
 from math import cos, sin, sqrt, tanh
 
-from jointplay.numerics.ensemble.layout import CALL
-from jointplay.numerics.interface import entry, inner
+from jointplay.numerics.interface import inner
 from jointplay.numerics.lanewise import lanewise
 from jointplay.numerics.interface import compiled
 

@@ -22,8 +22,7 @@ HEADER = '''"""Generated: a tangent beside each of eight trajectories; do not ed
 from math import sqrt
 
 from jointplay.numerics.ensemble.attempts import solved
-from jointplay.numerics.ensemble.layout import CALL, STAGE_CALL
-from jointplay.numerics.interface import entry
+from jointplay.numerics.interface import compiled
 from jointplay.numerics.lanewise import lanewise
 
 '''
@@ -52,7 +51,7 @@ def _by_stage(name: str, bodies: list[list[str]]) -> str:
     lines = []
     for j, body in enumerate(bodies):
         lines += [f"    if j == {j}:", *(f"    {line}" for line in body)]
-    return function(name, lines, "@entry(STAGE_CALL)", "w, j")
+    return function(name, lines, arguments="w, j")
 
 
 def _slope(block: int, k: int, i: int) -> str:

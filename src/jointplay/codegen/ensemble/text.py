@@ -90,7 +90,7 @@ def fetch(n: int, j: int, place: Callable[[int, int], str] = at) -> list[str]:
     return lines
 
 
-def function(name: str, lines: list[str], head: str = "@entry(CALL)", arguments: str = "w") -> str:
+def function(name: str, lines: list[str], head: str = "@compiled", arguments: str = "w") -> str:
     """A function that the loop calls; each of its loops over lanes is a function of its own beside it."""
     loops, body = [], []
     for line in lines:
