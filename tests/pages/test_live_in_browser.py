@@ -337,8 +337,13 @@ def test_memory_stays_flat_and_frames_go_on(chromium, page):
     until(chromium, f"{SETTLED}4000")
 
     def heap():
-        chromium.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
-        return chromium.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"]
+        """Bytes that stay: the least of several collections, as each leaves what the frame under way made."""
+        left = []
+        for _ in range(12):
+            chromium.execute_cdp_cmd("HeapProfiler.collectGarbage", {})
+            left.append(chromium.execute_cdp_cmd("Runtime.getHeapUsage", {})["usedSize"])
+            sleep(0.4)
+        return min(left)
 
     chromium.execute_script(
         "window.frames_seen = 0; const look = () => { frames_seen += 1; requestAnimationFrame(look); };"
@@ -351,6 +356,6 @@ def test_memory_stays_flat_and_frames_go_on(chromium, page):
     sleep(60)
     after, frames = heap(), chromium.execute_script("return frames_seen") - begun
     print({"before": before, "after": after, "frames_per_second": frames / 60})
-    assert after < 1.1 * before + 1e6  # a frame of which a kilobyte stayed would come to more in this minute
+    assert after < 1.1 * before + 5e5  # a frame of which a kilobyte stayed would come to more in this minute
     assert frames > 60 * 15  # 30 and more on a machine of its own
     assert complaints(chromium) == []
