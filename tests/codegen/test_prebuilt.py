@@ -1,6 +1,10 @@
 """Loops compiled ahead for a release: taken if they are of these sources and this processor, else ignored."""
 
+import os
 import platform
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,6 +12,7 @@ import pytest
 import jointplay as jp
 from jointplay.codegen import cache, objects, prebuilt
 from jointplay.numerics.interface import interpreted
+from tests.benchmarks.first_runs import wheel
 
 SMALL = "modal_response"  # a loop that compiles fast
 
@@ -102,3 +107,30 @@ def test_a_motion_has_the_same_bits(tmp_path, monkeypatch):
     for name in ("angle", "angular_velocity", "event_time", "normal_force"):
         assert np.array_equal(here[name], there[name]), name
     assert objects.target().cpu != prebuilt.LEVEL
+
+
+ALONE = """
+import sys
+import jointplay as jp
+from jointplay.codegen import cache
+cache._compiled = lambda name: sys.exit(f"{name} is compiled")
+run = jp.simulate(jp.catalog.chunmei2002(gear_ratio=3.0), turns=1)
+assert "numba" not in sys.modules
+print(jp.__file__, float(run["angle"].sel(link="rocker")[-1]).hex())
+"""
+
+
+@pytest.mark.long
+def test_a_wheel_brings_the_loops_and_runs_without_a_compiler(tmp_path):
+    if not prebuilt._suits():
+        pytest.skip("this processor cannot run it")
+    installed = wheel(Path(__file__).parents[2], tmp_path / "made")
+    changes = {"PYTHONPATH": str(installed), "JOINTPLAY_CACHE": str(tmp_path / "cache")}
+    done = subprocess.run(
+        [sys.executable, "-c", ALONE], env=os.environ | changes, cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    place, angle = done.stdout.split()
+    assert Path(place).is_relative_to(installed)
+    run = jp.simulate(jp.catalog.chunmei2002(gear_ratio=3.0), turns=1)
+    assert angle == float(run["angle"].sel(link="rocker")[-1]).hex()
