@@ -20,6 +20,7 @@ SAFE, FOLLOWED = 20.0, 8 / 14
 ROUGH = (
     1.5e-3  # of it, where slopes of forces jump or begin as a root or logarithm: orders are no better there
 )
+APART = 1e-7  # of its terms: a change of a gap beyond rounding
 TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is wanted
 
 
@@ -185,6 +186,23 @@ class Bundle:
         """The tangents, shape (vectors, states)."""
         return self.y.d.reshape(-1, 1 + len(self.x.absolute))[:, 1:].copy()
 
+    def opened(self) -> np.ndarray:
+        """Whether neighbours along each direction are off a wall on which the body rests here."""
+        from jointplay.numerics.modes import FREE, RELEASED, mask
+
+        x, first = self.x, len(self.x.flags)
+        n_x, walls = len(x.absolute), np.flatnonzero(x.modes[first:] > RELEASED)
+        modes, slopes = np.where(np.arange(len(x.modes)) < first, x.modes, FREE), self.y.gradient.copy()
+        module = cache.variation_module(self.model.structure, self._names)
+        found = np.zeros(len(self.directions), dtype=bool)
+        mask(modes, x.m)
+        for wall in walls:
+            module.gradient(4 * first + wall, x.s, x.p, x.m, slopes)
+            terms = np.column_stack([slopes[1 : 1 + n_x] * self.directions.starts, slopes[1 + n_x :]])
+            found |= np.abs(terms.sum(axis=1)) > APART * np.abs(terms).sum(axis=1)
+        mask(x.modes, x.m)
+        return found
+
     def shift(self, times: np.ndarray) -> None:
         """Add the rate of the state, times a time of each direction, to the directions' tangents."""
         d = self.y.d.reshape(-1, 1 + len(self.x.absolute))
@@ -192,7 +210,10 @@ class Bundle:
 
     @property
     def works(self) -> np.ndarray:
-        """Derivatives of the works, of each tangent where there are directions; shape (vectors, works)."""
+        """Derivatives of the works, of each tangent where there are directions; shape (vectors, works).
+
+        Those of the joints without what they take in impacts on rigid walls: see gradients.evaluated.
+        """
         whole = self.y.works[: len(self.y.works) // 2]
         return whole.reshape(len(self.y.alive), -1).copy()
 

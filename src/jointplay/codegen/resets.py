@@ -110,6 +110,19 @@ def drawn(dynamics: Dynamics, k: int, across: bool = False) -> Expr:
     return sum((draw * change for draw, change in changes), -wall.drawn[across])
 
 
+def drive_work(dynamics: Dynamics, k: int) -> Expr:
+    """Work of a drive that imposes a speed in the k-th jump, as `reset` counts them."""
+    system, push = dynamics.system, pushes(dynamics.system).get(k)
+    if push:
+        return drawn(dynamics, *push)
+    wall, rests = k % max(1, len(system.resets)), k >= len(system.resets)
+    if k >= 2 * len(system.resets) or not any(system.draws) or system.resets[wall].restitution is None:
+        return Integer(0)
+    _, weight, rate = impulse(dynamics, wall)
+    share = Integer(1) if rests else 1 + system.resets[wall].restitution
+    return -share * rate / weight * drawn(dynamics, wall)
+
+
 def _pushed(
     symbols: tuple[Symbol, ...], share: Expr, column: list[Expr], weight: Expr, amount: Expr
 ) -> dict[Symbol, Expr]:

@@ -21,7 +21,7 @@ along the j-th, counted from 1: d[0] = j, and 0 of any other tangent. Then
     vary      adds d rate / d direction, and writes the rates of the works into the rows before the last
     gradient  has d guard / d direction at the end, one number for each
     turned    has at the end, for each direction, d (new positions) where it rests on a wall (else 0), and
-              d (new speeds)
+              d (new speeds); then, where there are powers, d (the drive's work) / d (time, state, directions)
 """
 
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ from sympy import Expr, Integer, Symbol
 from ..equations.system import TIME, System, directed
 from .dynamics import Dynamics
 from .module import HEADER, pressed
-from .resets import jumped, pushed, pushes, remembered, settled
+from .resets import drive_work, jumped, pushed, pushes, remembered, settled
 from .source import LANES, Layout, dispatch, entry, importing, lanes, point
 from .variants import sticking, variants
 
@@ -285,6 +285,8 @@ def _turned(layout: Layout, k: int) -> str:
     slopes = [tape.derivative(value, x) for value in new for x in (TIME, *layout.state)]
     new = [jump.get(q, q) for q in layout.system.positions] + new
     slopes += [tape.derivative(value, x) for x in layout.system.directions for value in new]
+    if layout.system.directions and layout.system.powers:
+        slopes += _slopes(layout, tape, drive_work(dynamics, k))
     return _at_point(layout, f"turned_{k}", "s, p, out", "out", tape, slopes)
 
 

@@ -7,6 +7,7 @@ which it acts, the impulses follow from g_a(z+) + s_a(z-) = 0: s = r g where a w
 
 which is one linear system, of the matrix that the impact itself has. Where a body slips, q = -+f p has no
 equation of its own. It is a function of time, state and directions, as `turned` gives it (codegen.variation).
+The work of a drive that imposes a speed, sum_a p_a D_a, is treated as one more speed.
 
 Where a body comes to rest, all that has acted on it at that instant (the impact, what `impacts.lay` takes
 away, what puts it on its walls) comes to one plastic impact on the walls on which it rests then: no gap of
@@ -14,7 +15,7 @@ theirs has a rate afterwards, and friction is as the body slides. Its derivative
 of rebounds it is that of the limit too, to second order in the speed of those left out, as the motion is.
 """
 
-from .impacts import gather, prepare, push, rough
+from .impacts import drive_share, gather, prepare, push, rough
 from .impulses import (
     IMPOSSIBLE,
     PUSHES,
@@ -56,17 +57,25 @@ def _column(y, c, n_q, n):
 
 
 @inner
+def work_place(y, n_q, n):
+    """Place in y.D of the derivative of the drive's work; its end where no work is wanted."""
+    width = 1 + n_q + n
+    return n * width + (len(y.gradient) - width) * (width - 1)
+
+
+@inner
 def impact_map(f, g, k, x, o, y):
     """Write the derivative of the impact that has just acted to y.D; x.s is the state after it."""
     q, n_q, n = k.impact, o.n_q, o.n
     width, columns, members = 1 + n_q + n, len(y.gradient), int(k.impact[MEMBERS])
     after, right = y.room[len(y.D) :], y.room[len(y.D) + len(x.s) :]
     ways = right[SIZE * columns :]
-    guard = ways[SIZE * n :]
+    guard = ways[SIZE * (n + 1) :]
     for c in range(columns):
         guard[c] = y.gradient[c]
     for r in range(len(x.s)):
         after[r], x.s[r] = x.s[r], q[STATE + r]
+    look(f.contacts, x.modes, x.m, x.s, x.p, k.contact)
     for i in range(SIZE * columns):
         right[i] = 0.0
     _explicit(f, g, k, x, o, y, ways)
@@ -160,17 +169,19 @@ def _explicit(f, g, k, x, o, y, ways):
     """Start y.D as at fixed impulses, and note the ways w_a; the state in x.s is that before the impact."""
     q, n_q, n, walls = k.impact, o.n_q, o.n, len(x.modes) - len(x.flags)
     width, columns, turned = 1 + n_q + n, len(y.gradient), y.room[: len(y.D)]
+    work = work_place(y, n_q, n)
     for i in range(len(y.D)):
         y.D[i] = 0.0
     for r in range(n):
         y.D[r * width + 1 + n_q + r] = 1.0
     for a in range(2 * int(q[MEMBERS])):
-        for r in range(n):
-            ways[a * n + r] = 0.0
+        for r in range(n + 1):
+            ways[a * (n + 1) + r] = 0.0
         if q[PUSH + a] != 0.0 or unknown(q, a):
+            ways[a * (n + 1) + n] = drive_share(k, x, a)
             push(f, k, x, a)
             for r in range(n):
-                ways[a * n + r] = x.s[1 + n_q + r] - q[STATE + 1 + n_q + r]
+                ways[a * (n + 1) + r] = x.s[1 + n_q + r] - q[STATE + 1 + n_q + r]
                 x.s[1 + n_q + r] = q[STATE + 1 + n_q + r]
             g.turned(2 * len(x.modes) + int(q[WALL + a // 2]) + (a % 2) * walls, x.s, x.p, turned)
             for r in range(n):
@@ -183,15 +194,17 @@ def _explicit(f, g, k, x, o, y, ways):
             g.gradient(len(x.fired) + 4 * int(q[WALL + i]) + 3, x.s, x.p, x.m, y.gradient)
             for c in range(width, columns):
                 at, step = _column(y, c, n_q, n)
+                change = y.gradient[c] * normal * (1.0 if ratio > 0.0 else -1.0)
                 for r in range(n):
-                    change = y.gradient[c] * normal * ways[(2 * i + 1) * n + r]
-                    y.D[at + r * step] += change if ratio > 0.0 else -change
+                    y.D[at + r * step] += change * ways[(2 * i + 1) * (n + 1) + r]
+                if work < len(y.D):
+                    y.D[work + c] += change * ways[(2 * i + 1) * (n + 1) + n]
 
 
 @inner
 def _implicit(q, y, c, right, ways, columns, members, n_q, n):
     """Add to column c of y.D what the impulses change."""
-    rows = 0
+    rows, work = 0, work_place(y, n_q, n)
     at, step = _column(y, c, n_q, n)
     n_unknown = equations(q, members)
     for a in range(2 * members):
@@ -204,7 +217,11 @@ def _implicit(q, y, c, right, ways, columns, members, n_q, n):
         if unknown(q, a):
             change = q[EQUATIONS + (SIZE + 1) * rows + SIZE]
             ratio = drawn(q, a // 2) if a % 2 == 0 else 0.0
-            for r in range(n):
-                way = ways[a * n + r] + (ratio * ways[(a + 1) * n + r] if ratio != 0.0 else 0.0)
-                y.D[at + r * step] += change * way
+            for r in range(n + 1):
+                way = ways[a * (n + 1) + r]
+                way += ratio * ways[(a + 1) * (n + 1) + r] if ratio != 0.0 else 0.0
+                if r < n:
+                    y.D[at + r * step] += change * way
+                elif work < len(y.D):
+                    y.D[work + c] += change * way
             rows += 1

@@ -161,9 +161,15 @@ def _rate(k, x, a):
 
 @inner
 def _place(k, x, a):
-    """Place of that rate among what was looked at; the drive's work per impulse follows it."""
+    """Place of that rate among what was looked at."""
     walls = len(x.modes) - len(x.flags)
     return 6 * (len(x.flags) + int(k.impact[WALL + a // 2]) + (a % 2) * walls) + 2
+
+
+@inner
+def drive_share(k, x, a):
+    """Work of a drive that imposes a speed, per impulse of unknown a, as it was last looked at."""
+    return k.contact[_place(k, x, a) + 1]
 
 
 @inner
@@ -205,7 +211,7 @@ def _work(k, x, members):
     if len(x.work) > JOINTS:
         x.work[JOINTS] -= gain(q, members)
         for a in range(2 * members):
-            x.work[DRIVE] += q[PUSH + a] * k.contact[_place(k, x, a) + 1] if q[PUSH + a] != 0.0 else 0.0
+            x.work[DRIVE] += q[PUSH + a] * drive_share(k, x, a) if q[PUSH + a] != 0.0 else 0.0
 
 
 @inner

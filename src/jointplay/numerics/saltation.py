@@ -7,7 +7,8 @@ other side's rate:
     d+ = D d- + (F+ - D F- - dR/dt) (grad h . d-) / h'      where the state is reset by R, D = dR/dx.
 
 Along a direction in which numbers change (numerics.tangent), dh/dp adds to grad h . d-, and dR/dp to D d-.
-A work, whose rate is a power, jumps as a state does that is continuous itself.
+A work, whose rate is a power, jumps as a state does that is continuous itself; that of a drive which imposes
+a speed as one that an impact resets.
 
 Several mode changes at one event are one jump from F- to F+. Onset of sticking loses a dimension, and so do
 the beginning and the end of a contact that a law remembers: what it remembered before is of no account. A
@@ -24,10 +25,10 @@ from math import log
 import numpy as np
 
 from .frame import determinant, orthonormalise
-from .impact_map import impact_map, landing_map, loses
+from .impact_map import impact_map, landing_map, loses, work_place
 from .impacts import laid
 from .interface import inner
-from .memory import MEMBERS, TOGETHER
+from .memory import DRIVE, MEMBERS, TOGETHER
 from .modes import FREE, RELEASED, REMEMBERS, SLIDE, SLIP_POSITIVE, STICK, variant_of
 from .sliding import walls_of
 from .tangent import FOLLOWS, GRAZING, HELD, JUMPS, NEUTRAL, ONSET, SALTATION, TURNED, VOLUME, along, rates
@@ -108,8 +109,11 @@ def jump(f, g, k, x, o, y, guard):
     for i in range(len(y.alive)):
         if y.alive[i]:
             d = y.d[i * width : (i + 1) * width]
+            drawn = _drawn(y, d, o.n_q, o.n) if reset else 0.0
             delay = _through(y, d, o.n_q, n_x, slope, 1.0 if reset else 0.0, float(y.count[SALTATION]))
             _add_works(y, i, delay)
+            if drawn != 0.0 or (reset and delay != 0.0):
+                _add_drawn(y, i, drawn, delay, o.n_q, o.n)
     if y.count[NEUTRAL]:
         along(y, n_x)
     if y.count[HELD] == 0:
@@ -219,6 +223,27 @@ def _add_works(y, i, delay):
     n_w = len(y.powers) // 2
     for m in range(n_w):
         y.works[i * n_w + m] += (y.powers[n_w + m] - y.powers[m]) * delay
+
+
+@inner
+def _drawn(y, d, n_q, n):
+    """Derivative of the drive's work in an impact along a tangent, at the time of the event."""
+    work, total = work_place(y, n_q, n), 0.0
+    if work < len(y.D):
+        for i in range(n_q + n):
+            total += y.D[work + 1 + i] * d[1 + i]
+        total += y.D[work + n_q + n + int(d[0])] if d[0] > 0.0 else 0.0
+    return total
+
+
+@inner
+def _add_drawn(y, i, drawn, delay, n_q, n):
+    """Add it to the works of the i-th tangent, which comes earlier to the event by `delay`."""
+    work = work_place(y, n_q, n)
+    if work < len(y.D):
+        for r in range(n_q + n):
+            drawn -= y.D[work + 1 + r] * y.before[r] * delay
+        y.works[i * (len(y.powers) // 2) + DRIVE] += drawn - y.D[work] * delay
 
 
 @inner

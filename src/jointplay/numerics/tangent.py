@@ -53,7 +53,7 @@ class Tangents(NamedTuple):
     after: np.ndarray
     state: np.ndarray  # before an event, as Trajectory.s
     gradient: np.ndarray  # of the guard: time, state, directions
-    D: np.ndarray  # of the reset: rows of new speeds, by time and state; then columns of directions
+    D: np.ndarray  # of the reset: rows of new speeds, by time and state; columns of directions; drive's work
     S: np.ndarray  # a saltation matrix, and room for a vector
     room: np.ndarray  # of the derivative of several impulses (impact_map)
     unit: np.ndarray
@@ -84,6 +84,7 @@ def tangents(
     """
     k, n_x = frame.shape
     d, n_p = np.zeros((k, 1 + n_x)), int(max(driven, default=0))
+    turned = n * (1 + n_x) + n_p * n_x + (1 + n_x + n_p) * (n_p > 0 and n_powers > 0)
     d[:, 1:] = frame
     small = np.zeros(k)
     if n_p:
@@ -102,9 +103,9 @@ def tangents(
         after=np.zeros(n_x),
         state=np.zeros(n_s),
         gradient=np.zeros(1 + n_x + n_p),
-        D=np.zeros(n * (1 + n_x) + n_p * n_x),
+        D=np.zeros(turned),
         S=np.zeros(n_x * n_x + n_x),
-        room=np.zeros(n_s + (1 + SIZE) * (1 + n_x + n_p + n) + n * (1 + n_x) + n_p * n_x),
+        room=np.zeros(turned + n_s + (1 + SIZE) * (2 + n_x + n_p + n)),
         unit=np.zeros(1 + n_x),
         count=np.zeros(8, dtype=np.int64),
         real=np.zeros(12),

@@ -16,6 +16,7 @@ from jointplay.analysis.rules import quantity
 from jointplay.analysis.trajectory import Request
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle
+from tests.support.driven_scenes import pinned
 
 LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}
 TIGHT = {"clearance": 2.9e-5, "gear_ratio": 3.0}
@@ -122,6 +123,18 @@ def test_both_estimates_of_the_chaotic_linkage():
     assert abs(float(found.growth_difference)) < 3
     assert combined < 0.15 < value
     assert abs(float(found.lyapunov_exponent[1])) < 0.05  # the one that is zero
+
+
+@pytest.mark.parametrize("angle", [0.0, *(pytest.param(a, marks=pytest.mark.long) for a in (1.0, 2.0, 3.0))])
+def test_both_estimates_where_a_journal_comes_to_rest_at_once(angle):
+    """A plastic rigid bearing, of which each landing takes two directions."""
+    run = {"turns": 300, "transient": 20, "twin_turns": 300, "initial": {"crank_angle": angle}}
+    found = jp.lyapunov(pinned(0.0, speed=60.0), **run)
+    assert int(found.status) == int(found.growth_status) == 0
+    assert abs(float(found.growth_difference)) < 3
+    assert float(found.growth_standard_error) < 0.15
+    assert float(found.section_standard_error_per_turn[0]) < 0.15
+    assert float(found.growth) > 2
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,9 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, verdict
-from jointplay.analysis.gradients.wanted import usual_quantities
 from jointplay.mechanism.assemble import assemble
 from tests.support import driven, driven_table
-from tests.support.driven_scenes import LINKAGES, SYSTEMS, written
+from tests.support.driven_scenes import LINKAGES, SYSTEMS, own, written
 
 ROOT, WITHOUT = Path(__file__).parents[3], {"NUMBA_DISABLE_JIT": "1"}
 RUBBING = {"clearance": 2.9e-4, "gear_ratio": 3.0, "friction": 0.1}
@@ -30,6 +29,19 @@ KEYS = {
     "links.coupler.mass": 0.1743,
     "joints.B.radius": 0.015,
     "drive.rated_torque": 21.56,
+}
+
+ON_FLOOR = {  # at rest on a floor, and coupled to a mass that goes on along it
+    "states": {"y": 0.0, "x": 0.2, "v": 0.0, "u": 0.3},
+    "forcing": "2*pi/w",
+    "parameters": {"w": 1.0, "r": 0.5, "k": 3.0, "weight": 1.0, "f": 0.3},
+    "rates": {
+        "y": "v",
+        "x": "u",
+        "v": "f*sin(w*t) - weight + k*(x - y)*y - u*x",
+        "u": "k*(y - x) - u/5 - x + v",
+    },
+    "impacts": [{"name": "floor", "gap": "y", "restitution": "r"}],
 }
 
 
@@ -140,13 +152,22 @@ def test_a_start_that_sticks_forgets_its_sliding_speed():
     assert found["derivative"].values == pytest.approx(np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), abs=1e-9)
 
 
-def test_the_work_of_an_imposed_speed_has_no_derivative_with_rigid_bearings():
-    """Its impulses have a part in it; that of a torque has none."""
-    rigid = catalog.flores2010(speed=150.0)
-    with pytest.raises(jp.InputError, match=r"of\[0\]: got 'work:drive'"):
-        jp.gradient(rigid, of=["work:drive"])
-    assert usual_quantities(rigid) == ("time",)
-    assert "work:drive" in usual_quantities(catalog.chunmei2002())
+def test_a_start_at_rest_has_no_derivative_off_its_wall():
+    """Neighbours above the floor fall on it first (difference -0.533 for u); there are none below."""
+    floor = own(**ON_FLOOR)
+    states = ["end:state:y", "end:state:x", "end:state:u"]
+    found = jp.gradient(floor, of=states, by=["initial.y", "initial.v", "initial.x", "k"])
+    assert VERDICTS[int(found["derivative_status"])] == "one_sided"
+    assert np.isnan(found["derivative"].values[:, 0]).all()
+
+    def ends(place, step):
+        start = np.array([0.0, 0.2, 0.0, 0.3])
+        start[place] += step
+        return jp.gradient(floor, of=states, by=["k"], initial=start, rtol=1e-12)["value"].values
+
+    for column, place in ((1, 2), (2, 1)):
+        quotient = (ends(place, 1e-6) - ends(place, -1e-6)) / 2e-6
+        assert found["derivative"].values[:, column] == pytest.approx(quotient, abs=1e-7)
 
 
 @pytest.mark.long

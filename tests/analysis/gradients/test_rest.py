@@ -5,10 +5,12 @@ from __future__ import annotations
 import pytest
 
 import jointplay as jp
+from jointplay.analysis.gradients.directions import along
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import EVENTS
 from jointplay.mechanism.assemble import assemble
-from tests.support import driven
+from jointplay.mechanism.records import Harmonic, SpeedCycle, SpeedProfile
+from tests.support import driven, driven_table
 from tests.support.driven_scenes import pinned
 
 OK = VERDICTS.index("ok")
@@ -28,6 +30,17 @@ CASES = [  # restitution, friction, speed, duration, events
         )
     ),
 ]
+PROFILE = SpeedProfile(link="crank", start=30.0, end=60.0, time=0.1)
+CYCLE = SpeedCycle(link="crank", constant=40.0, harmonics=(Harmonic(order=1, sine=6.0),), frequency=30.0)
+IMPOSED = {  # mechanism, parameter, its value, duration
+    "rebounds": (pinned(0.8), "clearance", 1e-4, 0.15),
+    "plastic": (pinned(0.0), "clearance", 1e-4, 0.2),
+    "rough": (pinned(0.0, 0.3).replace(drive=PROFILE), "joints.B.friction.coefficient", 0.3, 0.1),
+    "profile": (pinned(0.5, 0.3).replace(drive=PROFILE), "drive.end", 60.0, 0.1),
+    "cycle": (pinned(0.8).replace(drive=CYCLE), "drive.constant", 40.0, 0.1),
+    "two bearings": (pinned(0.5, clearances={"B": 1e-4, "C": 2e-4}), "joints.C.clearance", 2e-4, 0.1),
+}
+SLOW = ("profile", "cycle", "two bearings")
 
 
 @pytest.mark.parametrize(("restitution", "friction", "speed", "duration", "events"), CASES)
@@ -62,3 +75,18 @@ def test_the_error_that_is_told_is_met(restitution):
     derivative, error = (found[name].item() for name in ("derivative", "error"))
     quotient = driven.quotient(angle, 1e-4, step)
     assert abs(derivative - quotient) < 10 * error + 1e-5 * abs(quotient)
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.long] * (n in SLOW)) for n in IMPOSED])
+def test_works_of_an_imposed_speed_are_those_of_neighbours(name):
+    """The impulses of the drive do work, and their derivative goes with the tangents through every impact."""
+    mechanism, key, value, duration = IMPOSED[name]
+    model = assemble(mechanism, powers=True)
+    direction = along(driven.models(mechanism, key, powers=True), value, key)
+    exact = driven_table.by_tangents(model, direction, duration)
+    works, errors = slice(len(model.state), None), []
+    for share in (1e-6, 1e-5, 1e-4):
+        found = driven.by_differences(mechanism, key, value, duration, share, powers=True)
+        if found is not None:
+            errors.append(max(abs(exact - found)[works] / abs(found)[works]))
+    assert min(errors) < 1e-6

@@ -49,6 +49,23 @@ def test_two_wells_share_the_plane_as_their_symmetry_says():
     assert abs(float(found.uncertainty_exponent) - 1) < 3 * float(found.uncertainty_exponent_standard_error)
 
 
+def test_a_saddle_that_a_start_hits_is_no_attractor():
+    """x'' = x - x^3 - 0.2 x': two wells; a node of an odd grid is the saddle between them."""
+    wells = jp.System(
+        states={"x": 1.0, "v": 0.0},
+        parameters={"c": 0.2},
+        rates={"x": "v", "v": "x - x**3 - c*v"},
+    )
+    plane = {"x": span(-1.0, 1.0, 5), "v": span(-1.0, 1.0, 5)}
+    found = jp.basins(wells, plane=plane, turns=16, transient=60, uncertainty=False, n_jobs=1)
+    assert found.section_plane.values[:, 0] == pytest.approx(np.array([[-1.0, 0.0], [1.0, 0.0]]), abs=1e-4)
+    assert found.attractor.sel(x=0.0, v=0.0) == 0
+    flags = found.node_status.attrs["flag_meanings"].split()
+    assert flags[int(found.node_status.sel(x=0.0, v=0.0))] == "saddle"
+    assert float(found.fraction_none) == 1 / 25
+    assert "a periodic orbit that attracts nothing" in str(jp.summary(found))
+
+
 def test_an_adaptive_plane_follows_starts_where_basins_meet():
     """Where starts were followed the plane is the whole one's; elsewhere nearly so. No key comes twice."""
     wells, keys = catalog.duffing(amplitude=0.0), []

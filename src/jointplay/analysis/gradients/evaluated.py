@@ -77,7 +77,7 @@ class Run:
         """
         stops = [(self._peak(each), each) for each in wanted if each.how in ("largest", "smallest")]
         bundle, found, events = self._bundle(), {}, {}
-        begin = bundle.recorded
+        begin, opened = bundle.recorded, self._opened()
         for at, each in sorted(stops, key=lambda stop: stop[0].time):
             if at.where != "end":
                 found[each] = self._at(bundle, at, each.key, events)
@@ -85,7 +85,14 @@ class Run:
         found |= self._at_end(bundle, begin, [each for each in wanted if each not in found])
         both = [found[each] for each in wanted]
         slopes = np.array([d for _, d in both]).reshape(len(wanted), len(self.directions))
+        slopes[:, opened] = np.nan
         return np.array([v for v, _ in both]), slopes, bundle.grazing
+
+    def _opened(self) -> np.ndarray:
+        """Whether neighbours along each direction start off a wall on which the body starts at rest."""
+        bundle = self._bundle()
+        self._advance(bundle, 0.0)
+        return bundle.opened()
 
     def _bundle(self) -> Bundle:
         none = np.zeros((0, len(self.model.state)))

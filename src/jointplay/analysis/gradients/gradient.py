@@ -5,8 +5,8 @@ with them forces, works and states: their derivatives are carried along with the
 events (numerics.tangent, numerics.saltation). Nothing is a difference of two motions. Reference: Hiskens and
 Pai, IEEE Trans. Circuits Syst. I 47 (2000) 204-220. Validity: of one motion from its start, or of a periodic
 orbit; in chaos derivatives grow without bound, as neighbours part. There is none where the motion grazes a
-guard, nor where events of two contacts come at one instant: `derivative_status` says so. Of an orbit's
-multipliers: gradients.multipliers.
+guard, nor where events of two contacts come at one instant, nor of a start at rest on a wall off which
+neighbours start: `derivative_status` says so. Of an orbit's multipliers: gradients.multipliers.
 """
 
 from __future__ import annotations
@@ -153,7 +153,8 @@ def gradient(
             values[orbits], slopes[orbits], error[orbits], equal = changed_orbit
     except ArithmeticError as stop:
         status = int(stop.args[0])
-    verdict = gradient_dataset.verdict(near, equal)
+    opened = run is not None and not status and bool(np.isnan(slopes[~orbits]).any())
+    verdict = gradient_dataset.verdict(near, equal, opened)
     through = status == Status.NO_DERIVATIVE or (run is not None and status == Status.CHATTER)
     if through:  # the motion goes on, its derivatives do not
         status, verdict = 0, VERDICTS.index("simultaneous_events")

@@ -16,19 +16,21 @@ WHY = {  # there is no derivative, or hardly one
     "simultaneous_events": "two contacts change at one instant, in an order that neighbours exchange",
     "nearly_touching": "a gap is all but closed in flight, and neighbouring motions touch there",
     "equal_multipliers": "a multiplier is equal to another one, and both part as a root",
+    "one_sided": "the body starts at rest on a wall, and neighbours start away from it or inside it",
     "no_motion": "the motion did not get to its end",
 }
 VERDICTS = tuple(WHY)
 GRAZING, TOGETHER, TOUCHING = 1e-6, 1e-9, 1e-6  # up to which there is hardly a derivative
 
 
-def verdict(near: tuple[float, float, float], equal: bool = False) -> int:
+def verdict(near: tuple[float, float, float], equal: bool = False, opened: bool = False) -> int:
     """Code of whether there is a derivative: 0, `ok`, if so."""
     if np.isnan(near[0]):
         return len(VERDICTS) - 1
     limits = (GRAZING, TOGETHER, TOUCHING)
     close = (i for i, (v, limit) in enumerate(zip(near, limits, strict=True), 1) if v < limit)
-    return next(close, VERDICTS.index("equal_multipliers" if equal else "ok"))
+    usual = "one_sided" if opened else "equal_multipliers" if equal else "ok"
+    return next(close, VERDICTS.index(usual))
 
 
 def variables(

@@ -9,7 +9,6 @@ from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
 from jointplay.analysis.vary import NUMBERS, axes, units_of
-from jointplay.equations.drives import DRIVES
 from jointplay.errors import NOTHING, InputError, Problem, unknown
 from jointplay.mechanism.base import is_number
 from jointplay.mechanism.records import Mechanism, TestSystem
@@ -83,10 +82,8 @@ def known_quantities(mechanism: Mechanism | TestSystem, orbit: bool = False) -> 
 
 
 def _works(mechanism: Mechanism) -> dict[str, bool]:
-    """Which works have derivatives: not those of which an imposed speed's impulses are a part."""
+    """Which works there are."""
     parts = {"links": mechanism.elastic_links, "springs": mechanism.springs, "loads": mechanism.loads}
-    if mechanism.drive and DRIVES[mechanism.drive.kind].imposed:
-        parts |= dict.fromkeys(("drive", "joints"), not any(map(_rigid, mechanism.clearance_joints)))
     return {word: bool(parts.get(word, True)) for word in WORK}
 
 
@@ -101,8 +98,7 @@ def usual_quantities(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:
     if isinstance(mechanism, TestSystem):
         return tuple(name for name in known_quantities(mechanism) if name.startswith("end:"))
     soft = [name for joint in mechanism.clearance_joints if not _rigid(joint) for name in joint.contacts]
-    work = ("work:drive",) if _works(mechanism)["drive"] else ()
-    return (*(f"largest:normal_force:{name}" for name in soft), *work, "time")
+    return (*(f"largest:normal_force:{name}" for name in soft), "work:drive", "time")
 
 
 def usual_parameters(mechanism: Mechanism | TestSystem) -> tuple[str, ...]:

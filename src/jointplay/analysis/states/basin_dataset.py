@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.labels import coded, labelled
+from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basin_uncertainty import DIRECTIONS, PAIRS, Pairs, uncertainty_exponent, wilson
 from jointplay.analysis.states.matching import Attractors
 from jointplay.analysis.states.start_plane import Starts
+
+NODE_STATUS = (*STATUS, "saddle")  # the run ended well, on a periodic orbit that attracts nothing
+SADDLE = len(STATUS)
 
 
 def plane_variables(dims, labels: np.ndarray, status: np.ndarray, count: int) -> dict[str, Any]:
@@ -19,7 +23,7 @@ def plane_variables(dims, labels: np.ndarray, status: np.ndarray, count: int) ->
     flag = {"units": "1", "flag_values": np.arange(count + 1, dtype=np.int32), "flag_meanings": names}
     return {
         "attractor": (dims, labels, {"long_name": "attractor that is reached"} | flag),
-        "node_status": coded(dims, status, "how the node's run ended"),
+        "node_status": coded(dims, status, "how the node's run ended", NODE_STATUS),
     }
 
 

@@ -1,9 +1,9 @@
 """Basins of attraction: which attractor each start of a plane reaches.
 
 Every node is followed to its end (`analysis.states.ends`), ends are sorted into attractors
-(`analysis.states.matching`), and their fractions and the boundary's dimension are estimated
-(`analysis.states.basin_uncertainty`). Validity: a motion that has not settled after transient and patience is
-described as it is then.
+(`analysis.states.matching`), orbits that attract nothing are left out (`analysis.states.saddles`), and
+fractions and the boundary's dimension are estimated (`analysis.states.basin_uncertainty`). Validity: a motion
+that has not settled after transient and patience is described as it is then.
 """
 
 from __future__ import annotations
@@ -27,6 +27,7 @@ from jointplay.analysis.states import basin_dataset, start_plane
 from jointplay.analysis.states.basin_uncertainty import PAIRS, Pairs, count_pairs, grid_pairs, is_even
 from jointplay.analysis.states.ends import BAD, Observation, ends, features
 from jointplay.analysis.states.matching import Attractors, match
+from jointplay.analysis.states.saddles import without_saddles
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import quarters
 from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing
@@ -95,7 +96,8 @@ def basins(
     Returns
     -------
     xarray.Dataset
-        Over the plane: ``attractor`` (0: none, see ``node_status``); ``followed``, how; with `refine` also
+        Over the plane: ``attractor`` (0: none, see ``node_status``; `saddle` where an orbit is reached that
+        attracts nothing); ``followed``, how; with `refine` also
         ``computed`` and ``refinement_level``. Over ``number``, the
         attractors: ``period`` (0: none), ``count``, ``fraction``, ``fraction_standard_error``, 95 % interval
         ``fraction_low`` to ``fraction_high``; ``section_state`` over ``point`` and ``state``, and the same
@@ -125,10 +127,14 @@ def basins(
         found = yield from _ended(starts, values, observation, progress)
     status, periods, ways, states = found
     points = [features(starts.model, end) if len(end) else end for end in states]
-    attractors = _renumbered(match(periods, points, tolerance), len(nodes))
+    sorted_ends, on_saddle = without_saddles(
+        match(periods, points, tolerance), states, starts.model, observation
+    )
+    attractors, on_saddle = _renumbered(sorted_ends, len(nodes)), on_saddle[: len(nodes)]
     labels, status = attractors.labels[: len(nodes)], status[: len(nodes)]
     table, count = labels.reshape(*map(len, axes.values())), len(attractors.periods)
-    variables = basin_dataset.plane_variables(tuple(axes), table, status.reshape(table.shape), count)
+    codes = np.where(on_saddle, basin_dataset.SADDLE, status).reshape(table.shape)
+    variables = basin_dataset.plane_variables(tuple(axes), table, codes, count)
     variables["followed"] = coded(tuple(axes), ways[: len(nodes)].reshape(table.shape), FOLLOWED, WAYS)
     variables |= basin_dataset.fractions(attractors, len(nodes), int(np.sum(status != BAD)))
     variables |= basin_dataset.section_points(attractors, states, starts)

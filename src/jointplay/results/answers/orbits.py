@@ -105,7 +105,7 @@ def basins(dataset: Dataset) -> str:
     lines = [f"{name}, by their shares of the starts: " + ", ".join(each[:LISTED] + more)]
     none = float(dataset["fraction_none"])
     if none > 0:
-        lines.append(f"{plain(100 * none, 2)} % of the starts reached none")
+        lines.append(f"{plain(100 * none, 2)} % of the starts reached none{_on_saddles(dataset)}")
     if "boundary_dimension" not in dataset:
         return "\n".join(lines)
     boundary, error = (
@@ -114,6 +114,12 @@ def basins(dataset: Dataset) -> str:
     if math.isfinite(boundary):
         lines.append(f"boundary of dimension {with_error(boundary, error)} in the plane")
     return "\n".join(lines)
+
+
+def _on_saddles(dataset: Dataset) -> str:
+    """Return how many of the nodes reach orbits that attract nothing."""
+    count = int(np.sum(codes.words(dataset["node_status"]).values == "saddle"))
+    return f", {count} of them a periodic orbit that attracts nothing" if count else ""
 
 
 def _attractor(one: Dataset) -> str:
