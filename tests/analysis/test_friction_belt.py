@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from jointplay.analysis import tangents
@@ -90,6 +90,19 @@ def test_steady_slip_takes_what_the_formula_says(name):
 
 def _signed(friction, v):
     return ratio(friction, v) * (math.copysign(1.0, v) if friction.law in STICKING else 1.0)
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7, 1e-9])
+@pytest.mark.parametrize(("narrow", "load"), [(0.01, -50.0), (0.03, -5.0)])
+def test_the_top_of_friction_at_rest_is_not_stepped_over(narrow, load, rtol):
+    """Speed turns under a load that is larger; the instant by quadrature."""
+    friction = Friction(law="stribeck", coefficient=0.1, static_coefficient=0.2, stribeck_velocity=narrow)
+    ends = (0.0, 5 * narrow, 1.0)
+    _, events, _ = motion(belt(friction, (0.0, ends[-1]), k=0.0, V=0.0, load=load), 1.0, rtol)
+    ((kind, turned, _),) = events
+    exact = sum(quad(lambda v: M / (ratio(friction, v) * N - load), *part)[0] for part in pairwise(ends))
+    assert kind == "slip_reversal"
+    assert turned == pytest.approx(exact, rel=2 * rtol)
 
 
 @pytest.mark.parametrize("name", each(LAWS))

@@ -10,9 +10,12 @@ import pytest
 
 from jointplay import catalog
 from jointplay.analysis import trajectory
+from jointplay.codegen import cache, elimination
 from jointplay.lab.paper.fixed_steps import _jacobian
 from jointplay.lab.stress.scenes import draw
 from jointplay.mechanism.assemble import assemble
+from jointplay.script.solver import solver
+from tests.script.in_node import needs_node, ran
 
 STUDY = Path(__file__).parents[2] / "studies/stress/stress_others.toml"
 SCENE = 1527  # of that study: a slider-crank with `lugre`
@@ -34,11 +37,73 @@ def radians(model, turns):
     return np.array(found)
 
 
-@pytest.mark.long
-def test_steps_follow_what_falling_friction_excites(monkeypatch):
+@pytest.fixture(scope="module")
+def case():
+    """The scene, whose vibration comes up from rounding after 0.35 turns and is a limit cycle after 0.4."""
     variants = tomllib.loads(STUDY.read_text())["analysis"]["variants"]
-    case = draw(catalog.chunmei2002(), SCENE, 0, tuple(variants))
-    assert case.friction_law == "lugre"
+    drawn = draw(catalog.chunmei2002(), SCENE, 0, tuple(variants))
+    assert drawn.friction_law == "lugre"
+    return drawn
+
+
+RAN_UP, SPAN, SAMPLES = 0.4, 0.05, 2000  # turns; twenty samples in a vibration
+
+
+def size_of(speeds):
+    """Of the vibration: the largest second difference of a speed at even times."""
+    return np.abs(np.diff(speeds, 2)).max()
+
+
+def vibration(model):
+    """Its size in a compiled run."""
+    at = (RAN_UP + SPAN * np.arange(1, SAMPLES + 1) / SAMPLES) * model.period
+    records = trajectory.follow(model, trajectory.Request(at[-1], 1e-8, at=at))
+    return size_of(records.samples[:, 1 + len(model.turning)])
+
+
+@pytest.fixture(scope="module")
+def single(case):
+    """Its size in a single run."""
+    return vibration(assemble(case.mechanism, case.initial))
+
+
+@pytest.fixture
+def planned(monkeypatch):
+    """The scene's structure by the sparse algebra, as if it had many unknowns."""
+    monkeypatch.setattr(cache, "_text", lambda structure: f"planned {structure!r}")
+    monkeypatch.setattr(elimination, "LARGEST_DENSE", 3)
+    trajectory.functions.cache_clear()
+    yield
+    trajectory.functions.cache_clear()
+
+
+PROGRAM = f"""
+const solver = makeSolver(data);
+solver.run({RAN_UP});
+return solver.run({SPAN}, {{ samples: {SAMPLES} }});
+"""
+
+
+@pytest.mark.long
+def test_a_sparse_system_follows_what_grows(case, single, planned, monkeypatch):
+    model = assemble(case.mechanism, case.initial)
+    assert cache.structure_module(model.structure).SIZES["planned"]
+    assert vibration(model) == pytest.approx(single, rel=0.1)
+    monkeypatch.setattr(trajectory, "_excites", lambda *_: False)
+    assert vibration(model) < 1e-3 * single
+
+
+@pytest.mark.long
+@needs_node
+def test_a_page_follows_what_grows(case, single, tmp_path):
+    script = solver(case.mechanism, initial=case.initial, names=("angular_velocity",))
+    found = ran(script.text, script.data, PROGRAM, tmp_path)
+    assert found["status"] == "ok"
+    assert size_of(found["angular_velocity"]["rod"]) == pytest.approx(single, rel=0.1)
+
+
+@pytest.mark.long
+def test_steps_follow_what_falling_friction_excites(case, monkeypatch):
     model = assemble(case.mechanism, case.initial)
     followed = radians(model, 0.45)
     monkeypatch.setattr(trajectory, "_excites", lambda *_: False)

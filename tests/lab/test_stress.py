@@ -1,8 +1,10 @@
 """Stress: sound runs pass, planted faults are found, and the answers come as one dataset."""
 
 import math
+import tomllib
 from dataclasses import replace
 from functools import reduce
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,11 +19,14 @@ from jointplay.analysis.trajectory import Request, follow
 from jointplay.equations.parameters import parameter_names
 from jointplay.errors import InputError
 from jointplay.lab.stress import motion, stress
-from jointplay.lab.stress.motion import move, residual, sizes
-from jointplay.lab.stress.verdict import VERDICTS, judge
+from jointplay.lab.stress.motion import kick, move, residual, sizes, upto
+from jointplay.lab.stress.stress import cell
+from jointplay.lab.stress.verdict import VERDICTS, disagreement, judge
 from jointplay.mechanism.assemble import assemble
 
 TOLERANCES = (1e-8, 1e-10)
+STUDY = Path(__file__).parents[2] / "studies/stress/stress_others.toml"
+VARIANTS = tuple(tomllib.loads(STUDY.read_text())["analysis"]["variants"])
 
 
 def never(*_) -> float:
@@ -61,6 +66,9 @@ def test_a_loose_run_passed_off_as_a_tight_one_is_suspect():
     assert verdict(true, tight, unit, lambda *_: own) == ("ok", "none")
     assert verdict(false, tight, unit, lambda *_: own) == ("suspect", "states")
     assert verdict(true, false, unit, lambda *_: own)[0] == "suspect"
+    twin = disagreement(move(kick(scene, 1e-10 * unit), 3, 1e-10, 10**5), tight, unit) / 1e-10
+    assert 1.0 < twin < own
+    assert verdict(false, tight, unit, lambda *_: twin) == ("suspect", "states")
 
 
 def test_a_broken_energy_balance_is_suspect(sound):
@@ -133,6 +141,23 @@ def test_chaos_is_sensitive_and_nothing_worse():
     assert verdict(loose, tight, unit, lambda *_: 1.0) == ("suspect", "states")
 
 
+def test_a_twin_starts_with_other_speeds_and_counts_as_far_as_the_run_came(sound):
+    scene, loose, tight, unit = sound
+    kicked = kick(scene, 1e-3 * unit)
+    assert np.flatnonzero(kicked.state != scene.state).tolist() == [*range(len(scene.turning), len(unit))]
+    short = replace(loose, states=loose.states[:9])
+    assert len(upto(tight, short).states) == len(upto(tight, short).met) == 9
+
+
+@pytest.mark.long
+def test_bodies_that_rattle_and_rest_are_sensitive_by_a_twin():
+    """Three rough rigid bearings: derivatives explain a thirteenth of what two tolerances differ by."""
+    found = cell(catalog.chunmei2002(), 2566, 0, VARIANTS, 1, 1e-8, 10**5)
+    assert VERDICTS[found["verdict"]] == "sensitive"
+    assert found["disagreement"] > 1e-4
+    assert found["growth"] > 1e6
+
+
 @pytest.mark.long
 def test_growth_is_the_largest_between_any_two_times_or_adds_up(monkeypatch):
     """Lorenz's system in three blocks, against derivatives of the flow over each of them.
@@ -177,7 +202,7 @@ def test_growth_within_a_block_explains_only_what_it_reaches(sound):
     assert asked == [(False, 1), (False, 4)]
     asked.clear()
     assert verdict(off, tight, unit, lambda *look: grows(*look, 100.0)) == ("suspect", "states")
-    assert asked == [(tighter, closer) for tighter in (False, True) for closer in (1, 4, 16)]
+    assert asked == [*((tighter, closer) for tighter in (False, True) for closer in (1, 4, 16)), (True, 0)]
 
 
 def test_a_bounce_that_just_happens_is_as_fast_as_the_root_of_what_made_it(sound):

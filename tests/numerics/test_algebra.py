@@ -65,6 +65,16 @@ def test_prediction_is_the_polynomial_of_the_last_step(form, sizes):
 
 
 @every_system
+def test_the_equations_about_a_state(form, sizes):
+    """The Jacobian itself, which a plan has as that of a residual."""
+    system = form(*sizes)
+    out = np.full((system.n + system.n_q + system.n) * (system.n_q + system.n), np.nan)
+    system.f.linearised(system.variant, system.values, out)
+    J = system.J
+    assert out[: J.size].reshape(J.shape) == pytest.approx(J, rel=1e-12, abs=1e-13 * np.abs(J).max())
+
+
+@every_system
 def test_error_estimate(form, sizes):
     """(I - h J / gamma)^-1 (h f(0) / gamma + sum e_i Z_i) over positions and speeds, in the weighed norm."""
     system, random = form(*sizes), np.random.default_rng(6)

@@ -1,10 +1,14 @@
 """The longest step that follows what grows, against LAPACK's eigenvalues and the stability function."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from jointplay.numerics import excited as EXCITED
-from jointplay.numerics import radau
+from jointplay.numerics import radau, wall_flow
+from jointplay.numerics.memory import FOLLOWED, GROWTH, NUMBERS, H
+from jointplay.numerics.walls import LOOK
 
 
 def taken(z: complex) -> float:
@@ -18,23 +22,30 @@ def longest(stiffness, damping, rate=1e-3, h=np.inf, weight=None):
     """The kernel's answer for q'' = stiffness q + damping q'."""
     n = len(stiffness)
     weight = np.ones(n) if weight is None else weight
-    J = np.hstack([stiffness, damping]).ravel()
-    room = np.zeros((2 * n + 2, 2 * n), dtype=complex)
-    return min(h, EXCITED.longest(J, np.concatenate([weight, weight]), room, n, n, rate))
+    room = np.full(6 * n * n, np.nan)  # J, then scratch
+    room[: 2 * n * n] = np.hstack([stiffness, damping]).ravel()
+    return min(h, EXCITED.longest(room, weight, n, n, rate))
 
 
-@pytest.mark.parametrize("n", [2, 3, 5, 12])
-def test_eigenvalues(n):
+CYCLE = np.roll(np.eye(6), 1, 0)  # without shifts beside its eigenvalues, the iteration stands still
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 12])
+def test_eigenvalues(n, monkeypatch):
+    """Real part and size of each, a pair of complex ones once."""
     random = np.random.default_rng(n)
-    for _ in range(10):
-        A = random.standard_normal((n, n)) * 10 ** random.uniform(-3, 3, (n, n))
-        room = np.zeros((n + 2, n), dtype=complex)
-        room[:n] = A
-        EXCITED._reduce(room, n)
-        EXCITED._iterate(room, n)
-        found, wanted = np.diag(room[:n]), np.linalg.eigvals(A)
-        apart = np.abs(found[:, None] - wanted)
-        assert max(apart.min(0).max(), apart.min(1).max()) < 1e-9 * np.abs(wanted).max()
+    drawn = [random.standard_normal((n, n)) * 10 ** random.uniform(-3, 3, (n, n)) for _ in range(10)]
+    for A in [*drawn, np.zeros((n, n)), *([CYCLE] if n == 5 else [])]:
+        found, at, size = [], 3, len(A)
+        monkeypatch.setattr(
+            EXCITED, "_fit", lambda gain, size, _, found=found: found.append((gain, size)) or np.inf
+        )
+        room = np.concatenate([np.full(at, np.nan), A.ravel(), [np.nan]])
+        assert EXCITED._longest(room, at, size, 0.0) == np.inf
+        values = np.linalg.eigvals(A)
+        wanted = np.column_stack([values.real, np.abs(values)])
+        apart = np.linalg.norm(np.array(found)[:, None] - wanted, axis=2)
+        assert max(apart.min(0).max(), apart.min(1).max()) <= 1e-9 * np.abs(values).max()
 
 
 @pytest.mark.parametrize("share", [1e-4, 1e-3, 1e-2, 1.0])
@@ -56,3 +67,17 @@ def test_only_what_grows_shortens_a_step():
     assert longest(stiff, -np.abs(damp[0, 0]) * np.eye(2), h=1.0, weight=weight) == 1.0
     assert longest(stiff, damp, rate=2.0, h=1.0, weight=weight) == 1.0
     assert longest(stiff, damp, h=1e-5, weight=weight) == 1e-5
+
+
+@pytest.mark.parametrize("unit", [EXCITED, wall_flow], ids=["soft joints", "rigid walls too"])
+def test_a_flow_is_told(unit):
+    """Of what grows about an attempt; a step that is short for all there is needs no eigenvalues."""
+    J = np.array([-1e6, 2.0])
+    k = SimpleNamespace(J=J, eigen=np.zeros(6), weight=np.ones(2))
+    x = SimpleNamespace(real=np.zeros(NUMBERS), modes=np.array([2]))
+    o = SimpleNamespace(n_q=1, n=1)
+    f = SimpleNamespace(linearised=lambda variant, J, out: np.copyto(out[:2], J))
+    for h, expected in ((1.0, longest(J[:1, None], J[1:, None])), (1e-4, np.inf)):
+        x.real[H], x.real[GROWTH] = h, 0.1
+        unit.at_wall(f, LOOK, LOOK, k, x, o)
+        assert x.real[FOLLOWED] == expected

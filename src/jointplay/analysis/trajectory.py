@@ -175,7 +175,7 @@ def functions(structure: Linkage | Oscillator) -> tuple:
 
     module = cache.structure_module(structure)
     sizes = module.SIZES
-    own = "wall_flow" if sizes["resets"] else "excited" if _excites(structure) else ""
+    own = wall_unit(structure)
     if own:
         cache.prepare(own)
     algebra = () if sizes["planned"] else (cache.algebra_module(sizes["positions"], sizes["speeds"]),)
@@ -262,12 +262,15 @@ def _loop(structure: Linkage | Oscillator) -> str:
     return "excited_flow" if _excites(structure) else "flow"
 
 
+def wall_unit(structure: Linkage | Oscillator) -> str:
+    """The unit of the method with what a structure has for `at_wall`; empty where it has nothing."""
+    walls = cache.structure_module(structure).SIZES["resets"]
+    return "wall_flow" if walls else "excited" if _excites(structure) else ""
+
+
 def _excites(structure: Linkage | Oscillator) -> bool:
     """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
-    if not any(joint.falls for joint in getattr(structure, "soft_joints", ())):
-        return False
-    sizes = cache.structure_module(structure).SIZES
-    return not (sizes["planned"] or sizes["resets"])
+    return any(joint.falls for joint in getattr(structure, "soft_joints", ()))
 
 
 def _section(request: Request) -> int:

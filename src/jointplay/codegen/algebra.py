@@ -11,6 +11,7 @@ constants are those of numerics.radau.
     factor(variant, w, J, h)               L U of (lambda/h) I - J_z - (h/lambda) J_q in four lanes
     newton(variant, w, s, J, weight, h)    one Newton update; its size
     estimate(variant, w, J, weight, error, h)  error estimate; its size
+    linearised(variant, J, out)            J itself, which a plan's algebra has to work out (numerics.sparse)
 
 Everything that a lane loop writes lies in the one buffer `w` (a loop of eight turns is not vectorised if it
 takes a check that two arrays do not overlap): first the method's rows, then the structure's. A complex
@@ -51,7 +52,7 @@ class Rows:
 def text(n_q: int, n: int) -> str:
     """Source of the module for n_q positions and n speeds."""
     rows = Rows(n_q, n)
-    parts = [part(rows) for part in (_extrapolate, _rest, _move, _factor, _newton, _estimate)]
+    parts = [part(rows) for part in (_extrapolate, _rest, _move, _factor, _newton, _estimate, _linearised)]
     return HEADER.format(n_q=n_q, n=n) + "\n\n".join(parts)
 
 
@@ -229,3 +230,8 @@ def _estimate(rows: Rows) -> str:
     return _function(
         "estimate", "variant, w, J, weight, error, h", body, [f"return sqrt(({total}) / {width}.0)"]
     )
+
+
+def _linearised(rows: Rows) -> str:
+    body = [f"for i in range({rows.n * (rows.n_q + rows.n)}):", "    out[i] = J[i]"]
+    return _function("linearised", "variant, J, out", body)

@@ -72,6 +72,7 @@ class Plan:
             "solve": _flat(self._substitution(E, X)),
             "masses": _flat(self._weighing()),
             "pulls": _flat((*place, at) for place, at in sorted(self.pull.items())),
+            "rates": _flat((*place, at) for place, at in sorted(self.rate.items())),
         }
 
     def _elimination(self, E: dict[Entry, int]) -> Iterator[list[int]]:
@@ -111,6 +112,7 @@ CALLS = {  # arguments of each function, and what its numerics.sparse namesake t
     "rest": ("w", "w, SIZE"),
     "move": ("w, s, h", "w, s, h, SIZE"),
     "factor": ("variant, w, J, h", "w, J, h, SIZE, ENTRIES_#, ELIMINATE_#"),
+    "linearised": ("variant, J, out", "J, out, SIZE, MASSES_#, RATES_#, PULLS_#"),
     "newton": ("variant, w, s, J, weight, h", "w, s, J, weight, h, SIZE, MASSES_#, SOLVE_#"),
     "estimate": (
         "variant, w, J, weight, error, h",

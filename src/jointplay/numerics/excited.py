@@ -4,22 +4,26 @@ The method is L-stable: of a mode with h |lambda| >> 1 it leaves nothing, also w
 that is long for a vibration that friction excites, as where it falls with the sliding speed, keeps it from
 ever coming up. No estimate of the error tells: without the vibration the motion is a solution as well, only
 one that nothing holds. Hence the eigenvalues of the step's Jacobian are looked at: those of q' = z, z' =
-J (q, z), by elimination to Hessenberg form and the QR iteration with Wilkinson's shifts.
+J (q, z), by elimination to Hessenberg form and the QR iteration with Francis's double shifts.
 
 On the imaginary axis the stability function is |R(iy)| = 1 - 2.4e-5 (y/5)^13, to a fifth for 5 <= y <= 7. A
-step is short enough if that takes less than half of what the mode gains in it. References: Wilkinson, The
-Algebraic Eigenvalue Problem (1965); Hairer and Wanner (see radau), section IV.3.
+step is short enough if that takes less than half of what the mode gains in it. References: Golub and Van
+Loan, Matrix Computations (2013), section 7.5; Hairer and Wanner (see radau), section IV.3.
+
+A matrix of n rows lies in one array from the place `at` on, its entry (r, c) at `at` + n r + c.
 """
 
-from math import copysign, hypot
+from math import copysign
 
 import numpy as np
 
 from .interface import SIGNATURES, inner
 from .memory import FOLLOWED, GROWTH, H
+from .modes import variant_of
 
 FAITHFUL, HALF, SPAN = 5.0, 1e5, 7.0  # h |lambda| at which R takes 2.4e-5; 2.5/2.4e-5, rounded; the most
-EPS, ITERATIONS = 1e-15, 30
+EPS, ITERATIONS = 1e-15, 40
+STALLED = 10  # iterations after which shifts are taken beside the eigenvalues
 
 
 @inner
@@ -36,114 +40,149 @@ def _bound(J, weight, n_q, n):
 
 
 @inner
-def _over(a, b):
-    """Quotient of complex numbers (Smith, 1962), without the error that / has in store for b = 0."""
-    if abs(b.real) >= abs(b.imag):
-        ratio = b.imag / b.real
-        whole = b.real + b.imag * ratio
-        return complex((a.real + a.imag * ratio) / whole, (a.imag - a.real * ratio) / whole)
-    ratio = b.real / b.imag
-    whole = b.real * ratio + b.imag
-    return complex((a.real * ratio + a.imag) / whole, (a.imag * ratio - a.real) / whole)
-
-
-@inner
-def _root(z):
-    """Square root of a complex number (Friedland, Algorithm 312, 1967)."""
-    a, b = z.real, z.imag
-    part = np.sqrt((abs(a) + hypot(a, b)) * 0.5)
-    if part == 0.0:
-        return 0.0 * z
-    return complex(part, b / (2 * part)) if a >= 0.0 else complex(abs(b) / (2 * part), copysign(part, b))
-
-
-@inner
-def _reduce(A, n):
+def _reduce(A, at, n):
     """Make A zero below its subdiagonal by elimination, keeping its eigenvalues."""
     for m in range(1, n - 1):
         p = m
         for i in range(m, n):
-            p = i if abs(A[i, m - 1]) > abs(A[p, m - 1]) else p
-        if A[p, m - 1] == 0.0:
+            p = i if abs(A[at + n * i + m - 1]) > abs(A[at + n * p + m - 1]) else p
+        pivot = A[at + n * p + m - 1]
+        if pivot == 0.0:
             continue
         for i in range(n):
-            A[m, i], A[p, i] = A[p, i], A[m, i]
+            above, below = at + n * m + i, at + n * p + i
+            A[above], A[below] = A[below], A[above]
         for i in range(n):
-            A[i, m], A[i, p] = A[i, p], A[i, m]
+            left, right = at + n * i + m, at + n * i + p
+            A[left], A[right] = A[right], A[left]
         for i in range(m + 1, n):
-            ratio = _over(A[i, m - 1], A[m, m - 1])
+            ratio = A[at + n * i + m - 1] / pivot
             if ratio != 0.0:
                 for c in range(n):
-                    A[i, c] -= ratio * A[m, c]
+                    A[at + n * i + c] -= ratio * A[at + n * m + c]
                 for r in range(n):
-                    A[r, m] += ratio * A[r, i]
+                    A[at + n * r + m] += ratio * A[at + n * r + i]
 
 
 @inner
-def _iterate(A, n):
-    """Bring the eigenvalues of a Hessenberg matrix to its diagonal."""
-    for end in range(n - 1, 0, -1):
-        for _ in range(ITERATIONS):
-            low = end
-            while low > 0 and abs(A[low, low - 1]) > EPS * (abs(A[low, low]) + abs(A[low - 1, low - 1])):
-                low -= 1
-            if low == end:
-                break
-            half = 0.5 * (A[end - 1, end - 1] - A[end, end])
-            root = _root(half * half + A[end - 1, end] * A[end, end - 1])
-            far = half + root if abs(half + root) > abs(half - root) else half - root
-            shift = A[end, end] - (_over(A[end - 1, end] * A[end, end - 1], far) if far != 0.0 else 0.0)
-            _sweep(A, n, low, end, shift)
+def _lowest(A, at, n, end):
+    """First row of the block that ends with row `end`, and hangs together."""
+    low = end
+    while low > 0:
+        here = at + (n + 1) * low
+        if not abs(A[here - 1]) > EPS * (abs(A[here]) + abs(A[here - n - 1])):
+            break
+        low -= 1
+    return low
 
 
 @inner
-def _sweep(A, n, low, end, shift):
-    """One QR step with a shift on rows and columns from `low` to `end`; rows n and n + 1 are scratch."""
-    for i in range(low, end + 1):
-        A[i, i] -= shift
-    for i in range(low, end):
-        a, b = A[i, i], A[i + 1, i]
-        size = np.sqrt(abs(a) ** 2 + abs(b) ** 2)
-        c, s = (_over(a, size + 0.0j), _over(b, size + 0.0j)) if size > 0.0 else (1.0 + 0.0j, 0.0j)
-        A[n, i], A[n + 1, i] = c, s
-        for j in range(i, end + 1):
-            upper, under = A[i, j], A[i + 1, j]
-            A[i, j] = c.conjugate() * upper + s.conjugate() * under
-            A[i + 1, j] = c * under - s * upper
-    for i in range(low, end):
-        c, s = A[n, i], A[n + 1, i]
-        for r in range(low, i + 2):
-            left, right = A[r, i], A[r, i + 1]
-            A[r, i] = left * c + right * s
-            A[r, i + 1] = right * c.conjugate() - left * s.conjugate()
-    for i in range(low, end + 1):
-        A[i, i] += shift
+def _sweep(A, at, n, low, end, total, product):
+    """One QR step on rows and columns `low` to `end`, at least three, with two shifts (sum and product)."""
+    here = at + (n + 1) * low
+    first, under = A[here], A[here + n]
+    x = first * (first - total) + A[here + 1] * under + product
+    y, z = under * (first + A[here + n + 1] - total), under * A[here + 2 * n + 1]
+    for k in range(low, end):
+        last = min(k + 2, end)
+        size = np.sqrt(x * x + y * y + z * z)
+        if size > 0.0:
+            whole = x + copysign(size, x)
+            y, z = y / whole, z / whole
+            twice = 2.0 / (1.0 + y * y + z * z)
+            for c in range(max(low, k - 1), end + 1):
+                place = at + n * k + c
+                part = A[place] + y * A[place + n] + (z * A[place + 2 * n] if last > k + 1 else 0.0)
+                A[place] -= twice * part
+                A[place + n] -= twice * y * part
+                if last > k + 1:
+                    A[place + 2 * n] -= twice * z * part
+            for r in range(low, min(k + 3, end) + 1):
+                place = at + n * r + k
+                part = A[place] + y * A[place + 1] + (z * A[place + 2] if last > k + 1 else 0.0)
+                A[place] -= twice * part
+                A[place + 1] -= twice * y * part
+                if last > k + 1:
+                    A[place + 2] -= twice * z * part
+        for r in range(k + 1, last + 1):
+            if k > low:
+                A[at + n * r + k - 1] = 0.0
+        x, y = A[at + n * (k + 1) + k], A[at + n * last + k] if last > k + 1 else 0.0
+        z = A[at + n * (k + 3) + k] if k + 3 <= end else 0.0
 
 
 @inner
-def longest(J, weight, A, n_q, n, rate):
-    """Longest step for modes that grow faster than `rate`, 1/s; A is scratch."""
-    n_x, weight, h = n_q + n, weight[n_q:], np.inf
-    for r in range(n_x):
-        for c in range(n_x):
-            A[r, c] = 1.0 if c == n_q + r else 0.0
-            if r >= n_q:
-                A[r, c] = J[(r - n_q) * n_x + c] * weight[r - n_q] / weight[c if c < n_q else c - n_q]
-    _reduce(A, n_x)
-    _iterate(A, n_x)
-    for r in range(n_x):
-        gain, size = A[r, r].real, abs(A[r, r])
-        if gain > rate:
-            h = min(h, min(SPAN, FAITHFUL * (HALF * gain / size) ** (1.0 / 12.0)) / size)
+def _fit(gain, size, rate):
+    """Longest step for a mode of |lambda| = `size`; one that gains no more than `rate` asks for none."""
+    if not gain > rate:
+        return np.inf
+    return min(SPAN, FAITHFUL * (HALF * gain / size) ** (1.0 / 12.0)) / size
+
+
+@inner
+def _longest(A, at, n, rate):
+    """Longest step for all modes that gain more than `rate`; 0 where the iteration does not converge."""
+    h, end, tries = np.inf, n - 1, 0
+    _reduce(A, at, n)
+    while end >= 0:
+        low, here = _lowest(A, at, n, end), at + (n + 1) * end
+        if low == end:
+            h = min(h, _fit(A[here], abs(A[here]), rate))
+            end, tries = end - 1, 0
+            continue
+        half = 0.5 * (A[here - n - 1] + A[here])
+        apart = 0.5 * (A[here - n - 1] - A[here])
+        square = apart * apart + A[here - 1] * A[here - n]
+        if low == end - 1:
+            if square < 0.0:
+                h = min(h, _fit(half, np.sqrt(half * half - square), rate))
+            else:
+                root = np.sqrt(square)
+                h = min(h, _fit(half - root, abs(half - root), rate))
+                h = min(h, _fit(half + root, abs(half + root), rate))
+            end, tries = end - 2, 0
+            continue
+        tries += 1
+        if tries > ITERATIONS:
+            return 0.0
+        total, product = 2.0 * half, half * half - square
+        if tries % STALLED == 0:
+            beside = abs(A[here - 1]) + abs(A[here - n - 2])
+            total, product = 1.5 * beside, beside * beside
+        _sweep(A, at, n, low, end, total, product)
     return h
 
 
 @inner
-def at_wall(f, guard, at, k, x, o):
-    """Note the longest step; in the place of what happens at walls (wall_flow), of which there are none."""
+def longest(A, weight, n_q, n, rate):
+    """Longest step for modes that gain more than `rate`, 1/s, of the Jacobian with which A begins.
+
+    The rest of A is scratch.
+    """
+    n_x, at = n_q + n, n * (n_q + n)
+    for r in range(n_x):
+        for c in range(n_x):
+            value = 1.0 if c == n_q + r else 0.0
+            if r >= n_q:
+                value = A[(r - n_q) * n_x + c] * weight[r - n_q] / weight[c if c < n_q else c - n_q]
+            A[at + n_x * r + c] = value
+    return _longest(A, at, n_x, rate)
+
+
+@inner
+def look(f, k, x, o):
+    """Note the longest step that follows what grows about the attempt in k."""
+    f.linearised(variant_of(x.modes), k.J, k.eigen)
+    weight = k.weight[o.n_q :]
     x.real[FOLLOWED] = np.inf
-    if x.real[H] * _bound(k.J, k.weight[o.n_q :], o.n_q, o.n) > FAITHFUL:
-        x.real[FOLLOWED] = longest(k.J, k.weight, k.modes, o.n_q, o.n, x.real[GROWTH])
+    if x.real[H] * _bound(k.eigen, weight, o.n_q, o.n) > FAITHFUL:
+        x.real[FOLLOWED] = longest(k.eigen, weight, o.n_q, o.n, x.real[GROWTH])
+
+
+@inner
+def at_wall(f, guard, at, k, x, o):
+    """Look; in the place of what happens at walls (wall_flow), of which there are none."""
+    look(f, k, x, o)
 
 
 UNIT = {"at_wall": SIGNATURES["at_wall"]}

@@ -70,7 +70,7 @@ from .record import closest_approaches, gains, note, sample
 from .saltation import before_event, begin_tangents, jump
 from .sections import count_event, sections
 from .sliding import walls_of
-from .step import attempt, keep
+from .step import attempt, estimate, keep
 from .tangent import NEUTRAL, ROWS, log_block, propagate, renew
 from .walls import LOOK, START, STEP, resting
 
@@ -181,11 +181,21 @@ def _start(f, k, x, o):
 
 @spliced
 def _take(f, variant, k, x, o, g, y, h, error):
-    """Take an accurate attempt up to its first event, tangents with it, or shorten the next one."""
+    """Take an accurate attempt up to its first event, tangents with it, or shorten the next one.
+
+    The step to the event has to be accurate itself: its last stages see there what lay between two stages of
+    the attempt, as the top that friction has at rest, which the motion beyond leaves at once.
+    """
     count, real = x.count, x.real
     doubts = o.sharp > 0.0 and doubtful(k, x, o, h)
     guard, length, root, sure = accept_until_event(f, variant, k, x, o, h)
     strain = 0.0
+    if sure and guard >= 0 and root > 0.0:
+        short = estimate(f, variant, k, x, o, length)
+        if not short < 1.0:
+            count[REJECTED] += 1
+            real[H] = shorter(real, length, short)
+            return
     if y is not None and sure and root > 0.0:
         strain = propagate(f, g, variant, k, x, o, y, length, root)
     if not sure:

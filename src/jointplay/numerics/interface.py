@@ -143,6 +143,7 @@ SIGNATURES = {
     "rest": void(vector),
     "move": void(vector, vector, REAL),
     "factor": void(INT, vector, vector, REAL),
+    "linearised": void(INT, vector, vector),
     "newton": Signature(REAL, (INT, vector, vector, vector, vector, REAL)),
     "estimate": Signature(REAL, (INT, vector, vector, vector, vector, REAL)),
     "variation": void(INT, vector, vector, vector, vector),
@@ -171,6 +172,7 @@ class Functions(NamedTuple):
     factor: Callable
     newton: Callable
     estimate: Callable
+    linearised: Callable
     at_wall: Callable
 
 

@@ -72,7 +72,9 @@ class Work(NamedTuple):
     stack: np.ndarray  # intervals of the root isolation
     contact: np.ndarray  # six numbers a contact, then a rigid wall, then a wall's friction
     impact: np.ndarray  # of impacts on several walls, or with friction (impacts)
-    modes: np.ndarray  # of the equations about a state: a matrix whose eigenvalues are found (excited)
+    eigen: (
+        np.ndarray
+    )  # of the equations about a state: J, then a matrix whose eigenvalues are found (excited)
 
 
 class Trajectory(NamedTuple):
@@ -158,7 +160,7 @@ def work(n_s: int, n_q: int, n: int, n_touch: int, n_powers: int, n_rows: int, n
         stack=np.zeros(STACK),
         contact=np.zeros(max(6 * n_touch, 1)),
         impact=np.zeros(STATE + n_s),
-        modes=np.zeros((n_q + n + 2, n_q + n), dtype=complex),
+        eigen=np.zeros((n + n_q + n) * (n_q + n)),
     )
 
 

@@ -40,6 +40,7 @@ UNIT = {  # what generated functions call by address (codegen.elimination)
     "rest": void(vector, _PLAN),
     "move": void(vector, vector, REAL, _PLAN),
     "factor": void(vector, vector, REAL, _PLAN, _PLAN, _PLAN),
+    "linearised": void(vector, vector, _PLAN, _PLAN, _PLAN, _PLAN),
     "newton": Signature(REAL, (vector, vector, vector, vector, REAL, _PLAN, _PLAN, _PLAN)),
     "estimate": Signature(REAL, (vector, vector, vector, vector, REAL, _PLAN, _PLAN, _PLAN, _PLAN)),
 }
@@ -75,6 +76,40 @@ def factor(w, J, h, size, entries, program):
         mass, rate, pull = J[m] if m >= 0 else 0.0, J[z] if z >= 0 else 0.0, J[q] if q >= 0 else 0.0
         complex_sum(w, at, -mass, ratio, -pull, moved, -rate)
     _execute(w, program)
+
+
+@compiled
+def linearised(J, out, size, masses, rates, pulls):
+    """M^-1 (B_q, B_z), row by row, and behind it scratch; lists as in `estimate`, `rates` that of B_z.
+
+    M is positive definite, so that nothing is exchanged (Gauss and Jordan).
+    """
+    n_q, n = size[0], size[1]
+    width, o = n_q + n, 0
+    M = n * width
+    for i in range(M + n * n):
+        out[i] = 0.0
+    for p in range(0, len(pulls), 3):
+        out[width * pulls[p] + pulls[p + 1]] = J[pulls[p + 2]]
+    for p in range(0, len(rates), 3):
+        out[width * rates[p] + n_q + rates[p + 1]] = J[rates[p + 2]]
+    for r in range(n):
+        for p in range(masses[o]):
+            out[M + n * r + masses[o + 2 + 2 * p] // 8 - n] = J[masses[o + 1 + 2 * p]]
+        o += 1 + 2 * masses[o]
+    for m in range(n):
+        pivot = out[M + n * m + m]
+        for r in range(n):
+            ratio = out[M + n * r + m] / pivot
+            if r != m and ratio != 0.0:
+                for c in range(m, n):
+                    out[M + n * r + c] -= ratio * out[M + n * m + c]
+                for c in range(width):
+                    out[width * r + c] -= ratio * out[width * m + c]
+        for c in range(width):
+            out[width * m + c] /= pivot
+        for c in range(m, n):
+            out[M + n * m + c] /= pivot
 
 
 @compiled

@@ -78,11 +78,17 @@ def attempt(f, variant, k, x, o, h):
     solved, real[CONTRACTION] = converge(f, variant, k, x, h, o.newton, real[CONTRACTION])
     if not solved or _turned(w, x.turning, first + 8, o.n_q):
         return -1.0
+    return estimate(f, variant, k, x, o, h)
+
+
+@inner
+def estimate(f, variant, k, x, o, h):
+    """Error of the step of length h in k, whose matrices are factored, in units of the tolerance."""
     for r in range(o.n_q):
-        k.error[r] = s[1 + o.n_q + r]
+        k.error[r] = x.s[1 + o.n_q + r]
     for r in range(o.n):
-        k.error[o.n_q + r] = w[first + 8 * (1 + o.n_q + o.n + r) + 7]
-    size = f.estimate(variant, w, k.J, k.weight, k.error, h)
+        k.error[o.n_q + r] = k.w[8 * (o.first + 1 + o.n_q + o.n + r) + 7]
+    size = f.estimate(variant, k.w, k.J, k.weight, k.error, h)
     if size >= 1.0 and not x.count[SMOOTH]:
         size = _estimate_again(f, variant, k, x, o, h)
     return size

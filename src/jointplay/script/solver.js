@@ -6,7 +6,7 @@ function makeSolver(data) {
   const LANES = 8;
   const PIECE = 32; // attempts between two looks at the clock
   const [STEPS, REJECTED, FAILED, , , , SAMPLES, LOGGED, , FRESH, SMOOTH, , PASSED, STARTED] = data.places_of.count;
-  const { H, LEVEL } = data.places_of.real;
+  const { H, LEVEL, GROWTH } = data.places_of.real;
   const { OK, FULL, STEP_LIMIT } = data.codes;
   const INTEGERS = ["modes", "flags", "fired", "group", "count", "alive"];
 
@@ -69,6 +69,7 @@ function makeSolver(data) {
       }
     });
     start.real[H] = data.first_step * period;
+    if (start.real[GROWTH] > 0) start.real[GROWTH] = x.real[GROWTH] = 1 / period;
     return !closing || closes();
   }
 
@@ -256,7 +257,7 @@ function makeSolver(data) {
     while (code === STEP_LIMIT || code === FULL) {
       if (performance.now() > until) break;
       o.max_steps = x.count[STEPS] + x.count[REJECTED] + x.count[FAILED] + PIECE;
-      code = tangent ? flow$run(functions, k, x, o, variations, y) : flow$run(functions, k, x, o, null, null);
+      code = flow$run(functions, k, x, o, variations, tangent ? y : null);
       drained(found);
     }
     const done = (x.s[0] - from) / period;

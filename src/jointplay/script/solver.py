@@ -20,7 +20,7 @@ from jointplay.analysis.exponents.frame_growth import SOLVED, frame
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.quantities import EVENTS, WORDS
 from jointplay.analysis.tangents import measures, scales, tolerated
-from jointplay.analysis.trajectory import Request, memory
+from jointplay.analysis.trajectory import Request, memory, wall_unit
 from jointplay.codegen import cache, place
 from jointplay.codegen.generated import source
 from jointplay.codegen.lambert import LAMBERT
@@ -179,8 +179,8 @@ def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
     if not sizes["planned"]:
         text = algebra.text(sizes["positions"], sizes["speeds"])
         parts["functions"].append(generated("algebra", text))
-    if sizes["resets"]:
-        parts["functions"].append(unit_of("jointplay.numerics.wall_flow"))
+    if beside := wall_unit(structure):
+        parts["functions"].append(unit_of(f"jointplay.numerics.{beside}"))
     handed = []
     for name, fields in (("functions", Functions._fields), ("variations", Variations._fields)):
         known = {field: unit for unit in parts[name] for field in fields if field in unit.functions}
@@ -215,7 +215,6 @@ def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Unit:
 def _begun(model: Model, request: Request) -> dict[str, Any]:
     """Arrays and options of a run, as lengths where they begin as zeros."""
     k, x, o = memory(model, request)
-    x.real[GROWTH] = 0.0  # complex numbers have no translation
     names = cache.structure_module(model.structure).STATE[1:]
     crank = f"theta_{model.crank}"
     return {
@@ -227,7 +226,7 @@ def _begun(model: Model, request: Request) -> dict[str, Any]:
         "period": model.period,
         "first_step": float(x.real[H]) / model.period,
         "crank": names.index(crank) if crank in names else None,
-        "places_of": {"count": list(range(COUNTERS)), "real": {"H": H, "LEVEL": LEVEL}},
+        "places_of": {"count": list(range(COUNTERS)), "real": {"H": H, "LEVEL": LEVEL, "GROWTH": GROWTH}},
         "codes": {"OK": int(Status.OK), "FULL": FULL, "STEP_LIMIT": int(Status.STEP_LIMIT)},
         "rows": {each.word: float(each) for each in Row},
     }

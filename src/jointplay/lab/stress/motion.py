@@ -5,7 +5,8 @@ flow carries it on. So what counts are growths between any two times: with Phi_k
 block k, jumps at events included, the norms of Phi_j ... Phi_i, i <= j: the largest, or if it is more a tenth
 of their sum over i, since errors of that size in all blocks add up. The frame of unit tangents starts anew
 with each block, so that none of it is lost to the fastest direction. What grows and is ended by an event (the
-onset of sticking) within a block does not show: shorter blocks show it.
+onset of sticking) within a block does not show: shorter blocks show it. Rest on rigid walls takes from the
+derivatives what it does not take from the motion: there the difference of a twin tells.
 
 At equal times two runs differ by a whole jump of the speeds where only one of them has met an impact yet. So
 impacts are counted, on each rigid wall since something last came to rest there.
@@ -14,7 +15,7 @@ impacts are counted, on each rigid wall since something last came to rest there.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -131,6 +132,18 @@ def residual(model: Model, records: Records) -> float:
     flowed += float(np.max(found["kinetic_energy"], initial=0.0))
     largest = float(np.max(np.abs(found["energy_residual"]), initial=0.0))
     return largest / flowed if flowed > 0.0 else largest
+
+
+def kick(model: Model, difference: np.ndarray) -> Model:
+    """The model with other speeds at its start, where the gaps and loops are as they were."""
+    speeds = np.arange(len(model.state)) >= len(model.turning)
+    return replace(model, state=model.state + np.where(speeds, difference, 0.0))
+
+
+def upto(motion: Motion, other: Motion) -> Motion:
+    """A motion as far as another one came."""
+    n = len(other.states)
+    return replace(motion, states=motion.states[:n], met=motion.met[:n])
 
 
 def largest_growth(

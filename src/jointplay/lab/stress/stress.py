@@ -15,10 +15,10 @@ from typing import Any
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
 from jointplay.analysis.keywords import Moving, Progress, Rtol, analysis, listed
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.lab.stress.motion import largest_growth, move, sizes
+from jointplay.lab.stress.motion import kick, largest_growth, move, sizes, upto
 from jointplay.lab.stress.scenes import FOUR_BARS, VARIANTS, Case, draw, not_drawable, unknown_variants
 from jointplay.lab.stress.stress_dataset import dataset
-from jointplay.lab.stress.verdict import CAUSES, VERDICTS, judge
+from jointplay.lab.stress.verdict import CAUSES, VERDICTS, disagreement, judge
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.base import Count, Natural
@@ -112,6 +112,10 @@ def cell(
     unit, common = sizes(scene, tight), min(loose.turns, tight.turns)
 
     def growth(tighter: bool, closer: int) -> float:
+        if not closer:
+            kicked = kick(scene, TIGHTER * rtol * unit)
+            twin = move(kicked, turns, TIGHTER * rtol, PATIENCE * max_steps)
+            return disagreement(upto(twin, loose), tight, unit) / (TIGHTER * rtol)
         steps, tolerance = (PATIENCE * max_steps, TIGHTER * rtol) if tighter else (max_steps, rtol)
         plain = assemble(case.mechanism, case.initial)
         return largest_growth(plain, unit, common, tolerance, GROWING * steps, closer)
