@@ -10,7 +10,7 @@ import jointplay as jp
 from jointplay.analysis.keywords import doubts
 from jointplay.cli import main
 from jointplay.errors import InputError, ModelWarning
-from jointplay.mechanism import catalog, turning
+from jointplay.mechanism import catalog, plausible, turning
 from jointplay.mechanism.closure import ideal_state
 from jointplay.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE
 from jointplay.mechanism.records import (
@@ -48,6 +48,20 @@ def refusal(call, *values, **given):
 
 def geared(speed):
     return USUAL.replace(drive=USUAL.drive.model_copy(update={"synchronous_speed": speed}))
+
+
+def test_what_fields_accept_is_read_once_for_each_kind_of_record(monkeypatch):
+    """A sweep or a curve makes thousands of copies: types are not read anew for every number of each."""
+    plain = catalog.chunmei2002(clearance=2e-5)
+
+    def again(field):
+        raise AssertionError("read again")
+
+    monkeypatch.setattr(plausible, "units_of", again)
+    monkeypatch.setattr(plausible, "above_zero", again)
+    assert plain.replace(clearance=3.1e-5).clearance_joints[0].clearance == 3.1e-5
+    with pytest.raises(InputError, match="mass"):
+        plain.replace(**{"links.coupler.mass": 1e-200})
 
 
 def test_a_clearance_as_long_as_a_link_is_refused():

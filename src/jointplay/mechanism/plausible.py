@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 from jointplay.accepted import above_zero, units_of
@@ -56,10 +57,10 @@ def nonsense(mechanism: Any) -> Iterator[Problem]:
 
 def _sizes(mechanism: Any) -> Iterator[Problem]:
     """Numbers whose products overflow or, where they cannot be 0, underflow."""
-    for key, value, field in _numbers(mechanism, ""):
-        least = SMALLEST if above_zero(field) else 0.0
+    for key, value, units, positive in _numbers(mechanism, ""):
+        least = SMALLEST if positive else 0.0
         if not least <= abs(value) <= 1 / SMALLEST:
-            unit = "" if units_of(field) in (None, "1") else f" {units_of(field)}"
+            unit = "" if units in (None, "1") else f" {units}"
             size = f"0, or a number between {SMALLEST:g} and {1 / SMALLEST:g}{unit} in size, is accepted"
             yield Problem(key, value, size)
 
@@ -106,25 +107,32 @@ def _under(problem: Problem) -> Problem:
     return Problem(join("mechanism", problem.key), problem.given, problem.expected)
 
 
-def _numbers(record: Any, root: str) -> Iterator[tuple[str, float, Any]]:
-    """Key, value and field of every number of a record and its parts."""
-    for name, field in type(record).model_fields.items():
-        value, key = getattr(record, name), join(root, field.alias or name)
+@cache
+def _fields(kind: type[Record]) -> list[tuple[str, str, str | None, bool]]:
+    """Name, key, units of every field of a kind of record, and whether it takes what is above 0 alone."""
+    fields = kind.model_fields.items()
+    return [(name, each.alias or name, units_of(each), above_zero(each)) for name, each in fields]
+
+
+def _numbers(record: Any, root: str) -> Iterator[tuple[str, float, str | None, bool]]:
+    """Key, value, units of every number of a record and its parts, and whether it must be above 0."""
+    for name, word, units, positive in _fields(type(record)):
+        value, key = getattr(record, name), join(root, word)
         rows = [(key, value)]
         if isinstance(value, tuple):
             rows = [(join(key, f"[{i}]"), each) for i, each in enumerate(value)]
         if isinstance(value, dict):
-            rows = [(join(key, str(word)), each) for word, each in value.items()]
+            rows = [(join(key, str(inner)), each) for inner, each in value.items()]
         for place, each in rows:
             if isinstance(each, Record):
                 yield from _numbers(each, place)
             elif isinstance(each, float):
-                yield place, each, field
+                yield place, each, units, positive
 
 
 def _in(mechanism: Any, unit: str, root: str = "") -> Iterator[tuple[str, float]]:
     """Key and value of every number of a record that is in this unit."""
-    return ((key, value) for key, value, field in _numbers(mechanism, root) if units_of(field) == unit)
+    return ((key, value) for key, value, units, _ in _numbers(mechanism, root) if units == unit)
 
 
 def _links(mechanism: Any) -> Iterator[tuple[bool, Problem]]:
