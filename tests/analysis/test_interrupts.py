@@ -139,6 +139,13 @@ def test_progress_never_falls_and_ends_at_one(name):
     assert told[-1] == 1.0
 
 
+@pytest.mark.parametrize("name", ["spectrum", "chaos_test", "dimension"])
+def test_most_of_the_progress_is_told_while_a_motion_is_followed(name):
+    told = []
+    CALLS[name](30, progress=told.append)
+    assert 0.5 < max(share for share in told if share < 1.0)
+
+
 def fixed(attempts):
     """What stands for `pieces.pace`: pieces of so many attempts, however long they take."""
 
