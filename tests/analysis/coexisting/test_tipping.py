@@ -205,6 +205,15 @@ def test_beyond_a_narrow_band_the_smallest_knock_that_is_confirmed_is_told():
     assert math.isnan(wide.share)
 
 
+def test_a_motion_with_a_period_is_known_by_its_states_of_one_period():
+    base = assemble(WELLS, None, section_of(WELLS))
+    motions = Motions(base, Observation(60, 16, 0, 1e-3, 1e-9))
+    assert motions.sort([base]).tolist() == [0]
+    (motion,) = motions.known
+    assert motion.period == len(motion.states) == len(motion.points) == 1
+    assert motion.states[0] == pytest.approx(jp.periodic_orbit(WELLS)["orbit_state"].values, abs=1e-6)
+
+
 def test_there_is_no_return_to_what_has_no_period_nor_from_a_knock_that_cannot_be():
     case = told(lambda place, size: 0, False)
     case.motions.known = [Lasting(0, np.zeros((4, 2)), np.zeros((4, 2)))]

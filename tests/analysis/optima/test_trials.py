@@ -9,6 +9,7 @@ import xarray as xr
 import jointplay as jp
 from jointplay.analysis.optima import opening
 from jointplay.analysis.optima import trials as trials_module
+from jointplay.analysis.optima.confirmed import beside
 from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.optimise import _way
 from jointplay.analysis.optima.trials import INVALID, Aim, Trial, Trials, best
@@ -67,6 +68,20 @@ def test_failed_trials_have_no_objective():
     table = _way(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)))
     assert np.isnan(table["objective"][1]).tolist() == [False, True, True]
     assert np.isnan(table["tried_missed"][1]).tolist() == [False, True, True]
+
+
+def test_designs_beside_an_optimum_differ_by_a_share_of_each_variable_or_lie_at_its_bound():
+    """Of two variables from 2 to 6 and from 0 to 10, at 4 and at 10; the quantity is their sum."""
+    low, width = np.array([2.0, 0.0]), np.array([4.0, 10.0])
+
+    def tried(x):
+        return Trial(x, np.array([np.sum(low + width * x)]), np.zeros((1, 2)), 0, 0, 1.0)
+
+    runs = SimpleNamespace(low=low, width=width, by=("a", "b"), tried=tried)
+    aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1))
+    table = beside(runs, aim, tried(np.array([0.5, 1.0])), 0.01, 1e-6)
+    assert table["neighbour_objective"][1].ravel() == pytest.approx([13.96, 14.04, 13.9, np.nan], nan_ok=True)
+    assert table["neighbour_gain"][1] == pytest.approx(0.1)
 
 
 class Bowl:
