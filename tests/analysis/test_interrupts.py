@@ -135,7 +135,15 @@ def test_progress_never_falls_and_ends_at_one(name):
     told = []
     CALLS[name](30, progress=told.append)
     assert told == sorted(told)
+    assert told[0] >= 0.0
     assert told[-1] == 1.0
+
+
+@pytest.mark.parametrize("name", ["spectrum", "chaos_test", "dimension"])
+def test_most_of_the_progress_is_told_while_a_motion_is_followed(name):
+    told = []
+    CALLS[name](30, progress=told.append)
+    assert max(share for share in told if share < 1.0) > 0.5
 
 
 def fixed(attempts):

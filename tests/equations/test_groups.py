@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import math
 
 import numpy as np
 import pytest
@@ -159,6 +160,13 @@ def test_slopes_against_complex_steps(name):
 def settling(model):
     """Rate at which memories decay."""
     return dict(zip(plain(model.structure).PARAMETERS, model.numbers, strict=True))["settling"]
+
+
+@pytest.mark.parametrize("speed", [0.5, 40.0])
+def test_after_a_turn_nothing_is_left_of_what_memories_began_with(speed):
+    """As slow or fast as it turns, since time has no other unit."""
+    model = assemble(SCENES["bars"]().replace(drive=None), {"crank_angle": 0.4, "crank_speed": speed})
+    assert math.exp(-settling(model) * math.tau / speed) < 1e-13
 
 
 def test_reactions_to_a_billionth():

@@ -60,7 +60,9 @@ def test_what_is_told_of_the_passes(ideal):
 def test_one_turn_whose_passes_do_not_agree_shows_in_the_status(ideal):
     before = ideal[0].change.values[:, 3]  # the second turn starts closer to its answer
     between = float(np.sqrt(before.prod()))
-    found = jp.waveform(IDEAL, turns=2, step=1e-5, passes=4, tolerance=between)
+    told = []
+    found = jp.waveform(IDEAL, turns=2, step=1e-5, passes=4, tolerance=between, progress=told.append)
+    assert [share for share in told if 0 < share < 1] == [0.5]  # once a turn
     assert found.converged.values.tolist() == [0, 1]
     assert found.status == 4
 

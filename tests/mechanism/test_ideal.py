@@ -8,7 +8,7 @@ import pytest
 from jointplay.mechanism import catalog
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.ideal import ideal_configuration
+from jointplay.mechanism.ideal import ideal_configuration, placed
 from jointplay.mechanism.kinematic_chains import Forest
 from jointplay.mechanism.records import Joint, Mechanism, Pin
 from tests.mechanism.wrong import only, problems_of
@@ -54,6 +54,18 @@ def test_the_branch_that_is_guessed():
     x = [ideal_configuration(each, 0.5, 1.0).points["slider"][0][0] for each in (mechanism, left)]
     middle, reach = 0.05 * math.cos(0.5), math.sqrt(0.12**2 - (0.05 * math.sin(0.5)) ** 2)
     assert x == pytest.approx([middle + reach, middle - reach], abs=1e-13)
+
+
+def test_a_start_given_for_all_links_is_the_one_that_closes():
+    """With angles and speeds of a mechanism that closes, points and their speeds are those of its loop."""
+    here = catalog.slider_crank(offset=0.02, clearance=0)
+    found = ideal_configuration(here, 0.8, 5.0)
+    given = placed(here, found.angles, found.speeds)
+    assert given.angles == pytest.approx(found.angles, abs=1e-12)
+    assert given.speeds == pytest.approx(found.speeds, abs=1e-12)
+    for link, (point, velocity) in found.points.items():
+        assert given.points[link][0] == pytest.approx(point, abs=1e-12)
+        assert given.points[link][1] == pytest.approx(velocity, abs=1e-11)
 
 
 def test_what_does_not_close_says_how_far_it_misses():

@@ -277,6 +277,19 @@ def test_inertia_mass_and_centre_of_no_link_are_refused_or_doubted(key):
     assert not unit or f"write '{value:g} {unit}'" in said[f"mechanism.links[0].{key}"]
 
 
+def test_the_unit_is_asked_for_where_a_link_has_its_mass_far_out():
+    """The radius of gyration that is meant is 1.2 lengths, as of a crank with a flywheel beyond its end."""
+    said = refusal(with_crank, inertia=None, inertia_centre=6.0)
+    assert "write '6 kg cm²'" in said["mechanism.links[0].inertia_centre"]
+
+
+def test_a_whole_turn_is_an_angle_in_radians():
+    table = USUAL.model_dump(mode="json")
+    assert found(Mechanism(**table | {"guess": {"crank": math.tau}})) == {}
+    beyond = found(Mechanism(**table | {"guess": {"crank": 1.001 * math.tau}}))
+    assert set(beyond) == {"mechanism.guess.crank"}
+
+
 def test_a_link_lighter_than_air_is_doubted():
     said = found(with_crank(mass=1e-8, inertia=None, inertia_centre=1e-12))
     assert "lighter than the air" in said["mechanism.links[0].mass"]

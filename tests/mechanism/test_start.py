@@ -42,6 +42,19 @@ def test_play_takes_any_start():
     assert start(LOOSE, {"angle": ANGLES, "angular_velocity": SPEEDS})[:2] == (ANGLES, SPEEDS)
 
 
+@pytest.mark.parametrize(("clearances", "taken"), [(9.9, True), (10.1, False)])
+def test_a_journal_starts_at_most_ten_clearances_off(clearances, taken):
+    """As docs/study-files.md says. The rocker is turned by as much as puts its pin off by such a chord."""
+    angles, speeds = ideal_state(LOOSE)
+    joint, rocker = LOOSE.clearance_joints[0], LOOSE.joint("B").bearing
+    turn = 2 * math.asin(clearances * joint.clearance / (2 * rocker.at))
+    given = {"angle": angles | {rocker.link: angles[rocker.link] + turn}, "angular_velocity": speeds}
+    if taken:
+        assert assemble(LOOSE, given).links
+    else:
+        assert set(problems_of(assemble, LOOSE, given)) == {"initial.angle"}
+
+
 @pytest.mark.parametrize("mechanism", [CLOSED, STEADY], ids=["motor", "steady"])
 @pytest.mark.parametrize("key", ["angle", "angular_velocity"])
 def test_a_closed_loop_takes_no_angles_of_its_links(mechanism, key):

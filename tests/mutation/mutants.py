@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import random
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import ndiff
 from itertools import chain
@@ -90,12 +91,12 @@ class _Places(Visitor):
         return node
 
 
-def places(source: str) -> dict[int, list[tuple[str, int]]]:
+def places(source: str, operators: Iterable[str] = OPERATORS) -> dict[int, list[tuple[str, int]]]:
     """Operators and occurrences by line."""
     tree, idle = get_ast(source), annotated(source)
     found = defaultdict(list)
-    for name, operator in OPERATORS.items():
-        visitor = _Places(operator)
+    for name in operators:
+        visitor = _Places(OPERATORS[name])
         visitor.walk(tree)
         for occurrence, start in enumerate(visitor.found):
             if not any(first <= start < last for first, last in idle):
@@ -144,13 +145,11 @@ def described(file: str, source: str, operator: str, occurrence: int) -> Mutant 
 
 def found_again(mutant: Mutant, source: str) -> str | None:
     """The source with a mutant that an earlier version was drawn with; None where its line is no more."""
-    near = sorted(places(source).items(), key=lambda item: abs(item[0] - mutant.line))
-    for _, ways in near:
-        for operator, occurrence in ways:
-            if operator == mutant.operator:
-                other = described(mutant.file, source, operator, occurrence)
-                if other and (other.before, other.after) == (mutant.before, mutant.after):
-                    return mutated(source, operator, occurrence)
+    near = sorted(places(source, [mutant.operator]).items(), key=lambda item: abs(item[0] - mutant.line))
+    for operator, occurrence in chain.from_iterable(ways for _, ways in near):
+        other = described(mutant.file, source, operator, occurrence)
+        if other and (other.before, other.after) == (mutant.before, mutant.after):
+            return mutated(source, operator, occurrence)
     return None
 
 
@@ -160,13 +159,16 @@ def room(file: Path, package: Path) -> str:
     return inside[0] if len(inside) > 1 else package.name
 
 
-def draw(package: Path, size: int, seed: int) -> list[Mutant]:
+def draw(package: Path, size: int, seed: int, within: Iterable[Path] = ()) -> list[Mutant]:
     """Draw lines from every room in proportion to its length, and of each line one mutant.
 
+    `within` are files and folders to draw from in place of the package; each is a room of its own then.
     Whichever number of them is taken from the beginning is a fair sample as well.
     """
     dice, rooms = random.Random(seed), defaultdict(list)
-    for file in sorted(package.rglob("*.py")):
+    for place in within:
+        rooms[str(place)] = sorted(place.rglob("*.py")) if place.is_dir() else [place]
+    for file in [] if rooms else sorted(package.rglob("*.py")):
         rooms[room(file, package)].append(file)
     length = {name: sum(len(f.read_text().splitlines()) for f in files) for name, files in rooms.items()}
     lines = {name: _shuffled(files, dice) for name, files in sorted(rooms.items())}

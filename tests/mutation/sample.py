@@ -45,17 +45,31 @@ def write(rows: list[dict]) -> None:
 
 
 def draw(options) -> None:
-    """Draw a new sample in place of the old one, or of its rows alone whose lines are no more."""
-    sample = mutants.draw(ROOT / "src" / "jointplay", options.size, options.seed)
+    """Draw a new sample; or new rows in place of those whose lines are no more, or behind the others."""
+    rows, within = read(), [ROOT / place for place in options.within]
+    sample = mutants.draw(ROOT / "src" / "jointplay", options.size, options.seed, within)
     drawn = [dict.fromkeys(COLUMNS, "") | vars(mutant) for mutant in sample]
-    write(_filled(read(), drawn) if options.gone else drawn)
+    write(_filled(rows, drawn) if options.gone else rows + _unknown(rows, drawn) if within else drawn)
+
+
+def _unknown(rows: list[dict], drawn: list[dict]) -> list[dict]:
+    known = {(row["file"], row["before"], row["after"]) for row in rows}
+    return [row for row in drawn if (row["file"], row["before"], row["after"]) not in known]
+
+
+def _is_gone(row: dict) -> bool:
+    file = ROOT / row["file"]
+    return not file.exists() or mutants.found_again(_mutant(row), file.read_text()) is None
+
+
+def _mutant(row: dict) -> mutants.Mutant:
+    return mutants.Mutant(*(int(row[k]) if str(row[k]).isdigit() else row[k] for k in COLUMNS[:6]))
 
 
 def _filled(rows: list[dict], drawn: list[dict]) -> list[dict]:
-    known = {(row["file"], row["before"], row["after"]) for row in rows}
-    new = [row for row in drawn if (row["file"], row["before"], row["after"]) not in known]
+    new = _unknown(rows, drawn)
     by_room = {name: iter([row for row in new if _room(row) == name]) for name in {*map(_room, rows)}}
-    return [next(by_room[_room(row)]) if row["verdict"] == "gone" else row for row in rows]
+    return [next(by_room[_room(row)]) if _is_gone(row) else row for row in rows]
 
 
 def copied(work: Path) -> Path:
@@ -80,7 +94,7 @@ def run(options) -> None:
         places.put(copied(options.work / f"job{job}"))
 
     def tried(number: int, row: dict) -> None:
-        mutant = mutants.Mutant(*(int(row[k]) if row[k].isdigit() else row[k] for k in COLUMNS[:6]))
+        mutant = _mutant(row)
         place = places.get()
         try:
             verdict, by = trial.judged(mutant, place, options.work, known, options.plain)
@@ -139,7 +153,8 @@ def main(arguments=None) -> int:
     one = verbs.add_parser("draw", help=draw.__doc__)
     one.add_argument("--size", type=int, default=400)
     one.add_argument("--seed", type=int, required=True)
-    one.add_argument("--gone", action="store_true", help="only in place of rows whose verdict is gone")
+    one.add_argument("--gone", action="store_true", help="only in place of rows whose lines are no more")
+    one.add_argument("--within", nargs="*", default=[], help="files and folders from which rows are added")
     one.set_defaults(do=draw)
     two = verbs.add_parser("map", help=cover.__doc__)
     two.add_argument("tests", nargs=argparse.REMAINDER, help="folders or files, then options of pytest")

@@ -26,6 +26,14 @@ def test_a_step_after_an_event_begins_with_what_served_last_in_its_mode(variant)
     assert (real[H_PAST], count[SMOOTH]) == (1e-4, 1)
 
 
+@pytest.mark.parametrize("error", [1.5, 1e3, 1e12, np.inf])
+def test_a_rejected_step_is_tried_again_shorter_but_by_a_tenth_at_most(error):
+    """Also where two errors of one step after the other have shown a high order."""
+    real = np.zeros(NUMBERS)
+    assert 0.1 <= control.shorter(real, 1.0, 1e15 * error) / 1.0 <= 0.5
+    assert 0.1 <= control.shorter(real, 0.1, error) / 0.1 < 1.0
+
+
 def test_what_was_kept_short_by_something_else_is_no_length_that_served():
     real, _ = lengths(1, [(1e-4, 0.2), (1e-9, 1e-10)])
     assert real[H] < 1e-8

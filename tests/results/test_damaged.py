@@ -3,12 +3,14 @@
 import random
 
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import jointplay as jp
 from jointplay import cli, figures
 from jointplay.analysis.states.basins import basins
 from jointplay.errors import InputError
+from jointplay.figures.drawing import artists
 from tests.figures.support.synthetic import response
 from tests.figures.test_pictures import leaning
 from tests.results import damage
@@ -41,6 +43,15 @@ def test_dollar_signs_in_a_name_are_drawn_as_they_stand(tmp_path):
     texts = [each for each in figures.draw(odd).findobj(Text) if name in each.get_text()]
     assert texts
     assert not any(each.get_parse_math() for each in texts)
+
+
+def test_each_line_of_a_label_is_mathematics_or_not_by_itself(caplog):
+    """As they are drawn; what is asked of both at once has no sign for the line's end, which is then told."""
+    figure = Figure()
+    two, one = figure.text(0, 0, "$x^2$\ncosts $5"), figure.text(0, 0, "$x^2$\n$\\frac$")
+    artists.literal(figure)
+    assert (two.get_parse_math(), one.get_parse_math()) == (True, False)
+    assert not caplog.records
 
 
 def test_basins_without_the_boundarys_dimension_have_an_answer():

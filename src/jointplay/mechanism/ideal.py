@@ -251,7 +251,7 @@ def open_arcs(mechanism: Mechanism) -> tuple[tuple[float, float], ...]:
 
     fine = np.linspace(begin + ahead * math.tau, begin + (1 - back) * math.tau, AROUND)
     found = [opens(angle) for angle in fine]
-    edges = [fine[0]] * found[0]
+    edges = []  # at the first angle it closes still
     for i in np.flatnonzero(np.diff(found)):
         low, high = fine[i], fine[i + 1]
         while high - low > LEAST:

@@ -1,13 +1,14 @@
 """What makes a knock confirmed, an edge state one, and two motions without a period the same."""
 
 import math
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from jointplay.analysis.coexisting import edge as edge_module
-from jointplay.analysis.coexisting.edge import edge_state
+from jointplay.analysis.coexisting.edge import Boundary, edge_state
 from jointplay.analysis.coexisting.identity import distance
 from jointplay.analysis.coexisting.lasting import FAILED, UNSETTLED
 from jointplay.analysis.coexisting.recognised import Lasting, along
@@ -76,6 +77,34 @@ def test_an_edge_state_leaves_the_boundary_in_one_direction_alone(monkeypatch, u
     monkeypatch.setattr(edge_module, "shortest", lambda orbit, _: orbit)
     monkeypatch.setattr(edge_module, "multipliers", lambda _: np.array(unstable))
     assert (edge_state(Approached(), 3) is orbit) == taken
+
+
+@dataclass(frozen=True)
+class Angle:
+    """A motion that starts at an angle."""
+
+    state: np.ndarray
+    fold: np.ndarray = field(default_factory=lambda: np.array([True]))
+
+
+def test_a_pair_that_a_turn_parts_is_halved_in_again_about_the_boundary():
+    """A turn takes angles ten thousand times as far off, and on by a whole turn."""
+    edge = 2.0
+
+    def image(state, _):
+        return SimpleNamespace(status=0, state=edge + 1e4 * (state - edge) + math.tau)
+
+    def sort(models):
+        return np.array([int(each.state[0] > edge) for each in models])
+
+    section = SimpleNamespace(image=image, differ=lambda one, other: one - other, place=None)
+    motions = SimpleNamespace(base=Angle(np.zeros(1)), sort=sort)
+    pair = Boundary(motions, 0, section, np.array([edge - 1e-8]), np.array([edge + 1e-8]))
+    for _ in range(3):
+        assert pair.turn()
+        assert pair.width <= 1e-9
+        assert pair.inside[0] <= edge < pair.outside[0]
+        pair.inside, pair.outside = pair.inside - 1e-8, pair.outside + 1e-8
 
 
 def test_nothing_runs_along_a_motion_without_a_period():

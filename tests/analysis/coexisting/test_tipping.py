@@ -1,6 +1,7 @@
 """What tips motions: knocks by the laws of impulse, known boundaries, edge states on saddle orbits."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from jointplay import catalog
 from jointplay.analysis.coexisting.knocks import Knock, knocks, speeds_by_moment
 from jointplay.analysis.coexisting.lasting import FAILED, Motions
 from jointplay.analysis.coexisting.point_impulses import Impulse
-from jointplay.analysis.coexisting.recognised import Lasting
+from jointplay.analysis.coexisting.recognised import FromAfar, Lasting
 from jointplay.analysis.coexisting.smallest import ABOVE, AT, BELOW, Knocked, Place, smallest
 from jointplay.analysis.coexisting.tipping import returned
 from jointplay.analysis.evaluate import Quantities
@@ -203,6 +204,18 @@ def test_beyond_a_narrow_band_the_smallest_knock_that_is_confirmed_is_told():
     wide = bands(1.0005, 1.5)
     assert wide.confirmed == wide.high
     assert math.isnan(wide.share)
+
+
+def test_a_motion_with_a_period_is_known_by_its_states_of_one_period():
+    base = assemble(WELLS, None, section_of(WELLS))
+    motions = Motions(base, Observation(60, 16, 0, 1e-3, 1e-9))
+    assert motions.sort([base]).tolist() == [0]
+    (motion,) = motions.known
+    assert motion.period == len(motion.states) == len(motion.points) == 1
+    assert motion.states[0] == pytest.approx(jp.periodic_orbit(WELLS)["orbit_state"].values, abs=1e-6)
+    labels, motions.turns = np.full(1, -1), np.full(1, -1)
+    motions._sort({0: replace(base, state=motion.states[0])}, labels, FromAfar([motion], 1e-3))
+    assert (labels[0], motions.turns[0] > 0) == (0, True)  # in the transient, whatever is seen from afar
 
 
 def test_there_is_no_return_to_what_has_no_period_nor_from_a_knock_that_cannot_be():

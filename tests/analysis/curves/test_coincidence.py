@@ -1,10 +1,16 @@
 """Curves along which a slip reversal and the beginning of its contact are at one time."""
 
+import math
+
 import numpy as np
 import pytest
 
 import jointplay as jp
 from jointplay import catalog
+from jointplay.analysis.curves.coincidence import sliding
+from jointplay.codegen import cache
+from jointplay.mechanism.assemble import assemble
+from tests.analysis.test_flat_landing import PLAY, STILL, block
 
 CONTACTS = ("contact", "separation")
 
@@ -17,6 +23,21 @@ def reversals(linkage, point, share):
     kinds, times = orbit["event_kind"].values, orbit["event_time"].values / float(orbit["period_time"])
     slips, others = times[kinds == "slip_reversal"], times[np.isin(kinds, CONTACTS)]
     return len(slips), min(np.abs(np.subtract.outer(slips, others)).ravel(), default=np.inf)
+
+
+CORNERS = [(side, front) for side in (1, -1) for front in (1, -1)]
+
+
+@pytest.mark.parametrize("corner", range(4))
+def test_a_corner_slides_and_is_as_deep_as_its_place_says(corner):
+    """Of a block that leans in its guide; in flight too, as if it touched."""
+    model, (side, front) = assemble(block(), STILL), CORNERS[corner]
+    at = {"theta_block": 0.01, "x_0": 1e-3, "y_0": 2e-5, "w_block": 3.0, "vx_0": 0.2, "vy_0": -0.1}
+    state = [at[name] for name in cache.structure_module(model.structure).STATE[1:]]
+    ((slides, gap, _),) = sliding(model, np.array([[0.0, *state, *np.zeros(4)]]), corner)
+    height = front * 0.02 * math.sin(0.01) + side * 0.01 * math.cos(0.01)
+    assert slides == pytest.approx(0.2 - 3.0 * height, abs=1e-12)
+    assert gap == pytest.approx(side * (2e-5 + height) - 0.01 - PLAY, abs=1e-15)
 
 
 @pytest.mark.long

@@ -1,11 +1,16 @@
 """Trials of an optimisation that fail: none is kept as a design, none starts another."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
 
 import jointplay as jp
+from jointplay.analysis.optima import opening
 from jointplay.analysis.optima import trials as trials_module
+from jointplay.analysis.optima.confirmed import beside
+from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.optimise import _way
 from jointplay.analysis.optima.trials import INVALID, Aim, Trial, Trials, best
 
@@ -63,3 +68,62 @@ def test_failed_trials_have_no_objective():
     table = _way(runs, Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)))
     assert np.isnan(table["objective"][1]).tolist() == [False, True, True]
     assert np.isnan(table["tried_missed"][1]).tolist() == [False, True, True]
+
+
+def test_designs_beside_an_optimum_differ_by_a_share_of_each_variable_or_lie_at_its_bound():
+    """Of two variables from 2 to 6 and from 0 to 10, at 4 and at 10; the quantity is their sum."""
+    low, width = np.array([2.0, 0.0]), np.array([4.0, 10.0])
+
+    def tried(x):
+        return Trial(x, np.array([np.sum(low + width * x)]), np.zeros((1, 2)), 0, 0, 1.0)
+
+    runs = SimpleNamespace(low=low, width=width, by=("a", "b"), tried=tried)
+    aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1))
+    table = beside(runs, aim, tried(np.array([0.5, 1.0])), 0.01, 1e-6)
+    assert table["neighbour_objective"][1].ravel() == pytest.approx([13.96, 14.04, 13.9, np.nan], nan_ok=True)
+    assert table["neighbour_gain"][1] == pytest.approx(0.1)
+
+
+class Bowl:
+    """Trials of (x - 0.9)^2; after the first some have no motion."""
+
+    def __init__(self, failing):
+        self.made, self.failing = [], failing
+
+    def at(self, x):
+        status = 4 if 0 < len(self.made) <= self.failing else 0
+        found = Trial(x, (x - 0.9) ** 2, 2 * (x - 0.9)[None], status, 0, 1.0)
+        self.made.append(found)
+        return found
+
+
+@pytest.mark.parametrize("failing", [0, 1, 6])
+def test_a_box_that_failures_have_drawn_in_grows_again(failing):
+    """After six it is 2.4e-4 of the range wide, and the best design lies further off than forty such."""
+    aim = Aim(0, 1.0, FREE, np.zeros(1), np.ones(1))
+    end, found = descended(Bowl(failing), aim, np.array([0.1]), 1e-10, 1000)
+    assert end == "converged"
+    assert found.x[0] == pytest.approx(0.9, abs=1e-4)
+
+
+@pytest.mark.parametrize(("last", "kept"), [(1.0, 1.0), (0.2, 10**-0.75), (0.0, 0.0)])
+def test_after_a_share_of_play_that_fails_a_smaller_step_is_tried(monkeypatch, last, kept):
+    """`last` is the largest share at which constraints can be kept."""
+    tried = []
+
+    def at_share(share):
+        return SimpleNamespace(share=share, at=lambda x: trial(0.0, share=share))
+
+    def descended(part, *_):
+        tried.append(part.share)
+        return "converged", trial(0.0, 0 if part.share <= last else 4, share=part.share)
+
+    monkeypatch.setattr(opening, "_with_share", lambda trials, share: at_share(share))
+    monkeypatch.setattr(opening, "descended", descended)
+    aim = SimpleNamespace(sized=lambda trial: aim, missed=lambda trial: 0.0)
+    end, _, share = opening.opened(at_share(1.0), aim, np.zeros(1), 1e-6, 100)
+    assert end == ("converged" if last == 1 else "infeasible")
+    assert share == pytest.approx(kept)
+    for i, each in enumerate(tried):
+        if each > last and i + 1 < len(tried):
+            assert max(s for s in tried[:i] if s <= last) < tried[i + 1] < each

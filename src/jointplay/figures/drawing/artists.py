@@ -259,6 +259,7 @@ def status_note(dataset: Dataset) -> str:
 
 def literal(figure: Figure) -> None:
     """Have texts drawn as they stand that are no mathematics, such as names with dollar signs."""
+    from matplotlib.cbook import is_math_text
     from matplotlib.mathtext import MathTextParser
     from matplotlib.text import Text
 
@@ -266,11 +267,11 @@ def literal(figure: Figure) -> None:
     for ax in figure.axes:  # texts of ticks are made when they are asked for
         ax.get_xticklabels(), ax.get_yticklabels()
     for text in figure.findobj(Text):
-        if text.get_text().count("$") > 1:
-            try:
-                mathematics.parse(text.get_text())
-            except ValueError:
-                text.set_parse_math(False)
+        try:
+            for line in filter(is_math_text, text.get_text().split("\n")):
+                mathematics.parse(line)
+        except ValueError:
+            text.set_parse_math(False)
 
 
 def finish(figure: Figure, dataset: Dataset) -> Figure:
