@@ -89,7 +89,7 @@ def wheel(tree: Path, folder: Path) -> Path | None:
         return None
     built = folder / "tree"
     shutil.copytree(tree / "src", built / "src", ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
+    for name in ("pyproject.toml", ".gitignore", "README.md", "LICENSE"):
         shutil.copy(tree / name, built)
     pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
     target = ("--target", str(folder / "installed"))

@@ -1,14 +1,19 @@
-"""Generated texts as machine code against themselves as plain Python, number by number and bit by bit.
+"""Generated texts as machine code and as JavaScript against themselves as plain Python, bit by bit.
 
 Written without licences of arithmetic (fused multiply-add, reciprocals), instructions do what Python does, so
-every bit is the same, in rows of lanes too. Sines and powers are those of one library on both sides.
+every bit is the same, in rows of lanes too. Sines and powers are those of one library on both sides. Node has
+another, so there others stand in for them on both sides (tests/script/test_translate.py has Node's own).
 """
 
 from __future__ import annotations
 
+import ast
+import copy
 import inspect
 import math
 import zlib
+from functools import lru_cache
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -17,24 +22,24 @@ from jointplay import catalog
 from jointplay.codegen import cache, objects
 from jointplay.codegen.ensemble import hindrance
 from jointplay.codegen.generated import Function, _address
-from jointplay.codegen.instructions import RefusedError, written
+from jointplay.codegen.instructions import written
+from jointplay.codegen.reader import RefusedError, Text
 from jointplay.mechanism.assemble import assemble
-from tests.codegen.samples import ARGUMENTS, oscillator
+from jointplay.script.translate import Script
+from tests.codegen.samples import oscillator
+from tests.script.in_node import needs_node, ran
 from tests.support import one_lane
 from tests.support.laws_grid import GUIDED, PAIRS, mechanism
 from tests.support.plain import run
 
 LARGE = 20000  # numbers in an array: more than any text reads
-LINKAGES = ("chunmei2002", "slider_crank", "watt", "quick_return")
 LAWS = [("four_bar", *PAIRS[k], False) for k in (2, 4, 5, 6)] + [("guide", *GUIDED[0], False)]
 LAWS += [("four_bar", "restitution", "none", False), ("slider_crank", "hertz", "stribeck", True)]
 
 
 def models():
-    for name in (*ARGUMENTS, "lorenz", "duffing", "jerk"):
+    for name in catalog.NAMES:
         yield name, lambda name=name: oscillator(name)
-    for name in LINKAGES:
-        yield name, lambda name=name: assemble(catalog.NAMES[name]())
     for cell in LAWS:
         yield "-".join(map(str, cell)), lambda cell=cell: assemble(mechanism(*cell))
 
@@ -42,39 +47,66 @@ def models():
 MODELS = dict(models())
 
 
-def texts(model):
+@lru_cache(maxsize=1)
+def texts(name):
     """Every text of a model's structure: its own, derivatives, algebra, and those in lanes."""
-    structure, made = model.structure, cache._from_equations
-    yield "module", (own := made("module", structure))
-    sizes = run(own).SIZES
-    yield "variation", made("variation", structure, sizes["first"], bool(sizes["planned"]))
+    structure, made = MODELS[name]().structure, cache._from_equations
+    found = {"module": made("module", structure)}
+    sizes = run(found["module"]).SIZES
+    found["variation"] = made("variation", structure, sizes["first"], bool(sizes["planned"]))
     if not sizes["planned"]:
-        yield "algebra", cache._writer("algebra").text(sizes["positions"], sizes["speeds"])
+        found["algebra"] = cache._writer("algebra").text(sizes["positions"], sizes["speeds"])
     if not hindrance(structure):
-        yield "ensemble", made("ensemble.equations", structure)
+        found["ensemble"] = made("ensemble.equations", structure)
+    return found
 
 
-def reference(text):
-    """A text as Python, with functions of the system's mathematical library, as machine code has them."""
+def library(name):
+    """A function of the system's mathematical library, which machine code calls."""
+    function = getattr(math, name.replace("ln", "log"))
 
-    def number(function):
-        def found(*values):
-            try:
-                return np.float64(function(*values))
-            except ValueError:
-                return np.float64(np.nan)
-            except OverflowError:
-                return np.float64(np.inf)
+    def found(*values):
+        try:
+            return np.float64(function(*values))
+        except ValueError:
+            return np.float64(np.nan)
+        except OverflowError:
+            return np.float64(np.inf)
 
-        return found
+    return found
 
+
+STAND_INS = {"sin": 0.1, "cos": 0.2, "tanh": 0.3, "exp": 0.4, "log": 0.5}
+
+
+def stand_in(name):
+    """What stands in for such a function: a fraction, which has the same bits everywhere."""
+    c = STAND_INS[name.replace("ln", "log")]
+    return lambda x: c + x / (1.0 + x * x)
+
+
+class Powers(ast.NodeTransformer):
+    """Powers but squares as calls."""
+
+    def visit_BinOp(self, node):
+        self.generic_visit(node)
+        if not isinstance(node.op, ast.Pow) or ast.unparse(node.right) == "2":
+            return node
+        return ast.Call(ast.Name("power", ast.Load()), [node.left, node.right], [])
+
+
+def reference(text, function=library):
+    """A text as Python, with functions of a library that the other side has too."""
+    if function is stand_in:
+        text = ast.unparse(ast.fix_missing_locations(Powers().visit(ast.parse(text))))
     module = run(text)
     scope = next(
         each.__globals__ for each in vars(module).values() if getattr(each, "__module__", "") is None
     )
+    scope["power"] = lambda a, b: a * (b + 0.5)
     for name in ("sin", "cos", "tanh", "exp", "log", "ln"):
         if name in scope:
-            scope[name] = number(getattr(math, name.replace("ln", "log")))
+            scope[name] = function(name)
     return module
 
 
@@ -83,6 +115,50 @@ def compiled(text, licences=""):
     instructions, entries, outside = written(text, licences)
     library = objects.Library(objects.emit(instructions), {name: _address(name) for name in outside})
     return {name: (Function(library, name, kinds), kinds[1:]) for name, kinds in entries.items()}
+
+
+def machine_code(text, calls, _):
+    functions = compiled(text)
+    return [functions[name][0](*given) for name, given in calls]
+
+
+CALLS = """
+const fs = require("fs"), numbers = new Float64Array(new Uint8Array(fs.readFileSync(data.file)).buffer);
+for (const [name, c] of Object.entries(data.stand_ins)) Math[name] = (x) => c + x / (1 + x * x);
+Math.pow = (a, b) => a * (b + 0.5);
+let at = 0;
+const taken = (each) => (Array.isArray(each) ? numbers.subarray(at, (at += each[0])) : each);
+const returned = data.calls.map(([name, given]) => eval(name)(...given.map(taken)));
+fs.writeFileSync(data.file, new Uint8Array(numbers.buffer));
+return returned;
+"""
+
+
+def javascript(text, calls, folder):
+    script, own, file = Script(), Text.of(text), folder / "numbers"
+    arrays = [each for _, given in calls for each in given if isinstance(each, np.ndarray)]
+    np.concatenate(arrays).tofile(file)
+    named = [
+        (
+            script.function(own, name),
+            [[len(each)] if isinstance(each, np.ndarray) else each for each in given],
+        )
+        for name, given in calls
+    ]
+    runtime = (files("jointplay.script") / "runtime.js").read_text()
+    data = {"file": str(file), "calls": named, "stand_ins": STAND_INS}
+    returned = ran(runtime + script.text, data, CALLS, folder)
+    for array, found in zip(arrays, np.split(np.fromfile(file), len(arrays)), strict=True):
+        array[:] = found
+    return returned
+
+
+OWN = ("module", "variation", "algebra")
+BACK_ENDS = {  # which texts they write, how, and what stands there for the functions of a library
+    "numbers": (OWN, machine_code, library),
+    "rows": (("ensemble",), machine_code, library),
+    "JavaScript": (OWN, javascript, stand_in),
+}
 
 
 def arguments(kinds, names, seed):
@@ -101,26 +177,44 @@ def arguments(kinds, names, seed):
     return found
 
 
-def differences(text, seeds=range(3)):
+def differences(text, back_end=machine_code, function=library, folder=None):
     """Functions of a text whose numbers are not those of its Python, to the bit."""
-    plain, found = reference(text), []
-    for name, (function, kinds) in compiled(text).items():
-        expected = getattr(plain, name)
-        names = expected.__code__.co_varnames
-        for seed in seeds:
-            ours = arguments(kinds, names[: len(kinds)], [seed, zlib.crc32(name.encode())])
-            theirs = [each.copy() if isinstance(each, np.ndarray) else each for each in ours]
-            with np.errstate(all="ignore"):
-                values = function(*ours), expected(*theirs)
-            pairs = [values] if kinds and values[1] is not None else []
-            pairs += [(a, b) for a, b in zip(ours, theirs, strict=True) if isinstance(a, np.ndarray)]
-            if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
-                found.append(name)
-                break
-    return found
+    plain, ours, kinds = reference(text, function), [], written(text).entries
+    for name in kinds:
+        names = getattr(plain, name).__code__.co_varnames
+        ours += [
+            (
+                name,
+                arguments(kinds[name][1:], names[: len(kinds[name]) - 1], [seed, zlib.crc32(name.encode())]),
+            )
+            for seed in range(3)
+        ]
+    theirs, found = copy.deepcopy(ours), set()
+    with np.errstate(all="ignore"):
+        returned = back_end(text, ours, folder)
+        expected = [getattr(plain, name)(*given) for name, given in theirs]
+    for (name, mine), (_, other), *values in zip(ours, theirs, returned, expected, strict=True):
+        pairs = [map(float, values)] if kinds[name][0] != "v" else []
+        pairs += [pair for pair in zip(mine, other, strict=True) if isinstance(pair[0], np.ndarray)]
+        if not all(np.array_equal(a, b, equal_nan=True) for a, b in pairs):
+            found.add(name)
+    return sorted(found)
 
 
-LONG = ("slider_crank-hertz-stribeck-True", "guide-kelvin_voigt-coulomb-False")  # half a minute each
+LONG = (  # half a minute each
+    *("slider_crank-hertz-stribeck-True", "guide-kelvin_voigt-coulomb-False"),
+    *("ivp_crank", "flores2010", "siconos_four_bar"),
+)
+TABLE = [
+    pytest.param(
+        *(name, back_end),
+        marks=[pytest.mark.long] * (name in LONG or (translated and name not in catalog.NAMES))
+        + [needs_node] * translated,
+    )
+    for name in MODELS
+    for back_end in BACK_ENDS
+    for translated in [back_end == "JavaScript"]
+]
 
 
 @pytest.mark.parametrize("positions", [1, 3])
@@ -132,28 +226,48 @@ def test_code_in_lanes_of_a_size_does_what_its_text_says(positions):
     assert differences(algebra) == differences(tangents) == []
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.long) if name in LONG else name for name in MODELS]
-)
-def test_machine_code_does_what_its_text_says(name):
-    wrong = {kind: differences(text) for kind, text in texts(MODELS[name]())}
+@pytest.mark.parametrize(("name", "back_end"), TABLE)
+def test_every_function_does_what_its_text_says(name, back_end, tmp_path):
+    wanted, *how = BACK_ENDS[back_end]
+    found = {kind: text for kind, text in texts(name).items() if kind in wanted}
+    assert found or back_end == "rows"  # which not all structures have
+    wrong = {kind: differences(text, *how, tmp_path) for kind, text in found.items()}
     assert not any(wrong.values()), wrong
 
 
 STRANGE = {
-    "with open('x') as f: pass": "with open",
-    "w[0] = [1.0][0]": "[1.0]",
-    "w[0] = print(1.0)": "print",
-    "w[0] = 'text'": "'text'",
-    "w[0] = w[0:2:2]": "0:2:2",
     "x = 1.0\n    if w[0] > 0.0:\n        x = 1\n        x = w\n    w[1] = x": "x",
-    "w[0] = x": "x",
     "if w[0] > 0.0:\n        return 1.0": "a way without a value",
     "if w[0] > 0.0:\n        return 1.0\n    return 2": "return 2",
     "w[w[0]] = 1.0": "a place that is no integer",
     "w[0] = not w[0]": "not w[0]",
-    "w[0] = g(w[0])": "g",
     "for x in w:\n        pass": "for x in w",
+    "if w[0]:\n        w[1] = 1.0": "a number as a truth",
+    "return print": "print",
+    "w.fill(0.0)": "the name w",
+}
+REFUSED_BY_ALL = {
+    "with open('x') as f: pass": "With (with open",
+    "w[0] = [1.0][0]": "List ([1.0])",
+    "return [x + 1.0 for x in w]": "ListComp",
+    "return f'{w}'": "JoinedStr",
+    "try:\n        w[0] = 1.0\n    finally:\n        w[1] = 1.0": "Try",
+    "w[0] = abs(x=w[0])": "Call",
+    "w[int(w[0])] //= 2": "int(w[0])",
+    "def g(x):\n        pass": "FunctionDef",
+    "w[0] = 'text'": "'text'",
+    "w[0] = w[0:2:2]": "0:2:2",
+    "w[0] = x": "the name x",
+    "w[0] = print(w[0])": "print",
+    "w[0] = g(w[0])": "the name g",
+    "w[-1] = 1.0": "UnaryOp (-1)",
+    "w[0:2] = 1.0": "w[0:2]",
+    "a, b = w[0], w[1], w[2]": "a, b",
+    "while w[0] > 0.0:\n        w[0] = w[1]\n    else:\n        w[1] = 1.0": "While",
+    "for j in range(3):\n        pass\n    else:\n        w[1] = 1.0": "For",
+    "for j in range(3):\n        j = 0\n        w[j] = 1.0": "the loop's variable j",
+    "for j in range(3):\n        pass\n    w[0] = j": "the name j",
+    "for j in range(0, 3, len(w)):\n        w[j] = 1.0": "a step",
 }
 
 
@@ -162,6 +276,16 @@ def test_what_it_cannot_write_it_refuses_by_name(body):
     with pytest.raises(RefusedError) as refused:
         written(f"def f(w):\n    {body}\n")
     assert STRANGE[body] in str(refused.value)
+
+
+@pytest.mark.parametrize("back_end", [written, lambda text: Script().function(Text.of(text), "f")])
+@pytest.mark.parametrize("body", REFUSED_BY_ALL)
+def test_what_languages_do_not_share_every_back_end_refuses(body, back_end):
+    with pytest.raises(RefusedError, match=r"text.py:[2-4] in f: ") as refused:
+        back_end(f"def f(w):\n    {body}\n")
+    assert REFUSED_BY_ALL[body] in str(refused.value)
+    with pytest.raises(RefusedError, match=r"text.py:1 in f: arguments that are not plain"):
+        back_end("def f(w, x=1.0):\n    pass\n")
 
 
 def test_a_function_that_calls_itself_is_refused():
@@ -178,6 +302,8 @@ def test_arrays_that_lie_otherwise_are_not_taken(given):
 
 def test_control_flow_and_integers():
     text = """
+import math
+
 def f(variant, w, h):
     n = len(w)
     total, k = 0.0, 0
@@ -189,7 +315,7 @@ def f(variant, w, h):
         k += 1
     for j in range(n - 1, 0, -2):
         total = total * 2.0 + w[j] if w[j] > h else total
-    w[0] = total + g(w[1:3], n)
+    w[0] = total + g(w[1:3], n) + math.sqrt(w[4])
     return total
 
 
@@ -210,7 +336,7 @@ def g(part, n):
 @pytest.mark.parametrize("processor", ["x86-64", "x86-64-v3"])
 def test_code_for_another_processor_does_the_same(processor):
     kind = objects.target()._replace(cpu=processor, features="")
-    _, text = next(texts(MODELS["chunmei2002"]()))
+    text = texts("chunmei2002")["module"]
     instructions, entries, _ = written(text, "")
     here, there = (objects.Library(objects.emit(instructions, each)) for each in (objects.target(), kind))
     found = []

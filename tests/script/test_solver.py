@@ -7,10 +7,10 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
+from jointplay.codegen.reader import RefusedError
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.positions import origins
 from jointplay.script import solver as solver_module
-from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import WITHIN, followed
 from jointplay.script.solver import RECORDED, solver, solver_text
 from tests.support.driven_scenes import written
@@ -271,7 +271,7 @@ def test_a_run_goes_on_after_its_budget_and_from_a_given_state(tmp_path):
 
 def test_equations_without_a_translation_are_refused_as_input(monkeypatch):
     def none(*_):
-        raise UntranslatableError("structure.py:7 in rate: the function gamma is not in the subset")
+        raise RefusedError("structure.py:7 in rate: the function gamma is not in the subset")
 
     monkeypatch.setattr(solver_module, "solver_text", none)
     with pytest.raises(

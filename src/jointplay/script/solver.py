@@ -25,6 +25,7 @@ from jointplay.codegen import cache, place
 from jointplay.codegen.generated import source
 from jointplay.codegen.lambert import LAMBERT
 from jointplay.codegen.outputs import needed
+from jointplay.codegen.reader import RefusedError, Text, imported
 from jointplay.equations.structure import Linkage, Oscillator
 from jointplay.errors import refuse
 from jointplay.mechanism.joints import Joint
@@ -37,9 +38,8 @@ from jointplay.numerics.memory import COUNTERS, GROWTH, LEVEL, H
 from jointplay.numerics.modes import RELEASED
 from jointplay.numerics.tangent import BLOCK, GRAZING, LIMIT, NEUTRAL, NEXT, SALTATION, TOLERANCE, tangents
 from jointplay.script.closing import closing, ideal
-from jointplay.script.expressions import UntranslatableError
 from jointplay.script.sliders import followed
-from jointplay.script.translate import Script, Unit, generated, unit_of
+from jointplay.script.translate import Script
 
 RECORDED = ("angle", "angular_velocity", "journal_x", "journal_y", "normal_force", "reaction")
 RECORDED += ("slide_position", "state_value")
@@ -127,7 +127,7 @@ def solver(
     try:
         text = solver_text(model.structure, tuple(named.key(*each) for each in shown), start)
         return Solver(text, data)
-    except UntranslatableError as error:
+    except RefusedError as error:
         expected = f"what can be written as JavaScript is accepted here; {error}"
         raise refuse(mechanism.name, expected, "mechanism") from None
 
@@ -154,7 +154,7 @@ def solver_text(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
 
     Raises
     ------
-    UntranslatableError
+    RefusedError
         If a kernel, or an equation, holds what has no translation.
     """
     own = b"".join(each.read_bytes() for each in sorted(Path(__file__).parent.glob("*.[pj][ys]")))
@@ -171,16 +171,16 @@ def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
     from jointplay.equations.write import system
 
     script = Script()
-    script.function(unit_of("jointplay.numerics.flow"), "run")
+    script.function(imported("jointplay.numerics.flow"), "run")
     module = cache.structure_module(structure)
-    sizes, own = module.SIZES, generated("structure", source(module))
+    sizes, own = module.SIZES, Text.of(source(module), "structure")
     derived = variation.text(system(structure), sizes["first"], bool(sizes["planned"]))
-    parts = {"functions": [own], "variations": [generated("variation", derived)]}
+    parts = {"functions": [own], "variations": [Text.of(derived, "variation")]}
     if not sizes["planned"]:
         text = algebra.text(sizes["positions"], sizes["speeds"])
-        parts["functions"].append(generated("algebra", text))
+        parts["functions"].append(Text.of(text, "algebra"))
     if beside := wall_unit(structure):
-        parts["functions"].append(unit_of(f"jointplay.numerics.{beside}"))
+        parts["functions"].append(imported(f"jointplay.numerics.{beside}"))
     handed = []
     for name, fields in (("functions", Functions._fields), ("variations", Variations._fields)):
         known = {field: unit for unit in parts[name] for field in fields if field in unit.functions}
@@ -195,7 +195,7 @@ def _translated(structure: Linkage | Oscillator, keys: tuple[str, ...], start: A
     return f"const makeSolver = (() => {{\n{body}\nreturn makeSolver;\n}})();\n"
 
 
-def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Unit:
+def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Text:
     """The part of a structure's program that some quantities need, as a function of a record."""
     lines, wanted = needed(module, keys)
     names = {name: f"row[{i}]" for i, name in enumerate(module.STATE)}
@@ -209,7 +209,7 @@ def _quantities(word: str, module: Any, keys: tuple[str, ...]) -> Unit:
     tail = [f"out[{i}] = {module.OUTPUTS[key]}" for i, key in enumerate(keys)]
     body = "\n".join(f"    {line}" for line in (*head, *lines, *tail))
     law = LAMBERT if "lambert(" in body else ""
-    return generated(word, f"{HEADER}{law}def quantities(row, p, out):\n{body or '    pass'}\n")
+    return Text.of(f"{HEADER}{law}def quantities(row, p, out):\n{body or '    pass'}\n", word)
 
 
 def _begun(model: Model, request: Request) -> dict[str, Any]:
