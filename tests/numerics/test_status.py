@@ -82,7 +82,7 @@ def test_a_motion_without_bound_diverges(a, state):
     [(1e10, 1.0, 20_000), (1e14, 0.25, 20_000), (1e20, 1.0, 3_000), (1e50, 1.0, 20_000)],
 )
 def test_absurd_stiffness_ends(stiffness, turns, attempts):
-    """A few doubtful steps are followed again in each; thousands of them would take minutes, and say no more."""
+    """A few doubtful steps are followed again in each; thousands of them would say no more in minutes."""
     found = run(stiff(stiffness), turns=turns, max_steps=attempts)
     assert found.status in (OK, STEP_LIMIT, CHATTER, NOT_CONVERGED)
     assert np.all(np.isfinite(found.angle))
