@@ -3,6 +3,7 @@
 import pytest
 
 from jointplay.kinds import KINDS
+from jointplay.study import mechanism_table
 from jointplay.study.file import schema
 from jointplay.study.models import models
 
@@ -23,6 +24,12 @@ def test_every_table_of_the_schema_is_closed():
     tables = schema()["$defs"]
     assert {"ResponseStudy", "SectionStudy", "Mechanism", "Link", "Joint"} <= set(tables)
     assert all(table["additionalProperties"] is False for table in tables.values())
+
+
+def test_the_catalogs_tables_are_made_once_for_all_kinds_of_study(monkeypatch):
+    first = schema()
+    monkeypatch.setattr(mechanism_table, "create_model", lambda *_, **__: pytest.fail("it is made again"))
+    assert schema() == first
 
 
 @pytest.mark.parametrize("kind", ["ResponseStudy", "SectionStudy"])

@@ -119,6 +119,9 @@ def _numbers(record: Any, root: str) -> Iterator[tuple[str, float, str | None, b
     for name, word, units, positive in _fields(type(record)):
         value, key = getattr(record, name), join(root, word)
         rows = [(key, value)]
+        if isinstance(value, float):
+            yield key, value, units, positive
+            continue
         if isinstance(value, tuple):
             rows = [(join(key, f"[{i}]"), each) for i, each in enumerate(value)]
         if isinstance(value, dict):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from inspect import signature
 from typing import Any, Literal, get_type_hints
 
@@ -58,6 +59,7 @@ class MechanismSchema:
         }
 
 
+@cache
 def _form(name: str, function: Callable[..., Any]) -> type[Record]:
     """The table of one entry of the catalog, as a record that only lends its schema."""
     hints, catalog_key = get_type_hints(function, include_extras=True), (Literal[name], ...)
