@@ -350,6 +350,15 @@ def made(here):
     return path
 
 
+@pytest.fixture(scope="module")
+def once(tmp_path_factory):
+    """The file of the loop, in the cache in which it was compiled."""
+    with pytest.MonkeyPatch.context() as patch:
+        fresh(patch, tmp_path_factory.mktemp("once") / "cache")
+        patch.setattr(cache, "_loops", {})
+        return made(place.folder())
+
+
 def test_a_loop_is_made_once_and_in_a_process_of_its_own(unloaded, here, monkeypatch, capsys):
     path = made(here)
     before = path.stat().st_mtime_ns
@@ -359,8 +368,8 @@ def test_a_loop_is_made_once_and_in_a_process_of_its_own(unloaded, here, monkeyp
 
 
 @pytest.mark.parametrize("attack", [cut, empty, flip, make_folder, make_link, make_pipe, give_away, open_up])
-def test_a_loop_that_is_not_as_it_was_written_is_made_anew(unloaded, here, capsys, attack):
-    path = made(here)
+def test_a_loop_that_is_not_as_it_was_written_is_made_anew(once, unloaded, here, capsys, attack):
+    path = here / shutil.copy(once, here)
     attack(path)
     assert made(here) == path
     told = capsys.readouterr().err
