@@ -1,9 +1,6 @@
-"""Optima of a forced linear oscillator, x'' + c x' + k x = cos w t, as JSON: run by plain Python."""
+"""Optima of a forced linear oscillator, x'' + c x' + k x = cos w t."""
 
 from __future__ import annotations
-
-import json
-import sys
 
 import jointplay as jp
 
@@ -43,7 +40,3 @@ def all_found() -> dict:
             jp.optimise(at_resonance, by={"c": (0.4, 1.0)}, subject={name: (0.0, AMPLITUDE)}, **run)
         ),
     }
-
-
-if __name__ == "__main__":
-    json.dump(all_found(), sys.stdout)

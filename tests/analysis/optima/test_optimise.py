@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,19 +11,13 @@ import jointplay as jp
 from jointplay.analysis.optima.trials import Aim, Trial, best
 from tests.support import optima
 
-ROOT, WITHOUT = Path(__file__).parents[3], {"NUMBA_DISABLE_JIT": "1"}
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory):
-    """Optima of the oscillator, computed by plain Python: nothing has to be compiled."""
-    folder = {"JOINTPLAY_CACHE": str(tmp_path_factory.mktemp("cache"))}
-    command = [sys.executable, "-m", "tests.support.optima"]
-    done = subprocess.run(
-        command, cwd=ROOT, env=os.environ | WITHOUT | folder, capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+def found():
+    """Optima of the oscillator."""
+    return optima.all_found()
 
 
 def test_resonance(found):
