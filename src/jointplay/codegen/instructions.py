@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .reader import ARITHMETIC, ORDER, Reader, RefusedError, Text, assigned, decorators
+from .reader import ARITHMETIC, ORDER, Reader, RefusedError, Text, assigned, decorators, suites
 
 FAST = "contract arcp nsz"  # licences of arithmetic
 ARRAY = "{ptr, ptr, i64, i64, ptr, [1 x i64], [1 x i64]}"
@@ -127,7 +127,7 @@ class Module:
 
     def function(self, text: Text, node: ast.FunctionDef, given: tuple[tuple, ...]) -> tuple[str, str]:
         """A function for arguments of given kinds: its name, and the kind of what it returns (v: nothing)."""
-        key = (id(text), node.name, given)
+        key = (text, node.name, given)
         if key not in self.made:
             name = f"own.{len(self.made)}.{node.name}"
             self.made[key] = name, "?"  # a function that calls itself has no kind yet, and is refused
@@ -647,10 +647,9 @@ class Body(Reader):
 
 def _shared(node: ast.FunctionDef) -> set[str]:
     """Names that are assigned in several suites; arguments count as one."""
-    suites = [getattr(each, part, None) for each in ast.walk(node) for part in ("body", "orelse")]
     seen = Counter(each.arg for each in node.args.args)
-    for suite in (each for each in suites if isinstance(each, list)):
-        seen.update([*assigned(*(each for each in suite if isinstance(each, ast.Assign | ast.AugAssign)))])
+    for suite in suites(node):
+        seen.update([*assigned(each for each in suite if not isinstance(each, ast.For))])
     return {name for name, times in seen.items() if times > 1}
 
 

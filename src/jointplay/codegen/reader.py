@@ -17,7 +17,7 @@ import builtins
 import importlib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache, reduce
@@ -140,13 +140,16 @@ class Reader:
         given = node.args
         if given.vararg or given.kwarg or given.kwonlyargs or given.defaults:
             raise self.refuse("arguments that are not plain")
-        for each in ast.walk(node):
-            whole = isinstance(each, ast.Subscript) and not isinstance(each.slice, ast.Slice)
-            strange = _is_set(each) and not whole and not isinstance(each, ast.Name | ast.Tuple)
-            if strange or (isinstance(each, ast.For | ast.While) and each.orelse):
-                raise self.refuse("", each)
+        every = [each for suite in suites(node) for each in suite]
         self.given = [each.arg for each in given.args]
-        self.bound = [*dict.fromkeys([*self.given, *assigned(node)])]
+        self.bound = [*dict.fromkeys([*self.given, *assigned(every)])]
+        self.loops = assigned(each for each in every if isinstance(each, ast.For))
+        for each in every:
+            if isinstance(each, ast.For | ast.While):
+                if each.orelse:
+                    raise self.refuse("", each)
+            elif names := self.loops.keys() & assigned([each]).keys():
+                raise self.refuse(f"the loop's variable {min(names)} set here", each)
 
     def refuse(self, what: str = "", node: ast.AST | None = None) -> RefusedError:
         """The error that says what is not read, and where; without words what is being read is shown."""
@@ -189,14 +192,23 @@ class Reader:
 
     def _Assign(self, node: ast.Assign) -> None:
         first, *more = node.targets
-        parts = first.elts if isinstance(first, ast.Tuple) else []
-        if (parts and more) or any(isinstance(each, ast.Tuple) for each in (*more, *parts)):
-            raise self.refuse()
-        if not parts:
-            self._store(node.targets, self.value(node.value))
-        for target, value in zip(parts, parts and self._several(node.value, len(parts)), strict=True):
+        if more or not isinstance(first, ast.Tuple):
+            self.store(node.targets, self.value(node.value))
+            return
+        for target, value in zip(first.elts, self._several(node.value, len(first.elts)), strict=True):
             if not (isinstance(target, ast.Name) and target.id == "_"):
-                self._store([target], value)
+                self.store([target], value)
+
+    def store(self, targets: list[ast.expr], value: Any) -> None:
+        """Assignment of one value to names, and to places of arrays."""
+        self._store([self.target(each) for each in targets], value)
+
+    def target(self, node: ast.expr) -> ast.expr:
+        """What can be assigned to: a name, or a place of an array."""
+        whole = isinstance(node, ast.Subscript) and not isinstance(node.slice, ast.Slice)
+        if not whole and not isinstance(node, ast.Name):
+            raise self.refuse("", node)
+        return node
 
     def _several(self, node: ast.expr, count: int) -> list[Any]:
         if not isinstance(node, ast.Tuple) or len(node.elts) != count:
@@ -204,19 +216,17 @@ class Reader:
         return [self._kept(self.value(each)) for each in node.elts]
 
     def _AugAssign(self, node: ast.AugAssign) -> None:
-        self._store([node.target], self.operated(node.op, self.value(node.target), node.value))
+        self.store([node.target], self.operated(node.op, self.value(node.target), node.value))
 
     def _For(self, node: ast.For) -> None:
-        if not isinstance(node.target, ast.Name):
+        if not isinstance(node.target, ast.Name) or node.target.id in self.names.keys() - {"_"}:
             raise self.refuse()
-        if (name := node.target.id) in assigned(*node.body):
-            raise self.refuse(f"the loop's variable {name} set in it")
         match node.iter:
             case ast.Call(ast.Name("range"), [_, *_] as ends, []) if len(ends) < 4:
                 self._ranged(node, [self.value(each) for each in ends])
             case _:
                 self._over(node)
-        self.names.pop(name, None)  # languages disagree about its value after the loop
+        self.names.pop(node.target.id, None)  # languages disagree about its value after the loop
 
     def _ranged(self, node: ast.For, values: list[Any]) -> None:
         step = values.pop().text if len(values) == 3 else "1"
@@ -320,13 +330,17 @@ class Reader:
         raise self.refuse()
 
 
-def assigned(*nodes: ast.AST) -> dict[str, None]:
-    """Names that are assigned somewhere in nodes, in order."""
-    every = (each for node in nodes for each in ast.walk(node))
-    return {
-        each.id: None for each in every if isinstance(each, ast.Name) and _is_set(each) and each.id != "_"
-    }
+def suites(node: ast.FunctionDef) -> list[list[ast.stmt]]:
+    """The suites of a function: its own, and those of the statements in it."""
+    found = [node.body]
+    for suite in found:  # which grows meanwhile
+        parts = (getattr(each, part, None) for each in suite for part in ("body", "orelse"))
+        found += [part for part in parts if part]
+    return found
 
 
-def _is_set(node: ast.AST) -> bool:
-    return isinstance(getattr(node, "ctx", None), ast.Store)
+def assigned(statements: Iterable[ast.stmt]) -> dict[str, None]:
+    """Names that statements assign themselves, in order."""
+    found = [getattr(each, "targets", None) or [getattr(each, "target", None)] for each in statements]
+    parts = (part for targets in found for each in targets for part in getattr(each, "elts", [each]))
+    return {each.id: None for each in parts if isinstance(each, ast.Name) and each.id != "_"}

@@ -109,8 +109,7 @@ class Function(Reader):
         self._script, self._temporaries, self._lines, self._depth = script, 0, [], 0
         called = [short(i) if text.generated else _safe(name) for i, name in enumerate(self.bound)]
         self._called = dict(zip(self.bound, called, strict=True))
-        loops = {each.target.id for each in ast.walk(node) if isinstance(each, ast.For)}
-        self.names = {name: Code(each) for name, each in self._called.items() if name not in loops}
+        self.names = {name: Code(each) for name, each in self._called.items() if name not in self.loops}
         own = [code.text for name, code in self.names.items() if name not in self.given]
         given = ", ".join(self.names[name].text for name in self.given)
         with self._braces(f"function {text.name}${node.name}({given})"):
@@ -211,7 +210,7 @@ class Function(Reader):
     def _AugAssign(self, node: ast.AugAssign) -> None:
         if type(node.op) in ARITHMETIC:
             sign, value = ARITHMETIC[type(node.op)][2], self.value(node.value).text
-            self._emit(f"{self.value(node.target).text} {sign}= {value};")
+            self._emit(f"{self.value(self.target(node.target)).text} {sign}= {value};")
         elif any(isinstance(each, ast.Call) for each in ast.walk(node.target)):
             raise self.refuse()  # it would be called twice
         else:
