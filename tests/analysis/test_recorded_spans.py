@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 import jointplay as jp
+from jointplay.analysis import evaluate
+from jointplay.analysis.trajectory import INTERRUPTED
 from jointplay.errors import InputError
 
+simulation = import_module("jointplay.analysis.simulate")  # whose name in the package is the function's
 TURNS, TRANSIENT = 4, 2
 WHOLE = ("recorded_time", "contacts_begun", "contact_fraction", "largest_force", "largest_normal_force")
 RECORD = ["angle", "normal_force", "tangential_force", "reaction", "mode"]
@@ -48,6 +54,39 @@ def test_whatever_is_sampled_the_same_is_said(linkage, dense):
         assert jp.summary(found).lines == said, name
         for word in (*WHOLE, "largest_reaction"):
             np.testing.assert_array_equal(found[word], dense[0][word], err_msg=f"{name}: {word}")
+
+
+@pytest.fixture
+def evaluated(monkeypatch):
+    """Rows whose forces have been evaluated, call by call."""
+    rows, plain = [], evaluate.outputs.evaluate
+
+    def counted(module, keys, given):
+        if any(key.startswith("normal_force") for key in keys):
+            rows.append(len(given[module.STATE[0]]))
+        return plain(module, keys, given)
+
+    monkeypatch.setattr(evaluate.outputs, "evaluate", counted)
+    return rows
+
+
+def test_of_a_long_span_the_usual_samples_serve_both(linkage, evaluated):
+    """Beside the history, forces are evaluated at those own points alone that lie closer than its samples."""
+    found = jp.simulate(linkage, turns=20, record=["normal_force"])
+    assert len(found.time) == 20 * 720 + 1
+    assert len(found.time) < sum(evaluated) < len(found.time) + int(found.n_steps) + 2 * int(found.n_events)
+    few = jp.simulate(linkage, turns=20, record=["normal_force"], at=[0.1])
+    np.testing.assert_array_equal(few.largest_normal_force, found.largest_normal_force)
+
+
+def test_of_a_long_span_that_is_interrupted_no_largest_sizes_are_sought(linkage, evaluated, monkeypatch):
+    monkeypatch.setattr(simulation, "MOST", 1000)
+    plain = simulation.follow
+    monkeypatch.setattr(simulation, "follow", lambda *given: replace(plain(*given), status=INTERRUPTED))
+    found = jp.simulate(linkage, turns=20, record=["normal_force"], at=[0.1])
+    assert jp.words(found)["status"] == "interrupted"
+    assert "largest_normal_force" not in found
+    assert sum(evaluated) == 1
 
 
 def test_contacts_are_those_of_the_list_of_events(dense):

@@ -38,6 +38,11 @@ class Quantities:
         self.module = cache.structure_module(model.structure)
         self._n_state = len(self.module.STATE)
 
+    def of(self, places: slice) -> Quantities:
+        """The same of some of the rows."""
+        sharp = None if self.sharp is self.rows else self.sharp[places]
+        return Quantities(self.model, self.rows[places], self.start, sharp)
+
     @property
     def time(self) -> np.ndarray:
         """Times of the rows, s."""

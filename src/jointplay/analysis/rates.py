@@ -35,28 +35,50 @@ def needed(names: Iterable[str]) -> bool:
 
 def quantities(model: Model, rtol: float, records: Records, rows: np.ndarray) -> Quantities:
     """Quantities of some rows of the records of a run with `Request.rates`, accelerations and all."""
-    return Quantities(model, rows, records.start, resolved(model, rtol, records.doubts, rows))
+    return together(model, rtol, records, rows)[0]
 
 
-def resolved(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Rows of the records of a run with `Request.rates`, with states whose accelerations are right.
+def together(model: Model, rtol: float, records: Records, *parts: np.ndarray) -> list[Quantities]:
+    """Quantities of several parts of the records, for which steps in doubt are followed once."""
+    sharp = resolved(model, rtol, records.doubts, *parts)
+    return [Quantities(model, rows, records.start, each) for rows, each in zip(parts, sharp, strict=True)]
+
+
+def resolved(model: Model, rtol: float, doubts: np.ndarray, *parts: np.ndarray) -> list[np.ndarray]:
+    """Parts of the records of a run with `Request.rates`, with states whose accelerations are right.
 
     Rows outside the steps in doubt stay as they are, and so do states that come out in other contact modes,
     which lie within an event's uncertainty.
     """
-    places = np.searchsorted(doubts[:, TIME], rows[:, 0], side="left") - 1  # a beginning is its own state
+    held = [_held(doubts, rows) for rows in parts]
+    wanted = np.concatenate([rows[each] for rows, each in zip(parts, held, strict=True)])
+    if not len(wanted):
+        return [*parts]
+    order = np.argsort(wanted[:, 0], kind="stable")
+    wanted[order] = _right(model, rtol, doubts, wanted[order])
+    result = [rows.copy() if len(each) else rows for rows, each in zip(parts, held, strict=True)]
+    ends = np.cumsum([len(each) for each in held])
+    for rows, each, right in zip(result, held, np.split(wanted, ends[:-1]), strict=True):
+        rows[each] = right
+    return result
+
+
+def _held(doubts: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Places of the rows that lie in a step in doubt; a beginning is its own state."""
+    places = np.searchsorted(doubts[:, TIME], rows[:, 0], side="left") - 1
     held = np.flatnonzero(places >= 0)
-    held = held[rows[held, 0] <= doubts[places[held], END]]
-    if not len(held):
-        return rows
-    places, wanted, result = places[held], rows[held], rows.copy()
-    anew = _anew(model, rtol, doubts, places, wanted)
-    same = (anew[:, 0] == wanted[:, 0]) & np.all(_modes(model, anew) == _modes(model, wanted), axis=1)
+    return held[rows[held, 0] <= doubts[places[held], END]]
+
+
+def _right(model: Model, rtol: float, doubts: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Rows in steps in doubt, by time, with states whose accelerations are right, or as they are."""
+    places = np.searchsorted(doubts[:, TIME], rows[:, 0], side="left") - 1
+    anew = _anew(model, rtol, doubts, places, rows)
+    same = (anew[:, 0] == rows[:, 0]) & np.all(_modes(model, anew) == _modes(model, rows), axis=1)
     first = np.searchsorted(places, places)  # of the same doubt
     other = np.cumsum(~same)  # up to a row; none between the first of its doubt and itself
     same &= other == np.where(same[first], other[first], -1)
-    result[held[same]] = anew[same]
-    return result
+    return np.where(same[:, None], anew, rows)
 
 
 def _anew(model: Model, rtol: float, doubts: np.ndarray, places: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import rates
 from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.labels import described
@@ -21,21 +20,38 @@ from jointplay.mechanism.model import Model
 from jointplay.numerics.codes import Mode
 
 Spans = Sequence[tuple[float, float]]  # from, to, in s, ascending and apart
-FINE, COARSE = 4096, 720  # even times in a turn: of short spans, and at least
-MANY, MOST = 16_384, 2_000_000  # even times in all: beyond the first coarser ones, beyond the second none
+COARSE, FINER = 720, 5  # even times in a turn, and how many times as many in short spans
+MANY, MOST = 16_384, 2_000_000  # even times in all: beyond the first no finer ones, beyond the second none
 BLOCK = 100_000  # rows evaluated at once
 UNEVEN = 0.01  # of the longer of two intervals: a shorter one is not used for a parabola
 NORMAL, ACROSS, PINS = "normal_force", "tangential_force", "reaction"
 
 
 def even_times(spans: Spans, period: float) -> np.ndarray | None:
-    """Times at which largest sizes are looked for; None where they would be too many to keep."""
+    """Times at which largest sizes are looked for; None where they would be too many to keep.
+
+    Of long spans they are those of a history that is sampled as usual, which then serves both.
+    """
     turns = sum(b - a for a, b in spans) / period
-    per_turn = min(FINE, max(COARSE, MANY / max(turns, 1e-300)))
-    if turns * per_turn > MOST:
+    if turns * COARSE > MOST:
         return None
+    per_turn = COARSE * min(FINER, max(1, round(MANY / COARSE / max(turns, 1e-300))))
     counts = [max(1, round((b - a) / period * per_turn)) for a, b in spans]
-    return np.concatenate([np.linspace(a, b, n + 1) for (a, b), n in zip(spans, counts, strict=True)])
+    return np.concatenate([evenly(a, b, n) for (a, b), n in zip(spans, counts, strict=True)])
+
+
+def evenly(begin: float, end: float, count: int) -> np.ndarray:
+    """Times from a begin to an end, in so many equal parts; of none, the begin."""
+    return np.minimum(begin + np.arange(count + 1) * (end - begin) / max(count, 1), end)
+
+
+def between(steps: np.ndarray, period: float) -> np.ndarray:
+    """Which of the integrator's points tell what even times may miss: sides of events, ends of short steps.
+
+    Along a step that is longer than two of their distances a motion is smooth, and the parabola has the top.
+    """
+    gaps = np.diff(steps[:, ROW], prepend=-np.inf, append=np.inf)
+    return np.minimum(gaps[:-1], gaps[1:]) < 2.0 * period / COARSE
 
 
 def sized(names: Sequence[str]) -> tuple[str, ...]:
@@ -75,23 +91,27 @@ def _touching(model: Model, records: Records, begin: float, end: float) -> np.nd
 
 
 def largest(
-    model: Model, rtol: float, records: Records, samples: np.ndarray, names: Sequence[str], spans: Spans
+    own: Quantities, even: Quantities, names: Sequence[str], spans: Spans, known: dict[str, Any] | None = None
 ) -> dict[str, Any]:
     """Variables of the largest sizes of quantities, with the resultant in place of the tangential force.
 
-    `samples` are those of the records at the `even_times`.
+    Of the integrator's own points, and at the `even_times`; `known` are variables of these, if there are any.
     """
     tops: dict[str, np.ndarray] = {}
     dims: dict[str, tuple[str, ...]] = {}
-    for rows in _blocks(records.steps[:, ROW:], samples, spans):
-        found = rates.quantities(model, rtol, records, rows).variables(names, "time")
-        sizes = {name: np.abs(values) for name, (_, values, _) in found.items()}
-        dims = {name: own[1:] for name, (own, _, _) in found.items()}
+    for points, samples in _blocks(own.time, even.time, spans):
+        found = own.of(points).variables(names, "time")
+        there = {n: known[n][1][samples] for n in names if n in known} if known else None
+        there = there or {n: each[1] for n, each in even.of(samples).variables(names, "time").items()}
+        at = np.searchsorted(even.time[samples], own.time[points])
+        times = np.insert(even.time[samples], at, own.time[points])
+        sizes = {name: np.abs(np.insert(there[name], at, each[1], axis=0)) for name, each in found.items()}
+        dims = {name: each[0][1:] for name, each in found.items()}
         if ACROSS in sizes:
             sizes["force"] = np.hypot(sizes[NORMAL], sizes.pop(ACROSS))
             dims["force"] = dims[NORMAL]
         for name, size in sizes.items():
-            tops[name] = np.fmax(tops.get(name, np.nan), np.apply_along_axis(_top, 0, size, rows[:, 0]))
+            tops[name] = np.fmax(tops.get(name, np.nan), np.apply_along_axis(_top, 0, size, times))
     return described(
         {f"largest_{name}": (dims[name], top, *_named(name)) for name, top in tops.items() if np.size(top)}
     )
@@ -120,15 +140,16 @@ def _named(name: str) -> tuple[str, str]:
     return WORDS[name].units, f"largest size of {WORDS[name].long_name}"
 
 
-def _blocks(steps: np.ndarray, samples: np.ndarray, spans: Spans) -> Iterator[np.ndarray]:
-    """Rows of the integrator's points and of samples within the spans, in order of time."""
-    steps, samples = (rows[_within(rows[:, 0], spans)] for rows in (steps, samples))
-    order = np.argsort(np.concatenate([steps[:, 0], samples[:, 0]]), kind="stable")
-    for first in range(0, len(order), BLOCK):
-        here = order[first : first + BLOCK]
-        points = here < len(steps)
-        rows = np.concatenate([steps[here[points]], samples[here[~points] - len(steps)]])
-        yield rows[np.argsort(rows[:, 0], kind="stable")]
+def _blocks(own: np.ndarray, even: np.ndarray, spans: Spans) -> Iterator[tuple[slice, slice]]:
+    """Places of own points and of even samples, block by block of each span, by their times."""
+    for begin, end in spans:
+        first, stop = np.searchsorted(even, begin), np.searchsorted(even, end, side="right")
+        since, last = np.searchsorted(own, begin), np.searchsorted(own, end, side="right")
+        for place in range(first, stop, BLOCK):
+            beyond = min(place + BLOCK, stop)
+            until = np.searchsorted(own, even[beyond]) if beyond < stop else last
+            yield slice(since, until), slice(place, beyond)
+            since = until
 
 
 def _within(times: np.ndarray, spans: Spans) -> np.ndarray:

@@ -31,9 +31,9 @@ from jointplay.analysis.keywords import (
     listed,
 )
 from jointplay.analysis.labels import coded, described, labelled
-from jointplay.analysis.partial import evaluated
+from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import EVENTS, recorded
-from jointplay.analysis.trajectory import Records, Request, follow
+from jointplay.analysis.trajectory import INTERRUPTED, Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
 from jointplay.errors import InputError, Problem, refuse
 from jointplay.mechanism.assemble import assemble
@@ -166,7 +166,7 @@ def simulate(
         whole time after the transient, or of the windows, whatever is sampled: ``recorded_time`` (s),
         ``contacts_begun``, ``contact_fraction`` of joints, and largest sizes of the forces that are recorded,
         as ``largest_force`` (N; normal and tangential force together), or of the first quantity. Beyond 2700
-        turns these are left out.
+        turns these are left out, and where a long run was interrupted.
 
     Raises
     ------
@@ -186,7 +186,8 @@ def simulate(
         times, number = sample_times(windows, model.period, many)
         spans = [(a * model.period, b * model.period) for a, b in windows]
     even, sized = recorded_spans.even_times(spans, model.period), recorded_spans.sized(names)
-    every = times if even is None else np.concatenate([times, even])
+    shared = even is not None and np.array_equal(times, even)
+    every = times if even is None or shared else np.concatenate([times, even])
     order = np.argsort(every, kind="stable")
     request = Request(
         duration=end,
@@ -205,13 +206,22 @@ def simulate(
     every_row = records.steps[:, 2:] if steps else records.samples[asked]
 
     def labelled_every(records: Records, step: int) -> xr.Dataset:
-        rows = every_row[::step]
+        rows, parts = every_row[::step], []
         reached = recorded_spans.reached(spans, records)
         stated = recorded_spans.contacts(model, records, reached)
-        if even is not None:
-            own = records.samples[~asked]
-            stated |= recorded_spans.largest(model, rtol, records, own, sized, reached)
-        result = _dataset(model, rtol, records, rows, names, stated, begin if section else None)
+        hurried = records.status == INTERRUPTED and len(records.samples) + len(records.steps) > MOST
+        sought = even is not None and not hurried
+        if sought:
+            parts = [records.steps[recorded_spans.between(records.steps, model.period), 2:]]
+            parts += [] if shared else [records.samples[~asked]]
+        history, *looked = rates.together(model, rtol, records, rows, *parts)
+        variables = history.variables(names, "time")
+        if sought:
+            own, at_even = looked if len(looked) > 1 else (*looked, history)
+            known = variables if shared else None
+            stated |= recorded_spans.largest(own, at_even, sized, reached, known)
+        begun = begin if section else None
+        result = _dataset(model, rtol, records, history, names, variables | stated, begun)
         return result if number is None else marked(result, number[::step], windows, model.period)
 
     return evaluated(records, len(every_row), "time", labelled_every)
@@ -222,8 +232,7 @@ def _times(at, steps: bool, samples_per_turn: int, begin: float, end: float, per
     if steps:
         return np.zeros(0)
     if at is None:
-        count = round((end - begin) / period * samples_per_turn)
-        return np.minimum(begin + np.arange(count + 1) * (end - begin) / max(count, 1), end)
+        return recorded_spans.evenly(begin, end, round((end - begin) / period * samples_per_turn))
     return np.minimum(np.asarray(at, dtype=float), end)
 
 
@@ -231,13 +240,12 @@ def _dataset(
     model: Model,
     rtol: float,
     records: Records,
-    rows: np.ndarray,
+    history: Quantities,
     names: tuple[str, ...],
-    stated: dict[str, Any],
+    variables: dict[str, Any],
     sections_from: float | None,
 ) -> xr.Dataset:
-    history = rates.quantities(model, rtol, records, rows)
-    variables = history.variables(names, "time") | _events(model, records) | scalars(model, records) | stated
+    variables |= _events(model, records) | scalars(model, records)
     if sections_from is not None:
         points = records.sections[records.sections[:, 2] >= sections_from, 2:]
         cut = rates.quantities(model, rtol, records, points)

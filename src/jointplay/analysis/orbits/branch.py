@@ -40,6 +40,7 @@ FIRST = 0.25  # of the longest step
 SHORTEST = 1e-9
 LONGER, SHORTER = 1.4, 0.6  # factors of the step after easy and hard corrections
 EASY, HARD = 4, 7  # corrections, down to rounding
+CLOSE, FAR = 0.01, 0.1  # of a step: the prediction's error, where corrections keep to a side in stages
 DEVIATION = 0.5  # of a step: farther from its prediction a point may be on another branch
 TURN = 0.8  # least cosine of the turn in a step, unless that is SMALL
 ENCLOSED = 1e-9  # bracket of a grazing
@@ -155,14 +156,28 @@ class Tracer:
             return self._graze(last, new, length)
         self._between(last, new)
         self._take(new)
+        factor = self._factor(last, new, length)
         if self.family.condition is not None:
             self.bend = (new.tangent - last.tangent) / (2 * length)
-        factor = LONGER if new.iterations <= EASY else SHORTER if new.iterations >= HARD else 1.0
         return self._away_from_events(new), min(self.step, factor * length), end
+
+    def _predicted(self, last: Point, length: float) -> np.ndarray:
+        return last.z + length * last.tangent + length**2 * self.bend
+
+    def _factor(self, last: Point, new: Point, length: float) -> float:
+        """By how much the step after this one may be longer, or has to be shorter.
+
+        Beside a grazing corrections leave a share of the condition each, to keep its side: their number says
+        nothing of the step.
+        """
+        if getattr(self.family.condition, "sided", False):
+            off = np.linalg.norm(new.z - self._predicted(last, length))
+            return LONGER if off < CLOSE * length else SHORTER if off > FAR * length else 1.0
+        return LONGER if new.iterations <= EASY else SHORTER if new.iterations >= HARD else 1.0
 
     def _try(self, last: Point, length: float, deviation: float, kinks: bool = False) -> Point | None:
         """The point a step on; None if it is not found within a `deviation` of its prediction."""
-        guess = last.z + length * last.tangent + length**2 * self.bend
+        guess = self._predicted(last, length)
         new = solve(self.family, last, guess, last.tangent)
         if new is None or np.linalg.norm(new.z - guess) > deviation:
             return None

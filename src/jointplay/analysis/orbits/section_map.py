@@ -223,7 +223,7 @@ class SectionMap:
         request = self.request(longest, rates=sharp, **fields)
         _, rows, status = self.run(state, request, np.zeros((0, len(state))))
         doubts, crossings = rows[rows[:, 0] == Row.DOUBT, 1:], rows[rows[:, 0] == Row.SECTION, 3:]
-        crossings = resolved(self.model, self.rtol, doubts, crossings)[:count]
+        crossings = resolved(self.model, self.rtol, doubts, crossings)[0][:count]
         short = FAILED if len(crossings) < count else 0  # it never came back
         return crossings, status or short
 
@@ -241,7 +241,8 @@ class SectionMap:
         """Rows at some times, and the status; sharp as in `passages`."""
         request = self.request(float(times[-1]), at=times, rates=sharp)
         bundle, rows, status = self.run(state, request, np.zeros((0, len(state))))
-        return resolved(self.model, self.rtol, rows[rows[:, 0] == Row.DOUBT, 1:], bundle.x.samples), status
+        (samples,) = resolved(self.model, self.rtol, rows[rows[:, 0] == Row.DOUBT, 1:], bundle.x.samples)
+        return samples, status
 
     def request(self, end: float, **fields) -> Request:
         """Request for a run with the map's tolerance and limit of steps."""
