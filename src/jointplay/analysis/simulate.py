@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis import rates, recorded_spans, rules
+from jointplay.analysis.end_state import end_state
 from jointplay.analysis.evaluate import (
     Quantities,
     attributes,
@@ -31,8 +32,10 @@ from jointplay.analysis.keywords import (
     listed,
 )
 from jointplay.analysis.labels import coded, described, labelled
+from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
-from jointplay.analysis.quantities import EVENTS, recorded
+from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
+from jointplay.analysis.starts import placed, whole_names
 from jointplay.analysis.trajectory import INTERRUPTED, Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
 from jointplay.errors import InputError, Problem, refuse
@@ -45,6 +48,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES_PER_TURN = 720
+END = "positions and speeds at the end, in rad, m, rad/s, m/s or a system's own units"
 
 
 def _ascending(times: tuple[float, ...]) -> tuple[float, ...]:
@@ -107,7 +111,7 @@ def _samples_fit(
     _samples_fit,
     rules.section_fits,
     rules.record_fits,
-    deferred=[rules.start_fits],
+    deferred=[start_fits],
 )
 def simulate(
     mechanism: Moving,
@@ -151,7 +155,7 @@ def simulate(
         True: record at the integrator's own points instead, both sides of every event.
     initial : mapping or sequence, optional
         Start: ``crank_angle`` (rad), ``crank_speed`` (rad/s) and ``branch`` of the ideal mechanism, or
-        ``angle`` and ``angular_velocity`` by link; of a test system, its state.
+        ``angle`` and ``angular_velocity`` by link; of a test system, its state; or an ``end_state``.
     section : Section, optional
         Where the motion is cut; the points are recorded beside the histories as ``section_…``.
     max_steps : int, optional
@@ -162,7 +166,9 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        Quantities over ``time``, events over ``event``, section points over ``turn``, and ``status``. Of the
+        Quantities over ``time``, events over ``event``, section points over ``turn``, ``end_state`` over
+        ``state`` (where the motion ends, as `initial` takes it; NaN where one that starts there would go on
+        otherwise, since time counts, or a switch is as none starts), and ``status``. Of the
         whole time after the transient, or of the windows, whatever is sampled: ``recorded_time`` (s),
         ``contacts_begun``, ``contact_fraction`` of joints, and largest sizes of the forces that are recorded,
         as ``largest_force`` (N; normal and tangential force together), or of the first quantity. Beyond 2700
@@ -176,7 +182,7 @@ def simulate(
     if windows is not None and turns is None:
         turns = windows[-1][1]
     names = recorded(record, mechanism)
-    model = rules.model_for(mechanism, initial, section, names)
+    model = placed(mechanism, initial, section, any(name in names for name in BALANCE))
     begin = (windows[0][0] if windows else transient) * model.period
     end = transient * model.period + (duration if turns is None else turns * model.period)
     many = SAMPLES_PER_TURN if samples_per_turn is None else samples_per_turn
@@ -251,7 +257,10 @@ def _dataset(
         cut = rates.quantities(model, rtol, records, points)
         variables |= described({"section_time": ("turn", cut.time, "s", "time of the section point")})
         variables |= cut.variables(names, "turn", prefix="section_")
+    variables |= labelled({"end_state": (end_state(model, records), "1", END)}, "state")
     coords = described({"time": ("time", history.time, "s", "time")})
+    if model.links:
+        coords["state"] = "state", np.array(whole_names(model), dtype=str), {"long_name": "state"}
     deepest = history if not len(records.samples) else Quantities(model, records.samples, records.start)
     return dataset(model, variables, coords, "response", **beyond_the_model(deepest))
 

@@ -29,11 +29,14 @@ class End(NamedTuple):
     crank_angle: float
 
 
-def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None) -> Model:
-    """Assemble a mechanism at a start, with the quantity of a section.
+def placed(
+    mechanism: Mechanism | TestSystem, start: Any, section: Section | None = None, powers: bool = False
+) -> Model:
+    """Assemble a mechanism at a start, with the quantity of a section, and with integrals of powers if asked.
 
-    The start is as in `assemble`; a state vector of a linkage too (with a constant speed, at crank angle 0);
-    or an `End` of a mechanism with the same states: a position beyond a wall is moved back to the wall.
+    The start is as in `assemble`; a state vector of a linkage too, which with a constant speed may have the
+    crank's angle at its end (`whole_names`), else 0; or an `End` of a mechanism with the same states: a
+    position beyond a wall is moved back to the wall.
 
     Raises
     ------
@@ -43,12 +46,15 @@ def placed(mechanism: Mechanism | TestSystem, start: Any, section: Section | Non
     watched = rules.quantity(section, mechanism)
     if isinstance(start, End):
         turned = isinstance(mechanism, Mechanism) and crank_place(assemble(mechanism)) is None
-        model = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched)
+        model = assemble(mechanism, {"crank_angle": start.crank_angle} if turned else None, watched, powers)
         return _inside(moved(model, start.state))
     if isinstance(mechanism, TestSystem) or start is None or isinstance(start, Mapping):
-        return assemble(mechanism, start, watched)
-    model = assemble(mechanism, None, watched)
-    model = moved(model, _vector(model, start))
+        return assemble(mechanism, start, watched, powers)
+    model = assemble(mechanism, None, watched, powers)
+    vector, n = _vector(model, start), len(model.state)
+    if len(vector) > n:
+        model = assemble(mechanism, {"crank_angle": float(vector[n])}, watched, powers)
+    model = moved(model, vector[:n])
     _check_speed(model, start, mechanism.drive.imposed_speed if mechanism.drive else None)
     _check_journals(model, start)
     return model
@@ -73,17 +79,18 @@ def _check_journals(model: Model, start: Any) -> None:
 
 
 def _vector(model: Model, start: Any) -> np.ndarray:
-    names = ", ".join(state_names(model))
+    names = ", ".join(whole_names(model))
     expected = f"a table of crank_angle and crank_speed, or a finite number for each of {names}, is accepted"
     try:
         values = np.array(start, dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise refuse(start, expected, "initial") from None
-    if values.shape != model.state.shape or not np.all(np.isfinite(values)):
+    lengths = {len(model.state), len(whole_names(model))}
+    if values.ndim != 1 or len(values) not in lengths or not np.all(np.isfinite(values)):
         raise refuse(start, expected, "initial")
-    turning = np.flatnonzero(model.turning)
+    turning = [*np.flatnonzero(model.turning), *range(len(model.state), len(values))]
     if np.any(np.abs(values[turning]) > FAR):
-        raise refuse(start, f"{ANGLE} ({', '.join(state_names(model)[i] for i in turning)})", "initial")
+        raise refuse(start, f"{ANGLE} ({', '.join(whole_names(model)[i] for i in turning)})", "initial")
     return values
 
 
@@ -92,6 +99,12 @@ def state_names(model: Model) -> tuple[str, ...]:
     if not model.links:
         return (*model.structure.positions, *model.structure.speeds)
     return tuple(cache.structure_module(model.structure).STATE[1:])
+
+
+def whole_names(model: Model) -> tuple[str, ...]:
+    """Names of a whole start: the states, and of a linkage the crank's angle where that is none of them."""
+    turned = model.links and crank_place(model) is None
+    return (*state_names(model), f"theta_{model.crank}") if turned else state_names(model)
 
 
 def free_states(model: Model) -> tuple[str, ...]:

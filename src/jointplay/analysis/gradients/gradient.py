@@ -243,10 +243,8 @@ def _run(
     image = cut.image(model.state, False)
     if image.status:
         raise ArithmeticError(image.status)
-    whole = not (start is None or isinstance(start, dict))  # a state, and no table
-    plain = assemble(mechanism, None if whole else start, powers=True) if powers else placed(mechanism, start)
     return Run(
-        moved(plain, model.state),
+        moved(placed(mechanism, start, powers=powers), model.state),
         directions,
         image.time,
         turns,

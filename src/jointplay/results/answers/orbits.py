@@ -118,6 +118,8 @@ def basins(dataset: Dataset) -> str:
 
 def _on_saddles(dataset: Dataset) -> str:
     """Return how many of the nodes reach orbits that attract nothing."""
+    if "node_status" not in dataset:
+        return ""
     count = int(np.sum(codes.words(dataset["node_status"]).values == "saddle"))
     return f", {count} of them a periodic orbit that attracts nothing" if count else ""
 
