@@ -4,11 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from sympy import Integer, Matrix, Symbol, cos, diff, sin, sqrt
+from sympy import Integer, Matrix, Symbol, cos, cse, diff, numbered_symbols, sin, sqrt
 
-from jointplay.codegen.dynamics import InverseMass
-from jointplay.codegen.tape import Tape
+from jointplay.codegen.common import shared
+from jointplay.codegen.dynamics import Dynamics, InverseMass
+from jointplay.codegen.tape import Tape, partial, read
+from jointplay.codegen.variants import variants
 from jointplay.equations.system import TIME, Angle, System, number
+from jointplay.equations.write import system
+from jointplay.mechanism import catalog
+from jointplay.mechanism.assemble import assemble
 
 q, v, W = Symbol("q", real=True), Symbol("v", real=True), number("W")
 TURNED = Angle("th", q, W, Integer(2))
@@ -90,3 +95,20 @@ def test_without_a_mass_the_matrix_is_the_identity():
     system = empty()
     b = [Symbol("b")]
     assert InverseMass(Tape(system), system)(b, "x") == b
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "flores2010"])
+def test_slopes_and_common_subexpressions_are_those_of_sympy(name):
+    """In its order, on the programs of every variant."""
+    equations, compared = system(assemble(catalog.NAMES[name]()).structure), 0
+    for variant in variants(equations):
+        dynamics = Dynamics(equations, variant)
+        dynamics.jacobian()
+        values = list(dynamics.tape.values.values())
+        ours = shared(values, numbered_symbols("k", real=True))
+        assert ours == cse(values, numbered_symbols("k", real=True), order="none")
+        compared += len(ours[0])
+        for value in values:
+            for s in read(value):
+                assert partial(value, s) == value.diff(s)
+    assert compared > 10

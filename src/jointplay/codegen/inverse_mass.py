@@ -1,6 +1,6 @@
 """The mass matrix solved straight-line, and small systems beside it."""
 
-from sympy import Expr, Integer
+from sympy import Add, Expr, Integer
 
 from ..equations.system import System
 from .tape import Tape
@@ -32,18 +32,18 @@ class InverseMass:
     def __call__(self, b: list[Expr], name: str) -> list[Expr]:
         x: list[Expr] = []
         for i, value in enumerate(b):
-            below = sum((factor * x[c] for (r, c), factor in self.L.items() if r == i), Integer(0))
+            below = Add(*[factor * x[c] for (r, c), factor in self.L.items() if r == i])
             x.append(self.tape.let(f"{name}_f{i}", value - below))
         x = [value * pivot for value, pivot in zip(x, self.pivot, strict=True)]
         for i in reversed(range(self.n)):
-            above = sum((factor * x[r] for (r, c), factor in self.L.items() if c == i), Integer(0))
+            above = Add(*[factor * x[r] for (r, c), factor in self.L.items() if c == i])
             x[i] = self.tape.let(f"{name}_{i}", x[i] - above)
         return x
 
 
 def dot(row: tuple[Expr, ...], x: list[Expr]) -> Expr:
     """Sum of products."""
-    return sum((entry * value for entry, value in zip(row, x, strict=True)), Integer(0))
+    return Add(*[entry * value for entry, value in zip(row, x, strict=True)])
 
 
 def eliminate(tape: Tape, matrix: list[list[Expr]], right: list[Expr], name: str) -> list[Expr]:

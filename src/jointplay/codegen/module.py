@@ -226,8 +226,8 @@ def _choice(name: str, arguments: str, functions: list[str], first: int = IN_FLI
 
 def _renamed(function: str, number: int) -> str:
     """Its local names with a number, so that none is assigned twice: such names cost time to compile."""
-    names = "|".join(sorted(set(re.findall(r"^ +(\w+) =", function, re.M))))
-    return re.sub(rf"\b({names})\b", rf"\1__{number}", function) if names else function
+    names = set(re.findall(r"^ +(\w+) =", function, re.M))
+    return re.sub(r"\b[^\W\d]\w*\b", lambda word: word[0] + f"__{number}" * (word[0] in names), function)
 
 
 def _trig(layout: Layout) -> str:

@@ -25,11 +25,12 @@ def text(system) -> str:
     from ..equations.system import TIME
     from .dynamics import Dynamics
     from .source import expression
+    from .tape import read
 
     dynamics = Dynamics(system, "any")
     names = {name: f"out_{i}" for i, name in enumerate(system.outputs)}
     program = dynamics.tape.program({symbol: system.outputs[name] for name, symbol in names.items()})
-    rows = [(str(s), expression(value), tuple(sorted(map(str, value.free_symbols)))) for s, value in program]
+    rows = [(str(s), expression(value), tuple(x.name for x in read(value))) for s, value in program]
     angles = [(str(x), f"{f}({expression(a.value)})", _reads(a)) for a in system.angles for f, x in _trig(a)]
     lines = ",\n".join(f"    {row!r}" for row in angles + rows)
     state = [str(s) for s in (TIME, *system.positions, *system.speeds)]

@@ -17,6 +17,7 @@ from sympy.printing.str import StrPrinter
 from ..equations.system import TIME, System
 from ..numerics.memory import method_rows
 from .lambert import LAMBERT
+from .tape import read
 
 LANES = 8
 MAX_TURN = 0.75
@@ -26,6 +27,12 @@ COS = [(-1) ** k / factorial(2 * k) for k in range(9)]
 
 class Printer(StrPrinter):
     """Expressions as Python arithmetic: small powers by multiplication, rationals as floats."""
+
+    def _print(self, expr, **kwargs):
+        return expr.name if expr.is_Symbol else super()._print(expr, **kwargs)  # soon, as most are
+
+    def parenthesize(self, item, level, strict=False):
+        return item.name if item.is_Symbol else super().parenthesize(item, level, strict)
 
     def _print_Pow(self, expr, rational=False):
         base, power = self.parenthesize(expr.base, PRECEDENCE["Atom"], strict=True), expr.exp
@@ -142,13 +149,13 @@ def dispatch(name: str, arguments: str, functions: dict[int, str]) -> str:
 
 def used(program: Program, symbols: Iterable[Symbol]) -> list[Symbol]:
     """Those of `symbols` that the program reads, in their order."""
-    read = set().union(*(value.free_symbols for _, value in program)) if program else set()
-    return [symbol for symbol in symbols if symbol in read]
+    found = {symbol for _, value in program for symbol in read(value)}
+    return [symbol for symbol in symbols if symbol in found]
 
 
 def statements(program: Program, indent: str) -> list[str]:
     """The program's assignments as lines."""
-    return [f"{indent}{symbol} = {expression(value)}" for symbol, value in program]
+    return [f"{indent}{symbol.name} = {expression(value)}" for symbol, value in program]
 
 
 def _loads(layout: Layout, program: Program) -> list[str]:

@@ -6,12 +6,34 @@ chain rule of their angle, roots of equations by theirs.
 """
 
 from collections.abc import Iterable
+from functools import lru_cache
+from itertools import count
+from operator import attrgetter
 
-from sympy import Expr, Integer, Symbol, cse, numbered_symbols, sympify
+from sympy import Add, Expr, Integer, Mul, Symbol, sympify
 
-from ..equations.system import Root, System
+from ..equations.system import Root, System, number
+from .common import shared
 
 FLOW = Symbol("flow", real=True)
+
+
+# A structure's variants have most of their expressions in common.
+@lru_cache(maxsize=20000)
+def read(value: Expr) -> list[Symbol]:
+    """Symbols in an expression, by name."""
+    return sorted(value.free_symbols, key=attrgetter("name"))
+
+
+@lru_cache(maxsize=20000)
+def partial(value: Expr, s: Symbol) -> Expr:
+    """d value / d s as if all other symbols were constants."""
+    if value.is_Add:
+        return Add(*[partial(term, s) for term in value.args if s in term.free_symbols])
+    if value.is_Mul:
+        factors = [(i, factor) for i, factor in enumerate(value.args) if s in factor.free_symbols]
+        return Add(*[Mul(*value.args[:i], partial(each, s), *value.args[i + 1 :]) for i, each in factors])
+    return value.diff(s)
 
 
 class Tape:
@@ -40,17 +62,13 @@ class Tape:
         if value.is_Number or value.is_Symbol:
             return value
         if value not in self._named:
-            self._named[value] = self.define(Symbol(name, real=True), value)
+            self._named[value] = self.define(number(name), value)
         return self._named[value]
 
     def derivative(self, value: Expr, x: Symbol) -> Expr:
         """d value / d x through every assignment (x: a position, a speed, time, `FLOW`, or a direction)."""
-        total = Integer(0)
-        for s in sorted(sympify(value).free_symbols, key=str):
-            slope = self._slope(s, x)
-            if slope != 0:
-                total += value.diff(s) * slope
-        return total
+        slopes = [(s, self._slope(s, x)) for s in read(sympify(value))]
+        return Add(*[partial(value, s) * slope for s, slope in slopes if slope])
 
     def _slope(self, s: Symbol, x: Symbol) -> Expr:
         way = self._ways.get(x, {x: Integer(1)})
@@ -64,7 +82,7 @@ class Tape:
         if s in self._roots:
             return self._rooted(*self._roots[s], x)
         if (s, x) not in self._slopes:
-            self._slopes[s, x] = self.let(f"d_{s}_d_{x}", self.derivative(self.values[s], x))
+            self._slopes[s, x] = self.let(f"d_{s.name}_d_{x.name}", self.derivative(self.values[s], x))
         return self._slopes[s, x]
 
     def _rooted(self, root: Root, place: int, factor: Expr, x: Symbol) -> Expr:
@@ -86,17 +104,17 @@ class Tape:
         wanted = {Symbol(name): sympify(value) for name, value in results.items()}
         live = self._live(wanted.values())
         assigned = {s: self.values[s] for s in self.values if s in live} | wanted
-        shared, reduced = cse(list(assigned.values()), symbols=numbered_symbols("k", real=True), order="none")
-        return _in_order(dict(shared) | dict(zip(assigned, reduced, strict=True)))
+        found, reduced = shared(list(assigned.values()), map(number, map("k{}".format, count())))
+        return _in_order(dict(found) | dict(zip(assigned, reduced, strict=True)))
 
     def _live(self, roots: Iterable[Expr]) -> set[Symbol]:
         live: set[Symbol] = set()
-        queue = [s for value in roots for s in value.free_symbols]
+        queue = [s for value in roots for s in read(value)]
         while queue:
             s = queue.pop()
             if s in self.values and s not in live:
                 live.add(s)
-                queue += self.values[s].free_symbols
+                queue += read(self.values[s])
         return live
 
 
@@ -107,7 +125,7 @@ def _in_order(assigned: dict[Symbol, Expr]) -> list[tuple[Symbol, Expr]]:
     def visit(s: Symbol) -> None:
         if s in done or s not in assigned:
             return
-        for t in sorted(assigned[s].free_symbols, key=str):
+        for t in read(assigned[s]):
             visit(t)
         done[s] = assigned[s]
 

@@ -10,8 +10,9 @@ or a sum of both.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
-from sympy import Expr, Integer, Symbol, symbols
+from sympy import Expr, Integer, Symbol
 
 TIME = Symbol("t", real=True)
 
@@ -28,12 +29,12 @@ class Angle:
     @property
     def sin(self) -> Symbol:
         """Its sine, as a symbol."""
-        return Symbol(f"s_{self.name}", real=True)
+        return number(f"s_{self.name}")
 
     @property
     def cos(self) -> Symbol:
         """Its cosine, as a symbol."""
-        return Symbol(f"c_{self.name}", real=True)
+        return number(f"c_{self.name}")
 
     @property
     def value(self) -> Expr:
@@ -168,8 +169,9 @@ class System:
         return len(self.resets) if any(reset.rough for reset in self.resets) else 0
 
 
+@lru_cache(maxsize=20000)
 def number(name: str) -> Symbol:
-    """The symbol of a parameter (a real number of the mechanism)."""
+    """The symbol of a real number, such as a parameter."""
     return Symbol(name, real=True)
 
 
@@ -185,7 +187,7 @@ def directed(system: System, directions: tuple[tuple[str, ...], ...]) -> System:
 
 def accelerations(n: int) -> tuple[Symbol, ...]:
     """Symbols that stand for the n solved accelerations in outputs and powers."""
-    return symbols(f"a_:{n}", real=True)
+    return tuple(number(f"a_{k}") for k in range(n))
 
 
 def rubbing(wall) -> Symbol:

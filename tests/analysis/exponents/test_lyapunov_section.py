@@ -14,6 +14,7 @@ from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.trajectory import Request
+from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
 from jointplay.mechanism.records import CrankAngle
 from tests.support.driven_scenes import pinned
@@ -150,6 +151,21 @@ def test_both_estimates_of_test_systems(system, keywords):
     found = jp.lyapunov(system, exponents=1, turns=1500, transient=50, twin_turns=800, **keywords)
     assert abs(float(found.growth_difference)) < 3
     assert np.array_equal(found.section_exponent_per_turn, found.lyapunov_exponent_per_turn)
+
+
+def test_the_loop_of_twins_is_compiled_beside_that_of_tangents(monkeypatch):
+    """Both are asked for before the motion is followed."""
+    asked, followed = [], []
+
+    def follow(*_):
+        followed.extend(asked)
+        raise InterruptedError
+
+    monkeypatch.setattr(cache, "prepare", asked.append)
+    monkeypatch.setattr("jointplay.analysis.exponents.lyapunov.grown", follow)
+    with pytest.raises(InterruptedError):
+        jp.lyapunov(catalog.duffing(), exponents=1, turns=2, twin_turns=1)
+    assert followed == ["tangent_flow", "flow"]
 
 
 def test_both_estimates_of_a_periodic_motion():

@@ -33,7 +33,7 @@ from jointplay.analysis.exponents.frame_growth import (
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.looks import part
-from jointplay.analysis.trajectory import INTERRUPTED, Request
+from jointplay.analysis.trajectory import INTERRUPTED, Request, prepare
 from jointplay.analysis.ways import FOLLOWED, WAYS
 from jointplay.errors import Problem, refuse
 from jointplay.mechanism.assemble import assemble
@@ -189,11 +189,14 @@ def lyapunov(
     span = duration if turns is None else turns * model.period
     request = Request(begin + span, rtol, max_steps=rules.steps(max_steps))
     share = 0.5 if twin_turns else 1.0
+    if twin_turns:
+        cut = rules.model_for(mechanism, initial, CrankAngle())
+        prepare(model.structure, "tangent_flow")
+        prepare(cut.structure)  # beside the other, which takes longer
     asked = Stretch(request, count, begin), error, saltation, part(progress, 0.0, share)
     run = in_company(ensemble, partial(grown, model, *asked), followed_together)
     variables = _variables(run, count)
     if twin_turns and run.status != INTERRUPTED:
-        cut = rules.model_for(mechanism, initial, CrankAngle())
         rest = part(progress, share, 1.0)
         twin = growth.twin(cut, twin_turns, math.ceil(transient), max_steps, rest)
         leading = (variables[f"section_{name}_per_turn"][1][0] for name in ("exponent", "standard_error"))
