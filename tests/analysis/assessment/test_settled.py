@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.assessment import settled as settled_module
-from jointplay.analysis.assessment.forces import _mean, _peaks
+from jointplay.analysis.assessment.forces import _mean, _peaks, forces
 from jointplay.analysis.assessment.settled import LASTING, PATIENCE, SURE, Settled, lasting, plan, settled
 from jointplay.analysis.starts import End
 
@@ -65,6 +65,11 @@ def test_what_has_neither_period_nor_chaos_is_asked_for_longer(followed, exponen
     assert asked[0] == replace(HOW, transient=0, exponents=1, lyapunov_turns=SURE * HOW.lyapunov_turns)
     assert len(asked) == 1 + waits
     assert lasting(periodic := motion(2), HOW) is periodic
+
+
+def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word(monkeypatch):
+    monkeypatch.setattr(settled_module, "settle", lambda *_: {"status": 2})
+    assert forces(None, None, 1, HOW) == {"status": 2, "trouble": "step_limit"}
 
 
 def history(forces):
