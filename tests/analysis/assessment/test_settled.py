@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import jointplay as jp
 from jointplay.analysis.assessment import settled as settled_module
+from jointplay.analysis.assessment.assess_dataset import assembled
 from jointplay.analysis.assessment.forces import _mean, _peaks, forces
 from jointplay.analysis.assessment.settled import LASTING, PATIENCE, SURE, Settled, lasting, plan, settled
 from jointplay.analysis.starts import End
@@ -69,7 +71,14 @@ def test_what_has_neither_period_nor_chaos_is_asked_for_longer(followed, exponen
 
 def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word(monkeypatch):
     monkeypatch.setattr(settled_module, "settle", lambda *_: {"status": 2})
-    assert forces(None, None, 1, HOW) == {"status": 2, "trouble": "step_limit"}
+    found = forces(None, None, 1, HOW)
+    assert found == {"status": 2, "trouble": "step_limit"}
+    table = assembled(jp.catalog.chunmei2002(), ["gear_ratio"], 4 * [found])
+    assert table["peak_force"].isnull().all()
+    assert table["turn_share"].values == pytest.approx(
+        np.arange(table.sizes["turn_share"]) * table["turn_share"][1].item()
+    )
+    assert table["turn_share"][-1] == 1.0
 
 
 def history(forces):
