@@ -21,6 +21,8 @@ def test_the_fastest_moment_is_just_before_or_after_an_impact(how):
     """Speeds jump there; against the values of systems beside it."""
     found = extreme(how)
     assert int(found["derivative_status"]) == 0
+    assert 0.1 < found["grazing"] <= 1.0  # the slowest impact, over the fastest
+    assert np.isnan(found["closest_approach"]) or found["closest_approach"] > 0
     for name, exact in zip(("gap", "restitution"), found["derivative"].values[0], strict=True):
         usual = {"gap": 3.0, "restitution": 0.8}[name]
         quotient = driven.quotient(
