@@ -14,6 +14,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis import ensemble_runs, pieces, trajectory
+from jointplay.analysis.coexisting.attractors import SHARES
 from jointplay.analysis.exponents.growth import growth
 from jointplay.analysis.signals.correlation_sum import correlation_sum
 from jointplay.analysis.states.basins import basins
@@ -144,6 +145,13 @@ def test_most_of_the_progress_is_told_while_a_motion_is_followed(name):
     told = []
     CALLS[name](30, progress=told.append)
     assert max(share for share in told if share < 1.0) > 0.5
+
+
+def test_following_starts_is_the_largest_stage_of_attractors_and_ends_at_its_share():
+    told = []
+    CALLS["attractors"](30, progress=told.append)
+    assert SHARES[1] == max(np.diff(SHARES))
+    assert told[:2] == [0.0, SHARES[1]]
 
 
 def fixed(attempts):

@@ -89,6 +89,16 @@ def test_of_a_long_span_that_is_interrupted_no_largest_sizes_are_sought(linkage,
     assert sum(evaluated) == 1
 
 
+def test_where_a_law_does_not_pull_contact_lasts_as_long_as_its_force():
+    """The journal is still deeper than the bearing for another 0.3 % of the time."""
+    linkage = jp.catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0, tension=False)
+    record = ["normal_force", "penetration"]
+    found = jp.simulate(linkage, turns=1, transient=1, samples_per_turn=10_000, record=record)
+    pushes, deep = (float((found[name] > 0).mean()) for name in record)
+    assert found.contact_fraction.item() == pytest.approx(pushes, abs=3e-4)
+    assert deep > pushes + 1e-3
+
+
 def test_contacts_are_those_of_the_list_of_events(dense):
     motion = dense[0]
     kinds = jp.words(motion)["event_kind"].values

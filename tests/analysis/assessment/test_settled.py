@@ -5,9 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import jointplay as jp
+from jointplay.analysis.assessment import edges as edges_module
 from jointplay.analysis.assessment import settled as settled_module
-from jointplay.analysis.assessment.forces import _mean, _peaks
-from jointplay.analysis.assessment.settled import LASTING, PATIENCE, SURE, Settled, lasting, plan, settled
+from jointplay.analysis.assessment.assess_dataset import assembled
+from jointplay.analysis.assessment.forces import _mean, _peaks, forces
+from jointplay.analysis.assessment.settled import (
+    CHANGES,
+    LASTING,
+    PATIENCE,
+    SURE,
+    Settled,
+    lasting,
+    plan,
+    settled,
+)
 from jointplay.analysis.starts import End
 
 HOW = plan(10, 8, 20, 1e-7, None)
@@ -65,6 +77,40 @@ def test_what_has_neither_period_nor_chaos_is_asked_for_longer(followed, exponen
     assert asked[0] == replace(HOW, transient=0, exponents=1, lyapunov_turns=SURE * HOW.lyapunov_turns)
     assert len(asked) == 1 + waits
     assert lasting(periodic := motion(2), HOW) is periodic
+
+
+def test_beside_a_chaotic_motion_each_is_watched_for_whether_its_chaos_lasts(monkeypatch):
+    """Chaos all along, as it seems; from 1.2 times the present value on it dies out before long."""
+    begun, met = motion(0, CHAOTIC), []
+
+    def towards(walk, value, last):
+        met.append(motion(0, CHAOTIC))
+        places[met[-1]] = value
+        yield value, met[-1]
+
+    places = {begun: 1.0}
+    ends = {"lasting": lambda each, *_: motion(1) if places.get(each, 1.0) >= 1.2 else each}
+    ends |= {"settled": lambda *_: begun, "present": lambda *_: 1.0}
+    ends["_located"] = lambda walk, name, trail, place, *_: (place[0], 0.0, 0.0, 0.0, np.nan, 1)
+    for name, each in ends.items():
+        monkeypatch.setattr(edges_module, name, each)
+    monkeypatch.setattr(edges_module.Walk, "towards", towards)
+    monkeypatch.setattr(edges_module.Walk, "lost_again", lambda *_: None)
+    found = edges_module.edges(None, "clearance", "above", None, edges_module.Search(2.0, 0.01, 1e-3), HOW)
+    edge = dict(zip(CHANGES, found["edge"], strict=True))["chaos"]
+    assert edge == places[next(each for each in met if places[each] >= 1.2)]
+
+
+def test_forces_of_what_is_not_followed_to_its_end_are_a_status_and_a_word(monkeypatch):
+    monkeypatch.setattr(settled_module, "settle", lambda *_: {"status": 2})
+    found = forces(None, None, 1, HOW)
+    assert found == {"status": 2, "trouble": "step_limit"}
+    table = assembled(jp.catalog.chunmei2002(), ["gear_ratio"], 4 * [found])
+    assert table["peak_force"].isnull().all()
+    assert table["turn_share"].values == pytest.approx(
+        np.arange(table.sizes["turn_share"]) * table["turn_share"][1].item()
+    )
+    assert table["turn_share"][-1] == 1.0
 
 
 def history(forces):

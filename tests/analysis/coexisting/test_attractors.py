@@ -69,6 +69,13 @@ def test_a_basin_no_start_is_in_is_found_from_its_neighbour():
     assert (changes(alone), changes(carried)) == ([("death", 2, 3.62)], [])
 
 
+def test_a_start_that_does_not_fit_is_told_before_anything_is_followed(monkeypatch):
+    monkeypatch.setattr(Motions, "sort", lambda *_: pytest.fail("it is followed"))
+    with pytest.raises(InputError) as caught:
+        jp.attractors(PAIR, over={"gap": [3.6]}, region=PLANE, starts=4, initial=[0.1], n_jobs=1, **SHORT)
+    assert [problem.key for problem in caught.value.problems] == ["initial"]
+
+
 @pytest.mark.long
 def test_workers_do_not_change_the_answer():
     keywords = SHORT | {"over": {"gap": [3.4, 3.6]}, "region": PLANE, "starts": PILOTS + 48}

@@ -1,15 +1,17 @@
 """Curves along which a slip reversal and the beginning of its contact are at one time."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.curves.coincidence import sliding
+from jointplay.analysis.curves.coincidence import Coincidence, sliding
 from jointplay.codegen import cache
 from jointplay.mechanism.assemble import assemble
+from jointplay.numerics.codes import Event
 from tests.analysis.test_flat_landing import PLAY, STILL, block
 
 CONTACTS = ("contact", "separation")
@@ -38,6 +40,16 @@ def test_a_corner_slides_and_is_as_deep_as_its_place_says(corner):
     height = front * 0.02 * math.sin(0.01) + side * 0.01 * math.cos(0.01)
     assert slides == pytest.approx(0.2 - 3.0 * height, abs=1e-12)
     assert gap == pytest.approx(side * (2e-5 + height) - 0.01 - PLAY, abs=1e-15)
+
+
+def test_where_its_contact_does_not_begin_there_is_no_coincidence():
+    condition = Coincidence(0, int(Event.CONTACT), 1.0, (0, int(Event.SLIP_REVERSAL)))
+    events = np.zeros((1, 4 + 7 + 4))
+    events[0, 1] = Event.CONTACT
+    like = SimpleNamespace(orbit=SimpleNamespace(image=SimpleNamespace(events=events)))
+    section = SimpleNamespace(model=assemble(block(), STILL))
+    trial = SimpleNamespace(section=section, image=SimpleNamespace(events=events[:0]))
+    assert math.isnan(condition.value(trial, like))
 
 
 @pytest.mark.long

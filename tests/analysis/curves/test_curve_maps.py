@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -165,6 +166,19 @@ def test_only_sticking_that_shrinks_to_nothing_soon_ends_a_fold():
     assert event == (0, Event.STICK_ONSET)
     assert ahead(0.1) is None
     assert ahead(0.49999, Twice) is None  # what appears beside the point shrinks nowhere
+
+
+@pytest.mark.parametrize(
+    ("kind", "critical"), [("fold", 1.0), ("period_doubling", -1.0), ("symmetry_breaking", -1.0)]
+)
+def test_a_condition_vanishes_where_a_multiplier_is_critical_and_there_alone(kind, critical):
+    """A symmetric orbit loses its symmetry where half a turn and the reflection have the multiplier -1."""
+    like = np.array([[critical, 0.4], [0.0, 0.3]])
+    point = SimpleNamespace(orbit=SimpleNamespace(image=SimpleNamespace(derivative=like)))
+    for multiplier in (critical, -critical, 2 * critical, 0.5):
+        P = np.array([[multiplier, 0.4], [0.0, 0.3]])
+        value = CONDITIONS[kind].value(SimpleNamespace(image=SimpleNamespace(derivative=P)), point)
+        assert (abs(value) < 1e-12) == (multiplier == critical)
 
 
 def beside(pair):

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from jointplay import CrankAngle, catalog
-from jointplay.analysis.curves.half_map import HalfMap
+from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.gradients.directions import along
 from jointplay.analysis.orbits.section_map import section_map
+from jointplay.analysis.orbits.shooting import newton
 from jointplay.mechanism.assemble import assemble
 
 FREQUENCY, STATE = 1.2, np.array([0.4, -0.3])
@@ -36,3 +37,17 @@ def test_the_forcings_frequency_moves_both_ends_of_half_a_turn():
     ends = [half(FREQUENCY + side * h).image(STATE).state for side in (1, -1)]
     exact = (ends[0] - ends[1]) / (2 * h) / half(FREQUENCY).scale
     assert found.along[:, 0] == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize(("start", "mirrored"), [([0.0, 0.0], True), ([1.0, 0.0], False)])
+def test_an_orbit_that_is_its_own_mirror_image_is_one_of_the_half_map(start, mirrored):
+    """The saddle between the wells is; the motion in one of them is not."""
+    orbit = newton(section(assemble(catalog.duffing(amplitude=0.05), None, "phase")), np.array(start))
+    assert orbit.status == 0
+    found = halved(orbit, 1e-8)
+    assert (found is not None) == mirrored
+    if mirrored:
+        assert found.state == pytest.approx(orbit.state, abs=1e-8)
+        assert found.map.signs.tolist() == [-1, -1]
+        P = found.image.derivative
+        assert pytest.approx(orbit.image.derivative, rel=1e-6) == P @ P

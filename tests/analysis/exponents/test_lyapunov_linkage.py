@@ -70,6 +70,13 @@ def test_it_stops_at_a_target_error():
     )
 
 
+def test_it_stops_at_a_target_error_beside_the_motions_own_direction_too():
+    """Lorenz' system, which nothing outside times; along the motion itself there is no error to wait for."""
+    found = jp.lyapunov(catalog.lorenz(), duration=3000, error=0.03)
+    assert float(found.lyapunov_standard_error[0]) <= 0.03
+    assert float(found.block_time[-1]) < 2000
+
+
 def test_trouble_is_a_status():
     found = jp.lyapunov(catalog.lorenz(), duration=100, transient=1, max_steps=5)
     assert int(found.status) == 2

@@ -170,6 +170,14 @@ def test_a_start_at_rest_has_no_derivative_off_its_wall():
         assert found["derivative"].values[:, column] == pytest.approx(quotient, abs=1e-7)
 
 
+def test_a_start_that_rests_on_a_wall_forgets_how_fast_it_came_there():
+    """A ball on its table goes with it, y = sin t, whatever it came with."""
+    names, ball = ["end:state:y", "end:state:v"], catalog.bouncing_ball(0.9, 0.5)
+    found = jp.gradient(ball, of=names, by=["initial.v"], initial=[0.0, 1.0])
+    assert found["value"].values == pytest.approx([0.0, 1.0], abs=1e-12)
+    assert np.all(found["derivative"].values == 0.0)
+
+
 @pytest.mark.long
 def test_corners_that_touch_together():
     """Compliant ones have one derivative in either order; rigid ones none, which is said."""

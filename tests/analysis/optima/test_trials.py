@@ -1,13 +1,15 @@
 """Trials of an optimisation that fail: none is kept as a design, none starts another."""
 
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.optimize
 import xarray as xr
 
 import jointplay as jp
-from jointplay.analysis.optima import opening
+from jointplay.analysis.optima import descent, opening
 from jointplay.analysis.optima import trials as trials_module
 from jointplay.analysis.optima.confirmed import beside
 from jointplay.analysis.optima.descent import descended
@@ -104,6 +106,16 @@ def test_a_box_that_failures_have_drawn_in_grows_again(failing):
     end, found = descended(Bowl(failing), aim, np.array([0.1]), 1e-10, 1000)
     assert end == "converged"
     assert found.x[0] == pytest.approx(0.9, abs=1e-4)
+
+
+def test_what_scipy_says_of_points_that_it_clips_is_not_shown(monkeypatch, recwarn):
+    def minimize(*given, **how):
+        warnings.warn("Values in x were outside bounds", RuntimeWarning, stacklevel=1)
+        return scipy.optimize.minimize(*given, **how)
+
+    monkeypatch.setattr(descent, "minimize", minimize)
+    assert descended(Bowl(0), Aim(0, 1.0, FREE, np.zeros(1), np.ones(1)), np.array([0.1]), 1e-10, 100)
+    assert not recwarn.list
 
 
 @pytest.mark.parametrize(("last", "kept"), [(1.0, 1.0), (0.2, 10**-0.75), (0.0, 0.0)])
