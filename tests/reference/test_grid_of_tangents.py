@@ -347,6 +347,8 @@ def test_impacts_at_one_instant_have_no_derivative():
     model = assemble(own(**TWO))
     with pytest.raises(ArithmeticError, match=str(STATUS.index("no_derivative"))):
         tangents.tangent_map(model, 1.0)
+    (found,) = follow_ensemble([model], [Request(1.0, LANES, events=True, log_from=0.0)])
+    assert WAYS[found.way] == "left_lanes"
 
 
 @pytest.mark.long
