@@ -239,6 +239,7 @@ STRANGE = {
     "x = 1.0\n    if w[0] > 0.0:\n        x = 1\n        x = w\n    w[1] = x": "x",
     "if w[0] > 0.0:\n        return 1.0": "a way without a value",
     "if w[0] > 0.0:\n        return 1.0\n    return 2": "return 2",
+    "return 1.0\n    w[0] = 2.0": "what is never reached",
     "w[w[0]] = 1.0": "a place that is no integer",
     "w[0] = not w[0]": "not w[0]",
     "for x in w:\n        pass": "for x in w",
