@@ -11,7 +11,7 @@ from pathlib import Path
 
 from scipy.optimize import brentq
 
-from jointplay.equations.laws import FACTORS
+from jointplay.solver.equations.laws import FACTORS
 
 PAGE = Path(__file__).with_name("laws.md")
 BEGIN, END = "<!-- table -->\n", "<!-- end -->"

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Arc, Circle
 
 import jointplay as jp
-from jointplay.mechanism.closure import ideal_state
+from jointplay.solver.mechanism.loops.closure import ideal_state
 
 IMAGE = Path(__file__).with_name("images") / "four_bar.png"
 MECHANISM = jp.catalog.chunmei2002()

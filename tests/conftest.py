@@ -11,10 +11,10 @@ import pytest
 
 from jointplay import catalog
 from jointplay.analysis.rules import quantity
-from jointplay.analysis.trajectory import functions
-from jointplay.codegen import cache
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import CrankAngle
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import CrankAngle
+from jointplay.solver.motion.trajectory import functions
 
 hypothesis.settings.register_profile(  # a busy machine is no mistake of the program's
     "unhurried", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]

@@ -24,7 +24,7 @@ print(json.dumps([float(x) for name in {record} for x in end[name].values]))
 KERNEL = """
 import json
 import numpy as np
-from jointplay.codegen import cache
+from jointplay.solver.codegen import cache
 step, rows = np.ones((1, 2, 4)), np.arange(1.0, 7.0).reshape(3, 2, 1)
 cache.method("modal_response").respond(step, *rows)
 print(json.dumps(rows.ravel().tolist()))
@@ -32,7 +32,7 @@ print(json.dumps(rows.ravel().tolist()))
 WARM = """
 from jointplay import catalog
 from jointplay.analysis.cells import warm
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 warm(map(assemble, (catalog.duffing(), catalog.lorenz(), catalog.duffing(damping=0.1))))
 print("null")
 """

@@ -10,15 +10,15 @@ from typing import Any, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from jointplay.accepted import units_of
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import LAWS
-from jointplay.mechanism import catalog, records
-from jointplay.mechanism.base import Record
-from jointplay.mechanism.courses import Course
-from jointplay.mechanism.drive import DRIVES
-from jointplay.mechanism.signature import types_of
-from jointplay.mechanism.systems import SYSTEMS
+from jointplay.display.accepted import units_of
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism import catalog, records
+from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.own.systems import SYSTEMS
+from jointplay.solver.mechanism.parts.courses import Course
+from jointplay.solver.mechanism.parts.drive import DRIVES
+from jointplay.solver.mechanism.signature import types_of
 from pages.text import markdown, parameters, story, summary, table
 
 HEAD = ("key", "unit", "default", "meaning")

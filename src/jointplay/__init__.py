@@ -22,7 +22,7 @@ if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].removeprefix("-m") =
     except (OSError, ValueError):  # the folder is gone, or was kept off the path
         pass
 
-from jointplay.errors import no_attribute
+from jointplay.display.errors import no_attribute
 from jointplay.kinds import KINDS
 
 __version__ = "0.1.0"

@@ -17,7 +17,7 @@ _ROWS = (
         ".analysis.simulate:simulate",
         ("overview", "time_history", "contact_angle", "journal_orbit", "phase_portrait"),
         kept=True,
-        summary=".results.answers.motions:response",
+        summary=".study.results.answers.motions:response",
         example={"analysis": {"transient": 20, "turns": 5}},
     ),
     Kind(
@@ -25,17 +25,17 @@ _ROWS = (
         ".analysis.poincare:poincare",
         ("poincare_section",),
         kept=True,
-        summary=".results.answers.motions:section",
+        summary=".study.results.answers.motions:section",
         example={"analysis": {"transient": 50, "turns": 200}},
     ),
     Kind(
         "readings",
-        ".lab.paper.readings:readings",
+        "jointplay_lab.paper.readings:readings",
         ("readings",),
         varies=False,
-        table=".lab.paper.tables:readings_table",
+        table="jointplay_lab.paper.tables:readings_table",
         slow=2,
-        summary=".lab.paper.tables:readings_answer",
+        summary="jointplay_lab.paper.tables:readings_answer",
         example={
             "analysis": {
                 "panels": ("c",),
@@ -47,21 +47,21 @@ _ROWS = (
     ),
     Kind(
         "claims",
-        ".lab.paper.claims:claims",
+        "jointplay_lab.paper.claims:claims",
         ("claims",),
         varies=False,
-        table=".lab.paper.tables:claims_table",
+        table="jointplay_lab.paper.tables:claims_table",
         slow=1,
-        summary=".lab.paper.tables:claims_answer",
+        summary="jointplay_lab.paper.tables:claims_answer",
         example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
     ),
     Kind(
         "scheme_comparison",
-        ".lab.scheme.scheme_comparison:scheme_comparison",
+        "jointplay_lab.scheme.scheme_comparison:scheme_comparison",
         ("scheme_comparison",),
         "single turns after {start_turn} turns, clearances {clearance} m",
         varies=False,
-        summary=".lab.answers:scheme_answer",
+        summary="jointplay_lab.answers:scheme_answer",
         example={
             "mechanism": {"elastic": ["coupler"], "elements": 2},
             "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
@@ -73,7 +73,7 @@ _ROWS = (
         ("bifurcation", "parameter_map"),
         LENGTH + " at each point",
         recorded=".analysis.sweeps.bifurcation:names",
-        summary=".results.answers.motions:bifurcation",
+        summary=".study.results.answers.motions:bifurcation",
         example={
             "vary": {"clearance": {"start": 1e-5, "stop": 5e-4, "num": 40, "scale": "log"}},
             "analysis": {"transient": 100, "turns": 50, "exponents": 1, "lyapunov_turns": 50},
@@ -91,8 +91,8 @@ _ROWS = (
         ),
         tangents=True,
         kept=True,
-        summary=".results.answers.exponents:lyapunov",
-        verdict=".results.answers.exponents:lyapunov_verdict",
+        summary=".study.results.answers.exponents:lyapunov",
+        verdict=".study.results.answers.exponents:lyapunov_verdict",
         example={"analysis": {"transient": 20, "turns": 300}},
     ),
     Kind(
@@ -102,7 +102,7 @@ _ROWS = (
         "{turns} turns after {transient} dropped turns, and {settling} after them",
         (Shown("covariant_exponent_per_turn"), Shown("covariant_exponent")),
         tangents=True,
-        summary=".results.answers.covariant:covariant",
+        summary=".study.results.answers.covariant:covariant",
         example={"analysis": {"turns": 100}},
     ),
     Kind(
@@ -111,8 +111,8 @@ _ROWS = (
         ("chaos_test",),
         "{turns} section points after {transient} dropped turns",
         (Shown("chaos_indicator_quartile", (("quartile", 0.5),), "median K of the 0-1 test"),),
-        summary=".results.answers.motions:chaos_test",
-        verdict=".results.answers.motions:chaos_test_verdict",
+        summary=".study.results.answers.motions:chaos_test",
+        verdict=".study.results.answers.motions:chaos_test_verdict",
         example={"analysis": {"transient": 50}},
     ),
     Kind(
@@ -120,7 +120,7 @@ _ROWS = (
         ".analysis.signals.spectrum:spectrum",
         ("spectrum",),
         shown=(Shown("variance"),),
-        summary=".results.answers.motions:spectrum",
+        summary=".study.results.answers.motions:spectrum",
         example={"analysis": {"transient": 50, "turns": 100}},
     ),
     Kind(
@@ -129,7 +129,7 @@ _ROWS = (
         ("dimension",),
         "{turns} section points after {transient} dropped turns",
         (Shown("correlation_dimension"),),
-        summary=".results.answers.motions:dimension",
+        summary=".study.results.answers.motions:dimension",
         example={"analysis": {"transient": 50}},
     ),
     Kind(
@@ -139,8 +139,8 @@ _ROWS = (
         shown=(Shown("growth"),),
         tangents=True,
         kept=True,
-        summary=".results.answers.exponents:sensitivity",
-        verdict=".results.answers.exponents:sensitivity_verdict",
+        summary=".study.results.answers.exponents:sensitivity",
+        verdict=".study.results.answers.exponents:sensitivity_verdict",
         example={"analysis": {"transient": 50, "references": 5}},
     ),
     Kind(
@@ -148,7 +148,7 @@ _ROWS = (
         ".analysis.states.basins:basins",
         ("basins",),
         shown=(Shown("fraction", (("number", "largest"),), "fraction of the starts in the largest basin"),),
-        summary=".results.answers.orbits:basins",
+        summary=".study.results.answers.orbits:basins",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {
@@ -163,7 +163,7 @@ _ROWS = (
         ("attractors",),
         "{starts} starts in the region at each value, {turns} turns after up to {transient} dropped turns",
         recorded=".analysis.sweeps.bifurcation:names",
-        summary=".results.answers.coexisting:attractors",
+        summary=".study.results.answers.coexisting:attractors",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "vary": {"clearance": {"start": 2.4e-4, "stop": 2.6e-4, "num": 3}},
@@ -185,7 +185,7 @@ _ROWS = (
             ),
         ),
         tangents=True,
-        summary=".results.answers.coexisting:tipping",
+        summary=".study.results.answers.coexisting:tipping",
         example={
             "mechanism": {"clearance": 2.5e-4},
             "analysis": {
@@ -206,8 +206,8 @@ _ROWS = (
         (Shown("floquet_multiplier", title="largest modulus of a Floquet multiplier"),),
         recorded=".analysis.orbits.periodic_orbit:names",
         tangents=True,
-        summary=".results.answers.orbits:periodic_orbit",
-        verdict=".results.answers.orbits:periodic_orbit_verdict",
+        summary=".study.results.answers.orbits:periodic_orbit",
+        verdict=".study.results.answers.orbits:periodic_orbit_verdict",
         example={"mechanism": {"clearance": 2.9e-5}},
     ),
     Kind(
@@ -217,7 +217,7 @@ _ROWS = (
         "{parameter} from {range[0]:g} to {range[1]:g}, period {period}",
         tangents=True,
         kept=True,
-        summary=".results.answers.orbits:continuation",
+        summary=".study.results.answers.orbits:continuation",
         example={"mechanism": {"clearance": 2.9e-5}, "analysis": {"range": (2.9e-5, 3.5e-5), "step": 0.05}},
     ),
     Kind(
@@ -227,7 +227,7 @@ _ROWS = (
         "{plane:#} parameters, period {period}",
         tangents=True,
         kept=True,
-        summary=".results.answers.orbits:curve",
+        summary=".study.results.answers.orbits:curve",
         example={
             "mechanism": {"clearance": 4.19e-5},
             "analysis": {
@@ -243,7 +243,7 @@ _ROWS = (
         ("gradient",),
         "{turns} turns",
         (Shown("relative_sensitivity", (("quantity", "largest"), ("parameter", "largest"))),),
-        summary=".results.answers.optima:gradient",
+        summary=".study.results.answers.optima:gradient",
         example={
             "mechanism": {"clearance": 2.9e-5},
             "analysis": {
@@ -258,7 +258,7 @@ _ROWS = (
         ".analysis.optima.optimise:optimise",
         ("optimise",),
         "{turns} turns at each design",
-        summary=".results.answers.optima:optimise",
+        summary=".study.results.answers.optima:optimise",
         example={"analysis": {"least": "largest:normal_force:B", "by": {"gear_ratio": (2.9, 3.2)}}},
     ),
     Kind(
@@ -268,36 +268,36 @@ _ROWS = (
         LENGTH + "; each parameter to {reach} times its value",
         varies=False,
         tangents=True,
-        table=".results.answers.assessment:page",
-        summary=".results.answers.assessment:answer",
+        table=".study.results.answers.assessment:page",
+        summary=".study.results.answers.assessment:answer",
     ),
     Kind(
         "stress",
-        ".lab.stress.stress:stress",
+        "jointplay_lab.stress.stress:stress",
         ("stress",),
         "{scenes} scenes of seed {seed} from number {first}, {turns} turns each",
         varies=False,
-        table=".lab.stress.stress_table:stress_table",
-        summary=".lab.stress.stress_table:stress_summary",
+        table="jointplay_lab.stress.stress_table:stress_table",
+        summary="jointplay_lab.stress.stress_table:stress_summary",
         example={"analysis": {"scenes": 10, "variants": ("rigid",)}},
     ),
     Kind(
         "work_precision",
-        ".lab.precision.work_precision:work_precision",
+        "jointplay_lab.precision.work_precision:work_precision",
         ("work_precision",),
         "{turns} turns at {tolerances:#} tolerances, beside {peers}",
         varies=False,
-        summary=".lab.answers:precision_answer",
+        summary="jointplay_lab.answers:precision_answer",
         example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
     ),
     Kind(
         "benchmark",
-        ".lab.benchmarks.benchmark:benchmark",
+        "jointplay_lab.benchmarks.benchmark:benchmark",
         ("benchmark",),
         "to where the published answer stands",
         varies=False,
-        table=".lab.answers:benchmark_table",
-        summary=".lab.answers:benchmark_answer",
+        table="jointplay_lab.answers:benchmark_table",
+        summary="jointplay_lab.answers:benchmark_answer",
         example={"mechanism": {"catalog": "ivp_crank"}},
     ),
 )

@@ -20,8 +20,8 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay.analysis.quantities import STATUS
-from jointplay.mechanism import catalog
-from jointplay.mechanism.changes import Changes
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.changes import Changes
 from tests.analysis.fuzz_values import (
     BENT,
     BRIEF,

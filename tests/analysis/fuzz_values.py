@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 import jointplay as jp
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import LAWS
-from jointplay.mechanism import catalog
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism import catalog
 
 LOOSE = catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)
 IDEAL = catalog.chunmei2002(clearance=0)

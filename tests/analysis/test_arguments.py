@@ -12,9 +12,9 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import evaluate
 from jointplay.analysis.quantities import STATUS
-from jointplay.lab.paper import claims
-from jointplay.mechanism.closure import ideal_state
+from jointplay.solver.mechanism.loops.closure import ideal_state
 from jointplay.study.file import validate
+from jointplay_lab.paper import claims
 
 PAIR = catalog.impact_pair(3.0, 0.8)
 LOOSE = catalog.chunmei2002(clearance=2.9e-4, gear_ratio=3.0)

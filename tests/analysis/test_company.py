@@ -7,7 +7,7 @@ from contextvars import ContextVar
 
 import pytest
 
-from jointplay.analysis.company import asked, in_company, side_by_side
+from jointplay.solver.motion.company import asked, in_company, side_by_side
 
 
 def call(name, questions, seen):

@@ -13,12 +13,12 @@ SCRIPT = """
 import json
 import numpy as np
 from jointplay import catalog
-from jointplay.analysis.ensemble_runs import Tangent, carry, follow_ensemble
+from jointplay.solver.motion.ensemble_runs import Tangent, carry, follow_ensemble
 from jointplay.analysis.tangents import Bundle
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.codegen import cache
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics import interface
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method import interface
 
 said = []
 

@@ -8,7 +8,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import contacts
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 
 ENTRY, EXIT, SLIP, HIT = 0, 1, 3, 6
 PAIR = assemble(catalog.impact_pair(3.0, 0.8), None, "phase")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.beam import line_density, stiffness
+from jointplay.solver.mechanism.parts.beam import line_density, stiffness
 from tests.support.linkages import bending
 
 WORDS = ["angle", "angular_velocity", "angular_acceleration", "deflection"]

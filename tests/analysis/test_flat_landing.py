@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 from tests.codegen.test_jacobian import agree
 from tests.support.plain import Point, plain
 

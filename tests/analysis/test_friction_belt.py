@@ -18,8 +18,8 @@ from scipy.optimize import brentq
 
 from jointplay.analysis import tangents
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.mechanism.friction import Friction
+from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.motion.trajectory import Request, follow
 from tests.support.belt import LAWS, REGULARISED, STICKING, belt, ratio
 
 M, K, V, N = 2.0, 50.0, 0.1, 20.0

@@ -7,15 +7,15 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis import ensemble_runs
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.trajectory import follow
-from jointplay.analysis.ways import hindrance
-from jointplay.equations.friction import FRICTIONS
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import ensemble_runs
+from jointplay.solver.motion.trajectory import follow
+from jointplay.solver.motion.ways import hindrance
 from tests.support.belt import LAWS, STICKING, ratio
 
-from ..numerics.test_tangent import NEAR, compare
+from ..method.test_tangent import NEAR, compare
 from .sweeps.test_ensemble import apart, asked
 
 ROUGH = {"clearance": 2.9e-4, "gear_ratio": 3.0}

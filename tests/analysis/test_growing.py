@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.analysis import trajectory
-from jointplay.codegen import cache, elimination
-from jointplay.lab.paper.fixed_steps import _jacobian
-from jointplay.lab.stress.scenes import draw
-from jointplay.mechanism.assemble import assemble
-from jointplay.script.solver import solver
+from jointplay.solver.codegen import cache, elimination
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import trajectory
+from jointplay_lab.paper.fixed_steps import _jacobian
+from jointplay_lab.stress.scenes import draw
+from jointplay_page.script.solver import solver
 from tests.script.in_node import needs_node, ran
 
 STUDY = Path(__file__).parents[2] / "studies/stress/stress_others.toml"

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import trajectory
 from jointplay.analysis.quantities import EVENTS, STATUS
-from jointplay.equations.structure import CORNERS
-from jointplay.mechanism.assemble import assemble
-from tests.numerics.test_tangent import differences, distance, scaled
+from jointplay.solver.equations.structure import CORNERS
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import trajectory
+from tests.method.test_tangent import differences, distance, scaled
 from tests.support.multibody_records import from_mechanism
 from tests.support.multibody_run import assemble as put_together
 from tests.support.multibody_run import closed, follow

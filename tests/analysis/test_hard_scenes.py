@@ -8,10 +8,10 @@ import pytest
 from jointplay import catalog
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.quantities import EVENTS, STATUS
-from jointplay.analysis.trajectory import Request, follow, memory
-from jointplay.lab.stress.scenes import draw
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.modes import STICK
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.modes import STICK
+from jointplay.solver.motion.trajectory import Request, follow, memory
+from jointplay_lab.stress.scenes import draw
 
 # structures of their own: a quarter of a minute each to compile
 OWN = tuple(pytest.param(number, marks=pytest.mark.long) for number in (37, 1372, 4354))

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.closure import ideal_state
+from jointplay.solver.mechanism.loops.closure import ideal_state
 from tests.support.linkages import bending
 
 LINKS = ["crank", "coupler", "rocker"]

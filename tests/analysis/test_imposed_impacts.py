@@ -11,8 +11,8 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
-from jointplay.mechanism.courses import Harmonic
-from jointplay.mechanism.records import ConstantSpeed, SpeedCycle, SpeedProfile
+from jointplay.solver.mechanism.parts.courses import Harmonic
+from jointplay.solver.mechanism.records import ConstantSpeed, SpeedCycle, SpeedProfile
 from tests.support.multibody_records import from_mechanism
 
 LENGTHS = {"crank": 0.04, "coupler": 0.12, "rocker": 0.08}
@@ -131,7 +131,7 @@ def in_full(angles, speeds):
 
 KICKED = """
 from dataclasses import replace
-from jointplay.equations import write
+from jointplay.solver.equations import write
 own = write.system
 write.system = lambda structure: replace(own(structure), imposed={})
 from tests.analysis.test_imposed_impacts import FAST, four_bar, jp

@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import ensemble_runs, pieces, trajectory
 from jointplay.analysis.coexisting.attractors import SHARES
 from jointplay.analysis.exponents.growth import growth
 from jointplay.analysis.signals.correlation_sum import correlation_sum
 from jointplay.analysis.states.basins import basins
-from jointplay.lab.paper import fixed_steps
-from jointplay.lab.paper.fixed_steps import March
-from jointplay.lab.scheme.waveform import waveform
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import ensemble_runs, pieces, trajectory
+from jointplay_lab.paper import fixed_steps
+from jointplay_lab.paper.fixed_steps import March
+from jointplay_lab.scheme.waveform import waveform
 
 LONG = 3_000_000  # turns
 SOFT = jp.catalog.soft_impact_pair(gap=1.0, stiffness=50.0, damping=1.0)

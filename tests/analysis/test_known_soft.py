@@ -10,8 +10,8 @@ from scipy.linalg import expm
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS, MODES
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.trajectory import Request, follow
 
 from .exact_maps import TAU, Walls, distinct
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import guard_tolerances
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.joints import Contact
-from jointplay.mechanism.records import Mechanism
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.parts.joints import Contact
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.motion import guard_tolerances
 
 WORDS = ["angle", "angular_velocity", "journal_x", "journal_y"]
 

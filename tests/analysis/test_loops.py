@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 from tests.equations.test_groups import BAR, GUESS, PLATE, SCENES, beside_a_group, newton
 from tests.equations.test_ideal_loops import linkage
 

@@ -11,10 +11,10 @@ from scipy.integrate import solve_ivp
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.ways import hindrance
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.friction import Friction
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay.solver.motion.ways import hindrance
 from tests.support.belt import LAWS, LUGRE, belt, ratio
 from tests.support.plain import Point, plain
 

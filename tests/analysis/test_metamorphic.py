@@ -15,7 +15,7 @@ import pytest
 import jointplay as jp
 from jointplay.analysis import tangents
 from jointplay.analysis.starts import state_names
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 from tests.support import features
 from tests.support.driven import by_tangents
 from tests.support.features import LEVELS, fits, scene

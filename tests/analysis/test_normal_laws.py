@@ -13,12 +13,12 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.tangents import scales, tangent_map
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.equations.laws import FACTORS
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.codes import Event
-from tests.numerics.test_tangent import differences, distance, scaled
+from jointplay.solver.equations.laws import FACTORS
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.trajectory import Request, follow
+from tests.method.test_tangent import differences, distance, scaled
 from tests.support.plain import Point, plain
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs"))

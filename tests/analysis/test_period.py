@@ -8,7 +8,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.period import period
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 from .exact_maps import strobed
 

@@ -14,9 +14,9 @@ from scipy.interpolate import CubicSpline
 
 import jointplay as jp
 from jointplay.analysis.quantities import BALANCE, LINKAGE, recorded
-from jointplay.equations.parameters import parameter_names
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.joints import Friction
+from jointplay.solver.equations.parameters import parameter_names
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.joints import Friction
 
 RTOL, REFERENCE = 1e-8, 1e-12
 A_TURN = 1000  # tolerated errors of a speed in a turn: the tolerated error of its acceleration

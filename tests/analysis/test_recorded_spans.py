@@ -10,8 +10,8 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis import evaluate
-from jointplay.analysis.trajectory import INTERRUPTED
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
+from jointplay.solver.motion.trajectory import INTERRUPTED
 
 simulation = import_module("jointplay.analysis.simulate")  # whose name in the package is the function's
 TURNS, TRANSIENT = 4, 2

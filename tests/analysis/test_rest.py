@@ -9,10 +9,10 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.quantities import EVENTS
-from jointplay.analysis.trajectory import Request, functions, memory
-from jointplay.codegen import cache
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.memory import LOGGED
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.memory import LOGGED
+from jointplay.solver.motion.trajectory import Request, functions, memory
 
 from .exact_maps import TAU, bounce, distinct, rattle
 from .test_imposed_impacts import four_bar

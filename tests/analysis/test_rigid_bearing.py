@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import trajectory
 from jointplay.analysis.quantities import EVENTS
-from jointplay.errors import InputError
-from jointplay.lab.stress.scenes import draw
-from jointplay.mechanism.assemble import assemble
-from tests.numerics.test_tangent import differences, distance, scaled
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import trajectory
+from jointplay_lab.stress.scenes import draw
+from tests.method.test_tangent import differences, distance, scaled
 from tests.support.multibody_records import from_mechanism
 
 E = 2.9e-4

@@ -10,14 +10,14 @@ import pytest
 from numba import njit
 
 import jointplay as jp
-from jointplay.analysis import trajectory
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.gradients import wanted
 from jointplay.analysis.quantities import EVENTS
-from jointplay.codegen import cache
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import trajectory
 from tests.analysis.test_flat_landing import MASS, PLAY, STILL, block
-from tests.numerics.test_tangent import differences, scaled
+from tests.method.test_tangent import differences, scaled
 from tests.support import driven
 
 F, R, G = 0.3, 0.5, 9.81

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import trajectory
 from jointplay.analysis.quantities import EVENTS, STATUS
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import trajectory
 from tests.analysis.test_rigid_bearing import E, rigid
-from tests.numerics.test_tangent import differences, scaled
+from tests.method.test_tangent import differences, scaled
 from tests.support.multibody_records import from_mechanism
 
 M, A, R = 1.5, 0.4, 0.5

@@ -9,7 +9,7 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.windows import sample_times
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 WORDS = ["angle", "journal_x", "normal_force", "mode", "drive_work"]
 WINDOWS = [[0.25, 0.75], [2, 3.5]]

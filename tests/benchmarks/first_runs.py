@@ -94,7 +94,7 @@ def wheel(tree: Path, folder: Path) -> Path | None:
     pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
     target = ("--target", str(folder / "installed"))
     for command in (
-        [sys.executable, "-m", "jointplay.codegen.prebuilt"],
+        [sys.executable, "-m", "jointplay.solver.codegen.prebuilt"],
         [*pip, "wheel", "--no-deps", "--wheel-dir", str(folder), str(built)],
         [*pip, "install", "--no-deps", "--no-index", "--find-links", str(folder), *target, "jointplay"],
     ):

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import argparse
 
-from jointplay.analysis.trajectory import MAX_STEPS
-from jointplay.lab.precision.contenders import OURS
-from jointplay.lab.precision.measure import Row, contender, measure
-from jointplay.lab.precision.precision_dataset import dataset
-from jointplay.lab.precision.schedule import PEERS, Plan
-from jointplay.lab.precision.truth import Truth
-from jointplay.lab.precision.work_precision import RTOL, TOLERANCES
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.trajectory import MAX_STEPS
+from jointplay_lab.precision.contenders import OURS
+from jointplay_lab.precision.measure import Row, contender, measure
+from jointplay_lab.precision.precision_dataset import dataset
+from jointplay_lab.precision.schedule import PEERS, Plan
+from jointplay_lab.precision.truth import Truth
+from jointplay_lab.precision.work_precision import RTOL, TOLERANCES
 
 from .tuned_heyoka import TunedHeyoka
 

@@ -13,9 +13,9 @@ from pathlib import Path
 from statistics import median
 
 from jointplay.analysis.rules import model_for
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.mechanism import catalog
-from jointplay.script.solver import solver
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay_page.script.solver import solver
 
 CASES = {"A": {}, "B": {"gear_ratio": 3.0}, "C": {"gear_ratio": 3.0, "clearance": 2.9e-4}}
 RTOL, WARM, SHARE = 1e-8, 30, 1 / 6

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.jobs.origin import processor
-from jointplay.results.store import write_result
+from jointplay.study.results.store import write_result
 
 from .suite import ensembles, scenes, starts, turns, valve
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import heyoka as hy
 
-from jointplay.codegen import cache
-from jointplay.lab.precision.taylor import Heyoka
-from jointplay.numerics.modes import CONE, FORCE, FREE, GAP, SLIDE, STICK
+from jointplay.solver.codegen import cache
+from jointplay.solver.method.modes import CONE, FORCE, FREE, GAP, SLIDE, STICK
+from jointplay_lab.precision.taylor import Heyoka
 
 
 class TunedHeyoka(Heyoka):

@@ -2,7 +2,7 @@
 
 import os
 
-from jointplay.codegen.cache import digest
+from jointplay.solver.codegen.cache import digest
 from tests.support.program import jointplay
 
 

@@ -7,10 +7,10 @@ from typing import get_args
 import pytest
 
 from jointplay.cli import main
-from jointplay.equations.laws import LAWS
 from jointplay.kinds import KINDS
-from jointplay.mechanism.records import Friction
-from jointplay.mechanism.systems import SYSTEMS
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism.own.systems import SYSTEMS
+from jointplay.solver.mechanism.records import Friction
 from jointplay.study import cite
 from jointplay.study.file import load, validate
 from tests.support.study_samples import TEXT, WRITTEN_OUT

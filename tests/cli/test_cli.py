@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from jointplay import cli, figures
-from jointplay.errors import InputError, Problem
-from jointplay.results import store
+from jointplay.display.errors import InputError, Problem
+from jointplay.study.results import store
 from tests.support.study_samples import TEXT, result, stand_in
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"

@@ -15,12 +15,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from jointplay import figures, interrupts
-from jointplay.analysis import evaluate, looks, partial
+from jointplay import figures
+from jointplay.analysis import evaluate, partial
 from jointplay.analysis.sweeps import gather
 from jointplay.cli import main
-from jointplay.results import provenance, store
-from jointplay.results.outcome import name_of
+from jointplay.jobs import interrupts
+from jointplay.solver.motion import looks
+from jointplay.study.results import provenance, store
+from jointplay.study.results.outcome import name_of
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 PAIR = (

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from jointplay import cli
-from jointplay.errors import Problem
+from jointplay.display.errors import Problem
 from jointplay.kinds import KINDS
 from jointplay.study import vary_table
 from jointplay.study.file import validate

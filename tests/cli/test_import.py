@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from jointplay.cli import main
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.closure import ideal_state
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.loops.closure import ideal_state
 from jointplay.study.file import load
 from jointplay.study.import_file import imported
 

@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay import cli, errors
-from jointplay.errors import InputError
+from jointplay import cli
+from jointplay.display import errors
+from jointplay.display.errors import InputError
+from jointplay.display.terminal import Progress
 from jointplay.jobs import parallel, pool
 from jointplay.jobs.journal import Journal
-from jointplay.mechanism import draft
-from jointplay.results import store
+from jointplay.solver.mechanism import draft
 from jointplay.study import plan
-from jointplay.terminal import Progress
+from jointplay.study.results import store
 from tests.support.program import jointplay
 from tests.support.study_samples import TEXT, WRITTEN_OUT
 

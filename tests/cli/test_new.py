@@ -6,9 +6,9 @@ import tomllib
 import pytest
 
 from jointplay.cli import build_parser, main
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
-from jointplay.mechanism import catalog
+from jointplay.solver.mechanism import catalog
 from jointplay.study.file import load, validate
 from jointplay.study.models import ELSEWHERE
 from jointplay.study.new import names, new

@@ -6,8 +6,8 @@ from io import StringIO
 import pytest
 
 import jointplay as jp
-from jointplay import terminal
-from jointplay.codegen import cache, place
+from jointplay.display import terminal
+from jointplay.solver.codegen import cache, place
 from tests.support.program import jointplay
 
 

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from jointplay.analysis import looks
 from jointplay.analysis.orbits.branch import Tracer
 from jointplay.cli import main
-from jointplay.results.outcome import name_of
-from jointplay.results.store import open_result
+from jointplay.solver.motion import looks
+from jointplay.study.results.outcome import name_of
+from jointplay.study.results.store import open_result
 from tests.support.program import jointplay
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -95,7 +95,7 @@ def interrupting(monkeypatch):
         if self.said == 5:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr("jointplay.terminal.Progress.__call__", pressed)
+    monkeypatch.setattr("jointplay.display.terminal.Progress.__call__", pressed)
     monkeypatch.setattr(looks, "PATIENCE", 60.0)  # longer than whatever compiles meanwhile
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from jointplay.results.store import open_result
+from jointplay.study.results.store import open_result
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="limits and permissions of POSIX")
 STUDY = """kind = "response"
@@ -45,7 +45,7 @@ def test_a_file_that_may_not_grow_ends_a_run_in_a_sentence(command, tmp_path, bl
 
 UNWRITABLE = """
 import os
-from jointplay.codegen import place
+from jointplay.solver.codegen import place
 place.digest()
 if not os.geteuid():  # whom no permission stops
     os.seteuid(65534)

@@ -5,9 +5,9 @@ import sys
 import pytest
 
 from jointplay import cli
-from jointplay.results.store import open_result, write_result
+from jointplay.display.terminal import STEERING, Progress, harmless
 from jointplay.study.execute import journal_of
-from jointplay.terminal import STEERING, Progress, harmless
+from jointplay.study.results.store import open_result, write_result
 from tests.support.sweep_samples import CELLS, loaded, ran
 
 EVIL = "red \x1b[31m title \x1b]0;owned\x07\x9b2J\r\x08\u202egnp.\u2028end\nresult  /etc/passwd"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
 
 ARGUMENTS = {  # all different, or a wrong order would not show
     "rossler": {"a": 0.2, "b": 0.3, "c": 5.7},

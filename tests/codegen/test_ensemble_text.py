@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.codegen.ensemble import algebra, equations, hindrance
-from jointplay.equations.write import system
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.ensemble import layout as rows
-from jointplay.numerics.ensemble.radau import EIGEN, GAMMA
+from jointplay.solver.codegen.lanes import algebra, equations, hindrance
+from jointplay.solver.equations.write import system
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.lanes import layout as rows
+from jointplay.solver.method.lanes.radau import EIGEN, GAMMA
 from tests.support.laws_grid import mechanism
 from tests.support.plain import Point, masks, plain, run
 

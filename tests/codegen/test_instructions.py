@@ -19,13 +19,13 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.codegen import cache, objects
-from jointplay.codegen.ensemble import hindrance
-from jointplay.codegen.generated import Function, _address
-from jointplay.codegen.instructions import written
-from jointplay.codegen.reader import RefusedError, Text
-from jointplay.mechanism.assemble import assemble
-from jointplay.script.translate import Script
+from jointplay.solver.codegen import cache, objects
+from jointplay.solver.codegen.generated import Function, _address
+from jointplay.solver.codegen.instructions import written
+from jointplay.solver.codegen.lanes import hindrance
+from jointplay.solver.codegen.reader import RefusedError, Text
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay_page.script.translate import Script
 from tests.codegen.samples import oscillator
 from tests.script.in_node import needs_node, ran
 from tests.support import one_lane
@@ -145,7 +145,7 @@ def javascript(text, calls, folder):
         )
         for name, given in calls
     ]
-    runtime = (files("jointplay.script") / "runtime.js").read_text()
+    runtime = (files("jointplay_page.script") / "runtime.js").read_text()
     data = {"file": str(file), "calls": named, "stand_ins": STAND_INS}
     returned = ran(runtime + script.text, data, CALLS, folder)
     for array, found in zip(arrays, np.split(np.fromfile(file), len(arrays)), strict=True):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.systems import SYSTEMS
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.own.systems import SYSTEMS
 from tests.support.linkages import scattered
 from tests.support.plain import Point, plain
 
@@ -103,7 +103,7 @@ def test_oscillators(name):
 
 def test_compiled_functions_are_the_text():
     """Numba's arithmetic of the same text: rates, Jacobian, contacts."""
-    from jointplay.codegen import cache
+    from jointplay.solver.codegen import cache
 
     model = assemble(catalog.chunmei2002(gear_ratio=3.0))
     state = model.state + np.random.default_rng(2).normal(size=6) * np.repeat([1e-3, 5.0], 3)

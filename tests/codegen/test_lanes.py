@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.codegen.source import MAX_TURN
-from jointplay.mechanism.systems import SYSTEMS
-from jointplay.numerics.control import TURN
+from jointplay.solver.codegen.source import MAX_TURN
+from jointplay.solver.mechanism.own.systems import SYSTEMS
+from jointplay.solver.method.control import TURN
 from tests.support.linkages import scattered
 from tests.support.plain import Point, plain
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from jointplay.codegen import cache, objects, place
-from jointplay.numerics.interface import INT, REAL, Array, Compiled, Record, Signature, interpreted
+from jointplay.solver.codegen import cache, objects, place
+from jointplay.solver.method.interface import INT, REAL, Array, Compiled, Record, Signature, interpreted
 
 pytestmark = pytest.mark.skipif(interpreted(), reason="nothing is compiled")
 OUTSIDE = {
@@ -29,7 +29,7 @@ OUTSIDE = {
 }
 LOADED = """
 import sys
-from jointplay.codegen import cache
+from jointplay.solver.codegen import cache
 loop = cache.method({name!r})
 print(sorted(vars(loop)), sorted(set(sys.modules) & {{"numba", "scipy", "sympy"}}))
 """

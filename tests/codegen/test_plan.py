@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.codegen import cache
-from jointplay.codegen.elimination import LARGEST_DENSE
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen import cache
+from jointplay.solver.codegen.elimination import LARGEST_DENSE
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
 from tests.support.plain import Point, plain
 
 from ..equations.both import bent_pair, bent_state, point
-from ..numerics.linear import factored, newtons_matrix
+from ..method.linear import factored, newtons_matrix
 from .test_jacobian import by_complex_steps, shifted
 
 MODES = {

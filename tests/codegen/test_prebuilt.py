@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.codegen import cache, objects, prebuilt
-from jointplay.numerics.interface import interpreted
+from jointplay.solver.codegen import cache, objects, prebuilt
+from jointplay.solver.method.interface import interpreted
 from tests.benchmarks.first_runs import wheel
 
 SMALL = "modal_response"  # a loop that compiles fast
@@ -112,7 +112,7 @@ def test_a_motion_has_the_same_bits(tmp_path, monkeypatch):
 ALONE = """
 import sys
 import jointplay as jp
-from jointplay.codegen import cache
+from jointplay.solver.codegen import cache
 cache._compiled = lambda name: sys.exit(f"{name} is compiled")
 run = jp.simulate(jp.catalog.chunmei2002(gear_ratio=3.0), turns=1)
 assert "numba" not in sys.modules

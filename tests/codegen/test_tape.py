@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from sympy import Integer, Matrix, Symbol, cos, cse, diff, numbered_symbols, sin, sqrt
 
-from jointplay.codegen.common import shared
-from jointplay.codegen.dynamics import Dynamics, InverseMass
-from jointplay.codegen.tape import Tape, partial, read
-from jointplay.codegen.variants import variants
-from jointplay.equations.system import TIME, Angle, System, number
-from jointplay.equations.write import system
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen.common import shared
+from jointplay.solver.codegen.dynamics import Dynamics, InverseMass
+from jointplay.solver.codegen.tape import Tape, partial, read
+from jointplay.solver.codegen.variants import variants
+from jointplay.solver.equations.system import TIME, Angle, System, number
+from jointplay.solver.equations.write import system
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
 
 q, v, W = Symbol("q", real=True), Symbol("v", real=True), number("W")
 TURNED = Angle("th", q, W, Integer(2))

@@ -9,24 +9,24 @@ import sys
 
 import pytest
 
-from jointplay.codegen import cache
-from jointplay.equations.parameters import parameter_names
-from jointplay.equations.structure import Linkage
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.beam import Beam
-from jointplay.mechanism.systems import SYSTEMS
+from jointplay.solver.codegen import cache
+from jointplay.solver.equations.parameters import parameter_names
+from jointplay.solver.equations.structure import Linkage
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.own.systems import SYSTEMS
+from jointplay.solver.mechanism.parts.beam import Beam
 from tests.support.plain import plain, text
 
 from .samples import ARGUMENTS, oscillator
 
 SCRIPT = """
 import hashlib
-from jointplay.codegen.algebra import text as algebra
-from jointplay.codegen.module import text
-from jointplay.equations.write import system
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen.algebra import text as algebra
+from jointplay.solver.codegen.module import text
+from jointplay.solver.equations.write import system
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
 two = assemble(catalog.chunmei2002(clearance={"B": 1e-5, "C": 1e-5}), powers=True, section="angle:crank")
 loop = assemble(catalog.chunmei2002(clearance=0, elastic=("coupler",)))
 ball = assemble(catalog.soft_impact_pair(1.0, 50.0, 2.0))

@@ -12,7 +12,7 @@ from PIL import Image
 
 from jointplay import cli
 from jointplay.cli import build_parser
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from tests.docs.pages import DOCS, PAGES, ROOT, blocks, generated
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 from tests.support.linkages import SMALL, SOFT, bending, mechanism, own_state, start
 from tests.support.plain import Point, plain
 

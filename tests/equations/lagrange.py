@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from jointplay.mechanism.beam import modal
+from jointplay.solver.mechanism.parts.beam import modal
 
 from ..reference.bodies import GROUND, LINKS, Bodies
 

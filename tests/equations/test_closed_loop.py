@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.codegen import outputs
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.joints import Pin
+from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.parts.joints import Pin
 from tests.support.linkages import mechanism
 from tests.support.plain import plain
 

@@ -12,12 +12,12 @@ from pydantic import TypeAdapter
 
 from jointplay import catalog
 from jointplay.analysis.vary import axes, changed
-from jointplay.equations.friction import FRICTIONS, FrictionLaw, Quantity, parameter_letters
-from jointplay.equations.laws import LAWS as NORMAL
-from jointplay.errors import InputError
-from jointplay.mechanism.friction import Friction
-from jointplay.mechanism.records import Mechanism
-from jointplay.numerics.modes import STICKS
+from jointplay.display.errors import InputError
+from jointplay.solver.equations.friction import FRICTIONS, FrictionLaw, Quantity, parameter_letters
+from jointplay.solver.equations.laws import LAWS as NORMAL
+from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.method.modes import STICKS
 from tests.mechanism.wrong import listed, only, problems_of
 from tests.support.belt import LAWS, LUGRE, REGULARISED, STICKING, belt, ratio
 from tests.support.friction_claims import rows

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.codegen import outputs
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.kinematic_chains import Forest
+from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest
 from tests.support.multibody_records import from_mechanism
 from tests.support.multibody_run import assemble as placed
 from tests.support.plain import Point, plain

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.codegen import outputs
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
 from tests.equations.test_ideal_loops import CRANK, free, joint, linkage, turned
 from tests.support.full_coordinates import Loose
 from tests.support.multibody import Marker

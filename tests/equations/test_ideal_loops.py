@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.codegen import outputs
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import Mechanism, MotorLine
+from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import Mechanism, MotorLine
 from tests.support.full_coordinates import Full, Loose
 from tests.support.plain import Point, plain
 

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis.ensemble_runs import follow_ensemble
-from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.vary import axes
-from jointplay.analysis.ways import hindrance
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import FACTORS, LAWS, Law
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.joints import Contact, Friction
-from jointplay.numerics.codes import Event
+from jointplay.display.errors import InputError
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import FACTORS, LAWS, Law
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.joints import Contact, Friction
+from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.ensemble_runs import follow_ensemble
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay.solver.motion.ways import hindrance
 from tests.equations.drop import JOINT
 from tests.support.belt import LAWS as RUBBING
 from tests.support.belt import NUMPY

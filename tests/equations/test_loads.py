@@ -6,13 +6,19 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.vary import changed
-from jointplay.codegen import outputs
-from jointplay.equations.structure import powers
-from jointplay.errors import InputError
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.courses import series
-from jointplay.mechanism.drive import ConstantSpeed, PrescribedTorque, Servo, SpeedCycle, SpeedProfile
-from jointplay.mechanism.loads import Force, Torque
+from jointplay.display.errors import InputError
+from jointplay.solver.codegen import outputs
+from jointplay.solver.equations.structure import powers
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.courses import series
+from jointplay.solver.mechanism.parts.drive import (
+    ConstantSpeed,
+    PrescribedTorque,
+    Servo,
+    SpeedCycle,
+    SpeedProfile,
+)
+from jointplay.solver.mechanism.parts.loads import Force, Torque
 from tests.reference.bodies import Parameters
 from tests.support.linkages import mechanism
 from tests.support.motion import at, double, follow, forces, pendulum, seen

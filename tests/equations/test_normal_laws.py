@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from jointplay.equations.laws import FACTORS, LAWS
+from jointplay.solver.equations.laws import FACTORS, LAWS
 from tests.equations.drop import JOINT, MASS, arguments, drop
 from tests.support.belt import NUMPY
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.codegen import outputs
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism.assemble import assemble
 from tests.support.laws_grid import mechanism
 from tests.support.linkages import ARRANGEMENTS, scattered
 from tests.support.plain import masks, plain

@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sympy import Symbol, symbols
 
-from jointplay.equations import own
-from jointplay.equations.grammar import ACCEPTED, number, parse
-from jointplay.equations.system import Angle, Reset, System
-from jointplay.equations.system import number as numbered
-from jointplay.equations.written import Oscillator, Switch, Touch, Wall
-from jointplay.errors import InputError
-from jointplay.mechanism.own_parts import written
+from jointplay.display.errors import InputError
+from jointplay.solver.equations.own import own
+from jointplay.solver.equations.own.grammar import ACCEPTED, number, parse
+from jointplay.solver.equations.own.written import Oscillator, Switch, Touch, Wall
+from jointplay.solver.equations.system import Angle, Reset, System
+from jointplay.solver.equations.system import number as numbered
+from jointplay.solver.mechanism.own.own_parts import written
 from tests.support.plain import Point, plain
 from tests.support.plain import module as generated
 

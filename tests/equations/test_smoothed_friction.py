@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.numerics.modes import STICKS
+from jointplay.solver.method.modes import STICKS
 from tests.support.plain import plain, text
 
 from .both import bent_pair, bent_state, point

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.equations.structure import powers
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.springs import Spring, TorsionSpring
+from jointplay.solver.equations.structure import powers
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.springs import Spring, TorsionSpring
 from tests.reference.bodies import Parameters
 from tests.support.linkages import SOFT, bending, mechanism
 from tests.support.motion import at, bar, double, follow, forces, pendulum, seen

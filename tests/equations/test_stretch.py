@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.codegen import outputs
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism.assemble import assemble
 from tests.support.linkages import bending
 from tests.support.plain import plain
 

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from jointplay import figures
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from tests.figures.support.synthetic import oscillator, response, section
 

@@ -12,8 +12,8 @@ from PIL import Image
 
 from jointplay import figures
 from jointplay.cli import results
-from jointplay.errors import InputError
-from jointplay.results.store import write_figure
+from jointplay.display.errors import InputError
+from jointplay.study.results.store import write_figure
 from tests.figures.support.synthetic import response, section
 from tests.figures.test_pictures import PICTURES
 

@@ -21,7 +21,7 @@ from pathlib import Path
 from xarray.testing import assert_identical
 
 from jointplay.jobs.journal import Journal
-from jointplay.results.store import open_result
+from jointplay.study.results.store import open_result
 from tests.support.sweep_samples import CELLS, CHAINS, KINDS, PLANE, TIMES, loaded, ran
 
 KILLS = 3  # of one run

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from jointplay import cli
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs import frames, origin, values
 from jointplay.jobs.frames import FORMAT, HEAD, MAGIC, head_of
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
-from jointplay.results import provenance
 from jointplay.study import plan
 from jointplay.study.execute import complete, journal_of
+from jointplay.study.results import provenance
 from tests.support.sweep_samples import CELLS, CHAINS, PLANE, loaded, ran, same
 
 QUICK = ("--no-figure", "--jobs", "1")
@@ -220,7 +220,7 @@ def test_cells_of_several_kinds_of_processors_are_told(kept, tmp_path, monkeypat
 
 def test_the_kind_of_processor_is_what_kernels_are_compiled_for(monkeypatch):
     def kind(*told):
-        monkeypatch.setattr("jointplay.codegen.objects.target", lambda: told)
+        monkeypatch.setattr("jointplay.solver.codegen.objects.target", lambda: told)
         return provenance.processor.__wrapped__()
 
     native = kind("linux", "zen", "+avx")

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from jointplay.analysis.sweeps import gather
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs import values
 from jointplay.jobs.columns import packed, thawed, unpacked
 from jointplay.study.execute import journal_of

@@ -14,9 +14,9 @@ from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
 from jointplay.kinds import KINDS
-from jointplay.results.store import open_result
 from jointplay.study import execute
 from jointplay.study.plan import plan, status
+from jointplay.study.results.store import open_result
 from jointplay.study.run import count_by_keys, has_cells, run, study_hash, with_journal_keys
 from tests.support.sweep_samples import PLANE, die, forked, loaded, same
 

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import pytest
 
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs import journal as journals
 from jointplay.jobs import origin
 from jointplay.jobs.files import Busy

@@ -6,7 +6,7 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay.kinds import KINDS, load
-from jointplay.lab.answers import precision_answer
+from jointplay_lab.answers import precision_answer
 from tests.study.test_readme import ROOT
 
 

@@ -9,13 +9,13 @@ import xarray as xr
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS, STATUS
-from jointplay.errors import InputError
-from jointplay.lab.paper import claims as module
-from jointplay.lab.paper import response_peaks
-from jointplay.lab.paper.claims import claims, starts
-from jointplay.lab.paper.grades import CLAIMS, GRADES, Ratio, grade, graded
-from jointplay.lab.paper.reading_list import PANELS
-from jointplay.lab.paper.response_peaks import irregularity, mean, peaks, vibration
+from jointplay.display.errors import InputError
+from jointplay_lab.paper import claims as module
+from jointplay_lab.paper import response_peaks
+from jointplay_lab.paper.claims import claims, starts
+from jointplay_lab.paper.grades import CLAIMS, GRADES, Ratio, grade, graded
+from jointplay_lab.paper.reading_list import PANELS
+from jointplay_lab.paper.response_peaks import irregularity, mean, peaks, vibration
 
 PRINTED = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 

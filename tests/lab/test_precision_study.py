@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate
 from jointplay.study.toml_text import override, parse

@@ -9,11 +9,11 @@ import xarray as xr
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.quantities import STATUS
-from jointplay.errors import InputError, Problem
-from jointplay.lab.paper import readings as module
-from jointplay.lab.paper.character import MOTIONS, character, motion
-from jointplay.lab.paper.reading_list import PANELS, READINGS, Reading, coarse
-from jointplay.lab.paper.readings import readings
+from jointplay.display.errors import InputError, Problem
+from jointplay_lab.paper import readings as module
+from jointplay_lab.paper.character import MOTIONS, character, motion
+from jointplay_lab.paper.reading_list import PANELS, READINGS, Reading, coarse
+from jointplay_lab.paper.readings import readings
 
 SHORT = {"turns": 24, "transient": 30, "growth_turns": 40, "n_jobs": 1}
 PRINTED = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)

@@ -10,15 +10,15 @@ import xarray as xr
 
 from jointplay import cli
 from jointplay.analysis.states import basins
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs import worker
 from jointplay.jobs.journal import Journal
-from jointplay.lab import reproduce as module
-from jointplay.lab.paper.tables import claims_table, readings_table
-from jointplay.lab.reproduce import choose, find_folder, reproduce
-from jointplay.results import store
-from jointplay.results.outcome import explain, failed_cells
 from jointplay.study.file import load
+from jointplay.study.results import store
+from jointplay.study.results.outcome import explain, failed_cells
+from jointplay_lab import reproduce as module
+from jointplay_lab.paper.tables import claims_table, readings_table
+from jointplay_lab.reproduce import choose, find_folder, reproduce
 from tests.support.study_samples import TEXT, result, stand_in
 from tests.support.sweep_samples import PLANE, die, forked, same
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, validate
 from jointplay.study.toml_text import override, parse

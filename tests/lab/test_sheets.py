@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 import jointplay as jp
 from jointplay import figures
-from jointplay.errors import InputError
-from jointplay.lab.reproduce import SHEETS, write_sheets
+from jointplay.display.errors import InputError
+from jointplay_lab.reproduce import SHEETS, write_sheets
 
 ROOT = Path(__file__).parents[2]
 RESULTS, STUDIES = ROOT / "results" / "paper", ROOT / "studies" / "paper"

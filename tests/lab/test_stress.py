@@ -15,14 +15,14 @@ from jointplay import catalog
 from jointplay.analysis.quantities import EVENTS, STATUS
 from jointplay.analysis.starts import moved
 from jointplay.analysis.tangents import tangent_map
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.equations.parameters import parameter_names
-from jointplay.errors import InputError
-from jointplay.lab.stress import motion, stress
-from jointplay.lab.stress.motion import kick, move, residual, sizes, upto
-from jointplay.lab.stress.stress import cell
-from jointplay.lab.stress.verdict import VERDICTS, disagreement, judge
-from jointplay.mechanism.assemble import assemble
+from jointplay.display.errors import InputError
+from jointplay.solver.equations.parameters import parameter_names
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay_lab.stress import motion, stress
+from jointplay_lab.stress.motion import kick, move, residual, sizes, upto
+from jointplay_lab.stress.stress import cell
+from jointplay_lab.stress.verdict import VERDICTS, disagreement, judge
 
 TOLERANCES = (1e-8, 1e-10)
 STUDY = Path(__file__).parents[2] / "studies/stress/stress_others.toml"

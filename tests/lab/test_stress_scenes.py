@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import FACTORS
-from jointplay.equations.laws import LAWS as EQUATIONS
-from jointplay.lab.stress import ranges
-from jointplay.lab.stress.others import ROWS, pairs
-from jointplay.lab.stress.scenes import CORNERS, FOUR_BARS, STARTS, VARIANTS, draw, not_drawable
-from jointplay.lab.stress.stress_dataset import study_text
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.loads import Force, Torque
-from jointplay.mechanism.records import Mechanism
-from jointplay.mechanism.springs import Spring, TorsionSpring
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import FACTORS
+from jointplay.solver.equations.laws import LAWS as EQUATIONS
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.loads import Force, Torque
+from jointplay.solver.mechanism.parts.springs import Spring, TorsionSpring
+from jointplay.solver.mechanism.records import Mechanism
 from jointplay.study.file import validate
+from jointplay_lab.stress import ranges
+from jointplay_lab.stress.others import ROWS, pairs
+from jointplay_lab.stress.scenes import CORNERS, FOUR_BARS, STARTS, VARIANTS, draw, not_drawable
+from jointplay_lab.stress.stress_dataset import study_text
 
 PRINTED = catalog.chunmei2002()
 DRIVES = {"motor", "speed", "torque", "profile", "cycle"}

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from jointplay import cli, figures
-from jointplay.errors import InputError
-from jointplay.lab.stress.scenes import VARIANTS, draw
-from jointplay.lab.stress.stress_table import stress_summary, stress_table
+from jointplay.display.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate
 from jointplay.study.toml_text import override, parse
+from jointplay_lab.stress.scenes import VARIANTS, draw
+from jointplay_lab.stress.stress_table import stress_summary, stress_table
 
 STUDIES = Path(__file__).parents[2] / "studies" / "stress"
 TEXT = """\

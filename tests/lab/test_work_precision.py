@@ -11,18 +11,18 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import trajectory as following
 from jointplay.analysis.quantities import EVENTS, STATUS
-from jointplay.analysis.trajectory import Request, follow, functions
-from jointplay.lab.precision import callbacks, contenders
-from jointplay.lab.precision import schedule as plans
-from jointplay.lab.precision.contenders import Ours, Outcome
-from jointplay.lab.precision.generated_code import Equations, units
-from jointplay.lab.precision.measure import Row, time_at
-from jointplay.lab.precision.taylor import Heyoka, slips
-from jointplay.lab.precision.truth import AGREEMENT, Truth
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.modes import FREE, SLIP_NEGATIVE, SLIP_POSITIVE, STICK
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.modes import FREE, SLIP_NEGATIVE, SLIP_POSITIVE, STICK
+from jointplay.solver.motion import trajectory as following
+from jointplay.solver.motion.trajectory import Request, follow, functions
+from jointplay_lab.precision import callbacks, contenders
+from jointplay_lab.precision import schedule as plans
+from jointplay_lab.precision.contenders import Ours, Outcome
+from jointplay_lab.precision.generated_code import Equations, units
+from jointplay_lab.precision.measure import Row, time_at
+from jointplay_lab.precision.taylor import Heyoka, slips
+from jointplay_lab.precision.truth import AGREEMENT, Truth
 
 LINKAGE = jp.catalog.chunmei2002(gear_ratio=3.0)
 PAIR = jp.catalog.impact_pair(gap=2.0, restitution=0.6)

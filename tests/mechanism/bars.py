@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from jointplay.mechanism.beam import Beam, Link, modal
+from jointplay.solver.mechanism.parts.beam import Beam, Link, modal
 
 COUPLER = {"name": "coupler", "length": 0.181, "mass": 0.1743, "inertia": 2.7e-3}
 ROCKER = {"name": "rocker", "length": 0.1175, "mass": 0.2916, "inertia": 1.34e-3}

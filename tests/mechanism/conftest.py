@@ -2,7 +2,7 @@
 
 import pytest
 
-from jointplay.mechanism import catalog
+from jointplay.solver.mechanism import catalog
 from tests.mechanism.wrong import listed
 
 

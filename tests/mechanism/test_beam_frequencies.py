@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jointplay.mechanism.beam import modal
+from jointplay.solver.mechanism.parts.beam import modal
 from tests.mechanism.bars import BARS, COUPLER, CRANK, ROCKER, bar, frequency
 
 

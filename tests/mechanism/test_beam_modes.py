@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jointplay.mechanism.beam import modal, stiffness
+from jointplay.solver.mechanism.parts.beam import modal, stiffness
 from tests.mechanism.bars import BARS, Integrals, bar, sampled
 
 CURVED = ("frequency", "slope_start", "slope_end", "gauge")

@@ -6,7 +6,7 @@ Static modal amplitudes are η_i = Q_i/ω_i². Cubic elements are exact at their
 import numpy as np
 import pytest
 
-from jointplay.mechanism.beam import line_density, modal, stiffness
+from jointplay.solver.mechanism.parts.beam import line_density, modal, stiffness
 from tests.mechanism.bars import COUPLER, bar
 
 LENGTH = COUPLER["length"]

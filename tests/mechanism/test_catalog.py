@@ -5,9 +5,11 @@ import math
 
 import pytest
 
-from jointplay.errors import NOTHING, InputError
-from jointplay.mechanism import catalog, presets, published, six_bars, systems
-from jointplay.mechanism.records import Mechanism, MotorLine, TestSystem
+from jointplay.display.errors import NOTHING, InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.catalog import presets, published, six_bars
+from jointplay.solver.mechanism.own import systems
+from jointplay.solver.mechanism.records import Mechanism, MotorLine, TestSystem
 from tests.mechanism.wrong import problems_of
 
 REQUIRED = {

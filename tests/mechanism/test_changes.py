@@ -2,10 +2,10 @@
 
 import pytest
 
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble, check_section
-from jointplay.mechanism.records import (
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble, check_section
+from jointplay.solver.mechanism.records import (
     ConstantSpeed,
     ContactSection,
     CrankAngle,

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import assume, event, given
 from hypothesis import strategies as st
 
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.closure import BRANCHES, four_bar, ideal_state
-from jointplay.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, Pin
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.loops.closure import BRANCHES, four_bar, ideal_state
+from jointplay.solver.mechanism.records import ConstantSpeed, Joint, Link, Mechanism, Pin
 from tests.mechanism.wrong import problems_of
 
 PAPER = catalog.chunmei2002()

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from pydantic import BaseModel
 
-from jointplay.accepted import from_pydantic
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.records import Drive, Joint, Link, Mechanism, Pin, Section
+from jointplay.display.accepted import from_pydantic
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.records import Drive, Joint, Link, Mechanism, Pin, Section
 from tests.mechanism.wrong import only, problems_of
 
 # Bad input in how the parts fit

@@ -5,9 +5,9 @@ import pickle
 import numpy as np
 import pytest
 
-from jointplay.mechanism import catalog
-from jointplay.mechanism.beam import modal
-from jointplay.mechanism.records import Beam, Mechanism
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.parts.beam import modal
+from jointplay.solver.mechanism.records import Beam, Mechanism
 from tests.mechanism.bars import COUPLER, bar
 from tests.mechanism.wrong import listed
 

@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from jointplay.mechanism import catalog
-from jointplay.mechanism.records import Beam, Link, Mechanism
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.records import Beam, Link, Mechanism
 from tests.mechanism.bars import COUPLER, bar
 from tests.mechanism.wrong import only, problems_of
 

@@ -10,11 +10,11 @@ import sys
 
 import pytest
 
-from jointplay.codegen import module
-from jointplay.equations.grammar import LARGEST, parse, size, too_large
-from jointplay.equations.own import system as equations
-from jointplay.errors import InputError
-from jointplay.mechanism.records import Servo, System
+from jointplay.display.errors import InputError
+from jointplay.solver.codegen import module
+from jointplay.solver.equations.own.grammar import LARGEST, parse, size, too_large
+from jointplay.solver.equations.own.own import system as equations
+from jointplay.solver.mechanism.records import Servo, System
 
 CALLS, LENGTH = 6_000_000, 400_000  # each several times the most that any text below takes
 PLACES = (
@@ -235,7 +235,7 @@ def test_many_random_texts_are_refused_or_written(seed):
 def test_the_size_that_is_reckoned_with_bounds_that_of_slopes(seed):
     from sympy import Symbol
 
-    from jointplay.equations.own import smooth
+    from jointplay.solver.equations.own.own import smooth
 
     dice, names = random.Random(seed), {name: Symbol(name, real=True) for name in NAMES}
     for _ in range(6):

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.ideal import ideal_configuration, placed
-from jointplay.mechanism.kinematic_chains import Forest
-from jointplay.mechanism.records import Joint, Mechanism, Pin
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.loops.ideal import ideal_configuration, placed
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest
+from jointplay.solver.mechanism.records import Joint, Mechanism, Pin
 from tests.mechanism.wrong import only, problems_of
 
 PAPER = catalog.chunmei2002(clearance=0, speed=40.0)

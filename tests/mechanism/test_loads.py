@@ -8,13 +8,13 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.rules import unlike_turns
 from jointplay.analysis.vary import axes, changed
-from jointplay.analysis.ways import of_structure
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.drive import PrescribedTorque, SpeedProfile
-from jointplay.mechanism.records import Mechanism
-from jointplay.mechanism.structure import linkage
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.drive import PrescribedTorque, SpeedProfile
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.structure import linkage
+from jointplay.solver.motion.ways import of_structure
 from tests.mechanism.wrong import listed, only, problems_of
 
 FORCE = {"name": "press", "kind": "force", "on": {"link": "rocker", "at": 0.1}, "direction": 0.3}

@@ -6,10 +6,10 @@ import sys
 
 import pytest
 
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.measures import in_si
-from jointplay.mechanism.records import Contact, CrankAngle, Link, MotorLine, Pin
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.records import Contact, CrankAngle, Link, MotorLine, Pin
 
 INCH, POUND, STANDARD_GRAVITY = 0.0254, 0.45359237, 9.80665  # exact by definition
 
@@ -117,7 +117,7 @@ def test_every_wrong_unit_is_named_at_once_with_its_key():
 
 
 def test_a_law_says_the_units_of_its_own_numbers(monkeypatch):
-    from jointplay.equations.laws import LAWS, Law
+    from jointplay.solver.equations.laws import LAWS, Law
 
     bare = LAWS["kelvin_voigt"]
     law = Law(bare.force, bare.slopes, {**bare.numbers, "speed": ("v", "m/s"), "power": ("n", "1")})

@@ -18,8 +18,8 @@ import jointplay as jp
 from jointplay.analysis.coexisting.knocks import knocks
 from jointplay.analysis.exponents.growth import DISTANCE, measure
 from jointplay.analysis.vary import axes, units_of
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import System
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import System
 from jointplay.study.mechanism_table import build_mechanism
 from tests.mechanism.wrong import only, problems_of
 

@@ -9,11 +9,12 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.keywords import doubts
 from jointplay.cli import main
-from jointplay.errors import InputError, ModelWarning
-from jointplay.mechanism import catalog, plausible, turning
-from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE
-from jointplay.mechanism.records import (
+from jointplay.display.errors import InputError, ModelWarning
+from jointplay.solver.mechanism import catalog, plausible
+from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.plausible import BRISK, FAST, HURRY, MAINS, SUNK, WIDE
+from jointplay.solver.mechanism.records import (
     ConstantSpeed,
     Contact,
     CrankAngle,

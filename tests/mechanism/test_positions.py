@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.mechanism.ideal import Closure, ideal_configuration
-from jointplay.mechanism.positions import origins, pin_positions
+from jointplay.solver.mechanism.loops.ideal import Closure, ideal_configuration
+from jointplay.solver.mechanism.loops.positions import origins, pin_positions
 
 
 @pytest.mark.parametrize("slides", [True, False])

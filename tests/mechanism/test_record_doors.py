@@ -5,7 +5,7 @@ import pickle
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.catalog import NAMES
+from jointplay.solver.mechanism.catalog import NAMES
 
 
 def test_a_record_that_is_set_says_what_to_do():

@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from jointplay.errors import NOTHING
-from jointplay.mechanism import catalog
-from jointplay.mechanism.records import Contact, Friction, Joint, Link, Mechanism, Pin, System
+from jointplay.display.errors import NOTHING
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.records import Contact, Friction, Joint, Link, Mechanism, Pin, System
 from tests.mechanism.wrong import only, problems_of
 
 # Round trips and what a record is
@@ -205,5 +205,5 @@ def test_records_load_nothing_heavy():
         return set(subprocess.run(run, capture_output=True, text=True, check=True, env=paths).stdout.split())
 
     heavy = {"numba", "xarray", "matplotlib", "sympy", "scipy"}
-    assert not heavy & loaded("jointplay.mechanism.catalog, jointplay.mechanism.closure")
-    assert "pydantic" not in loaded("jointplay.errors, jointplay.mechanism")
+    assert not heavy & loaded("jointplay.solver.mechanism.catalog, jointplay.solver.mechanism.loops.closure")
+    assert "pydantic" not in loaded("jointplay.display.errors, jointplay.solver.mechanism")

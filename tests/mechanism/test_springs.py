@@ -5,10 +5,10 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.rules import unlike_turns
 from jointplay.analysis.vary import changed
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.beam import modal
-from jointplay.mechanism.records import Link, Mechanism
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.beam import modal
+from jointplay.solver.mechanism.records import Link, Mechanism
 from tests.mechanism.wrong import listed, only, problems_of
 
 STRAIGHT = {

@@ -7,11 +7,11 @@ import pytest
 
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps.bifurcation import bifurcation
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.start import start
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.start import start
 from tests.mechanism.wrong import problems_of
 
 LOOSE = catalog.chunmei2002()

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.shapes import hermites, sines
-from jointplay.mechanism.stretch import along
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.parts.shapes import hermites, sines
+from jointplay.solver.mechanism.parts.stretch import along
 
 SOFT = {"rod": 3e-4}
 

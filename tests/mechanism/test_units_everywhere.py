@@ -6,18 +6,18 @@ import pytest
 from pydantic import create_model
 
 import jointplay as jp
-from jointplay.accepted import units_of
 from jointplay.analysis.own_units import in_own_units
-from jointplay.errors import InputError
+from jointplay.display.accepted import units_of
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
-from jointplay.mechanism import catalog
-from jointplay.mechanism.base import Record
-from jointplay.mechanism.beam import Beam, Link
-from jointplay.mechanism.changes import Changes
-from jointplay.mechanism.courses import FORCES, Course, Harmonic
-from jointplay.mechanism.friction import Friction
-from jointplay.mechanism.masses import PointMass
-from jointplay.mechanism.records import (
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.changes import Changes
+from jointplay.solver.mechanism.parts.beam import Beam, Link
+from jointplay.solver.mechanism.parts.courses import FORCES, Course, Harmonic
+from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.mechanism.parts.masses import PointMass
+from jointplay.solver.mechanism.records import (
     ConstantSpeed,
     Contact,
     CrankAngle,
@@ -160,8 +160,8 @@ def test_every_record_with_a_quantity_is_among_the_samples():
     with_units = {
         each.__name__
         for each in kinds_of(Record)
-        if each.__module__.startswith("jointplay.mechanism")
-        and each.__module__ != "jointplay.mechanism.signature"
+        if each.__module__.startswith("jointplay.solver.mechanism")
+        and each.__module__ != "jointplay.solver.mechanism.signature"
         and any(units_of(field) not in (None, "1") for field in each.model_fields.values())
     }
     assert with_units <= known

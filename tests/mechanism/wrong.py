@@ -2,7 +2,7 @@
 
 import pytest
 
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 
 def listed(data):

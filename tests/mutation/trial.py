@@ -22,14 +22,14 @@ OWN = {
     "codegen": [
         "tests/codegen",
         "tests/equations",
-        "tests/numerics",
+        "tests/method",
         "tests/analysis/sweeps/test_ensemble.py",
         "tests/analysis/sweeps/test_ensemble_analyses.py",
         "tests/cli/test_cache_verb.py",
         "tests/test_fresh_kernels.py",
     ],
     "numerics": [
-        *("tests/numerics", "tests/codegen"),
+        *("tests/method", "tests/codegen"),
         *("tests/analysis/sweeps/test_ensemble.py", "tests/analysis/sweeps/test_ensemble_analyses.py"),
     ],
 }
@@ -148,7 +148,7 @@ def rounds(mutant: Mutant, source: str, cache: Path, known: Map):
     if tests := known.able(*place, interpreted=True):
         yield {"NUMBA_DISABLE_JIT": "1"}, _limit(tests), ["-m", "", *(t.name for t in tests)]
     fresh = {"JOINTPLAY_CACHE": str(cache)}
-    for marks, tests in (("not long", OWN[room]), ("not long", EXACT), ("long", ["tests/numerics", *EXACT])):
+    for marks, tests in (("not long", OWN[room]), ("not long", EXACT), ("long", ["tests/method", *EXACT])):
         yield fresh, 5400, ["-m", marks, *tests]
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from jointplay import catalog
-from jointplay.script.solver import Solver
+from jointplay_page.script.solver import Solver
 
 FAKE = Path(__file__).with_name("fake_solver.js").read_text(encoding="utf-8")
 

@@ -6,10 +6,10 @@ import pytest
 
 import jointplay as jp
 from jointplay.cli import main
-from jointplay.errors import refuse
-from jointplay.pages import live
+from jointplay.display.errors import refuse
 from jointplay.study.file import validate
 from jointplay.study.toml_text import override, parse
+from jointplay_page import live
 from tests.pages.live_samples import fake, linkage
 from tests.pages.samples import diagram, turning
 

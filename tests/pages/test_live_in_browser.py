@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 import jointplay as jp
-from jointplay.pages import live
 from jointplay.study.file import load
+from jointplay_page import live
 from tests.pages.browsing import complaints, opened, text, until
 from tests.pages.live_samples import fake, linkage
 from tests.pages.samples import diagram

@@ -11,10 +11,10 @@ import xarray as xr
 import jointplay as jp
 from jointplay import figures
 from jointplay.cli import main
-from jointplay.pages import moving, packed, panels, report, sweep_points, texts, thin
-from jointplay.results.store import write_result
 from jointplay.study.file import validate
+from jointplay.study.results.store import write_result
 from jointplay.study.toml_text import parse
+from jointplay_page import moving, packed, panels, report, sweep_points, texts, thin
 from tests.figures.support.synthetic import response, section
 from tests.figures.support.synthetic_linkages import corners_led, loose_guide
 from tests.figures.test_pictures import PICTURES

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.pages import live
+from jointplay_page import live
 from tests.pages.browsing import complaints, opened, text, until
 from tests.pages.test_live_in_browser import MOTIONS, SAID, SETTLED, exponent
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from jointplay.pages import template
+from jointplay_page import template
 from tests.script.in_node import needs_node, ran
 
 pytestmark = needs_node

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from jointplay.mechanism.start import start
+from jointplay.solver.mechanism.start import start
 
 RADIUS = 0.01  # of journals, m: nothing depends on it without friction
 

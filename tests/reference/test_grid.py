@@ -13,8 +13,8 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import End, placed, state_names
-from jointplay.mechanism.assemble import assemble
-from tests.numerics.test_tangent import differences, scaled
+from jointplay.solver.mechanism.assemble import assemble
+from tests.method.test_tangent import differences, scaled
 from tests.support.laws_grid import GUIDED, PAIRS, SCENES, mechanism
 
 QUICK = [("four_bar", ("kelvin_voigt", "coulomb"), False)]

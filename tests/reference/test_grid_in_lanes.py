@@ -13,13 +13,13 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.analysis.ensemble_runs import follow_ensemble
-from jointplay.analysis.trajectory import Request, _excites, follow
-from jointplay.analysis.ways import IN_LANES, WAYS, hindrance, of_structure
-from jointplay.codegen.ensemble import HINDRANCES
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.structure import linkage
-from jointplay.numerics.codes import Event
+from jointplay.solver.codegen.lanes import HINDRANCES
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.structure import linkage
+from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.ensemble_runs import follow_ensemble
+from jointplay.solver.motion.trajectory import Request, _excites, follow
+from jointplay.solver.motion.ways import IN_LANES, WAYS, hindrance, of_structure
 from tests.support.laws_grid import PAIRS, mechanism
 
 TORQUE = {"kind": "torque", "link": "crank", "constant": 0.5, "nominal_speed": 100.0}

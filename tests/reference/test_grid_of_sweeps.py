@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.equations.laws import LAWS
-from jointplay.numerics.codes import Status
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.method.codes import Status
 from tests.support.laws_grid import FRICTION, GUIDED, PAIRS, ROUND, mechanism
 
 pytestmark = pytest.mark.long

@@ -21,16 +21,16 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.exponents.frame_growth import Stretch, frame, grown_together
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.gradients.wanted import value_of
 from jointplay.analysis.quantities import EVENTS, STATUS
-from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.vary import changed
-from jointplay.analysis.ways import WAYS, hindrance
-from jointplay.mechanism import turning
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.motion.ensemble_runs import follow_ensemble
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay.solver.motion.ways import WAYS, hindrance
 from tests.support import driven
 from tests.support.driven_scenes import CORNER, FORCED, JUMP, LAMP, RESTING, RUBBED, own, pinned, written
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.mechanism.records import TorsionSpring
+from jointplay.solver.mechanism.records import TorsionSpring
 from tests.reference.test_multibody_package import FORCES, MOTION, agree, both, same_motion
 from tests.support import driven_scenes
 from tests.support.driven_scenes import LOADS, PROFILE, TORQUE, pieces, weighted

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import pytest
 
-from jointplay.codegen.ensemble import HINDRANCES
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen.lanes import HINDRANCES
+from jointplay.solver.mechanism.assemble import assemble
 from tests.support.features import LAYOUTS, LEVELS, covering, of, pairs, scene
 from tests.support.second_run import RUNS
 

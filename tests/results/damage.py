@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import jointplay as jp
-from jointplay.errors import InputError
-from jointplay.results import store
+from jointplay.display.errors import InputError
+from jointplay.study.results import store
 from tests.cli.fuzz import called, fault
 from tests.figures.test_pictures import PICTURES
 

@@ -11,7 +11,7 @@ from jointplay.analysis.orbits.branch_points import KINDS as SPECIAL
 from jointplay.analysis.orbits.orbit_dataset import STABILITY
 from jointplay.analysis.quantities import STATUS
 from jointplay.kinds import KINDS
-from jointplay.numerics.codes import Event, Mode
+from jointplay.solver.method.codes import Event, Mode
 
 MINUS = "\N{MINUS SIGN}"
 

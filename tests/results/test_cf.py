@@ -6,8 +6,8 @@ import pytest
 
 import jointplay as jp
 from jointplay.kinds import KINDS
-from jointplay.results import provenance
-from jointplay.results.store import write_result
+from jointplay.study.results import provenance
+from jointplay.study.results.store import write_result
 from tests.analysis.fuzz_values import CALLS, PAIR
 
 runner = pytest.importorskip("compliance_checker.runner", reason="needs compliance-checker: the extra cf")

@@ -9,7 +9,7 @@ from matplotlib.text import Text
 import jointplay as jp
 from jointplay import cli, figures
 from jointplay.analysis.states.basins import basins
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.figures.drawing import artists
 from tests.figures.support.synthetic import response
 from tests.figures.test_pictures import leaning

@@ -9,8 +9,8 @@ from scipy.io import loadmat
 
 import jointplay as jp
 from jointplay import cli
-from jointplay.errors import InputError
-from jointplay.results.export import export
+from jointplay.display.errors import InputError
+from jointplay.study.results.export import export
 from tests.support.sweep_samples import CELLS, loaded, ran
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from jointplay import catalog
-from jointplay.errors import InputError
-from jointplay.results.places import places
+from jointplay.display.errors import InputError
+from jointplay.study.results.places import places
 from tests.figures.support.synthetic_linkages import four_bar, slides
 
 

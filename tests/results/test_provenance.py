@@ -9,8 +9,8 @@ import xarray as xr
 
 import jointplay as jp
 from jointplay.jobs.origin import version
-from jointplay.mechanism.records import TestSystem
-from jointplay.results import provenance
+from jointplay.solver.mechanism.records import TestSystem
+from jointplay.study.results import provenance
 
 
 def test_the_record_is_plain_json_and_does_not_change_between_runs():

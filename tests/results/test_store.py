@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from jointplay.errors import InputError
-from jointplay.results import store
+from jointplay.display.errors import InputError
+from jointplay.study.results import store
 from tests.support.program import ended_process
 
 

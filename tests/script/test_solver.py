@@ -7,12 +7,12 @@ import pytest
 
 import jointplay as jp
 from jointplay.analysis.quantities import EVENTS
-from jointplay.codegen.reader import RefusedError
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.positions import origins
-from jointplay.script import solver as solver_module
-from jointplay.script.sliders import WITHIN, followed
-from jointplay.script.solver import RECORDED, solver, solver_text
+from jointplay.solver.codegen.reader import RefusedError
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.loops.positions import origins
+from jointplay_page.script import solver as solver_module
+from jointplay_page.script.sliders import WITHIN, followed
+from jointplay_page.script.solver import RECORDED, solver, solver_text
 from tests.support.driven_scenes import written
 from tests.support.laws_grid import mechanism as grid
 

@@ -6,9 +6,9 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from jointplay.codegen import cache
-from jointplay.codegen.reader import FUNCTIONS, imported
-from jointplay.script.translate import Script
+from jointplay.solver.codegen import cache
+from jointplay.solver.codegen.reader import FUNCTIONS, imported
+from jointplay_page.script.translate import Script
 
 from . import kernels
 from .in_node import needs_node, ran
@@ -25,7 +25,7 @@ def in_javascript(calls, tmp_path):
     script, unit = Script(), imported("tests.script.kernels")
     for name in (*CALLED, "tables", "handed"):
         script.function(unit, name)
-    runtime = (files("jointplay.script") / "runtime.js").read_text()
+    runtime = (files("jointplay_page.script") / "runtime.js").read_text()
     return ran(runtime + script.text, [], calls, tmp_path)
 
 
@@ -56,7 +56,7 @@ def test_kernels_give_the_same_numbers(tmp_path):
 @pytest.mark.parametrize("name", MODULES)
 def test_every_kernel_of_the_method_is_in_the_subset(name):
     cache.method("tangent_flow")
-    unit = imported(f"jointplay.numerics.{name}")
+    unit = imported(f"jointplay.solver.method.{name}")
     kernel, entries = {"compiled", "inner", "inlined", "spliced"}, {"run", "at_wall"}
     names = [
         each.name

@@ -6,7 +6,7 @@ import re
 import pytest
 
 import jointplay as jp
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.study.file import validate
 from jointplay.study.models import ELSEWHERE, INTEGRATOR

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.quantities import STATUS
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS
 from jointplay.study import run
 from jointplay.study.file import Loaded, load, validate

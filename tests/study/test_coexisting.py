@@ -13,11 +13,11 @@ from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
-from jointplay.results.answers.coexisting import attractors
-from jointplay.results.store import open_result
 from jointplay.study import execute
 from jointplay.study.execute import complete, merge
 from jointplay.study.plan import plan, status
+from jointplay.study.results.answers.coexisting import attractors
+from jointplay.study.results.store import open_result
 from jointplay.study.run import run
 from tests.support.sweep_samples import KINDS, SLOW, die, forked, loaded, ran, same
 

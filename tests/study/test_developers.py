@@ -13,10 +13,10 @@ import pytest
 
 import jointplay as jp
 from jointplay import cli, figures
-from jointplay.equations.laws import LAWS
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.kinds import KINDS, Kind, Shown
-from jointplay.mechanism import systems
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism.own import systems
 from jointplay.study.file import load, schema, validate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")

@@ -7,12 +7,12 @@ import xarray as xr
 
 from jointplay.analysis.quantities import LINKAGE, WORDS
 from jointplay.analysis.signals import chaos_test
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
-from jointplay.mechanism.records import CrankAngle, MotorLine
-from jointplay.results import provenance
-from jointplay.results.store import write_result
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.records import CrankAngle, MotorLine
 from jointplay.study.file import load, validate
+from jointplay.study.results import provenance
+from jointplay.study.results.store import write_result
 from jointplay.study.toml_text import override, parse
 from tests.support.study_samples import BENT, BENT_WRITTEN_OUT, TEXT, WRITTEN_OUT
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.study.file import Loaded, validate
 from jointplay.study.run import run
 

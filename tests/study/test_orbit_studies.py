@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.study.file import load, validate
 from jointplay.study.run import run
 

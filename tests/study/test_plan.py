@@ -5,7 +5,7 @@ import pytest
 import jointplay as jp
 from jointplay import cli
 from jointplay.analysis import vary
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs.pool import Pool
 from jointplay.study.execute import complete
 from jointplay.study.plan import plan, status

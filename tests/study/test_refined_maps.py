@@ -8,7 +8,7 @@ import pytest
 import jointplay as jp
 from jointplay import cli
 from jointplay.analysis.sweeps import chains
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED
 from jointplay.jobs.journal import Journal

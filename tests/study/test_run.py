@@ -4,10 +4,10 @@ import json
 
 import xarray as xr
 
-from jointplay.mechanism import catalog
-from jointplay.results import provenance
-from jointplay.results.store import open_result, write_result
+from jointplay.solver.mechanism import catalog
 from jointplay.study.file import load
+from jointplay.study.results import provenance
+from jointplay.study.results.store import open_result, write_result
 from jointplay.study.run import run
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from jointplay import cli
-from jointplay.results import store
 from jointplay.study import plan
+from jointplay.study.results import store
 from tests.support.fixtures import calls, study
 from tests.support.study_samples import result, stand_in
 from tests.support.sweep_samples import CELLS

@@ -18,14 +18,14 @@ import jointplay as jp
 from jointplay import cli
 from jointplay.analysis import evaluate
 from jointplay.analysis.sweeps import chains as chains
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs import worker
 from jointplay.jobs.job import CRASHED, redone
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.pool import Pool
-from jointplay.results import store
 from jointplay.study import execute
 from jointplay.study.file import load, validate
+from jointplay.study.results import store
 from jointplay.study.run import compile_for, first_work, run
 from tests.support.deadly import Deadly
 from tests.support.sweep_samples import CELLS, CHAINS, bare, die, forked, loaded, ran, same

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.study import run
 from jointplay.study.file import Loaded, validate
 from jointplay.study.toml_text import override, parse

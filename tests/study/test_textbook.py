@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 
 import jointplay as jp
 from jointplay.analysis import tangents
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.codes import Status
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.codes import Status
 from jointplay.study.file import load
 
 STUDIES = Path(__file__).parents[2] / "studies" / "own"

@@ -2,8 +2,8 @@
 
 import pytest
 
-from jointplay.errors import InputError
-from jointplay.mechanism import catalog
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism import catalog
 from jointplay.study import toml_text
 from jointplay.study.mechanism_table import build_mechanism
 

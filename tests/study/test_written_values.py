@@ -6,7 +6,7 @@ import math
 import pytest
 
 import jointplay as jp
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.study.file import load, schema, validate
 
 BASE = {

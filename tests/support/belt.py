@@ -10,13 +10,13 @@ import numpy as np
 from scipy.special import lambertw
 from sympy import Integer, Symbol, symbols
 
-from jointplay.equations import functions
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.structure import Oscillator
-from jointplay.equations.system import Contact, System, number, traction
-from jointplay.equations.write import WRITERS
-from jointplay.mechanism.friction import Friction
-from jointplay.mechanism.model import Model
+from jointplay.solver.equations import functions
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.structure import Oscillator
+from jointplay.solver.equations.system import Contact, System, number, traction
+from jointplay.solver.equations.write import WRITERS
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.parts.friction import Friction
 
 NUMPY = SimpleNamespace(tanh=np.tanh, exp=np.exp, log=np.log, sqrt=np.sqrt, power=np.power)
 NUMPY.side = lambda x: np.copysign(1.0, x)

@@ -21,11 +21,11 @@ from jointplay.analysis.orbits.map_derivative import map_derivative
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.starts import placed
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.analysis.trajectory import Request, follow
 from jointplay.analysis.vary import changed
-from jointplay.codegen import cache
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import CrankAngle, Plane
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import CrankAngle, Plane
+from jointplay.solver.motion.trajectory import Request, follow
 from tests.support.closed_pieces import derivatives, impacts, one_entry
 
 RTOL = 1e-13

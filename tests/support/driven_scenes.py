@@ -12,7 +12,7 @@ from pathlib import Path
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.mechanism.records import (
+from jointplay.solver.mechanism.records import (
     Force,
     Harmonic,
     Link,

@@ -21,15 +21,15 @@ from jointplay.analysis.gradients.directions import Directions, along, stacked
 from jointplay.analysis.gradients.evaluated import Run
 from jointplay.analysis.gradients.wanted import quantity, value_of
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.analysis.trajectory import Request
 from jointplay.analysis.vary import changed
-from jointplay.codegen import cache
-from jointplay.equations.structure import powers
-from jointplay.errors import InputError
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.paths import WITH_PARTS, below
-from jointplay.numerics.codes import Event
+from jointplay.display.errors import InputError
+from jointplay.solver.codegen import cache
+from jointplay.solver.equations.structure import powers
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.paths import WITH_PARTS, below
+from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.trajectory import Request
 from tests.support.driven import distance, end, quotient
 from tests.support.driven_scenes import LINKAGES, SYSTEMS
 

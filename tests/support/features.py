@@ -18,9 +18,9 @@ import numpy as np
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import FACTORS, LAWS
-from jointplay.mechanism.drive import DRIVES
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import FACTORS, LAWS
+from jointplay.solver.mechanism.parts.drive import DRIVES
 from tests.equations.test_groups import beside_a_group
 
 KINDS = tuple(each.model_fields["kind"].default for each in DRIVES)
@@ -364,7 +364,7 @@ def _reach(plain, name: str) -> float:
 
 def _start(made, choice, angle, speed, random) -> dict[str, Any]:
     """The start by keywords of `simulate`."""
-    from jointplay.mechanism.start import start
+    from jointplay.solver.mechanism.start import start
 
     if choice["drive"] == "none":
         initial = {"crank_angle": angle, "crank_speed": speed}

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from jointplay.mechanism.ideal import Closure, ideal_configuration
+from jointplay.solver.mechanism.loops.ideal import Closure, ideal_configuration
 
 
 class Full:

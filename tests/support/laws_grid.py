@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.equations.laws import FACTORS
+from jointplay.solver.equations.laws import FACTORS
 from tests.support.belt import LAWS as RUBBING
 from tests.support.belt import LUGRE
 

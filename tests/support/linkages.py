@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.mechanism import catalog
-from jointplay.mechanism.beam import Beam, Link
-from jointplay.mechanism.joints import Contact, Friction
-from jointplay.mechanism.records import ConstantSpeed, Mechanism
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.parts.beam import Beam, Link
+from jointplay.solver.mechanism.parts.joints import Contact, Friction
+from jointplay.solver.mechanism.records import ConstantSpeed, Mechanism
 from tests.reference.bodies import Bodies, Parameters
 
 ARRANGEMENTS = ("B", "C", "A", "O", "BC", "AC", "OABC")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from jointplay.codegen import outputs
-from jointplay.equations.write import system
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import Joint, Link, Mechanism, Pin
+from jointplay.solver.codegen import outputs
+from jointplay.solver.equations.write import system
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import Joint, Link, Mechanism, Pin
 from tests.support.plain import Point, plain
 
 

@@ -2,11 +2,11 @@
 
 from math import copysign, cos, sqrt
 
-from jointplay.numerics.control import bounded
-from jointplay.numerics.ensemble.attempts import solved
-from jointplay.numerics.events import level_of
-from jointplay.numerics.interface import compiled as marked
-from jointplay.numerics.lanewise import lanewise
+from jointplay.solver.method.control import bounded
+from jointplay.solver.method.events import level_of
+from jointplay.solver.method.interface import compiled as marked
+from jointplay.solver.method.lanes.attempts import solved
+from jointplay.solver.method.lanes.lanewise import lanewise
 
 SHARE = 0.25
 

@@ -9,12 +9,13 @@ from types import ModuleType
 
 import numpy as np
 
-from jointplay.codegen import module
-from jointplay.codegen.dynamics import Dynamics
-from jointplay.codegen.elimination import Plan
-from jointplay.codegen.variants import variants
-from jointplay.equations.write import system
-from jointplay.numerics import lanewise, sparse
+from jointplay.solver.codegen import module
+from jointplay.solver.codegen.dynamics import Dynamics
+from jointplay.solver.codegen.elimination import Plan
+from jointplay.solver.codegen.variants import variants
+from jointplay.solver.equations.write import system
+from jointplay.solver.method import sparse
+from jointplay.solver.method.lanes import lanewise
 
 IMPORTS = re.compile(r"^from (?:jointplay\.numerics|)\.(?:interface|lanewise) import .*$", re.MULTILINE)
 PRETENCE = {
@@ -32,7 +33,7 @@ def run(source) -> ModuleType:
     """What a generated text defines, uncompiled."""
     source = IMPORTS.sub("", source).replace("from math import", "from numpy import")
     scope = PRETENCE | {"sparse": sparse}
-    exec(source.replace("from jointplay.numerics import sparse", ""), scope)
+    exec(source.replace("from jointplay.solver.method import sparse", ""), scope)
     scope["copysign"] = lambda size, x: np.copysign(size, np.real(x))
     return _module(scope)
 

@@ -8,8 +8,8 @@ import numpy as np
 
 import jointplay as jp
 from jointplay.analysis.starts import state_names
-from jointplay.mechanism.assemble import assemble as model_of
-from jointplay.mechanism.start import start
+from jointplay.solver.mechanism.assemble import assemble as model_of
+from jointplay.solver.mechanism.start import start
 from tests.support.driven import by_tangents, quotient
 from tests.support.features import Scene
 from tests.support.multibody import Now, System

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay import kinds, study_kind
-from jointplay.numerics.codes import Status
+from jointplay.solver.method.codes import Status
 
 STATUS = " ".join(Status.words())
 

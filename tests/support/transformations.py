@@ -18,12 +18,12 @@ import numpy as np
 import pint
 
 import jointplay as jp
-from jointplay.accepted import units_of
 from jointplay.analysis.quantities import WORDS
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import LAWS
-from jointplay.mechanism.base import Record
-from jointplay.mechanism.start import start
+from jointplay.display.accepted import units_of
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.start import start
 
 Start = dict[str, Any]
 UNITS = pint.UnitRegistry()

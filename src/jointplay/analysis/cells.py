@@ -14,16 +14,16 @@ from functools import partial, wraps
 from inspect import signature
 from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeAlias, TypeVar
 
-from jointplay.analysis.company import side_by_side
-from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.exponents.frame_growth import followed_together
-from jointplay.analysis.looks import from_progress, look, reported
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs.job import CRASHED, Entry, Job, Kept, Notes, key_of
 from jointplay.jobs.worker import in_tasks
-from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Status
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Status
+from jointplay.solver.motion.company import side_by_side
+from jointplay.solver.motion.ensemble_runs import follow_ensemble
+from jointplay.solver.motion.looks import from_progress, look, reported
+from jointplay.solver.motion.trajectory import Request, follow
 
 if TYPE_CHECKING:
     import xarray as xr

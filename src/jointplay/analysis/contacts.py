@@ -12,10 +12,10 @@ from itertools import pairwise
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.trajectory import Records
-from jointplay.codegen import cache, outputs
-from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Event, Mode
+from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Event, Mode
+from jointplay.solver.motion.trajectory import Records
 
 CONTACT, SEPARATION, IMPACT, REST = map(int, (Event.CONTACT, Event.SEPARATION, Event.IMPACT, Event.REST))
 JOINT, KIND, TIME = 0, 1, 2  # columns of an event's row; positions, speeds, modes, work follow

@@ -8,8 +8,8 @@ import numpy as np
 
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.starts import moved, whole_names
-from jointplay.analysis.trajectory import Records, Request, advance, memory
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion.trajectory import Records, Request, advance, memory
 
 WHOLE = 1e-9  # of a period of the forcing, up to which it is over
 

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.analysis.guard_tolerances import ends
 from jointplay.analysis.labels import coded, described, flags
-from jointplay.analysis.looks import seen
 from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, WORDS, WORK
-from jointplay.codegen import cache, outputs
-from jointplay.equations.structure import powers
-from jointplay.errors import warn
-from jointplay.mechanism.model import DEEP, Model
-from jointplay.numerics.codes import Mode
+from jointplay.display.errors import warn
+from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.equations.structure import powers
+from jointplay.solver.mechanism.model import DEEP, Model
+from jointplay.solver.method.codes import Mode
+from jointplay.solver.motion.guard_tolerances import ends
+from jointplay.solver.motion.looks import seen
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -25,13 +25,12 @@ from pydantic import (
     field_validator,
 )
 
-from jointplay.analysis.looks import reported
 from jointplay.analysis.own_units import in_own_units
-from jointplay.errors import Problem, refuse, warn
+from jointplay.display.errors import Problem, refuse, warn
 from jointplay.jobs.origin import version
-from jointplay.mechanism import plausible, turning
-from jointplay.mechanism.assemble import journal_distances
-from jointplay.mechanism.base import (
+from jointplay.solver.mechanism import plausible
+from jointplay.solver.mechanism.assemble import journal_distances
+from jointplay.solver.mechanism.base import (
     Angle,
     Flag,
     Name,
@@ -44,8 +43,10 @@ from jointplay.mechanism.base import (
     measured,
     unit,
 )
-from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.mechanism.signature import Rule, checked
+from jointplay.solver.mechanism.loops import turning
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.signature import Rule, checked
+from jointplay.solver.motion.looks import reported
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -6,12 +6,12 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from jointplay.accepted import Refused
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.vary import units_of
-from jointplay.errors import InputError
-from jointplay.mechanism.measures import in_si
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.accepted import Refused
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 FOLLOWED = "clearance"  # the parameter along which a continuation goes if none is named
 

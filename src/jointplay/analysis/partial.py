@@ -8,8 +8,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from jointplay.analysis.looks import Late, Stopped
-from jointplay.analysis.trajectory import INTERRUPTED, Records
+from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.trajectory import INTERRUPTED, Records
 
 if TYPE_CHECKING:
     import xarray as xr

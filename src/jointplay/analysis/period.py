@@ -8,7 +8,7 @@ near it slowly lie within the tolerance on two, without a period yet.
 
 import numpy as np
 
-from jointplay.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem
 
 REPEATS = 4  # a period is believed when the record holds it this often
 STEADY = 0.02  # share by which distances between places may change, whatever that would come to

@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.analysis import rates, rules
-from jointplay.analysis.company import beside, in_company
-from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.evaluate import beyond_the_model, dataset, joint_flags, scalars
 from jointplay.analysis.exponents.frame_growth import followed_together
 from jointplay.analysis.keywords import (
@@ -27,11 +25,13 @@ from jointplay.analysis.keywords import (
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.partial import evaluated
 from jointplay.analysis.quantities import EVENTS, recorded
-from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.analysis.ways import FOLLOWED, WAYS
-from jointplay.mechanism.base import Flag, Natural
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle, Section
+from jointplay.solver.mechanism.base import Flag, Natural
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import CrankAngle, Section
+from jointplay.solver.motion.company import beside, in_company
+from jointplay.solver.motion.ensemble_runs import ensemble_fits
+from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.ways import FOLLOWED, WAYS
 
 if TYPE_CHECKING:
     import xarray as xr

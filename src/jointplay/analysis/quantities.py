@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.numerics.codes import Event, Mode, Status
+from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.method.codes import Event, Mode, Status
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 An acceleration amplifies the error of a state by the fastest rate of the equations: by 10^6 per second at the
 motor's line. Where friction turns over, that line answers within microseconds; a step of the motion passes
 over this, and its polynomial keeps a part of it that is nothing for a speed and much for an acceleration. The
-flow notes such steps (numerics.doubts). What they recorded is here followed anew, from the beginning of each
+flow notes such steps (method.doubts). What they recorded is here followed anew, from the beginning of each
 step, by two steps or more and with a thousandth of the tolerance; only accelerations, and what depends on
 them, are taken from there. The motion and all else that is recorded stay as they are.
 """
@@ -15,11 +15,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
-from jointplay.analysis.looks import seen
 from jointplay.analysis.quantities import RATES
-from jointplay.analysis.trajectory import Records, Request, functions, memory
-from jointplay.codegen import cache
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion.looks import seen
+from jointplay.solver.motion.trajectory import Records, Request, functions, memory
 
 CLOSER = 1e-3  # of the tolerance
 LEAST = 1e-13  # tolerance at which rounding begins

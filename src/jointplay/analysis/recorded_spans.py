@@ -15,9 +15,9 @@ from jointplay.analysis.contacts import CONTACT, IMPACT, KIND, ROW, TIME
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.labels import described
 from jointplay.analysis.quantities import WORDS
-from jointplay.analysis.trajectory import Records
-from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Mode
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Mode
+from jointplay.solver.motion.trajectory import Records
 
 Spans = Sequence[tuple[float, float]]  # from, to, in s, ascending and apart
 COARSE, FINER = 720, 5  # even times in a turn, and how many times as many in short spans

@@ -8,15 +8,15 @@ from dataclasses import replace
 from typing import Any
 
 from jointplay.analysis.quantities import BALANCE, EVENTS, WORDS, recorded
-from jointplay.analysis.trajectory import MAX_STEPS
 from jointplay.analysis.vary import changed
-from jointplay.errors import NOTHING, InputError, Problem, join, unknown
-from jointplay.mechanism.assemble import assemble, check_section
-from jointplay.mechanism.kinematic_chains import Forest
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
-from jointplay.mechanism.section import ContactSection, SeparationSection
-from jointplay.mechanism.structure import linkage
+from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.solver.mechanism.assemble import assemble, check_section
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, Section, TestSystem
+from jointplay.solver.mechanism.section import ContactSection, SeparationSection
+from jointplay.solver.mechanism.structure import linkage
+from jointplay.solver.motion.trajectory import MAX_STEPS
 
 SLACK = 4  # nominal periods that a turn may take before the run gives up
 MOST = 20_000_000  # samples of a run, in memory

@@ -36,13 +36,13 @@ from jointplay.analysis.orbits.orbit_request import start_fits
 from jointplay.analysis.partial import MOST, evaluated
 from jointplay.analysis.quantities import BALANCE, EVENTS, recorded
 from jointplay.analysis.starts import placed, whole_names
-from jointplay.analysis.trajectory import INTERRUPTED, Records, Request, follow
 from jointplay.analysis.windows import BESIDE_WINDOWS, Windows, marked, sample_times
-from jointplay.errors import InputError, Problem, refuse
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Flag, Natural, NonNegative
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.display.errors import InputError, Problem, refuse
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Flag, Natural, NonNegative
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, follow
 
 if TYPE_CHECKING:
     import xarray as xr

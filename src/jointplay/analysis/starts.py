@@ -10,13 +10,13 @@ import numpy as np
 
 from jointplay.analysis import rules
 from jointplay.analysis.states.journal_position import Journals
-from jointplay.codegen import cache, outputs
-from jointplay.errors import InputError, Problem, refuse
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import ANGLE, FAR
-from jointplay.mechanism.model import DEEP, Model
-from jointplay.mechanism.oscillators import inside
-from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.display.errors import InputError, Problem, refuse
+from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import ANGLE, FAR
+from jointplay.solver.mechanism.model import DEEP, Model
+from jointplay.solver.mechanism.own.oscillators import inside
+from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
 
 BEYOND = 1e-6  # of the clearance: rounding of a body that rests on a rigid face
 

@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 
 from jointplay.analysis.gradients.directions import Directions
-from jointplay.analysis.trajectory import Request, advance, memory, prepare
-from jointplay.codegen import cache
-from jointplay.equations.structure import Linkage, Oscillator
-from jointplay.mechanism.model import SPEED_FLOOR, Model
+from jointplay.solver.codegen import cache
+from jointplay.solver.equations.structure import Linkage, Oscillator
+from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
+from jointplay.solver.motion.trajectory import Request, advance, memory, prepare
 
 # An estimated error E of a vibration, of order 8, stands for a true one of some E^(14/8)/2, of order 14 (with
 # the five stages of lanes alike): so a step errs by 100 rtol at most.
@@ -27,7 +27,7 @@ TIGHT = 1e-13  # tolerance of the tangents' iteration where their map itself is 
 @lru_cache(maxsize=256)
 def variations(structure: Linkage | Oscillator, directions: tuple[tuple[str, ...], ...] = ()) -> tuple:
     """The compiled derivatives of a structure's functions."""
-    from jointplay.numerics.interface import Variations, pointers
+    from jointplay.solver.method.interface import Variations, pointers
 
     return pointers(cache.variation_module(structure, directions), kind=Variations)
 
@@ -69,7 +69,8 @@ class Bundle:
     rows : int
         Recorded rows after which `advance` comes back.
     neutral : bool
-        Whether the first tangent is the rate of the state itself, which is then evaluated (numerics.tangent).
+        Whether the first tangent is the rate of the state itself, which is then evaluated
+        (method.tangents.tangent).
     directions : Directions, optional
         Parameters in which the state is differentiated too: by as many tangents, after those of the frame.
     """
@@ -85,7 +86,7 @@ class Bundle:
     directions: Directions | None = None
 
     def __post_init__(self):
-        from jointplay.numerics import tangent
+        from jointplay.solver.method.tangents import tangent
 
         self._names = self.directions.names if self.directions else ()
         prepare(self.model.structure, "tangent_flow")
@@ -112,9 +113,9 @@ class Bundle:
             self.y.real[place] = value
 
     def advance(self, until: float = np.inf, tell: Callable[[], None] | None = None) -> int:
-        """Go on until that time, or the rows are full, or the run ends; give back how (numerics.flow).
+        """Go on until that time, or the rows are full, or the run ends; give back how (method.flow).
 
-        `tell` is called after each piece of the run (analysis.pieces).
+        `tell` is called after each piece of the run (motion.pieces).
         """
         structure, o = self.model.structure, self.o._replace(t_end=min(self.o.t_end, float(until)))
         return advance(structure, self.k, self.x, o, variations(structure, self._names), self.y, tell)
@@ -132,7 +133,7 @@ class Bundle:
     @property
     def full(self) -> int:
         """What `advance` gives back when the rows are full."""
-        from jointplay.numerics.control import FULL
+        from jointplay.solver.method.control import FULL
 
         return FULL
 
@@ -188,7 +189,7 @@ class Bundle:
 
     def opened(self) -> np.ndarray:
         """Whether neighbours along each direction are off a wall on which the body rests here."""
-        from jointplay.numerics.modes import FREE, RELEASED, mask
+        from jointplay.solver.method.modes import FREE, RELEASED, mask
 
         x, first = self.x, len(self.x.flags)
         n_x, walls = len(x.absolute), np.flatnonzero(x.modes[first:] > RELEASED)
@@ -226,7 +227,7 @@ def rate(structure: Linkage | Oscillator, k, x, o) -> np.ndarray:
 
 def _rows(structure: Linkage | Oscillator, k, x) -> np.ndarray:
     """What the equations give where a run stands, by lane row."""
-    from jointplay.numerics.modes import mask, variant_of
+    from jointplay.solver.method.modes import mask, variant_of
 
     module, w = cache.structure_module(structure), np.zeros_like(k.w)
     module.trig(x.s, x.p)

@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.quantities import WORDS
-from jointplay.equations.friction import FRICTIONS
-from jointplay.equations.laws import LAWS
-from jointplay.errors import InputError, Problem, join, refuse, unknown
-from jointplay.mechanism.base import is_number
-from jointplay.mechanism.changes import Changes
-from jointplay.mechanism.courses import FORCES
-from jointplay.mechanism.paths import below, is_path, part_at, steps
-from jointplay.mechanism.records import Contact, Friction, Mechanism, TestSystem
+from jointplay.display.errors import InputError, Problem, join, refuse, unknown
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism.base import is_number
+from jointplay.solver.mechanism.changes import Changes
+from jointplay.solver.mechanism.parts.courses import FORCES
+from jointplay.solver.mechanism.paths import below, is_path, part_at, steps
+from jointplay.solver.mechanism.records import Contact, Friction, Mechanism, TestSystem
 
 NUMBERS = [name for name, field in Changes.model_fields.items() if "units" in (field.json_schema_extra or ())]
 EXAMPLE = "joints.B.contact.stiffness"

@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis.keywords import listed
-from jointplay.errors import Problem, refuse
-from jointplay.mechanism.base import Number
+from jointplay.display.errors import Problem, refuse
+from jointplay.solver.mechanism.base import Number
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,11 +10,11 @@ from argparse import Action, ArgumentParser
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from jointplay import interrupts
 from jointplay.cli import results, studies, study_files
 from jointplay.cli.verb import DONE, FAILED, VERBS
-from jointplay.errors import InputError
-from jointplay.terminal import harmless_output
+from jointplay.display.errors import InputError
+from jointplay.display.terminal import harmless_output
+from jointplay.jobs import interrupts
 
 WRONG_INPUT, INTERRUPTED = 2, 130
 COLLECTED = (
@@ -112,14 +112,14 @@ def _leave() -> None:
 def _interrupts() -> Iterator[list[bool]]:
     """Record that Ctrl-C was pressed, beside raising KeyboardInterrupt as always.
 
-    An analysis that keeps its results so far (analysis.looks) is asked to end first, and interrupted by a
+    An analysis that keeps its results so far (motion.looks) is asked to end first, and interrupted by a
     second Ctrl-C.
     """
     pressed: list[bool] = []
 
     def note(*_: object) -> None:
         pressed.append(True)
-        looks = sys.modules.get("jointplay.analysis.looks")
+        looks = sys.modules.get("jointplay.solver.motion.looks")
         if looks is None or not looks.stop():
             raise KeyboardInterrupt
 

@@ -6,8 +6,8 @@ from argparse import Namespace
 from pathlib import Path
 
 from jointplay.cli.verb import DONE, RESULT, changes, option, say, verb
-from jointplay.errors import InputError, Problem, of_a_result, unknown
-from jointplay.terminal import Progress
+from jointplay.display.errors import InputError, Problem, of_a_result, unknown
+from jointplay.display.terminal import Progress
 
 FILM = ("joint", "turns", "time", "seconds", "rate", "frames")  # options of a film
 
@@ -23,8 +23,8 @@ FILM = ("joint", "turns", "time", "seconds", "rate", "frames")  # options of a f
 )
 def draw_result(arguments: Namespace) -> int:
     """Draw a stored result again; or the mechanism of a study file."""
-    from jointplay.results.store import check_writable, open_result
     from jointplay.study.file import figure_options, mechanism_of
+    from jointplay.study.results.store import check_writable, open_result
 
     whole = arguments.kind == "mechanism" or Path(arguments.result).suffix == ".toml"
     dataset = (mechanism_of if whole else open_result)(arguments.result)
@@ -55,7 +55,7 @@ def targets(out: str | None, result: Path) -> list[Path]:
 def draw(dataset, options: dict, files: list[Path]) -> None:
     """Draw a result, and write the picture into files."""
     from jointplay import figures
-    from jointplay.results.store import write_figure
+    from jointplay.study.results.store import write_figure
 
     picture = figures.draw(dataset, options)
     picture.set_layout_engine(None)  # it is laid out; "none" would stand for one, and be drawn for each file
@@ -73,9 +73,9 @@ def draw(dataset, options: dict, files: list[Path]) -> None:
 )
 def animate_result(arguments: Namespace) -> int:
     """Show the mechanism of a stored motion as it moves: a film, or a sheet of frames."""
-    from jointplay.results.animate import animate
-    from jointplay.results.store import open_result
     from jointplay.study import toml_text
+    from jointplay.study.results.animate import animate
+    from jointplay.study.results.store import open_result
 
     options = toml_text.override({}, arguments.set)
     if strange := [key for key in options if key not in FILM]:
@@ -97,9 +97,9 @@ def animate_result(arguments: Namespace) -> int:
 )
 def report_result(arguments: Namespace) -> int:
     """Write a stored result, or a mechanism, as one HTML page that computes, and needs no network."""
-    from jointplay.pages.report import report
-    from jointplay.results.store import open_result
     from jointplay.study.file import moving_of
+    from jointplay.study.results.store import open_result
+    from jointplay_page.report import report
 
     given = Path(arguments.result)
     target = Path(arguments.out or given.with_suffix(".html"))
@@ -119,8 +119,8 @@ def report_result(arguments: Namespace) -> int:
 )
 def export_result(arguments: Namespace) -> int:
     """Write a stored result for other programs: MATLAB (.mat) or a table (.csv)."""
-    from jointplay.results.export import export
-    from jointplay.results.store import open_result
+    from jointplay.study.results.export import export
+    from jointplay.study.results.store import open_result
 
     target = Path(arguments.result).with_suffix(".mat") if arguments.out is None else arguments.out
     with warnings.catch_warnings(record=True) as doubts:

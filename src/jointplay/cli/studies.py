@@ -20,8 +20,8 @@ from jointplay.cli.verb import (
     say,
     verb,
 )
-from jointplay.errors import InputError
-from jointplay.terminal import Progress
+from jointplay.display.errors import InputError
+from jointplay.display.terminal import Progress
 
 BACKENDS = ("loky", "threading", "dask")
 SWEEP = "studies/bifurcation/bifurcation_clearance.toml"
@@ -77,9 +77,9 @@ def _completed(study, out: Path, pool, share=None, fresh: bool = False):
 
 def _finished(outcome, options: dict, no_figure: bool) -> int:
     """Print the files of a stored result, draw its figure, print its answer, and give the exit code."""
-    from jointplay.results.outcome import explain, write_table
-    from jointplay.results.summary import answer
     from jointplay.study.execute import Undrawn
+    from jointplay.study.results.outcome import explain, write_table
+    from jointplay.study.results.summary import answer
 
     dataset, path = outcome.dataset, outcome.path
     say(f"result  {path}")
@@ -115,8 +115,8 @@ def _finished(outcome, options: dict, no_figure: bool) -> int:
 def assess_mechanism(arguments: Namespace) -> int:
     """Assess a linkage with clearance: a page on its forces, its contacts, and where its motion changes."""
     from jointplay.jobs.pool import Pool
-    from jointplay.results.answers.assessment import page
     from jointplay.study.file import load
+    from jointplay.study.results.answers.assessment import page
 
     study = _doubted(load(arguments.study, arguments.set, kind="assess"))
     out = _free(study, arguments, fresh=arguments.fresh)
@@ -182,7 +182,7 @@ def show_status(arguments: Namespace) -> int:
 )
 def reproduce_paper(arguments: Namespace) -> int:
     """Compute and draw every figure of the paper, or those named, and grade its conclusions."""
-    from jointplay.lab.reproduce import reproduce
+    from jointplay_lab.reproduce import reproduce
 
     try:
         outcomes = reproduce(arguments.names, arguments.jobs, arguments.out, fresh=arguments.fresh, say=say)

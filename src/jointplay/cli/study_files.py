@@ -7,9 +7,9 @@ from pathlib import Path
 
 from jointplay.cli.studies import loaded
 from jointplay.cli.verb import CHANGE, DONE, FAILED, STUDY, folder, option, verb
-from jointplay.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem
+from jointplay.display.terminal import one_line
 from jointplay.kinds import KINDS
-from jointplay.terminal import one_line
 
 STUDIES, UNKNOWN = "studies", "?"
 
@@ -115,7 +115,7 @@ def import_linkage(arguments: Namespace) -> int:
 
 def _write_new(target: Path, text: str, key: str) -> None:
     """Write a file that is not there yet."""
-    from jointplay.results.store import check_writable
+    from jointplay.study.results.store import check_writable
 
     check_writable(target.parent, key, files=[target.name])
     try:
@@ -160,7 +160,7 @@ def print_schema(arguments: Namespace) -> int:
 )
 def keep_cache(arguments: Namespace) -> int:
     """List the compiled kernels on the disk, verify those in use, or remove those of older sources."""
-    from jointplay.codegen import upkeep
+    from jointplay.solver.codegen import upkeep
 
     if arguments.all and arguments.action != "prune":
         raise InputError([Problem("--all", arguments.action, "accepted beside prune only")])

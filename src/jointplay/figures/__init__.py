@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import PlainValidator
 
-from jointplay.errors import NOTHING, InputError, Problem, of_a_result, refuse
+from jointplay.display.errors import NOTHING, InputError, Problem, of_a_result, refuse
 from jointplay.figures import drawing
 from jointplay.figures.drawing import cell_quantity, lent, select, style, sweep_axes
-from jointplay.mechanism.base import accepts
-from jointplay.mechanism.records import Mechanism
-from jointplay.mechanism.signature import checked
+from jointplay.solver.mechanism.base import accepts
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.signature import checked
 
 from .check import problems, study_problems
 from .comparison import compared

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from jointplay.errors import NOTHING, InputError, Problem, did_you_mean, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, did_you_mean, unknown
 from jointplay.figures.drawing import select, style, timebase
 from jointplay.figures.motion.phase_portrait import PAIRS
 

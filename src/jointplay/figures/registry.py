@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from inspect import signature
 from typing import TYPE_CHECKING, Any
 
-from jointplay.errors import Problem
+from jointplay.display.errors import Problem
 from jointplay.figures.drawing import style
 from jointplay.kinds import KINDS as STUDIES
 from jointplay.kinds import Kind

@@ -18,7 +18,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from typing import Any
 
-from jointplay.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem
 from jointplay.jobs.job import Job, remaining
 from jointplay.jobs.journal import Journal
 from jointplay.jobs.origin import code, mixed

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from jointplay.codegen.place import gone
-from jointplay.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem
+from jointplay.solver.codegen.place import gone
 
 MOMENT = 10.0  # s without a block written
 

@@ -22,7 +22,7 @@ from jointplay.jobs.columns import packed, unpacked
 from jointplay.jobs.files import replaced
 from jointplay.jobs.job import Entry
 from jointplay.jobs.origin import Origin, own
-from jointplay.numerics.codes import Status
+from jointplay.solver.method.codes import Status
 
 FORMAT = 3
 MAGIC = f"jointplay journal part {FORMAT}\n".encode()

@@ -11,7 +11,7 @@ from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from itertools import islice
 from typing import Any, Protocol
 
-from jointplay.numerics.codes import Status
+from jointplay.solver.method.codes import Status
 
 Entry = dict[str, Any]  # the answer of a cell: its `status` and its results
 CRASHED = int(Status.CRASHED)

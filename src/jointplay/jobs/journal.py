@@ -18,12 +18,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from jointplay.codegen import cache
-from jointplay.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem
 from jointplay.jobs import origin
 from jointplay.jobs.files import Busy, lock, replaced
 from jointplay.jobs.frames import FORMAT, Frame, body_of, frames, head_of, new_part, write_part
 from jointplay.jobs.job import CRASHED, Entry, Job, remaining
+from jointplay.solver.codegen import cache
 
 HEADER, LOCK = "journal.json", "lock"
 PART, AT = r"(\d+)-[0-9a-f]{32}\.part", r"\d+-[0-9a-f]{8}\.at"

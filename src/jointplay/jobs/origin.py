@@ -11,7 +11,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
 
-from jointplay.codegen import cache
+from jointplay.solver.codegen import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
 FOLDERS = ("analysis", "lab", "mechanism")  # beside those that the kernels' digest covers
@@ -59,7 +59,7 @@ def processor() -> str:
 
     NUMBA_CPU_NAME and NUMBA_CPU_FEATURES are heeded.
     """
-    from jointplay.codegen.objects import target
+    from jointplay.solver.codegen.objects import target
 
     triple, name, features = target()
     return f"{name} {hashlib.sha256(f'{triple} {features}'.encode()).hexdigest()[:8]}"

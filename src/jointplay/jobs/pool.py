@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from jointplay.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem
 from jointplay.jobs.cluster import Cluster, connected
 from jointplay.jobs.job import Job
 from jointplay.jobs.journal import Journal

@@ -12,8 +12,8 @@ from importlib.resources import files
 from typing import Any
 
 from jointplay.jobs.origin import version
-from jointplay.mechanism import catalog
-from jointplay.mechanism.records import Mechanism, MotorLine, Servo
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.records import Mechanism, MotorLine, Servo
 from jointplay.study.models import Study
 
 PROGRAM = {

@@ -17,20 +17,20 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from jointplay import interrupts
 from jointplay.analysis.cells import Read, Work, in_memory
 from jointplay.analysis.labels import coded
-from jointplay.analysis.looks import keeping
-from jointplay.errors import InputError, Problem
+from jointplay.display.errors import InputError, Problem
+from jointplay.jobs import interrupts
 from jointplay.jobs.job import Entry, Job, part, redone
 from jointplay.jobs.journal import Journal, refuse_lost
 from jointplay.jobs.origin import mixed, processor
 from jointplay.jobs.pool import Pool
-from jointplay.numerics.codes import Status
-from jointplay.results import store
-from jointplay.results.outcome import name_of
+from jointplay.solver.method.codes import Status
+from jointplay.solver.motion.looks import keeping
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study
+from jointplay.study.results import store
+from jointplay.study.results.outcome import name_of
 from jointplay.study.run import computed, first_work, has_cells, with_journal_keys, with_provenance
 
 if TYPE_CHECKING:

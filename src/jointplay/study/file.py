@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field, TypeAdapter
 
 from jointplay.analysis.own_units import in_own_units
-from jointplay.described import descriptions
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.described import descriptions
+from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import KINDS, Kind
-from jointplay.mechanism.measures import PATTERN
-from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.results import provenance
-from jointplay.results.store import open_result
+from jointplay.solver.mechanism.measures import PATTERN
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.study import toml_text
 from jointplay.study.mechanism_table import build_mechanism
 from jointplay.study.models import Study, broken_rules, keyword_of, models
+from jointplay.study.results import provenance
+from jointplay.study.results.store import open_result
 from jointplay.study.vary_table import in_own_units as varied_in_own_units
 from jointplay.study.vary_table import parsed, values
 

@@ -8,10 +8,10 @@ from typing import Any
 from jointplay import figures
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import largest
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.kinds import Kind, load
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.study.vary_table import Points, points
 
 

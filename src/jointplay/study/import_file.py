@@ -11,15 +11,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from jointplay.errors import InputError, Problem
-from jointplay.mechanism.closure import BRANCHES, ideal_state
-from jointplay.mechanism.loop import find_four_bar
-from jointplay.mechanism.measures import SMALLEST, in_si
-from jointplay.mechanism.records import Mechanism
+from jointplay.display.errors import InputError, Problem
+from jointplay.display.terminal import one_line
+from jointplay.solver.mechanism.loops.closure import BRANCHES, ideal_state
+from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.measures import SMALLEST, in_si
+from jointplay.solver.mechanism.records import Mechanism
 from jointplay.study import parts_table, pylinkage_file
 from jointplay.study.pylinkage_file import Drawing
 from jointplay.study.toml_text import read_text, written
-from jointplay.terminal import one_line
 
 READERS = {".json": pylinkage_file.read, ".csv": parts_table.read}
 WHAT = {".json": "a file of pylinkage (JSON, UTF-8)", ".csv": "a table of links and joints (CSV, UTF-8)"}

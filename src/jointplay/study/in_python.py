@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from jointplay.analysis.keywords import Progress as Keyword
-from jointplay.errors import refuse
-from jointplay.mechanism.base import Natural, accepts
-from jointplay.mechanism.paths import ends
-from jointplay.mechanism.signature import checked
+from jointplay.display.errors import refuse
+from jointplay.display.terminal import asked_for
+from jointplay.solver.mechanism.base import Natural, accepts
+from jointplay.solver.mechanism.paths import ends
+from jointplay.solver.mechanism.signature import checked
 from jointplay.study import run as runner
 from jointplay.study.file import load
-from jointplay.terminal import asked_for
 
 if TYPE_CHECKING:
     import xarray as xr

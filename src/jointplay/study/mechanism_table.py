@@ -9,11 +9,11 @@ from typing import Any, Literal, get_type_hints
 
 from pydantic import create_model
 
-from jointplay.errors import InputError, refuse, unknown
-from jointplay.mechanism import catalog
-from jointplay.mechanism.base import Record
-from jointplay.mechanism.paths import as_paths
-from jointplay.mechanism.records import Changes, Mechanism, TestSystem
+from jointplay.display.errors import InputError, refuse, unknown
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.paths import as_paths
+from jointplay.solver.mechanism.records import Changes, Mechanism, TestSystem
 
 FORMS = (
     "catalog = a name and its changes as further keys, a linkage written out as links, joints and drive, "

@@ -26,15 +26,15 @@ from jointplay import figures
 from jointplay.analysis.keywords import doubts
 from jointplay.analysis.own_units import in_own_units
 from jointplay.analysis.vary import largest
-from jointplay.errors import InputError, Problem, join, refuse
+from jointplay.display.errors import InputError, Problem, join, refuse
+from jointplay.display.terminal import one_line
 from jointplay.kinds import Kind
-from jointplay.mechanism.base import Record, named
-from jointplay.mechanism.records import Mechanism, TestSystem
-from jointplay.mechanism.signature import first
+from jointplay.solver.mechanism.base import Record, named
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.signature import first
 from jointplay.study import vary_table
 from jointplay.study.fits import figure_problems
 from jointplay.study.mechanism_table import MechanismSchema, build_mechanism
-from jointplay.terminal import one_line
 
 NAME = r"^\w[\w .+-]*$"
 BYTES = 200  # of a name: file systems take 255, and endings are put to it

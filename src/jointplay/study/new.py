@@ -6,12 +6,12 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, Literal, get_args, get_origin
 
-from jointplay.described import descriptions, first_sentence
-from jointplay.errors import InputError, refuse, unknown
+from jointplay.display.described import descriptions, first_sentence
+from jointplay.display.errors import InputError, refuse, unknown
 from jointplay.kinds import KINDS, Kind
-from jointplay.mechanism import catalog
-from jointplay.mechanism.base import Record
-from jointplay.mechanism.records import Changes, Mechanism
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.base import Record
+from jointplay.solver.mechanism.records import Changes, Mechanism
 from jointplay.study.file import validate
 from jointplay.study.models import ELSEWHERE, INTEGRATOR
 from jointplay.study.toml_text import parse, written

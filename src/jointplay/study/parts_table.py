@@ -21,9 +21,9 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
-from jointplay.mechanism.base import GROUND, is_number
-from jointplay.mechanism.measures import in_si
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.solver.mechanism.base import GROUND, is_number
+from jointplay.solver.mechanism.measures import in_si
 from jointplay.study.pylinkage_file import Drawing
 
 OF_LINKS = ("length", "mass", "inertia", "centre", "angle")

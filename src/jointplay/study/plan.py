@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.cells import Work, in_memory
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs.job import CRASHED, Job, Kept
 from jointplay.jobs.journal import Journal
-from jointplay.numerics.codes import Status
-from jointplay.results.store import open_result
-from jointplay.results.summary import answer
+from jointplay.solver.method.codes import Status
 from jointplay.study.execute import journal_of, part_journals
 from jointplay.study.file import Loaded, validate
 from jointplay.study.models import Study
+from jointplay.study.results.store import open_result
+from jointplay.study.results.summary import answer
 from jointplay.study.run import (
     computed,
     count_by_keys,

@@ -15,9 +15,9 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
-from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
-from jointplay.mechanism.base import GROUND, is_number
-from jointplay.mechanism.measures import in_si
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.solver.mechanism.base import GROUND, is_number
+from jointplay.solver.mechanism.measures import in_si
 
 STRAIGHT = 1e-6  # of a link's length: a joint this far off its line is on it
 JOINTS, LINKS = ("ground", "revolute"), ("ground", "driver", "link")

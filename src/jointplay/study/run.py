@@ -16,22 +16,22 @@ from inspect import signature
 from typing import TYPE_CHECKING
 
 from jointplay.analysis.cells import DIGITS, Beside, Cell, Read, Steps, Work, driven, in_memory, warm
-from jointplay.analysis.ensemble_runs import in_lanes
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.sweeps import gather
 from jointplay.analysis.sweeps.chains import TOGETHER, groups
 from jointplay.analysis.tangents import warm_tangents
-from jointplay.analysis.trajectory import Request
 from jointplay.analysis.vary import changed, largest
-from jointplay.errors import InputError, ModelWarning, Problem
+from jointplay.display.errors import InputError, ModelWarning, Problem
 from jointplay.jobs.job import KEY, Entry, Job, key_of
 from jointplay.jobs.pool import check_jobs
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.codes import Status
-from jointplay.results import provenance
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.codes import Status
+from jointplay.solver.motion.ensemble_runs import in_lanes
+from jointplay.solver.motion.trajectory import Request
 from jointplay.study.file import Loaded
 from jointplay.study.models import Study, SweepStudy
+from jointplay.study.results import provenance
 from jointplay.study.vary_table import points
 
 if TYPE_CHECKING:

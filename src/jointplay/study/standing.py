@@ -13,12 +13,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from jointplay.errors import InputError, Problem
-from jointplay.results import provenance
-from jointplay.results.outcome import name_of
-from jointplay.results.store import attributes, opened
+from jointplay.display.errors import InputError, Problem
 from jointplay.study.file import validate
 from jointplay.study.models import Study
+from jointplay.study.results import provenance
+from jointplay.study.results.outcome import name_of
+from jointplay.study.results.store import attributes, opened
 
 NO_NUMBER = ("title", "figure")
 UNREAD = "a study that this version cannot read"

@@ -11,8 +11,8 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.measures import SMALLEST
+from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.solver.mechanism.measures import SMALLEST
 
 DEPTH = 16  # tables inside tables; no study needs more
 DOTS = 1000  # in one key, which takes time as their square

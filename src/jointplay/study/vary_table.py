@@ -25,10 +25,10 @@ from pydantic import (
 )
 
 from jointplay.analysis.vary import Axis, axes, checked_axes, units_of
-from jointplay.errors import InputError, Problem, join, refuse
-from jointplay.mechanism.base import Flag, Number, Record, measured
-from jointplay.mechanism.measures import in_si
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import InputError, Problem, join, refuse
+from jointplay.solver.mechanism.base import Flag, Number, Record, measured
+from jointplay.solver.mechanism.measures import in_si
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 ROOT = "vary"
 CASE = "case"  # the dimension of combinations that make no grid

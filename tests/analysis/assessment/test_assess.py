@@ -7,7 +7,7 @@ import jointplay as jp
 from jointplay.analysis.assessment.edges import HOW, Search, edges
 from jointplay.analysis.assessment.forces import forces
 from jointplay.analysis.assessment.settled import CHANGES, Settled, plan
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 LOOSE = jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)
 BRIEF = plan(60, 40, 60, 1e-7, None)

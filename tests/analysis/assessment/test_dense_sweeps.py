@@ -28,7 +28,7 @@ from jointplay.analysis.assessment.edges import LONG as LONG_STEPS
 from jointplay.analysis.assessment.settled import CHANGES
 from jointplay.analysis.sweeps.attractor import Plan, settle_together
 from jointplay.analysis.vary import changed
-from jointplay.results.answers.assessment import widths
+from jointplay.study.results.answers.assessment import widths
 
 MECHANISMS = {
     "four-bar, 0.029 mm, slow": lambda: jp.catalog.chunmei2002(clearance=2.9e-5, gear_ratio=15.0),

@@ -15,7 +15,7 @@ from jointplay.analysis.coexisting.region import drawn
 from jointplay.analysis.orbits.branch_points import KINDS
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import Starts
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from tests.analysis.exact_maps import Symmetric
 
 PAIR, WELLS = catalog.impact_pair(3.6, 0.8), catalog.duffing(amplitude=0.0)

@@ -18,8 +18,8 @@ from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.start_plane import section_of
-from jointplay.errors import InputError
-from jointplay.mechanism.assemble import assemble
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.assemble import assemble
 
 WELLS, DAMPING = catalog.duffing(amplitude=0.05, damping=0.2), 0.2
 LINKAGE = catalog.chunmei2002(2.5e-4, gear_ratio=3.0)

@@ -9,9 +9,9 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.curves.coincidence import Coincidence, sliding
-from jointplay.codegen import cache
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.codes import Event
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.codes import Event
 from tests.analysis.test_flat_landing import PLAY, STILL, block
 
 CONTACTS = ("contact", "separation")

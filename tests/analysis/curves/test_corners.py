@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from jointplay.analysis.curves import corners
-from jointplay.numerics.codes import Event
+from jointplay.solver.method.codes import Event
 
 EVENTS = np.array([[0, Event.STICK_ONSET, 0.1], [1, Event.CONTACT, 0.4], [1, Event.SEPARATION, 0.5]])
 ACROSS = np.array([0.8, -0.6])  # a curve's tangent in the ranges is (0.6, 0.8)

@@ -12,7 +12,7 @@ from jointplay.analysis.curves.tracing import CONDITIONS, Curves, starts_of
 from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.continuation import Explorer
 from jointplay.analysis.orbits.shooting import newton
-from jointplay.numerics.codes import Event
+from jointplay.solver.method.codes import Event
 from tests.analysis.orbits.test_continuation_maps import Plain, Plains
 
 

@@ -11,7 +11,7 @@ from jointplay import catalog
 from jointplay.analysis.curves.margins import Guards
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.starts import placed
-from jointplay.numerics.codes import Mode
+from jointplay.solver.method.codes import Mode
 from tests.analysis.exact_maps import TAU, Flight
 
 

@@ -10,7 +10,7 @@ from jointplay.analysis.curves.half_map import HalfMap, halved
 from jointplay.analysis.gradients.directions import along
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.orbits.shooting import newton
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 
 FREQUENCY, STATE = 1.2, np.array([0.4, -0.3])
 

@@ -12,7 +12,7 @@ from jointplay.analysis import tangents
 from jointplay.analysis.exponents.covariant_vectors import angles_between
 from jointplay.analysis.exponents.participation import Participation
 from jointplay.analysis.starts import state_names
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 
 LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}
 

@@ -9,9 +9,9 @@ from jointplay import catalog
 from jointplay.analysis.exponents.growth import ALIGN, BATCHES, Turn, growth, standard_error
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
-from jointplay.errors import InputError
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import CrankAngle
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import CrankAngle
 from tests.analysis.exact_maps import TAU, Walls
 
 GEAR = {"mean_load": 0.1, "amplitude": 0.2, "damping": 0.05}

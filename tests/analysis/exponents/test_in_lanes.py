@@ -10,9 +10,9 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents.frame_growth import Stretch, grown, grown_together
-from jointplay.analysis.trajectory import Request
-from jointplay.analysis.ways import WAYS
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.trajectory import Request
+from jointplay.solver.motion.ways import WAYS
 from tests.support.laws_grid import mechanism
 
 CLEARANCES = np.geomspace(2.9e-5, 1e-4, 10)

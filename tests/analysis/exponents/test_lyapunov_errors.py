@@ -9,8 +9,8 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.exponents import batch_means
 from jointplay.analysis.exponents.frame_growth import Stretch, grown
-from jointplay.analysis.trajectory import Request
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.trajectory import Request
 
 LOGS = slice(4, 6)
 

@@ -8,7 +8,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 from tests.analysis.exact_maps import TAU, Symmetric
 
 CHAOS = {  # system, keywords, exponents and their errors; published ones are rounded

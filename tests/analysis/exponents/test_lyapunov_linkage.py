@@ -8,7 +8,7 @@ import pytest
 
 import jointplay as jp
 from jointplay import catalog
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 CASES = {
     "A": ({}, 400),

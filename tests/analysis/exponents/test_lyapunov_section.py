@@ -13,10 +13,10 @@ from jointplay.analysis.exponents.frame_growth import frame, framed
 from jointplay.analysis.exponents.growth import Turn
 from jointplay.analysis.exponents.section_exponents import timeless
 from jointplay.analysis.rules import quantity
-from jointplay.analysis.trajectory import Request
-from jointplay.codegen import cache
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import CrankAngle
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import CrankAngle
+from jointplay.solver.motion.trajectory import Request
 from tests.support.driven_scenes import pinned
 
 LOOSE = {"clearance": 2.9e-4, "gear_ratio": 3.0}

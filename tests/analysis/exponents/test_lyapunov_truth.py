@@ -10,8 +10,8 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis import tangents
 from jointplay.analysis.quantities import EVENTS
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.frame import orthonormalise
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.tangents.frame import orthonormalise
 from tests.analysis.exact_maps import TAU, Symmetric, distinct, strobed, symmetry_lost
 
 GEAR = {"mean_load": 0.1, "amplitude": 0.2, "damping": 0.05}

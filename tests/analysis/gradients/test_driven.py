@@ -14,7 +14,7 @@ import pytest
 import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS, verdict
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
 from tests.support import driven, driven_table
 from tests.support.driven_scenes import LINKAGES, SYSTEMS, own, written
 

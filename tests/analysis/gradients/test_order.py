@@ -8,9 +8,9 @@ import pytest
 import jointplay as jp
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.tangents import Bundle
-from jointplay.analysis.trajectory import Request
-from jointplay.mechanism.assemble import assemble
-from jointplay.numerics.codes import Status
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.method.codes import Status
+from jointplay.solver.motion.trajectory import Request
 
 STATES = ("x", "y", "v", "w")
 PLAIN, COUPLED = {"m": 1.3, "n": 0.7, "j": 0.0, "r": 0.8}, {"m": 1.3, "n": 0.7, "j": 0.4, "r": 0.8}

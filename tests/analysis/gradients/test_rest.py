@@ -8,8 +8,8 @@ import jointplay as jp
 from jointplay.analysis.gradients.directions import along
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
 from jointplay.analysis.quantities import EVENTS
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import Harmonic, SpeedCycle, SpeedProfile
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import Harmonic, SpeedCycle, SpeedProfile
 from tests.support import driven, driven_table
 from tests.support.driven_scenes import pinned
 

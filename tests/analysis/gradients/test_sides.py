@@ -9,7 +9,7 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.gradients.directions import SIDES, along
 from jointplay.analysis.starts import placed
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 
 def elastic(restitution):

@@ -23,7 +23,7 @@ from jointplay.analysis.states.ends import Observation, end_states, shortest_per
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.matching import match, set_distance
 from jointplay.analysis.states.start_plane import Starts
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from tests.analysis.exact_maps import Symmetric, strobed
 
 CANTOR = math.log(2) / math.log(3)

@@ -15,8 +15,8 @@ from jointplay.analysis.states.divergence import fit_growth
 from jointplay.analysis.states.field import stretch
 from jointplay.analysis.states.start_plane import Starts
 from jointplay.analysis.tangents import scales
-from jointplay.errors import InputError
-from jointplay.mechanism.assemble import assemble
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.assemble import assemble
 from tests.analysis.exact_maps import TAU, Symmetric, strobed
 
 CHAOTIC = {

@@ -10,9 +10,9 @@ import jointplay as jp
 from jointplay import catalog
 from jointplay.analysis.starts import placed
 from jointplay.analysis.sweeps import chains
-from jointplay.errors import InputError
-from jointplay.mechanism.closure import ideal_state
-from jointplay.mechanism.records import ContactSection, CrankAngle
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.loops.closure import ideal_state
+from jointplay.solver.mechanism.records import ContactSection, CrankAngle
 
 PAIR = catalog.impact_pair(3.0, 0.8)
 LINKAGE = catalog.chunmei2002(clearance=2.9e-5, gear_ratio=3.0)

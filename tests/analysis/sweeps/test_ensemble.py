@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from jointplay.analysis import ensemble_runs
 from jointplay.analysis.quantities import STATUS
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.analysis.ways import hindrance
-from jointplay.lab.stress.scenes import draw
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion import ensemble_runs
+from jointplay.solver.motion.trajectory import Request, follow
+from jointplay.solver.motion.ways import hindrance
+from jointplay_lab.stress.scenes import draw
 
 OTHERS = [pytest.param(number, marks=pytest.mark.long) for number in (258, 356, 972, 1266)]  # two structures
 STATE = slice(3, 9)  # of a row of events or sections: contact, kind, time, angles, speeds, mode

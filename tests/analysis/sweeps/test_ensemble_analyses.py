@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 
 import jointplay as jp
-from jointplay.analysis import ensemble_runs
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.states.basins import basins
 from jointplay.analysis.sweeps import chains
-from jointplay.analysis.ways import IN_LANES, LEFT
 from jointplay.cli import main
-from jointplay.codegen import cache
-from jointplay.codegen.ensemble.form import laid_out
-from jointplay.equations.write import system
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs.worker import Task, work
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble, linkage
-from jointplay.numerics.codes import Status
-from jointplay.numerics.ensemble import layout
+from jointplay.solver.codegen import cache
+from jointplay.solver.codegen.lanes.form import laid_out
+from jointplay.solver.equations.write import system
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble, linkage
+from jointplay.solver.method.codes import Status
+from jointplay.solver.method.lanes import layout
+from jointplay.solver.motion import ensemble_runs
+from jointplay.solver.motion.ways import IN_LANES, LEFT
 from jointplay.study.file import validate
 from jointplay.study.run import first_work
 

@@ -7,7 +7,7 @@ import pytest
 
 from jointplay import catalog
 from jointplay.analysis.vary import axes, cf_units, changed
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 LINKAGE = catalog.chunmei2002(clearance={"B": 2.9e-5, "C": 1e-5}, gear_ratio=3.0)
 PAIR = catalog.impact_pair(3.0, 0.8)

@@ -7,9 +7,9 @@ from statistics import median
 import numpy as np
 
 from jointplay import catalog
-from jointplay.analysis.ensemble_runs import follow_ensemble
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.ensemble_runs import follow_ensemble
+from jointplay.solver.motion.trajectory import Request, follow
 
 TRAJECTORIES, AGAIN = 64, 7
 LOADS = {  # gear ratio, least and largest clearance, friction, turns

@@ -3,7 +3,7 @@
 from statistics import median
 
 from jointplay.analysis.exponents.frame_growth import Stretch, grown, grown_together
-from jointplay.analysis.trajectory import Request
+from jointplay.solver.motion.trajectory import Request
 
 from . import ensembles
 

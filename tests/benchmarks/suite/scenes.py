@@ -13,10 +13,10 @@ from statistics import median
 import numpy as np
 
 from jointplay.analysis.exponents.frame_growth import framed
-from jointplay.analysis.trajectory import Request, counts, functions, memory
-from jointplay.codegen import cache
-from jointplay.mechanism import catalog
-from jointplay.mechanism.assemble import assemble
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism import catalog
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.motion.trajectory import Request, counts, functions, memory
 
 SAMPLES = 720  # of a turn, where it is recorded
 
@@ -83,8 +83,8 @@ def prepared(part, turns, rtol):
 
 def followed(model, request):
     """A run of the flow."""
-    from jointplay.numerics.control import FULL, OK
-    from jointplay.numerics.memory import LOGGED
+    from jointplay.solver.method.control import FULL, OK
+    from jointplay.solver.method.memory import LOGGED
 
     f, run, (k, x, o) = functions(model.structure), cache.method("flow").flow, memory(model, request)
     began, code = time.process_time(), FULL

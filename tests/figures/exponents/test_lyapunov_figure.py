@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 from jointplay import figures
+from jointplay.display.errors import InputError
 from jointplay.display.number_text import plain, with_error
-from jointplay.errors import InputError
 from jointplay.figures.exponents import lyapunov
 from tests.figures.support.synthetic import STATUS, flag_words
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from jointplay import figures
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from tests.figures.support.synthetic import response
 from tests.figures.support.synthetic_tables import READINGS, claims, readings
 

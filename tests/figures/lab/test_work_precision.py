@@ -5,8 +5,8 @@ import pytest
 import xarray as xr
 
 from jointplay import figures
-from jointplay.errors import InputError
-from jointplay.figures.lab.work_precision import decades
+from jointplay.display.errors import InputError
+from jointplay_lab.figures.work_precision import decades
 from tests.figures.support.synthetic import response
 
 AGREEMENT = {

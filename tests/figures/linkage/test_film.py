@@ -6,12 +6,12 @@ from PIL import Image
 
 import jointplay as jp
 from jointplay import cli
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.figures.linkage import film, guide
 from jointplay.figures.linkage.film import film_sheet
 from jointplay.figures.linkage.scene import scene, spread
-from jointplay.results import animate
-from jointplay.results.places import places
+from jointplay.study.results import animate
+from jointplay.study.results.places import places
 from tests.figures.support.synthetic_linkages import corners_led, four_bar, loose_guide, slides
 
 

@@ -7,9 +7,9 @@ import pytest
 from matplotlib.patches import Circle
 
 from jointplay import catalog, figures
-from jointplay.errors import InputError
-from jointplay.mechanism.pose import start_pose
-from jointplay.mechanism.records import Mechanism
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.loops.pose import start_pose
+from jointplay.solver.mechanism.records import Mechanism
 
 SCENES = {
     "four-bar": lambda: catalog.chunmei2002(clearance={"B": 2.9e-4, "C": 2.9e-5}, elastic=("coupler",)),

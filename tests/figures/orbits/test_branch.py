@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from jointplay import cli, figures
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from tests.figures.support.synthetic import response
 from tests.figures.support.synthetic_branches import branches, orbit
 

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from jointplay import figures
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from tests.figures.support.synthetic import STATUS, flag_words, response
 
 ONE = {"units": "1", "long_name": "number"}

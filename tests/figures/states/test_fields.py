@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.lines import Line2D
 
 from jointplay import figures
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.figures.states.basins import COLOURS
 from jointplay.figures.sweeps.parameter_map import signs
 from tests.figures.support.synthetic import STATUS, flag_words

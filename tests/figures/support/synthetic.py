@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.quantities import EVENTS, MODES, STATUS
-from jointplay.numerics.codes import Mode
+from jointplay.solver.method.codes import Mode
 
 PERIOD, CLEARANCE, STIFFNESS, DAMPING = 0.075, 2.9e-5, 1e8, 3000.0
 WORDS = {

@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 
 from jointplay import catalog
-from jointplay.mechanism.pose import start_pose
-from jointplay.mechanism.records import Mechanism
+from jointplay.solver.mechanism.loops.pose import start_pose
+from jointplay.solver.mechanism.records import Mechanism
 
 PERIOD = 0.1  # s
 

@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from jointplay import figures
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.figures.drawing import style, sweep_axes
 from jointplay.figures.sweeps.bifurcation import diagram
 from jointplay.kinds import KINDS

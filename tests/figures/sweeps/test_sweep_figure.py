@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.collections import PolyCollection, QuadMesh
 
 from jointplay import figures
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from tests.figures.support.synthetic import STATUS, flag_words
 
 AXES = {

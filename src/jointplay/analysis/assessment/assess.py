@@ -26,9 +26,9 @@ from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.starts import placed
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import axes, units_of
-from jointplay.errors import NOTHING, Problem
-from jointplay.mechanism.base import Count, Natural, Number, is_number, unit
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import NOTHING, Problem
+from jointplay.solver.mechanism.base import Count, Natural, Number, is_number, unit
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 TURNS, TRANSIENT, LYAPUNOV_TURNS, RTOL = 20, 100, 200, 1e-7
 REACH, STEP, ACCURACY, LASTS = 2.0, 0.0025, 1e-3, 0.01

@@ -14,8 +14,8 @@ from jointplay.analysis.cells import first_bad
 from jointplay.analysis.labels import coded, labelled
 from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.vary import changed, checked_axes
-from jointplay.errors import InputError
-from jointplay.mechanism.records import Mechanism
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.records import Mechanism
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -49,9 +49,9 @@ from jointplay.analysis.orbits.periodic_orbit import periodic_orbit
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.sweeps.attractor import Plan
 from jointplay.analysis.vary import changed
-from jointplay.errors import InputError
-from jointplay.mechanism.records import Mechanism
-from jointplay.numerics.codes import Status
+from jointplay.display.errors import InputError
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.method.codes import Status
 
 if TYPE_CHECKING:
     import xarray as xr

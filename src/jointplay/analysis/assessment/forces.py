@@ -26,10 +26,10 @@ from jointplay.analysis.contacts import JOINT, KIND, ROW, approach
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.starts import moved
 from jointplay.analysis.sweeps.attractor import Plan
-from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import Mechanism
-from jointplay.numerics.codes import Event
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.trajectory import Records, Request, follow
 
 SAMPLES, SHOWN = 4096, 512  # of a turn: evaluated, and kept of the last one
 WANTED = ("normal_force", "tangential_force", "normal_velocity", "tangential_velocity")

@@ -25,7 +25,7 @@ import numpy as np
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End
 from jointplay.analysis.sweeps.attractor import Plan, settle
-from jointplay.mechanism.records import CrankAngle, Mechanism
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism
 
 PATIENCE = (4, 8, 32)  # transients more, one after another, of a motion without the usual period
 LASTING = (4, 16, 36)  # transients more, one after another, in which chaos must not die out

@@ -26,10 +26,8 @@ from jointplay.analysis.cells import Read, Steps, Work, divided, first_bad, grow
 from jointplay.analysis.coexisting import attractors_dataset, passes, special_points
 from jointplay.analysis.coexisting.identity import identities
 from jointplay.analysis.coexisting.region import Region, one_parameter, region_fits
-from jointplay.analysis.ensemble_runs import in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
-from jointplay.analysis.looks import part
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.start_plane import section_of
@@ -37,11 +35,13 @@ from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.bifurcation import Over, lanes_fit, names, record_fits
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.analysis.vary import Axis, at_largest, changed, checked_axes, largest
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs.job import Entry
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
-from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.solver.motion.ensemble_runs import in_lanes
+from jointplay.solver.motion.looks import part
 
 STARTS, TURNS, TRANSIENT, PATIENCE, LYAPUNOV_TURNS = 1000, 64, 100, 4, 100
 TOLERANCE, REACH = 1e-3, 0.2

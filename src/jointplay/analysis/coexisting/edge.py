@@ -23,8 +23,8 @@ from jointplay.analysis.orbits.orbit_search import Search, shortest, solved
 from jointplay.analysis.orbits.section_map import AT_REST, SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.starts import state_names
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import Plane
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import Plane
 
 CLOSE, APART = 1e-9, 1e-5  # distances, in units of the scales, to which and from which a pair is halved in
 PARTS = 8  # into which the line between a pair is cut at once

@@ -25,8 +25,8 @@ from jointplay.analysis.starts import free_states, state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.mass_matrix import at_speeds, evaluated, mass_matrix
 from jointplay.analysis.states.start_plane import INSIDE, beyond_a_wall
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 UNITS = {"impulse": "N m s", "blow": "N s", "shift": "m", "state": "1"}
 

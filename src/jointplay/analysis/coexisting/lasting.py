@@ -20,7 +20,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from jointplay.analysis.coexisting.recognised import TAIL, Cloud, FromAfar, Lasting, alike, along
-from jointplay.analysis.looks import look
 from jointplay.analysis.period import period
 from jointplay.analysis.states.ends import (
     POINTS,
@@ -31,7 +30,8 @@ from jointplay.analysis.states.ends import (
     shortest_period,
 )
 from jointplay.analysis.states.matching import by_histograms, set_distance
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion.looks import look
 
 BLOCK, MORE = 64, 256  # starts at a time; those that may be recognised from afar
 STRETCH = 8  # turns between two looks in the transient

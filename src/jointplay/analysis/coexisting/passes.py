@@ -21,11 +21,11 @@ from jointplay.analysis.states.start_plane import Starts, section_of
 from jointplay.analysis.sweeps.attractor import Plan, settle
 from jointplay.analysis.sweeps.points import labelled
 from jointplay.analysis.vary import changed
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 from jointplay.jobs.job import Entry
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
 
 PILOTS = 192  # starts that are followed until they have arrived
 CLOUD = 4  # points of a motion without a period from which it is carried on

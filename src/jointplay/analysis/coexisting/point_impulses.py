@@ -17,12 +17,12 @@ import numpy as np
 from pydantic import AfterValidator
 
 from jointplay.analysis.states.mass_matrix import evaluated
-from jointplay.errors import Problem, unknown
-from jointplay.mechanism.base import Angle, PartName, Record, measured, named
-from jointplay.mechanism.joints import Pin, on_a_link
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.positions import origins, pin_positions
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import Problem, unknown
+from jointplay.solver.mechanism.base import Angle, PartName, Record, measured, named
+from jointplay.solver.mechanism.loops.positions import origins, pin_positions
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.parts.joints import Pin, on_a_link
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 STEP = 1e-3  # of the differences, rad or of the mechanism's reach
 WEIGHTS = ((1, 2 / 3), (-1, -2 / 3), (2, -1 / 12), (-2, 1 / 12))

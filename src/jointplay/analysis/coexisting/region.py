@@ -15,9 +15,9 @@ import numpy as np
 
 from jointplay.analysis.states.start_plane import coordinate_problems
 from jointplay.analysis.vary import axes
-from jointplay.errors import Problem
-from jointplay.mechanism.base import Number, accepts
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import Problem
+from jointplay.solver.mechanism.base import Number, accepts
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 _WORDS = "a table of coordinates, each with its lowest and highest value,"
 Region = Annotated[

@@ -24,7 +24,7 @@ import numpy as np
 from jointplay.analysis.coexisting.knocks import Knock
 from jointplay.analysis.coexisting.lasting import FAILED, NO_START, Motions
 from jointplay.analysis.orbits.section_map import SectionMap
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
 
 BEST, HALVINGS, ROUNDS = 6, 12, 5  # candidates halved in, how often; improvements of the best
 NEARER = 0.98  # of the size, that a neighbour must beat

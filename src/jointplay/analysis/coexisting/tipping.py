@@ -32,10 +32,8 @@ from jointplay.analysis.coexisting.point_impulses import Impulse, impulses_fit
 from jointplay.analysis.coexisting.recognised import Lasting
 from jointplay.analysis.coexisting.region import Region, coordinate_rules, drawn
 from jointplay.analysis.coexisting.smallest import Knocked, smallest
-from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import outcome
-from jointplay.analysis.looks import part
 from jointplay.analysis.orbits.section_map import section_map
 from jointplay.analysis.period import REPEATS
 from jointplay.analysis.starts import crank_place
@@ -43,9 +41,11 @@ from jointplay.analysis.states.ends import Observation, features, section_states
 from jointplay.analysis.states.start_plane import Starts, section_of
 from jointplay.analysis.tangents import warm_tangents
 from jointplay.jobs.job import Entry
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Count, Few, Flag, Natural, Positive, accepts, unit
-from jointplay.mechanism.records import CrankAngle
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Count, Few, Flag, Natural, Positive, accepts, unit
+from jointplay.solver.mechanism.records import CrankAngle
+from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
+from jointplay.solver.motion.looks import part
 
 STARTS, PHASES, DIRECTIONS, STEPS, EDGE_TURNS = 200, 8, 8, 16, 60
 TURNS, TRANSIENT, PATIENCE, TOLERANCE, RTOL = 64, 100, 4, 1e-3, 1e-8

@@ -18,7 +18,7 @@ from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.starts import state_names
 from jointplay.analysis.states.basin_uncertainty import wilson
 from jointplay.jobs.job import Entry
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
 
 PARTS, DIMS = ("real", "imaginary"), ("number", "knock")
 Answers = Mapping[tuple[int, int], Entry]

@@ -20,8 +20,8 @@ from jointplay.analysis.curves.margins import OF_SLIDING, PLACES, SLIDE, Guards
 from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, PLACE, TIME
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Mode
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Mode
 
 SIDES = {Mode.SLIP_POSITIVE: 1.0, Mode.SLIP_NEGATIVE: -1.0}
 

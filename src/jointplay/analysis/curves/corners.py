@@ -24,7 +24,7 @@ from jointplay.analysis.orbits.branch_points import Special
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, PLACE, changed_event
 from jointplay.analysis.orbits.shooting import Orbit, newton
-from jointplay.numerics.codes import Event
+from jointplay.solver.method.codes import Event
 
 AWAY = (1e-5, 1e-4, 1e-3, 1e-2)  # of the ranges, across the curve: where an orbit without the event is sought
 NEAR = 0.2  # of the ranges: how far ahead the meeting may be

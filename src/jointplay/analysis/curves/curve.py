@@ -42,11 +42,11 @@ from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.starts import placed
-from jointplay.analysis.trajectory import INTERRUPTED
 from jointplay.analysis.vary import axes, changed
-from jointplay.errors import Problem, refuse
-from jointplay.mechanism.base import Count, Natural, Number, accepts, unit
-from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.display.errors import Problem, refuse
+from jointplay.solver.mechanism.base import Count, Natural, Number, accepts, unit
+from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.motion.trajectory import INTERRUPTED
 
 if TYPE_CHECKING:
     import xarray as xr

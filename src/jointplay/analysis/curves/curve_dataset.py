@@ -17,7 +17,7 @@ from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_search import at_phase
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.vary import Axis
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
 
 DIMS = ("curve", "point")
 MEETINGS = (

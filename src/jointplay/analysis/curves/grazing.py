@@ -24,8 +24,8 @@ from jointplay.analysis.orbits.section_image import Image
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.tangents import Bundle
-from jointplay.codegen import cache
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.model import Model
 
 SHORT = 1e-10  # of the margin's size
 NEAR = 3e-3  # of a multiplier from +1 or -1 where a curve of folds or doublings is met

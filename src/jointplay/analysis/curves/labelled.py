@@ -15,8 +15,8 @@ from jointplay.analysis.orbits.orbit_events import changed_event
 from jointplay.analysis.orbits.orbit_search import Search, search
 from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.errors import Problem, refuse
-from jointplay.mechanism.base import accepts
+from jointplay.display.errors import Problem, refuse
+from jointplay.solver.mechanism.base import accepts
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,10 +16,10 @@ from numpy.polynomial import Polynomial
 
 from jointplay.analysis.orbits.orbit_events import CONTACT, KIND, OF_GAPS, TIME, vertex
 from jointplay.analysis.orbits.section_map import SectionMap
-from jointplay.analysis.trajectory import Request, memory
-from jointplay.codegen import cache
-from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Event
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Event
+from jointplay.solver.motion.trajectory import Request, memory
 
 SAMPLES = 720  # a turn
 STAGES = (0.5, 1 / 32)  # spacings of the five samples, in those, through which an extremum is interpolated
@@ -48,7 +48,7 @@ class Guards:
 
     def margins(self, rows: np.ndarray) -> np.ndarray:
         """Margins at rows of time, state, modes; shape (rows, guards); NaN where a guard is not watched."""
-        from jointplay.numerics.events import side_of
+        from jointplay.solver.method.events import side_of
 
         x, found = self._x, self.values(rows)
         for modes, own in self._stretches(rows):
@@ -57,7 +57,7 @@ class Guards:
 
     def values(self, rows: np.ndarray) -> np.ndarray:
         """The guards' numbers with their signs, as the modes of each row give them; shape (rows, guards)."""
-        from jointplay.numerics.modes import mask, variant_of
+        from jointplay.solver.method.modes import mask, variant_of
 
         k, x, o = self._k, self._x, self._o
         width, last = 1 + len(self.model.state), 8 * (o.guards + np.arange(len(x.fired))) + 7

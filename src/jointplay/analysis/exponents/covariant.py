@@ -30,9 +30,9 @@ from jointplay.analysis.exponents.lyapunov import directions, exponents_fit, num
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import described
 from jointplay.analysis.tangents import TIGHT, Bundle, scales
-from jointplay.analysis.trajectory import Request, counts
-from jointplay.mechanism.base import Natural
-from jointplay.mechanism.records import TestSystem
+from jointplay.solver.mechanism.base import Natural
+from jointplay.solver.mechanism.records import TestSystem
+from jointplay.solver.motion.trajectory import Request, counts
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,7 +14,7 @@ from jointplay.analysis.exponents.growth import standard_error
 from jointplay.analysis.exponents.participation import Participation
 from jointplay.analysis.labels import labelled, number
 from jointplay.analysis.starts import crank_place, state_names
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
 
 KEYS = {"covariant": "exponent of the covariant vector", "lyapunov": "Lyapunov exponent, by the frame"}
 

@@ -2,7 +2,7 @@
 
 A block is a piece of the run in which the frame is carried as it is; at its end it is made orthonormal.
 Blocks are so short that no direction is lost in the rounding of another. The last direction of a whole frame
-may shrink faster than steps resolve (numerics.tangent): its growth is what the volume leaves for it.
+may shrink faster than steps resolve (method.tangents.tangent): its growth is what the volume leaves for it.
 
 Section points are those at the crank's first angle (at a forcing's first phase, at a constant speed once a
 turn, and in a system that nothing turns once in its time scale); blocks end there.
@@ -19,7 +19,7 @@ import numpy as np
 from jointplay.analysis.exponents.covariant_vectors import factors
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.numerics.frame import LOST
+from jointplay.solver.method.tangents.frame import LOST
 
 LONGEST = 1 / 50  # of a turn: a block
 SPREAD = 6.0  # ln of the ratio of the largest to the smallest growth in a block that is aimed at
@@ -72,7 +72,7 @@ class Recorder:
     Attributes
     ----------
     status : int
-        How the last block ended (numerics.flow); 0: well.
+        How the last block ended (method.flow); 0: well.
     lost : int
         How many directions the motion's events have taken away since.
     spread : float

@@ -1,7 +1,7 @@
 """Growth of a frame of tangents along a motion, recorded block by block, to estimate exponents from.
 
 One motion with any number of exponents at a time, or eight motions with one exponent each in the lanes of an
-ensemble (analysis.ensemble_runs), whose method is another and whose numbers differ within the tolerance.
+ensemble (motion.ensemble_runs), whose method is another and whose numbers differ within the tolerance.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis import company
-from jointplay.analysis.ensemble_runs import Carried, Tangent, carry, follow_ensemble
 from jointplay.analysis.exponents import batch_means, section_exponents
-from jointplay.analysis.looks import Stopped
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.tangents import Bundle, scales, tolerated
-from jointplay.analysis.trajectory import INTERRUPTED, Records, Request, counts
-from jointplay.analysis.ways import LEFT, hindrance, way
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion import company
+from jointplay.solver.motion.ensemble_runs import Carried, Tangent, carry, follow_ensemble
+from jointplay.solver.motion.looks import Stopped
+from jointplay.solver.motion.trajectory import INTERRUPTED, Records, Request, counts
+from jointplay.solver.motion.ways import LEFT, hindrance, way
 
 LOOKS = 10  # how often a target error is looked at
 SEED = 20
@@ -161,7 +161,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
 
 
 def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
-    """Follow motions side by side, those with tangents in lanes of their own (see analysis.company)."""
+    """Follow motions side by side, those with tangents in lanes of their own (see motion.company)."""
     found: dict[int, Records | Stretched] = {}
     for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
         some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]

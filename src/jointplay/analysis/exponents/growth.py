@@ -24,11 +24,11 @@ from jointplay.analysis.keywords import Moving, Progress, Rtol, Small, Start, an
 from jointplay.analysis.labels import coded, described
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, free_states, state_names
-from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.errors import Problem
-from jointplay.mechanism.base import Count, Natural
-from jointplay.mechanism.model import SPEED_FLOOR, Model
-from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.display.errors import Problem
+from jointplay.solver.mechanism.base import Count, Natural
+from jointplay.solver.mechanism.model import SPEED_FLOOR, Model
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.solver.motion.trajectory import Records, Request, follow
 
 if TYPE_CHECKING:
     import xarray as xr

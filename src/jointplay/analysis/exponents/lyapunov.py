@@ -17,8 +17,6 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from jointplay.analysis import rules
-from jointplay.analysis.company import beside, in_company
-from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.evaluate import dataset, scalars
 from jointplay.analysis.exponents import batch_means, growth, section_exponents
 from jointplay.analysis.exponents.frame_growth import (
@@ -32,14 +30,16 @@ from jointplay.analysis.exponents.frame_growth import (
 )
 from jointplay.analysis.keywords import Before, Duration, Length, Moving, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, described
-from jointplay.analysis.looks import part
-from jointplay.analysis.trajectory import INTERRUPTED, Request, prepare
-from jointplay.analysis.ways import FOLLOWED, WAYS
-from jointplay.errors import Problem, refuse
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.display.errors import Problem, refuse
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, TestSystem
+from jointplay.solver.motion.company import beside, in_company
+from jointplay.solver.motion.ensemble_runs import ensemble_fits
+from jointplay.solver.motion.looks import part
+from jointplay.solver.motion.trajectory import INTERRUPTED, Request, prepare
+from jointplay.solver.motion.ways import FOLLOWED, WAYS
 
 if TYPE_CHECKING:
     import xarray as xr

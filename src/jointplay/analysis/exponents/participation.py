@@ -26,8 +26,8 @@ import numpy as np
 
 from jointplay.analysis.starts import state_names
 from jointplay.analysis.tangents import scales
-from jointplay.codegen import cache, outputs
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.mechanism.model import Model
 
 STEP = 1e-6  # of a turn: to either side, for the rate of Z
 COMPLEX = 1e-30  # of an imaginary part, for Z itself: no difference is taken

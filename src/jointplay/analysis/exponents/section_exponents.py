@@ -5,7 +5,7 @@ tangent flow and through every event (S F- = F+): it neither grows nor shrinks i
 exponent 0. A section's map has the other exponents, times the length of a turn. The volume of F and j
 tangents is |F| times the volume of what these have across F, and this grows as the sum of the section map's
 first j exponents, exactly, whichever section is taken. So the frame has F as its first tangent
-(numerics.tangent), and those after it give the map's exponents.
+(method.tangents.tangent), and those after it give the map's exponents.
 
 Validity: a motion that comes to rest has no section, and its exponents are NaN. Reference: Benettin et al.,
 Meccanica 15 (1980) 9-20; Pikovsky and Politi, Lyapunov Exponents (2016), chapter 2.
@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import math
 
-from jointplay.codegen import cache
-from jointplay.equations.drives import DRIVES
-from jointplay.equations.structure import Oscillator
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import cache
+from jointplay.solver.equations.drives import DRIVES
+from jointplay.solver.equations.structure import Oscillator
+from jointplay.solver.mechanism.model import Model
 
 STILL = math.log(1e-6)  # fall of the speed at which a motion counts as having come to rest
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.gradients.directions import Directions
-from jointplay.codegen import outputs
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import outputs
+from jointplay.solver.mechanism.model import Model
 
 STEP = 1e-40
 

@@ -8,7 +8,7 @@ differentiated by central differences of sixth order,
 
 at two steps h, whose results' distance is the error that is told. With h a thousandth of the parameter it is
 of the order of 1e-13. At the end of what a parameter can be, the six values lie to one side of it. What they
-drive along a motion is carried exactly (numerics.tangent).
+drive along a motion is carried exactly (method.tangents.tangent).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from jointplay.analysis.starts import state_names
-from jointplay.codegen import cache
-from jointplay.errors import InputError, refuse
-from jointplay.mechanism.model import Model
+from jointplay.display.errors import InputError, refuse
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.model import Model
 
 STEP = 2e-3  # of the parameter
 AT_ZERO = 1e-4  # in the parameter's SI unit, where it is 0

@@ -1,7 +1,7 @@
 """Quantities of a motion over some turns, with their derivatives in all directions at once.
 
-The motion is followed with tangents that the directions drive (numerics.tangent), stopping where quantities
-are looked at. With F the rate of the state and t' the derivative of the time at which that is,
+The motion is followed with tangents that the directions drive (method.tangents.tangent), stopping where
+quantities are looked at. With F the rate of the state and t' the derivative of the time at which that is,
 
     end                 dq = q_x (y + F t') + q_t t' + q_p
     largest, smallest   the same with t' = 0 within a piece; at an event t' = -(h_x y + h_p) / (h_t + h_x F)
@@ -21,15 +21,15 @@ from jointplay.analysis.gradients.at_points import derivatives, values
 from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.gradients.peaks import Peak, peak
 from jointplay.analysis.gradients.wanted import Quantity
-from jointplay.analysis.guard_tolerances import clearances_squared
 from jointplay.analysis.orbits.orbit_events import BEGINS, KIND, PLACE, approach_speeds
 from jointplay.analysis.quantities import WORK
 from jointplay.analysis.tangents import TIGHT, Bundle
-from jointplay.analysis.trajectory import Request, follow
-from jointplay.codegen import cache
-from jointplay.equations.structure import powers
-from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Event, Mode
+from jointplay.solver.codegen import cache
+from jointplay.solver.equations.structure import powers
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Event, Mode
+from jointplay.solver.motion.guard_tolerances import clearances_squared
+from jointplay.solver.motion.trajectory import Request, follow
 
 ENERGIES = ("kinetic_energy", "potential_energy")
 LOOSER = 0.1  # tolerance of the tangents' iteration, in those of a step
@@ -207,7 +207,7 @@ def _exchangeable(model: Model, events: np.ndarray) -> np.ndarray:
     Two of these have one saltation matrix in either order: that of both is I plus both jumps of the rate, as
     a gap does not depend on speeds, and no force on what another contact does unless something sticks.
     """
-    from jointplay.numerics.modes import PULLS
+    from jointplay.solver.method.modes import PULLS
 
     if not model.links:
         return np.zeros(len(events), dtype=bool)

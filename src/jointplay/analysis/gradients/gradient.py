@@ -2,11 +2,12 @@
 
 Lengths, masses, clearances, stiffness, friction, the motor's line and the start enter the equations, and
 with them forces, works and states: their derivatives are carried along with the motion, and jump at its
-events (numerics.tangent, numerics.saltation). Nothing is a difference of two motions. Reference: Hiskens and
-Pai, IEEE Trans. Circuits Syst. I 47 (2000) 204-220. Validity: of one motion from its start, or of a periodic
-orbit; in chaos derivatives grow without bound, as neighbours part. There is none where the motion grazes a
-guard, nor where events of two contacts come at one instant, nor of a start at rest on a wall off which
-neighbours start: `derivative_status` says so. Of an orbit's multipliers: gradients.multipliers.
+events (method.tangents.tangent, method.tangents.saltation). Nothing is a difference of two motions.
+Reference: Hiskens and Pai, IEEE Trans. Circuits Syst. I 47 (2000) 204-220. Validity: of one motion from its
+start, or of a periodic orbit; in chaos derivatives grow without bound, as neighbours part. There is none
+where the motion grazes a guard, nor where events of two contacts come at one instant, nor of a start at rest
+on a wall off which neighbours start: `derivative_status` says so. Of an orbit's multipliers:
+gradients.multipliers.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ from jointplay.analysis.gradients.gradient_dataset import VERDICTS, WHY
 from jointplay.analysis.gradients.wanted import value_of
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, outcome
-from jointplay.analysis.looks import part
 from jointplay.analysis.orbits.orbit_request import section_fits, start_fits
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
 from jointplay.analysis.orbits.section_map import SectionMap, section_map
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.starts import free_states, moved, placed, state_names
 from jointplay.analysis.vary import changed
-from jointplay.errors import NOTHING, InputError, Problem, refuse, warn
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Count, Flag, Natural
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
-from jointplay.numerics.codes import Status
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse, warn
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Count, Flag, Natural
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Plane, TestSystem
+from jointplay.solver.method.codes import Status
+from jointplay.solver.motion.looks import part
 
 if TYPE_CHECKING:
     import xarray as xr

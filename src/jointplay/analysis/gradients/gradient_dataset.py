@@ -8,7 +8,7 @@ import numpy as np
 
 from jointplay.analysis.gradients import wanted
 from jointplay.analysis.labels import labelled, number
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 WHY = {  # there is no derivative, or hardly one
     "ok": "",

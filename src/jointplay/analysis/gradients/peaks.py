@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from jointplay.analysis.gradients.at_points import values
-from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion.trajectory import Records, Request, follow
 
 SAMPLES, CLOSER, ROUNDS = 4096, 33, 2  # of a turn; about the largest; how often
 DEGREE, SHARPER, LEAST = 6, 1e-2, 1e-13  # of the polynomial; tolerance of its run in that of the motion's

@@ -9,9 +9,9 @@ from jointplay.analysis.gradients.multipliers import MULTIPLIERS
 from jointplay.analysis.orbits.orbit_request import present
 from jointplay.analysis.quantities import BALANCE, WORDS, WORK
 from jointplay.analysis.vary import NUMBERS, axes, units_of
-from jointplay.errors import NOTHING, InputError, Problem, unknown
-from jointplay.mechanism.base import is_number
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.solver.mechanism.base import is_number
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 INITIAL, TOGETHER = "initial.", "+"
 POINTS = ("end", "largest", "smallest")
@@ -51,7 +51,7 @@ def quantity(name: str) -> Quantity:
 def known_quantities(mechanism: Mechanism | TestSystem, orbit: bool = False) -> list[str]:
     """Names of all quantities of a mechanism, of a periodic orbit those of its multipliers too."""
     from jointplay.analysis.starts import crank_place, state_names
-    from jointplay.mechanism.assemble import assemble
+    from jointplay.solver.mechanism.assemble import assemble
 
     model = assemble(mechanism)
     states = state_names(model)
@@ -88,7 +88,7 @@ def _works(mechanism: Mechanism) -> dict[str, bool]:
 
 
 def _rigid(joint) -> bool:
-    from jointplay.equations.laws import LAWS
+    from jointplay.solver.equations.laws import LAWS
 
     return LAWS[joint.contact.law].rigid
 

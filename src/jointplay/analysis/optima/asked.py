@@ -10,8 +10,8 @@ from jointplay.analysis.coexisting.region import Region
 from jointplay.analysis.gradients import wanted
 from jointplay.analysis.rules import turns_alike
 from jointplay.analysis.vary import axes
-from jointplay.errors import InputError, Problem
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import InputError, Problem
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 FORCE = "normal_force:"
 

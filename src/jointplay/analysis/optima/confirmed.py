@@ -14,8 +14,8 @@ from jointplay.analysis.labels import number
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.quantities import WORDS
 from jointplay.analysis.simulate import simulate
-from jointplay.errors import ModelWarning
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import ModelWarning
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -30,7 +30,7 @@ from jointplay.analysis.optima.descent import descended
 from jointplay.analysis.optima.opening import STAGES, opened
 from jointplay.analysis.optima.trials import Aim, Trial, Trials
 from jointplay.analysis.orbits.orbit_request import start_fits
-from jointplay.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.solver.mechanism.base import Count, Flag, Natural, Number, unit
 
 if TYPE_CHECKING:
     import xarray as xr

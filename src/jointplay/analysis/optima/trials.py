@@ -17,11 +17,11 @@ import numpy as np
 
 from jointplay.analysis.gradients.gradient import gradient
 from jointplay.analysis.gradients.gradient_dataset import VERDICTS
-from jointplay.analysis.looks import look
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.vary import changed
-from jointplay.errors import InputError, ModelWarning
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import InputError, ModelWarning
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.motion.looks import look
 
 INVALID = STATUS.index("not_converged")
 

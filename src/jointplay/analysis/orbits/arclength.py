@@ -22,7 +22,7 @@ import numpy as np
 from jointplay.analysis.gradients.directions import Directions
 from jointplay.analysis.orbits.family import Family, Point, Trial
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 CORRECTIONS = 8  # at most
 PATIENCE = 3  # corrections after which the residual must shrink

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.orbits.arclength import solve
 from jointplay.analysis.orbits.beside import SMALL, alike, apart, half_shift, image_beyond, outside, shifted
 from jointplay.analysis.orbits.branch_points import Special, between
@@ -22,6 +21,7 @@ from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import changed_event, same_events
 from jointplay.analysis.orbits.orbit_search import shift_from_events
 from jointplay.analysis.orbits.section_image import Image
+from jointplay.solver.motion.looks import Late, Stopped
 
 WHY = {  # a branch, or a curve, ends
     "range": "end of the range",

@@ -21,7 +21,7 @@ from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.vary import Axis
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
 
 DIMS = ("branch", "point")
 JUMP = 10.0  # least distance of neighbours on the section asked for, over their step, after a jump at a wall

@@ -25,7 +25,7 @@ from jointplay.analysis.orbits import orbit_events
 from jointplay.analysis.orbits.family import Family, Point
 from jointplay.analysis.orbits.orbit_events import same_events
 from jointplay.analysis.orbits.shooting import Orbit
-from jointplay.errors import InputError
+from jointplay.display.errors import InputError
 
 STEPS = (3e-5, 3e-7)  # h; the second where an event is nearer than the first
 JUMP = 1e-4  # of a value: a difference on one side alone that is larger is a jump, as of an angle by a turn

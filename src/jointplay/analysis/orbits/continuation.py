@@ -21,7 +21,6 @@ import numpy as np
 from jointplay.analysis.evaluate import dataset
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Small, Start, Text, analysis
 from jointplay.analysis.labels import outcome
-from jointplay.analysis.looks import Late, Stopped
 from jointplay.analysis.orbits import branch_dataset
 from jointplay.analysis.orbits.arclength import first
 from jointplay.analysis.orbits.branch import Branch, Tracer
@@ -35,10 +34,11 @@ from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE, Orbit
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
-from jointplay.analysis.trajectory import INTERRUPTED
 from jointplay.analysis.vary import axes, changed
-from jointplay.mechanism.base import Count, Flag, Natural, Number, unit
-from jointplay.mechanism.records import Mechanism, Section
+from jointplay.solver.mechanism.base import Count, Flag, Natural, Number, unit
+from jointplay.solver.mechanism.records import Mechanism, Section
+from jointplay.solver.motion.looks import Late, Stopped
+from jointplay.solver.motion.trajectory import INTERRUPTED
 
 if TYPE_CHECKING:
     import xarray as xr

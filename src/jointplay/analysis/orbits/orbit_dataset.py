@@ -15,8 +15,8 @@ from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.orbits.shooting import Orbit
 from jointplay.analysis.quantities import EVENTS
 from jointplay.analysis.starts import state_names
-from jointplay.codegen import cache
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import cache
+from jointplay.solver.mechanism.model import Model
 
 SAMPLES = 720  # a turn, for histories and closest approaches
 PARTS = ("real", "imaginary")

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from jointplay.analysis.contacts import approach
-from jointplay.mechanism.model import Model
-from jointplay.numerics.codes import Event
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Event
 
 OF_GAPS = (Event.IMPACT, Event.CONTACT, Event.SEPARATION, Event.REOPENING)  # causes before effects
 BEGINS = (Event.CONTACT, Event.IMPACT)

@@ -12,11 +12,11 @@ from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rules import assembled_at, each_alike, turns_alike
 from jointplay.analysis.starts import placed, state_names
 from jointplay.analysis.vary import axes
-from jointplay.errors import NOTHING, InputError, Problem, refuse, unknown
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Number, accepts, is_number, unit
-from jointplay.mechanism.paths import is_path, part_at
-from jointplay.mechanism.records import MAIN_JOINT, CrankAngle, Mechanism, Plane, TestSystem
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse, unknown
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Number, accepts, is_number, unit
+from jointplay.solver.mechanism.paths import is_path, part_at
+from jointplay.solver.mechanism.records import MAIN_JOINT, CrankAngle, Mechanism, Plane, TestSystem
 
 Tolerance = Annotated[Small, unit("tolerance of the residual", "1")]
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 from jointplay.analysis.evaluate import Quantities, dataset
 from jointplay.analysis.keywords import Moving, Names, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import labelled, outcome
-from jointplay.analysis.looks import part
 from jointplay.analysis.orbits import orbit_dataset
 from jointplay.analysis.orbits.orbit_request import ORBIT, Tolerance
 from jointplay.analysis.orbits.orbit_search import Search, at_phase, search
@@ -24,8 +23,9 @@ from jointplay.analysis.orbits.shooting import ITERATIONS, TOLERANCE
 from jointplay.analysis.quantities import recorded
 from jointplay.analysis.rates import needed
 from jointplay.analysis.starts import placed
-from jointplay.mechanism.base import Count, Natural
-from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.base import Count, Natural
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.motion.looks import part
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -2,8 +2,8 @@
 
 A linkage is cut at an angle of its crank, whose time of passage differs between neighbours; a forced system
 at a phase of its forcing; any other system by a level of one of its states. With the flow's derivative M
-over the turn's own time (through every event by its saltation matrix, numerics.tangent), the rate F of the
-state at the end and the coordinate c that is fixed on the section,
+over the turn's own time (through every event by its saltation matrix, method.tangents.tangent), the rate F of
+the state at the end and the coordinate c that is fixed on the section,
 
     P = (I - F e_c^T / F_c) M,   its row and column c left out;
 
@@ -34,10 +34,10 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rates import resolved
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.analysis.trajectory import Request
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import Plane, Section
-from jointplay.numerics.codes import Row
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import Plane, Section
+from jointplay.solver.method.codes import Row
+from jointplay.solver.motion.trajectory import Request
 
 LONGEST = 400  # nominal periods in which a system that nothing drives must come back to a plane
 AT_REST = 1e-6  # of a state's scale: an equilibrium moves less in a return, at its rate of passage
@@ -261,7 +261,7 @@ class SectionMap:
         The start is the section's: that of the directions is of no account. `until`: a time before the end
         at which the run stops, to go on by `Bundle.advance`.
         """
-        from jointplay.numerics.memory import LOGGED
+        from jointplay.solver.method.memory import LOGGED
 
         model, driven = replace(self.model, state=state), directions
         if directions is not None:

@@ -12,14 +12,14 @@ import numpy as np
 
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantity, Rtol, Share, Start, analysis
 from jointplay.analysis.labels import coded, described
-from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import zero_one
 from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate
-from jointplay.mechanism.base import Count, Natural
-from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.base import Count, Natural
+from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.motion.looks import part
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,15 +13,15 @@ from pydantic import AfterValidator
 
 from jointplay.analysis.keywords import Before, Moving, Progress, Quantities, Rtol, Share, Start, analysis
 from jointplay.analysis.labels import described
-from jointplay.analysis.looks import part
 from jointplay.analysis.poincare import ONCE_A_TURN, poincare
 from jointplay.analysis.rules import section_fits, start_fits
 from jointplay.analysis.signals import correlation_sum
 from jointplay.analysis.signals.observable import MOVED, ended, observable, series
-from jointplay.errors import refuse
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Natural, accepts
-from jointplay.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.display.errors import refuse
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Natural, accepts
+from jointplay.solver.mechanism.records import Mechanism, Section, TestSystem
+from jointplay.solver.motion.looks import part
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from jointplay.analysis.quantities import COUNTERS, WORDS, recorded
-from jointplay.errors import InputError, Problem, unknown
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
 
 if TYPE_CHECKING:
     import xarray as xr

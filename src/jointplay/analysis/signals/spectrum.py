@@ -37,12 +37,12 @@ from jointplay.analysis.keywords import (
     analysis,
 )
 from jointplay.analysis.labels import described, labelled
-from jointplay.analysis.looks import part
 from jointplay.analysis.signals.observable import MOVED, chosen, ended, series, squared
 from jointplay.analysis.simulate import simulate
-from jointplay.errors import refuse
-from jointplay.mechanism.base import Natural, accepts
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import refuse
+from jointplay.solver.mechanism.base import Natural, accepts
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.motion.looks import part
 
 if TYPE_CHECKING:
     import xarray as xr

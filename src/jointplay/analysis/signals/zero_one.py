@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from jointplay.analysis.looks import seen
+from jointplay.solver.motion.looks import seen
 
 LIMITS = (math.pi / 5, 4 * math.pi / 5)  # of the frequencies
 SHARE = 10  # displacements are followed over a tenth of the series

@@ -19,7 +19,6 @@ from pydantic import Field
 
 from jointplay.analysis import rules
 from jointplay.analysis.cells import Steps, divided, handed_out, warm
-from jointplay.analysis.ensemble_runs import ensemble_fits, in_lanes
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Start, analysis
 from jointplay.analysis.labels import coded, outcome
 from jointplay.analysis.period import REPEATS
@@ -31,8 +30,9 @@ from jointplay.analysis.states.saddles import without_saddles
 from jointplay.analysis.states.start_plane import Starts, axis_values, grid
 from jointplay.analysis.sweeps import quarters
 from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing
-from jointplay.analysis.ways import WAYS
-from jointplay.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.mechanism.base import Count, Flag, Natural, Positive, unit
+from jointplay.solver.motion.ensemble_runs import ensemble_fits, in_lanes
+from jointplay.solver.motion.ways import WAYS
 
 TURNS, TRANSIENT, PATIENCE = 64, 100, 4
 TOLERANCE = 1e-3

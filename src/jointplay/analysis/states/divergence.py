@@ -32,9 +32,9 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.start_plane import beyond_a_wall, section_of
 from jointplay.analysis.tangents import scales
-from jointplay.analysis.trajectory import INTERRUPTED, Request, follow
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion.trajectory import INTERRUPTED, Request, follow
 
 ALIGN = 2  # turns in which differences find the direction that grows most
 MARGIN = math.log(30)  # distance from the level of saturation at which a curve counts as exponential

@@ -16,17 +16,17 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis import rules
-from jointplay.analysis.ensemble_runs import follow_ensemble
 from jointplay.analysis.exponents.growth import STATE
 from jointplay.analysis.period import period
 from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place, state_names
 from jointplay.analysis.states.journal_position import Journals
 from jointplay.analysis.states.start_plane import Starts
-from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.analysis.ways import both
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import CrankAngle
+from jointplay.solver.motion.ensemble_runs import follow_ensemble
+from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.ways import both
 
 STRICTER = 10  # tolerance at which ends are matched over that at which a period is found
 POINTS = 128  # kept of an end without a period, over all tries; more only where more turns are observed

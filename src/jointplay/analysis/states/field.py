@@ -30,8 +30,8 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states.start_plane import Starts, grid, with_crashed
 from jointplay.analysis.tangents import Bundle, scales
-from jointplay.analysis.trajectory import Request
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.motion.trajectory import Request
 
 BLOCK = 64  # nodes a cell
 BAD = STATUS.index("bad_parameters")

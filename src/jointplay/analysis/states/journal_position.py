@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from jointplay.codegen import cache, outputs
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.mechanism.model import Model
 
 ITERATIONS = 30
 STEP = 1e-30  # of the imaginary part, rad or m

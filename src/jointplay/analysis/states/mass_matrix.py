@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from jointplay.codegen import cache, outputs
-from jointplay.mechanism.model import Model
+from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.mechanism.model import Model
 
 
 def evaluated(model: Model, states: np.ndarray, keys: Sequence[str]) -> dict[str, np.ndarray]:

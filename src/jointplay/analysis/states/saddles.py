@@ -12,7 +12,7 @@ from jointplay.analysis.orbits.section_map import SectionMap
 from jointplay.analysis.starts import crank_place
 from jointplay.analysis.states.ends import Observation
 from jointplay.analysis.states.matching import Attractors
-from jointplay.mechanism.model import Model
+from jointplay.solver.mechanism.model import Model
 
 BEYOND = 1e-3  # of 1: a multiplier that differs less may be on the unit circle
 

@@ -14,13 +14,13 @@ from jointplay.analysis.cells import Steps, divided
 from jointplay.analysis.exponents.growth import unresolved
 from jointplay.analysis.keywords import JointName, Moving, Plane, Progress, Rtol, Small, Start, analysis
 from jointplay.analysis.labels import outcome
-from jointplay.analysis.looks import part
 from jointplay.analysis.states.divergence import Divergence
 from jointplay.analysis.states.field import field
 from jointplay.analysis.states.start_plane import Starts, axis_values, plane_fits, plane_status
-from jointplay.errors import Problem
-from jointplay.mechanism.base import Count, Natural, accepts
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.display.errors import Problem
+from jointplay.solver.mechanism.base import Count, Natural, accepts
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.motion.looks import part
 
 NEIGHBOURS = 20
 DISTANCE = 1e-9

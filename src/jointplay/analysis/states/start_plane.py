@@ -22,11 +22,11 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.rules import quantity
 from jointplay.analysis.starts import free_states, state_names
 from jointplay.analysis.states.journal_position import Journals
-from jointplay.codegen import cache, outputs
-from jointplay.errors import NOTHING, InputError, Problem, unknown
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import ConstantSpeed, CrankAngle, Mechanism, TestSystem
+from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.solver.codegen import cache, outputs
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import ConstantSpeed, CrankAngle, Mechanism, TestSystem
 
 CRANK = {"crank_angle": ("rad", "crank angle"), "crank_speed": ("rad s-1", "crank speed")}
 JOURNAL = {

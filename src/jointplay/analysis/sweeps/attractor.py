@@ -18,7 +18,6 @@ import numpy as np
 
 from jointplay.analysis import contacts, rates, rules
 from jointplay.analysis.cells import guarded
-from jointplay.analysis.company import side_by_side
 from jointplay.analysis.evaluate import Quantities
 from jointplay.analysis.exponents.frame_growth import Stretch, followed_together, grown
 from jointplay.analysis.period import REPEATS, period
@@ -26,10 +25,11 @@ from jointplay.analysis.quantities import STATUS
 from jointplay.analysis.starts import End, crank_place, moved, placed, state_names
 from jointplay.analysis.sweeps.points import LABELLED
 from jointplay.analysis.tangents import scales
-from jointplay.analysis.trajectory import Records, Request, follow
-from jointplay.analysis.ways import both
-from jointplay.mechanism.model import Model
-from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.motion.company import side_by_side
+from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.ways import both
 
 RTOL = 1e-7  # periodic section points then lie within 1e-5 of a clearance; a fifth faster than 1e-8
 TOLERANCE = 1e-4  # of a clearance, or of a test system's unit: spread of section points that count as one

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BeforeValidator
 
 from jointplay.analysis.cells import Read, Steps, divided
-from jointplay.analysis.ensemble_runs import ensemble_fits
 from jointplay.analysis.exponents import section_exponents
 from jointplay.analysis.keywords import (
     Moving,
@@ -40,10 +39,11 @@ from jointplay.analysis.sweeps.attractor import RTOL, Plan
 from jointplay.analysis.sweeps.chains import DIRECTIONS, Sweep, numbered
 from jointplay.analysis.sweeps.refine import adaptive, refine_fits
 from jointplay.analysis.vary import at_largest, axes, checked_axes, largest
-from jointplay.errors import InputError, Problem
-from jointplay.mechanism.assemble import assemble
-from jointplay.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
-from jointplay.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.display.errors import InputError, Problem
+from jointplay.solver.mechanism.assemble import assemble
+from jointplay.solver.mechanism.base import Count, Flag, Natural, NonNegative, Positive, accepts, unit
+from jointplay.solver.mechanism.records import CrankAngle, Mechanism, Section, TestSystem
+from jointplay.solver.motion.ensemble_runs import ensemble_fits
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.cells import Work, guarded
-from jointplay.analysis.ensemble_runs import FEWEST, in_lanes
 from jointplay.analysis.starts import End, same_states
 from jointplay.analysis.sweeps.attractor import Plan, settle, settle_together
 from jointplay.analysis.sweeps.points import labelled
 from jointplay.analysis.vary import Axis, changed, largest
 from jointplay.jobs.job import Entry, Kept, Notes, key_of
-from jointplay.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.motion.ensemble_runs import FEWEST, in_lanes
 
 DIRECTIONS = ("up", "down", "reset")
 BLOCK, TOGETHER = 8, 32  # points of a reset sweep in one cell, one by one or as an ensemble

@@ -18,11 +18,11 @@ from jointplay.analysis.cells import Read
 from jointplay.analysis.evaluate import on_joints
 from jointplay.analysis.labels import coded
 from jointplay.analysis.sweeps.survey import Survey
-from jointplay.errors import NOTHING, InputError, Problem
+from jointplay.display.errors import NOTHING, InputError, Problem
 from jointplay.jobs.columns import Field, Form, Plain, shared, thawed
 from jointplay.jobs.journal import refuse_lost
-from jointplay.mechanism.base import accepts, is_number
-from jointplay.mechanism.signature import checked
+from jointplay.solver.mechanism.base import accepts, is_number
+from jointplay.solver.mechanism.signature import checked
 
 Parts = tuple[tuple[str, ...], np.ndarray, dict[str, Any]]
 OWN = "cell_"

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from jointplay.analysis.labels import flags
-from jointplay.analysis.ways import WAYS
 from jointplay.jobs.columns import Plain, shared
 from jointplay.jobs.job import Entry
+from jointplay.solver.motion.ways import WAYS
 
 NOT_KNOWN = -1  # of whole numbers, as a period
 LABELLED = {"link": "link", "joint": "joint with clearance", "pin": "ideal joint", "guide": "prismatic joint"}

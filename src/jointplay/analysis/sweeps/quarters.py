@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from jointplay.analysis.looks import part
+from jointplay.solver.motion.looks import part
 
 Point = tuple[int, ...]
 Look = TypeVar("Look")

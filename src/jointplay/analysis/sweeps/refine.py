@@ -19,7 +19,7 @@ import numpy as np
 from jointplay.analysis.cells import Read, Work
 from jointplay.analysis.sweeps.chains import BLOCK, TOGETHER, Chain, Sweep
 from jointplay.analysis.sweeps.quarters import Point, in_rounds, standing, told
-from jointplay.errors import Problem
+from jointplay.display.errors import Problem
 from jointplay.jobs.job import Entry
 
 ERRORS = 3.0  # standard errors beyond which exponents differ

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.errors import NOTHING, InputError, Problem, unknown
+from jointplay.display.errors import NOTHING, InputError, Problem, unknown
 from jointplay.figures.drawing import select
 from jointplay.kinds import KINDS, Shown
 

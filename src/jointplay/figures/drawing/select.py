@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.display import codes
-from jointplay.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, unknown
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset

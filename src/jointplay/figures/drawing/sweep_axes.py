@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.display.errors import Problem, unknown
 from jointplay.display.units import Shown
-from jointplay.errors import Problem, unknown
 from jointplay.figures.drawing import artists, select, style
 
 if TYPE_CHECKING:

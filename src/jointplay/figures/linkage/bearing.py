@@ -9,7 +9,7 @@ import numpy as np
 from jointplay.display.units import measure
 from jointplay.figures.drawing import artists, style
 from jointplay.figures.linkage import symbols
-from jointplay.mechanism.joints import Joint
+from jointplay.solver.mechanism.parts.joints import Joint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING
 
 from jointplay.figures.linkage import bearing, guide
-from jointplay.mechanism.joints import Joint
+from jointplay.solver.mechanism.parts.joints import Joint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

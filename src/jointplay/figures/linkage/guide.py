@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from jointplay.display.units import measure
-from jointplay.equations.structure import CORNERS
 from jointplay.figures.drawing import style
 from jointplay.figures.linkage import symbols
-from jointplay.mechanism.joints import Joint
+from jointplay.solver.equations.structure import CORNERS
+from jointplay.solver.mechanism.parts.joints import Joint
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

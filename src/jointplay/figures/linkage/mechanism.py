@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from jointplay.display.errors import NOTHING, Problem
 from jointplay.display.units import shown
-from jointplay.errors import NOTHING, Problem
 from jointplay.figures.drawing import lent, select, style
 from jointplay.figures.linkage import enlarged
 from jointplay.figures.linkage.sketch import Sketch, gravity
 from jointplay.figures.registry import picture
-from jointplay.mechanism.pose import Pose, start_pose
-from jointplay.mechanism.records import Mechanism
+from jointplay.solver.mechanism.loops.pose import Pose, start_pose
+from jointplay.solver.mechanism.records import Mechanism
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -14,11 +14,11 @@ from jointplay.figures.linkage import symbols
 from jointplay.figures.linkage.guide import OUTLINE, SIDES
 from jointplay.figures.linkage.names import Names
 from jointplay.figures.linkage.symbols import Artists
-from jointplay.mechanism.base import GROUND
-from jointplay.mechanism.joints import Joint, Pin
-from jointplay.mechanism.loads import Force, Torque
-from jointplay.mechanism.pose import Pose
-from jointplay.mechanism.records import Mechanism
+from jointplay.solver.mechanism.base import GROUND
+from jointplay.solver.mechanism.loops.pose import Pose
+from jointplay.solver.mechanism.parts.joints import Joint, Pin
+from jointplay.solver.mechanism.parts.loads import Force, Torque
+from jointplay.solver.mechanism.records import Mechanism
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from jointplay.equations.structure import CORNERS
 from jointplay.figures.drawing import artists, select, style, timebase, window_panels
 from jointplay.figures.registry import picture
+from jointplay.solver.equations.structure import CORNERS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from jointplay.display.errors import Problem
 from jointplay.display.number_text import plain, with_error
-from jointplay.errors import Problem
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.display import codes
+from jointplay.display.errors import Problem
 from jointplay.display.units import shown
-from jointplay.errors import Problem
 from jointplay.figures.drawing import artists, select, style
 from jointplay.figures.registry import picture
 

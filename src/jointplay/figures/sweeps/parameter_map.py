@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from jointplay.errors import InputError, Problem, unknown
+from jointplay.display.errors import InputError, Problem, unknown
 from jointplay.figures.drawing import artists, select, style, sweep_axes
 from jointplay.figures.registry import picture
 

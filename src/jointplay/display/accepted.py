@@ -1,0 +1,244 @@
+"""Errors of pydantic in plain English: what would be accepted is read from the model's fields.
+
+Nouns and units come from a field's description and its `units`; limits from its constraints.
+"""
+
+from __future__ import annotations
+
+import math
+import numbers
+import types
+import typing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from jointplay.display.errors import NOTHING, SHOWN, InputError, Problem, join, unknown
+
+_UNKNOWN_KEY = ("extra_forbidden", "unexpected_keyword_argument")
+_BOUNDS = {"gt": "greater than", "ge": "of at least", "lt": "less than", "le": "at most"}
+
+
+def from_pydantic(error: Any, model: Any = None, root: str = "") -> InputError:
+    """Turn a pydantic ``ValidationError`` into an `InputError`.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        As pydantic raised it.
+    model : type, optional
+        The model that was validated: gives the known keys, and nouns and units of its fields.
+    root : str, optional
+        Put before every key, as ``mechanism`` in ``mechanism.links[0].mass``.
+    """
+    details = error.errors(include_url=False)
+    nested = (detail.get("ctx", {}).get("error") for detail in details)
+    more = max(0, len(details) - SHOWN) + sum(getattr(error, "more", 0) for error in nested)
+    problems = (problem for detail in details[:SHOWN] for problem in _problems(detail, model, root))
+    return InputError(problems, root, more)
+
+
+@dataclass(frozen=True)
+class Refused:
+    """Stands for a value found wrong before pydantic looked: no field takes it, and `error` says why."""
+
+    error: InputError
+
+
+def units_of(field: Any) -> str | None:
+    """Units that a model's field declares; None where it holds no quantity."""
+    return _Spot(field.annotation, field)._description.get("units")
+
+
+def above_zero(field: Any) -> bool:
+    """Whether a model's field takes numbers greater than 0 alone."""
+    return (_bounds(field.metadata) | _bounds([field.annotation])).get("gt") == 0
+
+
+def _problems(detail: Mapping[str, Any], model: Any, root: str) -> list[Problem]:
+    """Turn one of pydantic's error details into problems with keys under a root."""
+    spot = _Spot(model)
+    kind, given, context = detail["type"], detail["input"], detail.get("ctx", {})
+    *parents, last = detail["loc"] or (None,)
+    if kind in _UNKNOWN_KEY:
+        key, spot = _walk(parents, spot, root)
+        return [unknown(join(key, str(last)), given, last, spot.keys())]
+    key, spot = _walk(detail["loc"], spot, root)
+    if isinstance(given, Refused):
+        return given.error.under(key).problems
+    if isinstance(context.get("error"), InputError):
+        return context["error"].under(key).problems
+    if kind == "union_tag_invalid" or (kind == "union_tag_not_found" and isinstance(given, Mapping)):
+        return [_wrong_kind(key, spot, given, context)]
+    if kind.startswith("missing"):
+        return [Problem(key, NOTHING, spot.accepted() or "a value is needed here")]
+    if kind == "value_error":
+        return [Problem(key, given, str(context["error"]))]
+    return [Problem(key, given, spot.accepted(given) or detail["msg"])]
+
+
+def _wrong_kind(key: str, spot: _Spot, given: Any, context: Mapping[str, Any]) -> Problem:
+    field = context["discriminator"].strip("'")
+    if "()" in field:  # told apart by a function, not by a key
+        return Problem(key, given, f"one of {context.get('expected_tags', 'the listed forms')} is accepted")
+    word = given.get(field, NOTHING) if isinstance(given, Mapping) else context.get("tag", NOTHING)
+    tags = [tag.strip(" '") for tag in context.get("expected_tags", "").split(",") if tag]
+    if not tags:
+        known = list(dict.fromkeys(spot.kinds()))
+        forms = f": one of {', '.join(map(repr, known))}" if known else ""
+        return Problem(
+            join(key, field), NOTHING, f"a {field} is needed here, to say which form this is{forms}"
+        )
+    return unknown(join(key, field), word, word, tags, field)
+
+
+def _walk(location: Iterable[Any], spot: _Spot, key: str) -> tuple[str, _Spot]:
+    """Follow a pydantic location from a model; leave out what only names a member of a union."""
+    for element in location:
+        spot, shown = spot.step(element)
+        if shown:
+            key = join(key, f"[{element}]" if isinstance(element, int) else str(element))
+    return key, spot
+
+
+@dataclass(frozen=True)
+class _Spot:
+    """Place in a model: the type expected there, the nearest field, the description of the list it is in."""
+
+    annotation: Any = None
+    field: Any = None
+    around: Mapping[str, Any] | None = None
+
+    def step(self, element: Any) -> tuple[_Spot, bool]:
+        members = _members(self.annotation)
+        if isinstance(element, int):
+            rows = [m for m in map(_bare, members) if typing.get_origin(m) in (tuple, list, Sequence)]
+            items = [typing.get_args(row)[0] for row in rows]
+            return self._inside(items[0] if items else None), True
+        if len(members) > 1:
+            tagged = [member for member in members if element in _tags(member)]
+            return _Spot(tagged[0] if tagged else None, self.field, self._description), False
+        member = _bare(members[0]) if members else None
+        if element in (fields := _fields(member)):
+            return _Spot(fields[element].annotation, fields[element]), True
+        values = typing.get_args(member)[1:] if typing.get_origin(member) in (dict, Mapping) else ()
+        return self._inside(values[0] if values else None), element != "[key]"
+
+    def _inside(self, annotation: Any) -> _Spot:
+        """Give the place of an item: a field's description holds for its items, unless they are records."""
+        records = any(_fields(_bare(member)) for member in _members(annotation))
+        return _Spot(annotation) if records else _Spot(annotation, self.field, self._description)
+
+    @property
+    def _description(self) -> dict[str, Any]:
+        """Noun, units and accepted values, as far as its field or its type gives them."""
+        description = dict(self.around or {})
+        for mark in (self.field, *_marks(self.annotation)):
+            extra = getattr(mark, "json_schema_extra", None)
+            if isinstance(extra, Mapping):
+                description |= extra | {"noun": mark.description or ""}
+        return description
+
+    def kinds(self) -> list[str]:
+        return [kind for member in _members(self.annotation) for kind in _kinds(_bare(member))]
+
+    def keys(self) -> list[str]:
+        return [name for member in _members(self.annotation) for name in _fields(_bare(member))]
+
+    def accepted(self, given: Any = NOTHING) -> str:
+        """Say what is accepted here; empty if the model does not determine it."""
+        extra = self._description
+        bare = [_bare(member) for member in _members(self.annotation)]
+        if "accepts" in extra:
+            return f"{extra['accepts']} is accepted"
+        if len(bare) == 1 and typing.get_origin(bare[0]) is typing.Literal:
+            values = ", ".join(map(repr, typing.get_args(bare[0])))
+            return f"one of {values} is accepted"
+        if bare == [bool]:
+            return "true or false is accepted"
+        if bare in ([float], [int]):
+            return self._number(bare[0], extra, given)
+        if bare == [str]:
+            return f"a {extra['noun']}, as text, is accepted" if extra.get("noun") else "text is accepted"
+        if len(bare) > 1:
+            kinds = self.kinds()
+            return f"a table of kind {' or '.join(map(repr, kinds))} is accepted" if kinds else ""
+        return f"a table of {', '.join(self.keys())} is accepted" if self.keys() else ""
+
+    def _number(self, kind: type, extra: Mapping[str, Any], given: Any) -> str:
+        plain = "whole number" if kind is int else "number"
+        noun = extra["noun"] if "units" in extra else plain
+        units = extra.get("units", "1")
+        bounds = _bounds(getattr(self.field, "metadata", ())) | _bounds([self.annotation])
+        limits = " and ".join(f"{_BOUNDS[name]} {value:g}" for name, value in bounds.items())
+        unit = "" if units == "1" else f" {units}" if limits else f" in {units}"
+        is_number = isinstance(given, numbers.Number) and not isinstance(given, bool)
+        form = "" if is_number or given is NOTHING or noun == plain else f", as a {plain},"
+        if isinstance(given, str) and units != "1" and kind is float:
+            form = f", as a number or a text with its unit such as '3 {units}',"
+        endless = is_number and not _finite(given) and not {"lt", "le"} & bounds.keys()
+        words = " ".join(["finite"] * (endless or not limits) + [noun] + [limits] * bool(limits))
+        return f"{_article(words)} {words}{unit}{form} is accepted"
+
+
+def _finite(given: Any) -> bool:
+    try:
+        return math.isfinite(given)
+    except (OverflowError, TypeError):  # beyond a float; complex
+        return False
+
+
+def _article(words: str) -> str:
+    return "an" if words[0].lower() in "aeiou" and not words.startswith("uni") else "a"
+
+
+def _bare(annotation: Any) -> Any:
+    while typing.get_origin(annotation) is typing.Annotated:
+        annotation = typing.get_args(annotation)[0]
+    return annotation
+
+
+def _members(annotation: Any) -> list[Any]:
+    """List the types that a union holds, without None; one type is a union of one."""
+    bare = _bare(annotation)
+    if typing.get_origin(bare) in (typing.Union, types.UnionType):
+        return [m for part in typing.get_args(bare) if part is not type(None) for m in _members(part)]
+    return [] if annotation is None else [annotation]
+
+
+def _fields(model: Any) -> Mapping[str, Any]:
+    return getattr(model, "model_fields", {})
+
+
+def _tags(member: Any) -> list[str]:
+    """List the names by which pydantic tells this member of a union from the others."""
+    marks = [mark.tag for mark in typing.get_args(member)[1:] if hasattr(mark, "tag")]
+    return [*marks, *_kinds(_bare(member)), getattr(_bare(member), "__name__", "")]
+
+
+def _kinds(model: Any) -> list[str]:
+    """List the values of the field `kind`, which tells the records of a family apart."""
+    field = _fields(model).get("kind")
+    return list(typing.get_args(_bare(field.annotation))) if field else []
+
+
+def _marks(annotation: Any) -> Iterator[Any]:
+    """Metadata in `Annotated` of a type, or of the members of a union."""
+    if typing.get_origin(annotation) is typing.Annotated:
+        yield from _marks(typing.get_args(annotation)[0])
+        yield from typing.get_args(annotation)[1:]
+    elif typing.get_origin(annotation) in (typing.Union, types.UnionType):
+        yield from (mark for member in typing.get_args(annotation) for mark in _marks(member))
+
+
+def _bounds(marks: Iterable[Any]) -> dict[str, float]:
+    """Collect limits from a field's metadata and from Annotated types inside it."""
+    bounds: dict[str, float] = {}
+    for mark in marks:
+        bounds |= {name: getattr(mark, name) for name in _BOUNDS if getattr(mark, name, None) is not None}
+        bounds |= _bounds(getattr(mark, "metadata", ()))
+        if typing.get_origin(mark) is typing.Annotated:
+            bounds |= _bounds(typing.get_args(mark)[1:])
+        if typing.get_origin(mark) in (typing.Union, types.UnionType):
+            bounds |= _bounds(typing.get_args(mark))
+    return bounds

@@ -1,7 +1,0 @@
-"""The flow where friction may excite vibrations (numerics.excited), compiled for such structures only."""
-
-from .flow import run
-from .interface import FUNCTIONS, INT, OPTIONS, TRAJECTORY, WORK, Signature
-
-flow = run
-UNIT = {"flow": Signature(INT, (FUNCTIONS, WORK, TRAJECTORY, OPTIONS, INT, None))}

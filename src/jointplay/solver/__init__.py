@@ -1,0 +1,1 @@
+"""The compact rigid and elastic solver: a mechanism in, a motion out."""

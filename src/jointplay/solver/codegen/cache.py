@@ -1,0 +1,217 @@
+"""Compiled code: the loops of the method, and modules generated for structures.
+
+Generated modules are named by the hash of their text, and found by the structure that they belong to without
+deriving its equations again.
+
+The method itself is compiled to object code (method.compiler) in a process of its own, beside what the one
+does that needs it, and loaded by every process alike, without numba.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+from functools import cache, lru_cache
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import IO
+
+from ..method.interface import Compiled, interpreted
+from . import generated, objects, place, prebuilt
+from .digest import digest as digest
+
+# this very package, and no path that leads to it: a folder on the path brings all that lies there
+CHILD = """
+import importlib, sys
+from importlib.util import module_from_spec, spec_from_file_location
+spec = spec_from_file_location("jointplay", sys.argv[1])
+sys.modules["jointplay"] = module_from_spec(spec)
+spec.loader.exec_module(sys.modules["jointplay"])
+importlib.import_module("jointplay.solver.codegen.cache").build(sys.argv[2])
+"""
+_compiling: dict[str, tuple[subprocess.Popen, IO[str]]] = {}
+_loops: dict[str, SimpleNamespace] = {}
+_lock = threading.Lock()
+
+
+def prepare(name: str) -> None:
+    """Begin to compile a loop of the method beside what this process does, if no process ever has."""
+    with _lock:
+        if not (interpreted() or name in _loops or name in _compiling) and _found(name) is None:
+            _start(name)
+
+
+def method(name: str) -> SimpleNamespace:
+    """The compiled functions of a loop of the method, which are those of its module's UNIT.
+
+    Parameters
+    ----------
+    name : str
+        Of a module of `jointplay.solver.method` that has a UNIT.
+    """
+    with _lock:
+        if name not in _loops:
+            _loops[name] = _loaded(name)
+        return _loops[name]
+
+
+def build(name: str) -> bytes:
+    """Compile a loop for this processor in this process, and keep it."""
+    from ..method.compiler import object_code
+
+    place.compiling(name)
+    kind = objects.target()
+    code = object_code(_module_of(name), kind.cpu, kind.features)
+    place.write(_file(name), code)
+    return code
+
+
+def _module_of(name: str) -> ModuleType:
+    return importlib.import_module(f"jointplay.solver.method.{name}")
+
+
+def _file(name: str) -> str:
+    return f"{name}.{objects.target().digest}.o"
+
+
+def _found(name: str) -> bytes | None:
+    """Object code of a loop that has been compiled before: ahead, or by an earlier process."""
+    return prebuilt.found(name) or place.read(_file(name))
+
+
+def _loaded(name: str) -> SimpleNamespace:
+    module = _module_of(name)
+    if interpreted():
+        return SimpleNamespace(**{each: getattr(module, each) for each in module.UNIT})
+    code = _found(name) if name not in _compiling else None
+    library = objects.Library(_compiled(name) if code is None else code)
+    functions = {
+        each: Compiled(library.address(each), signature, library) for each, signature in module.UNIT.items()
+    }
+    return SimpleNamespace(**functions)
+
+
+def _compiled(name: str) -> bytes:
+    """Object code of a loop, compiled in a process of its own, which may have begun; else in this one."""
+    if name not in _compiling:
+        _start(name)
+    if name in _compiling and _ended_well(*_compiling.pop(name)) and (code := _found(name)) is not None:
+        return code
+    place.say(f"{name} of the method is compiled in this process")
+    return build(name)
+
+
+def _start(name: str) -> None:
+    """Start a process that compiles a loop."""
+    place.compiling(name)
+    path = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))  # empty: the current folder
+    own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONSAFEPATH": "1", place.HANDED: str(place.folder())}
+    command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[1] / "__init__.py"), name]
+    said = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115 (closed when the process has ended)
+    try:
+        child = subprocess.Popen(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said)
+        _compiling[name] = child, said
+        threading.Thread(target=child.wait, daemon=True).start()  # else it stays when it has ended, defunct
+    except OSError as error:
+        place.say(f"no process to compile in can be started ({error})")
+
+
+def _ended_well(child: subprocess.Popen, said: IO[str]) -> bool:
+    """Wait for a process that compiles, and pass on its messages."""
+    try:
+        code = child.wait()
+    except BaseException:  # such as Ctrl-C
+        child.terminate()
+        raise
+    with said:
+        said.seek(0)
+        lines = said.read().splitlines()
+    for line in lines:
+        if line.startswith(place.PREFIX):
+            place.say(line.removeprefix(place.PREFIX))
+    if code:
+        place.say(f"a process that compiles failed, exit code {code}: {lines[-1] if lines else 'no word'}")
+    return code == 0
+
+
+def structure_module(structure) -> ModuleType:
+    """The compiled functions of a structure; equations are derived only if they never were."""
+    return _module(f"structure {_text(structure)}", lambda: _from_equations("module", structure))
+
+
+def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) -> ModuleType:
+    """The compiled derivatives of a structure, for those who follow tangents.
+
+    `directions`: names of the numbers that change along each (codegen.variation).
+    """
+    sizes = structure_module(structure).SIZES
+    given = sizes["first"], bool(sizes["planned"]), directions
+    key = f"variation {_text(structure)}" + f" {directions!r}" * bool(directions)
+    return _module(key, lambda: _from_equations("variation", structure, *given))
+
+
+def ensemble_module(structure) -> ModuleType:
+    """The compiled equations of a structure (that is `ensemble.known`) for eight trajectories at once."""
+    return _module(f"ensemble {_text(structure)}", lambda: _from_equations("ensemble.equations", structure))
+
+
+def ensemble_tangents(positions: int) -> ModuleType:
+    """The compiled code that carries a tangent beside each of eight trajectories of so many positions."""
+    return _module(f"ensemble tangents {positions}", lambda: _writer("ensemble.tangent").text(positions))
+
+
+def algebra_module(n_q: int, n: int) -> ModuleType:
+    """The compiled algebra of the method for n_q positions and n speeds."""
+    return _module(f"algebra {n_q} {n}", lambda: _writer("algebra").text(n_q, n))
+
+
+def ensemble_algebra(turning: tuple[float, ...], *sizes: int) -> ModuleType:
+    """The compiled algebra of the method for eight trajectories at once (codegen.lanes.algebra)."""
+    key = f"ensemble algebra {turning!r} {sizes!r}"
+    return _module(key, lambda: _writer("ensemble.algebra").text(turning, *sizes))
+
+
+def _writer(name: str) -> ModuleType:
+    """The module of this package that writes a text; loaded late, since most of them need SymPy."""
+    return importlib.import_module(f".{name}", __package__)
+
+
+def _from_equations(name: str, structure, *sizes: int, of: str = "text") -> str:
+    from ..equations.write import system
+
+    return getattr(_writer(name), of)(system(structure), *sizes)
+
+
+@lru_cache(maxsize=256)
+def _text(structure) -> str:
+    return repr(structure)
+
+
+@cache
+def _named(key: str) -> str | None:
+    """Name of the module that was written for a key."""
+    name = place.read(f"{_short(key)}.name")
+    return None if name is None else name.decode()
+
+
+def _module(key: str, text) -> ModuleType:
+    name = _named(key)
+    if name is None or place.read(f"{name}.py") is None:
+        place.compiling(key)
+        source = text()
+        name = f"k{_short(source)}"
+        place.write(f"{name}.py", source.encode())
+        place.write(f"{_short(key)}.name", name.encode())
+        _named.cache_clear()
+    module = generated.load(name, method)
+    place.settle()
+    return module
+
+
+def _short(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,0 +1,263 @@
+"""Where compiled code lies, and which folders and files are believed.
+
+What lies there is run: a folder is used only if it is this user's and nobody else can write there. Every file
+opens with a seal, the hash of its name and content. One that was cut, altered, swapped or put there by
+somebody else is not read any further: it is removed with a line, and whoever asked for it makes it anew.
+
+A file is complete and on the disk before its name shows. Waiting for the disk would lengthen a first run by
+some percent, so threads of their own do, one after the other; until then a file is read from memory.
+"""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import logging
+import os
+import shutil
+import stat
+import sys
+import tempfile
+from contextlib import suppress
+from functools import cache, lru_cache
+from pathlib import Path
+from threading import Lock, Thread
+
+from jointplay.display.errors import InputError, Problem
+
+from .digest import digest
+
+HANDED = "JOINTPLAY_KERNELS"  # a folder for the processes that this one starts
+PREFIX = "kernel cache: "
+TEMPORARY = "jointplay-kernels-"  # how folders of one run are named, before the number of its process
+_user = getattr(os, "geteuid", lambda: 0)
+_pending: dict[str, bytes] = {}
+_last = Thread()  # the last of the threads that write
+_lock = Lock()
+
+
+class UnsoundError(Exception):
+    """A file is not what was written; the text says why."""
+
+
+@cache
+def compiling(what: str) -> None:
+    """Log that something is compiled which later runs only load; of each thing once."""
+    logging.getLogger("jointplay").info("compiling, once: later runs take seconds")
+
+
+@cache
+def say(line: str) -> None:
+    """Tell the user of the kernel cache, on stderr; the same only once."""
+    if sys.stderr is not None:
+        sys.stderr.write(f"{PREFIX}{line}\n")
+
+
+def root() -> Path:
+    """The folder of all digests: $JOINTPLAY_CACHE, else below $NUMBA_CACHE_DIR or the user's cache folder.
+
+    Raises
+    ------
+    InputError
+        When $JOINTPLAY_CACHE is empty.
+    OSError
+        When there is no home folder.
+    """
+    if (named := os.environ.get("JOINTPLAY_CACHE")) is not None:
+        if not named:
+            raise InputError([Problem("JOINTPLAY_CACHE", named, "a folder is accepted; unset: the default")])
+        return Path(named).absolute()
+    if above := os.environ.get("NUMBA_CACHE_DIR") or os.environ.get("XDG_CACHE_HOME"):
+        return Path(above).absolute() / "jointplay"
+    try:
+        return Path.home() / ".cache" / "jointplay"
+    except RuntimeError as error:
+        raise OSError(str(error)) from None
+
+
+@lru_cache(maxsize=1)
+def folder() -> Path:
+    """The folder of this digest, of this user alone; a temporary one, and a line, where it cannot be had."""
+    handed = Path(os.environ.get(HANDED, ""))
+    if handed.name == digest() and handed.is_dir() and not fault(handed):
+        return handed
+    try:
+        return _below(root())
+    except OSError as error:
+        return _temporary(error)
+
+
+def _below(top: Path) -> Path:
+    """Make the folder of this digest; raise OSError where others could change it, or it cannot be written."""
+    top.mkdir(0o700, parents=True, exist_ok=True)
+    if "JOINTPLAY_CACHE" not in os.environ and top.stat().st_uid == _user():
+        top.chmod(0o700)  # named by us; earlier versions left its mode to chance
+    if wrong := fault(top.resolve(), shared=True):
+        raise PermissionError(f"{top} {wrong}")
+    place = top / digest()
+    if os.path.lexists(place) and (wrong := fault(place) or ("" if place.is_dir() else "is no folder")):
+        discard(place, wrong)
+    place.mkdir(0o700, exist_ok=True)
+    if wrong := fault(place):
+        raise PermissionError(f"{place} {wrong}")
+    with tempfile.TemporaryFile(dir=place):
+        return place
+
+
+def _temporary(error: OSError) -> Path:
+    for other in Path(tempfile.gettempdir()).glob(f"{TEMPORARY}*-*"):
+        maker = other.name.removeprefix(TEMPORARY).partition("-")[0]
+        if maker.isdecimal() and gone(int(maker)) and not fault(other):  # it was killed
+            shutil.rmtree(other, ignore_errors=True)
+    top = Path(tempfile.mkdtemp(prefix=f"{TEMPORARY}{os.getpid()}-"))
+    atexit.register(_forget, top, os.getpid())
+    place = top / digest()
+    place.mkdir(0o700)
+    os.environ[HANDED] = str(place)
+    say(f"{error}; kernels are compiled for this run alone")
+    return place
+
+
+def gone(process: int) -> bool:
+    """Whether a process of this machine has ended; one of another user counts as being there."""
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return True
+    except (OSError, OverflowError):
+        pass
+    return False
+
+
+def _forget(top: Path, maker: int) -> None:
+    if os.getpid() == maker:  # and not a fork of it
+        shutil.rmtree(top, ignore_errors=True)
+
+
+def fault(path: Path, shared: bool = False) -> str:
+    """Say why what lies at a path may be somebody else's, or lead to it; empty if it is this user's alone.
+
+    Parameters
+    ----------
+    path : Path
+        A folder or file.
+    shared : bool
+        Whether others may use the folder as well, as they do the one for temporary files.
+    """
+    facts = path.lstat()
+    if stat.S_ISLNK(facts.st_mode):
+        return "is a link"
+    if facts.st_uid not in {_user(), 0 if shared else _user()}:
+        return f"belongs to another user ({facts.st_uid})"
+    sticky = shared and facts.st_mode & stat.S_ISVTX
+    return "can be written by others (chmod go-w)" if facts.st_mode & 0o022 and not sticky else ""
+
+
+def discard(path: Path, why: object) -> None:
+    """Remove what cannot be used, and say so."""
+    say(f"{path} {why}; it is removed and made anew")
+    with suppress(OSError):
+        remove(path)
+
+
+def remove(path: Path) -> None:
+    """Remove a file, a link or a folder with all in it."""
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def content(path: Path) -> bytes:
+    """Content of a file, behind its seal.
+
+    Raises
+    ------
+    UnsoundError
+        When it is not what was written under this name.
+    OSError
+        When it cannot be read.
+    """
+    if wrong := fault(path):
+        raise UnsoundError(wrong)
+    if not path.is_file():
+        raise UnsoundError("is no file")
+    seal, _, rest = path.read_bytes().partition(b"\n")
+    if seal != _seal(path.name, rest):
+        raise UnsoundError("is damaged")
+    return rest
+
+
+def _seal(name: str, data: bytes) -> bytes:
+    """A comment of Python, so that sources may have it too."""
+    return b"# " + hashlib.sha256(f"{digest()}/{name}\n".encode() + data).hexdigest().encode()
+
+
+def read(name: str) -> bytes | None:
+    """Content that was written under a name; None where there is none, or another."""
+    if (data := _pending.get(name)) is not None:
+        return data
+    return believed(folder() / name)
+
+
+def believed(path: Path) -> bytes | None:
+    """Content of a file that is as it was written; any other is removed."""
+    try:
+        return content(path)
+    except FileNotFoundError:
+        return None
+    except UnsoundError as wrong:
+        discard(path, wrong)
+    except OSError as error:
+        discard(path, f"cannot be read ({error.strerror})")
+    return None
+
+
+def write(name: str, data: bytes) -> None:
+    """Keep a file, for this process at once and for others as soon as it is on the disk."""
+    global _last
+    with _lock:
+        _pending[name] = data
+        _last = Thread(target=_deliver, args=(name, data, _last))
+        _last.start()
+
+
+def settle() -> None:
+    """Wait until all that was written can be read by others."""
+    if _last.ident is not None:
+        _last.join()
+
+
+def _deliver(name: str, data: bytes, before: Thread) -> None:
+    if before.ident is not None:
+        before.join()
+    try:
+        try:
+            _put(folder() / name, data)
+        except FileNotFoundError:  # the folder was removed meanwhile, as by `cache prune --all`
+            folder.cache_clear()
+            _put(folder() / name, data)
+    except OSError as error:  # the file stays in memory
+        say(f"{folder()} cannot be written ({error.strerror}); the next run compiles again")
+        return
+    with _lock:
+        if _pending.get(name) is data:
+            del _pending[name]
+
+
+def _put(path: Path, data: bytes) -> None:
+    """Write whole: by a temporary name and a rename, both of them on the disk when it is over."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
+        try:
+            file.write(_seal(path.name, data) + b"\n" + data)
+            file.flush()
+            os.fsync(file.fileno())
+            os.replace(file.name, path)
+        except BaseException:
+            os.unlink(file.name)
+            raise
+    above = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(above)
+    finally:
+        os.close(above)

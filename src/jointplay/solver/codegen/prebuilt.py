@@ -1,0 +1,85 @@
+"""Loops of the method compiled ahead, for a kind of processor that most machines are: part of a release.
+
+    python -m jointplay.solver.codegen.prebuilt [FOLDER]
+
+compiles every loop for `LEVEL`, whose results are those of any processor that multiplies and adds in one
+operation. Each file opens with the hash of the method's sources, of the system and of its content: of other
+sources, or damaged, it is as if it were not there, and the loop is compiled at its first use.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Iterable
+from functools import lru_cache
+from pathlib import Path
+
+from ..method.interface import interpreted
+from . import objects
+
+LEVEL = "x86-64-v3"
+NEEDED = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")  # of a processor for that
+FOLDER = Path(__file__).with_name("ready")
+METHOD = Path(__file__).parent.parent / "numerics"
+
+
+def units() -> list[str]:
+    """Names of all loops of the method: modules below `jointplay.solver.method` that have a UNIT."""
+    paths = sorted(METHOD.rglob("*.py"))
+    found = [
+        path for path in paths if any(line.startswith("UNIT = ") for line in path.read_text().split("\n"))
+    ]
+    return [".".join(path.relative_to(METHOD).with_suffix("").parts) for path in found]
+
+
+def found(name: str) -> bytes | None:
+    """Object code of a loop that was compiled ahead of these sources, where this processor can run it."""
+    try:
+        data = (FOLDER / f"{name}.o").read_bytes()
+    except OSError:
+        return None
+    seal, _, code = data.partition(b"\n")
+    return code if seal == _seal(name, code) and _suits() else None
+
+
+def write(folder: Path, names: Iterable[str]) -> list[Path]:
+    """Compile loops for `LEVEL`; the files."""
+    from importlib import import_module
+
+    from ..method.compiler import object_code
+
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name in names:
+        code = object_code(import_module(f"jointplay.solver.method.{name}"), LEVEL, "")
+        written.append(folder / f"{name}.o")
+        written[-1].write_bytes(_seal(name, code) + b"\n" + code)
+    return written
+
+
+@lru_cache(maxsize=1)
+def _suits() -> bool:
+    """Whether this is such a processor, and no other is asked for."""
+    asked = any(f"NUMBA_CPU_{word}" in os.environ for word in ("NAME", "FEATURES"))
+    features = objects.llvm().get_host_cpu_features()
+    return not (asked or interpreted()) and all(features.get(each, False) for each in NEEDED)
+
+
+@lru_cache(maxsize=1)
+def _sources() -> bytes:
+    """Hash of the method's sources, and of the system whose conventions its code keeps."""
+    total = hashlib.sha256(f"{LEVEL} {objects.target().triple}\n".encode())
+    for path in sorted(METHOD.rglob("*.py")):
+        total.update(f"{path.relative_to(METHOD).as_posix()}\n".encode() + path.read_bytes())
+    return total.digest()
+
+
+def _seal(name: str, code: bytes) -> bytes:
+    return hashlib.sha256(_sources() + f"{name}\n".encode() + code).hexdigest().encode()
+
+
+if __name__ == "__main__":
+    for path in write(Path(*sys.argv[1:2] or [FOLDER]), units()):
+        sys.stdout.write(f"{path}  {path.stat().st_size / 1000:.0f} kB\n")

@@ -1,0 +1,1 @@
+"""Closure of ideal loops: vectors, dyads and larger groups."""

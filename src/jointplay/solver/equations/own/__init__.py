@@ -1,0 +1,1 @@
+"""Equations given as text: grammar, form and sliding modes."""

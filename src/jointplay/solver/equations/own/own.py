@@ -1,0 +1,388 @@
+"""Equations of a system that is given as text (equations.own.written), in the form of `equations.system`.
+
+With the states x, of which the first are positions q' = z, and M = 1 where no mass matrix is given,
+
+    M x' = f(x, t) + contacts + friction.
+
+The force F of a contact acts as its depth says, -F d depth/d q, and friction likewise against its sliding
+speed. Switches are contacts without a force, whose mode, 0 or 1, is a number in the equations. So are |g|,
+the sign of g, and the larger and the smaller of two, of an argument g that moves: each of their kinks is an
+event, located, with its saltation. In what is evaluated at events alone (jumps, restitution, gaps) the sign
+of g is taken there and then. A switch that slides is friction (equations.own.filippov).
+
+A sine or cosine of a phase (a rate times t, and an offset) is turned from step to step; of any other argument
+it is a function as all others are.
+"""
+
+from __future__ import annotations
+
+import keyword
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from sympy import (
+    Abs,
+    E,
+    Expr,
+    Float,
+    I,
+    Integer,
+    Symbol,
+    cos,
+    exp,
+    log,
+    nan,
+    oo,
+    pi,
+    preorder_traversal,
+    sin,
+    sqrt,
+    tanh,
+    zoo,
+)
+from sympy.printing.str import StrPrinter
+
+from ....display.errors import InputError, refuse, unknown
+from ..functions import side
+from ..system import TIME, Angle, Contact, Reset, System, traction
+from . import filippov
+from .grammar import constants_finite, parse
+from .written import Jump, Oscillator, Rubbing, Switch, Touch, Wall
+
+# Names that generated code has for itself: what is called so is called otherwise there.
+_LETTERS = {*"wspmidJktNSEI", "out", "dd", "ds", "dc", "rate", "jacobian", "contacts", "trig", "reset", "own"}
+_WORDS = {"cos", "sin", "sqrt", "tanh", "exp", "log", "copysign", "max", "min", "abs", "range", "lambert"}
+_WORDS |= {"compiled", "entry", "math", "numba"}
+_FORMED = re.compile(
+    r"([A-Za-z]{1,2}|own|out|base|rate|touch|slip|stick|ease|hat|new|sol|gradient|reset)_.*|.*\d_*"
+)
+_ONE, _NONE = Integer(1), Integer(0)
+_NOWHERE = {zoo, nan, oo, -oo, I}
+_UNREAL = "an expression with finite real values is accepted: this one has none, whatever its names stand for"
+
+
+def system(structure: Oscillator) -> System:
+    """Write the equations of such a structure, and the quantity that is watched.
+
+    Raises
+    ------
+    InputError
+        If it has no such quantity.
+    """
+    plain = _Writer(structure).system()
+    if structure.section is None:
+        return plain
+    states = {name.removeprefix("state:"): name for name in plain.outputs}
+    if structure.section not in states:
+        raise InputError(
+            [unknown("section.quantity", structure.section, structure.section, states, "quantity")]
+        )
+    return replace(plain, section=plain.outputs[states[structure.section]])
+
+
+def symbol(name: str) -> Symbol:
+    """The symbol of a name that somebody has chosen."""
+    taken = name in _LETTERS | _WORDS or keyword.iskeyword(name) or _FORMED.fullmatch(name)
+    return Symbol(f"own_{name}" if taken else name, real=True)
+
+
+class _Printer(StrPrinter):
+    """SymPy's expressions in the words of the grammar."""
+
+    def _print_Float(self, expr):
+        return repr(float(expr))
+
+    def _print_Abs(self, expr):
+        return f"abs({self._print(expr.args[0])})"
+
+    def _print_Max(self, expr):
+        return f"max({', '.join(map(self._print, expr.args))})"
+
+    def _print_Min(self, expr):
+        return f"min({', '.join(map(self._print, expr.args))})"
+
+    def _print_Exp1(self, _expr):
+        return "exp(1)"
+
+
+def as_text(expr: Expr) -> str:
+    """An expression of SymPy as text of the grammar; what that lacks is refused where the text is read."""
+    return _Printer({"order": "none"}).doprint(expr)
+
+
+class _Writer:
+    """Makes SymPy's expressions of a structure's text; angles and switches are found on the way."""
+
+    def __init__(self, structure: Oscillator) -> None:
+        self.structure, self.angles, self.switches = structure, [], {}
+        self.q, self.z = (tuple(map(symbol, names)) for names in (structure.positions, structure.speeds))
+        self.parameters = tuple(map(symbol, structure.parameters))
+        given = (*structure.positions, *structure.speeds, *structure.parameters)
+        self.names = dict(zip(given, self.q + self.z + self.parameters, strict=True)) | {"t": TIME}
+        if structure.period:
+            period = at_rest(structure.period, self.names)
+            self.angles.append(Angle("phase", None, (2 * pi / period).xreplace(NUMBERS)))
+        self.names |= {each.name: _mode(each.name) for each in structure.switches}
+        self.names |= {each.name: filippov.share(each) for each in structure.switches if each.slides}
+        for each in structure.switches:
+            if not each.slides:
+                self.switches[each.name] = self._switch(each)
+
+    def system(self) -> System:
+        """All of the equations."""
+        given = self.structure
+        force = tuple(map(self.moving, given.rates))
+        contacts = [self._touch(each) for each in given.contacts]
+        contacts += [self._rubbing(each) for each in given.friction]
+        for i, each in enumerate(given.switches):
+            if each.slides:
+                guard = self.moving(each.on)
+                row = tuple(guard.diff(z) for z in self.z)
+                contacts.append(filippov.sliding(given, i, guard, row, force))
+        resets = [self._wall(each) for each in given.impacts]
+        resets += [
+            Reset(each.name, self.moving(each.guard), self._jump(each.jump), moves=True)
+            for each in given.jumps
+        ]
+        own = (*given.positions, *given.speeds)
+        outputs = {f"state:{name}": self.names[name] for name in own}
+        outputs |= {f"state:{name}": self.moving(text) for name, text in given.outputs}
+        mass = {(i, j): self.moving(text) for i, j, text in given.mass} or None
+        outputs |= {angle.name: angle.value for angle in self.angles}
+        outputs |= {f"gap:{reset.name}": reset.guard for reset in resets}
+        return System(
+            positions=self.q,
+            speeds=self.z,
+            parameters=self.parameters,
+            definitions=(),
+            mass=mass,
+            force=tuple(filippov.middle(rate, given.switches) for rate in force),
+            angles=tuple(self.angles),
+            contacts=(*contacts, *(self._watched(name, force) for name in self.switches)),
+            resets=tuple(resets),
+            outputs=outputs,
+        )
+
+    def moving(self, text: str, **more: Expr) -> Expr:
+        """What holds along a motion; `more` are further names."""
+        return self._made(text, more, self._located)
+
+    def at_once(self, text: str, **more: Expr) -> Expr:
+        """What holds at one instant."""
+        return self._made(text, more, side)
+
+    def _made(self, text: str, more: Mapping[str, Expr], sign: Callable[[Expr], Expr]) -> Expr:
+        functions = {
+            "sin": self._sin,
+            "cos": self._cos,
+            "tan": lambda x: self._sin(x) / self._cos(x),
+        } | _kinked(sign)
+        made = parse(text).made_of(self.names | more, functions, _numeral)
+        return real(text, made, sign).xreplace(NUMBERS)
+
+    def _located(self, argument: Expr) -> Expr:
+        """The sign of an argument; of one that moves, by a switch where it passes zero."""
+        argument = argument.xreplace(NUMBERS)
+        if not argument.free_symbols & {TIME, *self.q, *self.z, *self._waves}:
+            return side(argument)
+        for name, (on, _) in self.switches.items():
+            if argument in (on, -on):
+                return (2 * _mode(name) - 1) * (1 if argument == on else -1)
+        name = "fold" if "fold" not in self.names else f"fold{len(self.switches)}"
+        self.switches[name], self.names[name] = (argument, None), _mode(name)
+        return 2 * _mode(name) - 1
+
+    @property
+    def _waves(self) -> set[Symbol]:
+        return {each for angle in self.angles for each in (angle.sin, angle.cos)}
+
+    def _sin(self, argument: Expr) -> Expr:
+        angle = self._phase(argument)
+        return angle.sin if angle else sin(argument)
+
+    def _cos(self, argument: Expr) -> Expr:
+        angle = self._phase(argument)
+        return angle.cos if angle else cos(argument)
+
+    def _phase(self, argument: Expr) -> Angle | None:
+        """The angle whose value an argument is, if that grows with time alone, and evenly."""
+        argument = argument.xreplace(NUMBERS)
+        rate, offset = argument.diff(TIME), argument.xreplace({TIME: _NONE})
+        moving = {TIME, *self.q, *self.z, *self._waves, *map(_mode, self.switches)}
+        if rate == 0 or (rate.free_symbols | offset.free_symbols) & moving:
+            return None
+        for angle in self.angles:
+            if (angle.rate, angle.offset) == (rate, offset):
+                return angle
+        self.angles.append(Angle(f"phase{len(self.angles)}", None, rate, offset))
+        return self.angles[-1]
+
+    def _switch(self, given: Switch) -> tuple[Expr, Expr | None]:
+        return self.moving(given.on), self.moving(given.off) if given.off else None
+
+    def _watched(self, name: str, force: tuple[Expr, ...]) -> Contact:
+        """The contact without a force that a switch is."""
+        on, off = self.switches[name]
+        rate = self._rate(on) + sum((on.diff(z) * f for z, f in zip(self.z, force, strict=True)), _NONE)
+        u = on if off is None else (1 - _mode(name)) * on - _mode(name) * off
+        still = (_NONE,) * len(self.z)
+        return Contact(name, u, rate, _ONE, still, latches=off is not None)
+
+    def _touch(self, given: Touch) -> Contact:
+        u = self.moving(given.depth)
+        v_n, row = self._rate(u), self._row(u)
+        force = self.moving(given.force, depth=u, speed=v_n)
+        return Contact(given.name, u, v_n, force, row, given.pulls)
+
+    def _rubbing(self, given: Rubbing) -> Contact:
+        v_t = self.moving(given.speed)
+        row = tuple(v_t.diff(z) for z in self.z)
+        slip = self.moving(given.coefficient, speed=v_t)
+        limit = self.moving(given.static) if given.static else slip
+        still = (_NONE,) * len(self.z)
+        normal = self.moving(given.normal)
+        return Contact(
+            given.name, _ONE, _NONE, normal, still, v_t=v_t, tangential=row, coulomb=slip, limit=limit
+        )
+
+    def _wall(self, given: Wall) -> Reset:
+        gap = self.at_once(given.gap)
+        if not given.jump:
+            return Reset(given.name, gap, restitution=self.at_once(given.restitution))
+        return Reset(given.name, gap, self._jump(given.jump))
+
+    def _jump(self, given: Jump) -> dict[Symbol, Expr]:
+        return {self.names[name]: self.at_once(text) for name, text in given}
+
+    def _row(self, value: Expr) -> tuple[Expr, ...]:
+        """Slopes by the positions, one a speed."""
+        return tuple(value.diff(q) for q in self.q) + (_NONE,) * (len(self.z) - len(self.q))
+
+    def _rate(self, value: Expr) -> Expr:
+        """The value's rate by positions and time alone."""
+        total = value.diff(TIME) + sum(
+            (value.diff(q) * z for q, z in zip(self.q, self.z, strict=False)), _NONE
+        )
+        for angle in self.angles:
+            total += (value.diff(angle.sin) * angle.cos - value.diff(angle.cos) * angle.sin) * angle.rate
+        return total
+
+
+def _mode(name: str) -> Symbol:
+    """The mode of a switch as a number, which is the solved force of its contact."""
+    return traction(Contact(name, _ONE, _NONE, _ONE, ()))[0]
+
+
+def smooth(text: str, names: Mapping[str, Expr], more: dict[str, Callable] | None = None) -> Expr:
+    """An expression without kinks of these names, and of more functions where given; pi stays exact.
+
+    Raises
+    ------
+    InputError
+        Where it has a kink after all, as the root of a square, or no finite real value anywhere.
+    """
+
+    return real(text, parse(text).made_of(names, _SMOOTH | (more or {}), _numeral), _no_kink(text))
+
+
+def _no_kink(text: str) -> Callable[[Expr], Expr]:
+    def refused(_: Expr) -> Expr:
+        raise refuse(text, "an expression without kinks is accepted, and the root of a square has one")
+
+    return refused
+
+
+def real(text: str, made: Expr, sign: Callable[[Expr], Expr] = side) -> Expr:
+    """The expression that a text has made, if it has finite real values, with |x| as sign(x) x.
+
+    Raises
+    ------
+    InputError
+        Where it has none, whatever the numbers: a division by 0, the root of what is below 0, overflow.
+    """
+    if not constants_finite(text):
+        raise refuse(text, _UNREAL)
+    for part in preorder_traversal(made):
+        if part in _NOWHERE or (part.is_Number and not math.isfinite(_float(part))):
+            raise refuse(text, _UNREAL)
+        base, exponent = part.as_base_exp() if part.is_Pow else (None, None)
+        of_negative = part.args[0] if isinstance(part, log) else base if exponent is not None else None
+        if of_negative is not None and of_negative.is_negative and not (exponent and exponent.is_integer):
+            raise refuse(text, _UNREAL)
+        if exponent is not None and base.is_zero and not exponent.is_positive:
+            raise refuse(text, _UNREAL)
+    return made.replace(lambda part: isinstance(part, Abs), lambda part: sign(part.args[0]) * part.args[0])
+
+
+def _float(value: Expr) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _numeral(value: float) -> Expr:
+    if value == math.pi:
+        return pi
+    return Integer(value) if isinstance(value, int) else Float(value)
+
+
+def _power(base: Expr, exponent: Expr) -> Expr:
+    if base.is_Number and exponent.is_Number and not (abs(exponent) <= 64 and abs(base) <= 1e4):
+        try:
+            power = float(base) ** float(exponent)  # exact powers of large numbers would never end
+        except (OverflowError, ZeroDivisionError):
+            return zoo
+        return zoo if isinstance(power, complex) else Float(power)
+    return base**exponent
+
+
+def at_rest(text: str, names: Mapping[str, Expr], kinks: bool = True) -> Expr:
+    """An expression of these names in which nothing moves: its kinks are no events.
+
+    Raises
+    ------
+    InputError
+        As `real`.
+    """
+    waves = {"sin": sin, "cos": cos, "tan": lambda x: sin(x) / cos(x)}
+    made = parse(text).made_of(names, waves | _kinked(side), _numeral)
+    return real(text, made, side if kinks else _no_kink(text))
+
+
+def checked(text: str, kinks: bool = True) -> None:
+    """Refuse an expression that has finite real values nowhere, or kinks where there may be none.
+
+    Raises
+    ------
+    InputError
+        As `real`.
+    """
+    names = {name: symbol(name) for name in parse(text).names}
+    at_rest(text, names, kinks)
+
+
+def _kinked(sign: Callable[[Expr], Expr]) -> dict[str, Callable]:
+    """Functions of the grammar but for sine and cosine, their kinks by a sign."""
+    return _SMOOTH | {
+        "sign": sign,
+        "abs": lambda x: sign(x) * x,
+        "max": lambda *parts: _compared(parts, sign),
+        "min": lambda *parts: _compared(parts, lambda difference: -sign(difference)),
+    }
+
+
+def _compared(parts: tuple[Expr, ...], sign: Callable[[Expr], Expr]) -> Expr:
+    """The part whose difference to any other has this sign, halves compared first, so that it stays short."""
+    if len(parts) == 1:
+        return parts[0]
+    half = (len(parts) + 1) // 2
+    a, b = _compared(parts[:half], sign), _compared(parts[half:], sign)
+    share = (1 + sign(a - b)) / 2
+    return share * a + (1 - share) * b
+
+
+_SMOOTH = {"exp": exp, "log": log, "sqrt": sqrt, "tanh": tanh, "**": _power}
+NUMBERS = {pi: Float(math.pi), E: Float(math.e)}

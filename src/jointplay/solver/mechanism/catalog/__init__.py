@@ -1,0 +1,117 @@
+"""Mechanisms and test systems by name.
+
+Source of the linkage: Chunmei, Yang, Ling and Ling, "The non-linear dynamic behavior of an elastic linkage
+mechanism with clearances", J. Sound Vib. (2002), Table 1. Other linkages are those of `mechanism.presets`,
+`mechanism.six_bars` and `mechanism.published`, test systems those of `mechanism.systems`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from jointplay.display.errors import no_attribute
+from jointplay.solver.mechanism.base import GROUND
+from jointplay.solver.mechanism.catalog.presets import quick_return, slider_crank
+from jointplay.solver.mechanism.catalog.published import flores2010, ivp_crank, siconos_four_bar
+from jointplay.solver.mechanism.catalog.six_bars import stephenson, watt
+from jointplay.solver.mechanism.own.systems import (
+    SYSTEMS,
+    TestSystem,
+    bouncing_ball,
+    duffing,
+    gear_backlash,
+    impact_pair,
+    jerk,
+    lorenz,
+    relief_valve,
+    rossler,
+    soft_impact_pair,
+)
+from jointplay.solver.mechanism.parts.beam import Beam, Link
+from jointplay.solver.mechanism.parts.joints import Contact, Friction, Joint, Pin
+from jointplay.solver.mechanism.records import Mechanism, MotorLine
+from jointplay.solver.mechanism.signature import checked
+
+_RPM = 2 * math.pi / 60
+_GEAR_RATIO = 15.0
+
+
+@checked()
+def chunmei2002(clearance: Any = 2.9e-5, gear_ratio: float = _GEAR_RATIO, **changes: Any) -> Mechanism:
+    """Give the motor-driven crank-rocker of Chunmei et al. (2002), with clearance at joint B.
+
+    The gear ratio is not in the paper's Table 1; its Figure 12 uses 15 and 3. The mass centres are not
+    given either: halfway along each link, which the rocker's inertia confirms. The rated torque of 2.2 kg·m
+    is 2.2 × 9.8 N m. Every joint carries B's radius, contact and friction data, so that any of them can be
+    given clearance. Every link is rigid and carries a beam, so that any can be made elastic: the table's
+    modulus 2.1 × 10¹¹ Pa and damping ratio 0.01; density and section are not in the paper, and here are
+    those of a round steel bar of the link's mass. It bends in four sine modes. The paper's two elements
+    (``elements=2``) cost as much, but drift out of phase: see ``studies/elastic``.
+
+    Parameters
+    ----------
+    clearance : float or dict of str to float
+        Radial clearance, m: a number is joint B's; 0 or unnamed: ideal.
+    gear_ratio : float
+        Motor speed over crank speed.
+    **changes
+        As in `Mechanism.replace`.
+
+    Returns
+    -------
+    Mechanism
+    """
+    given = {"clearance": clearance, **changes}
+    # By identity: the default gives way to another drive, but a ratio that was given contradicts it.
+    if gear_ratio is not _GEAR_RATIO or not {"speed", "drive"} & changes.keys():
+        given["gear_ratio"] = gear_ratio
+    return _table_1().replace(**given)
+
+
+def _table_1() -> Mechanism:
+    coupler, rocker, crank, ground = 0.181, 0.1175, 0.03, 0.2
+    beam = Beam(shapes="sine", damping_ratio=0.01)
+    links = (
+        Link(name="crank", length=crank, mass=0.4489, inertia=1.5e-4, beam=beam),
+        Link(name="coupler", length=coupler, mass=0.1743, inertia=2.7e-3, beam=beam),
+        Link(name="rocker", length=rocker, mass=0.2916, inertia=1.34e-3, beam=beam),
+    )
+    pins = {
+        "O": (Pin(link="crank"), Pin(link=GROUND, point=(0.0, 0.0))),
+        "A": (Pin(link="crank", at=crank), Pin(link="coupler")),
+        "B": (Pin(link="coupler", at=coupler), Pin(link="rocker", at=rocker)),
+        "C": (Pin(link="rocker"), Pin(link=GROUND, point=(ground, 0.0))),
+    }
+    contact, friction = Contact(stiffness=7.15e6, damping=228.0), Friction(coefficient=0.01)
+    joints = tuple(
+        Joint(name=name, journal=journal, bearing=bearing, radius=0.015, contact=contact, friction=friction)
+        for name, (journal, bearing) in pins.items()
+    )
+    drive = MotorLine(
+        link="crank",
+        gear_ratio=_GEAR_RATIO,
+        efficiency=0.8,
+        synchronous_speed=3000 * _RPM,
+        rated_speed=2825 * _RPM,
+        rated_torque=2.2 * 9.8,
+    )
+    return Mechanism(name="chunmei2002", links=links, joints=joints, drive=drive, gravity=9.8)
+
+
+_LINKAGES = (
+    *(chunmei2002, slider_crank, watt, stephenson, quick_return),
+    *(ivp_crank, flores2010, siconos_four_bar),
+)
+NAMES: dict[str, Callable[..., Mechanism | TestSystem]] = {
+    each.__name__: each for each in _LINKAGES
+} | SYSTEMS
+
+
+def __getattr__(name: str) -> Any:
+    raise no_attribute("the catalog", name, NAMES)
+
+
+def __dir__() -> list[str]:
+    return sorted(NAMES)

@@ -1,0 +1,190 @@
+"""Linkages that everybody knows, to start from: slider-crank and quick-return.
+
+Their numbers are examples, no publication's: every one is a keyword. All joints carry the same contact data,
+so that any of them can be given clearance.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from jointplay.display.errors import InputError, unknown
+from jointplay.solver.mechanism.base import LONGEST, Name, Place, Positive, accepts, unit
+from jointplay.solver.mechanism.catalog.preset_parts import (
+    Coefficient,
+    Damping,
+    Density,
+    Gravity,
+    HalfSize,
+    Length,
+    Offset,
+    Play,
+    Radius,
+    Speed,
+    Stiffness,
+    bars,
+    example,
+    fixed,
+    joined,
+    on,
+)
+from jointplay.solver.mechanism.parts.beam import Link
+from jointplay.solver.mechanism.parts.drive import ConstantSpeed
+from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.signature import checked
+
+_POSITIVE = "a table of numbers greater than 0 by link"
+_PLACES = f"a table of numbers from -{LONGEST:g} to {LONGEST:g} by link"
+_Masses = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg")]
+_Inertias = Annotated[dict[Name, Positive], accepts(_POSITIVE, units="kg m²")]
+_Centres = Annotated[dict[Name, Place], accepts(_PLACES, units="m")]
+
+_Numbers = dict[str, float]
+MASS = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
+INERTIA = {"crank": 1e-5, "rod": 2.5e-4, "slider": 1e-5}
+
+
+def _by_link(tables: Mapping[str, tuple[Mapping[str, float] | None, _Numbers]]) -> list[_Numbers]:
+    """Numbers by link: those given, others as usual."""
+    strange = [
+        unknown(f"{key}.{name}", given[name], name, usual, "link")
+        for key, (given, usual) in tables.items()
+        for name in given or {}
+        if name not in usual
+    ]
+    if strange:
+        raise InputError(strange)
+    return [usual | dict(given or {}) for given, usual in tables.values()]
+
+
+@checked()
+def slider_crank(
+    crank: Length = 0.05,
+    rod: Length = 0.12,
+    offset: Offset = 0.0,
+    mass: _Masses | None = None,
+    inertia_centre: _Inertias | None = None,
+    centre: _Centres | None = None,
+    clearance: Play = {"B": 1e-4},  # noqa: B006  read only
+    radius: Radius = 0.01,
+    stiffness: Stiffness = 1e7,
+    damping: Damping = 200.0,
+    friction: Coefficient = 0.05,
+    half_length: HalfSize = 0.02,
+    half_height: HalfSize = 0.01,
+    speed: Speed = 200.0,
+    gravity: Gravity = 0.0,
+    **changes: Any,
+) -> Mechanism:
+    """Give a slider-crank: crank O–A about the origin, rod A–B, slider at B on a guide G along +x.
+
+    The rod carries the journal of B, the slider its bearing. At crank angle 0 the rod points along +x.
+
+    Parameters
+    ----------
+    crank, rod : float
+        Lengths, m.
+    offset : float
+        Height of the guide over the crank's pivot, m.
+    mass, inertia_centre, centre : dict of str to float
+        By link: mass, kg (0.3, 0.21, 0.14); moment of inertia about the mass centre, kg m² (1e-5, 2.5e-4,
+        1e-5); distance of the mass centre from O, A and B, m (halfway, and at B).
+    clearance : float or dict of str to float
+        Radial clearance, m: a number is joint B's; 0 or unnamed: ideal.
+    radius, stiffness, damping, friction : float
+        Of every joint: a revolute one's journal radius, m; Kelvin and Voigt's law, N/m and N s/m; Coulomb's
+        coefficient.
+    half_length, half_height : float
+        Of the slider about B, where G has clearance, m.
+    speed : float
+        Constant speed of the crank, rad/s.
+    gravity : float
+        Along −y, m/s².
+    **changes
+        As in `Mechanism.replace`.
+    """
+    lengths = {"crank": crank, "rod": rod, "slider": 2 * radius}
+    halfway = {"crank": crank / 2, "rod": rod / 2, "slider": 0.0}
+    tables = {"mass": (mass, MASS), "inertia_centre": (inertia_centre, INERTIA), "centre": (centre, halfway)}
+    m, I, s = _by_link(tables)
+    links = tuple(
+        Link(name=k, length=lengths[k], mass=m[k], centre=s[k], inertia=I[k] + m[k] * s[k] ** 2)
+        for k in lengths
+    )
+    pins = {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", crank), on("rod")),
+        "B": (on("rod", rod), on("slider")),
+        "G": (on("slider"), fixed(0.0, offset)),
+    }
+    laws = {"radius": radius, "stiffness": stiffness, "damping": damping, "friction": friction}
+    laws |= {"half_length": half_length, "half_height": half_height}
+    guess = {"crank": 0.0, "rod": math.asin(max(-1.0, min(1.0, offset / rod)))}
+    drive = ConstantSpeed(link="crank", speed=speed)
+    made = Mechanism(
+        name="slider_crank",
+        links=links,
+        joints=joined(pins, "G", **laws),
+        drive=drive,
+        gravity=gravity,
+        guess=guess,
+    )
+    return made.replace(clearance=clearance, **changes)
+
+
+@checked()
+def quick_return(
+    crank: Length = 0.05,
+    arm: Length = 0.25,
+    rod: Length = 0.1,
+    pivot: Length = 0.12,
+    height: Length = 0.12,
+    density: Density = 1.0,
+    block: Annotated[Positive, unit("mass", "kg")] = 0.05,
+    ram: Annotated[Positive, unit("mass", "kg")] = 0.2,
+    speed: Speed = 20.0,
+    gravity: Gravity = 9.8,
+    **changes: Any,
+) -> Mechanism:
+    """Give a quick-return (crank shaper): a block on the crank's pin slides along an arm that moves a ram.
+
+    Links crank O–A, block at A, arm C–D, rod D–E, ram at E. S is the block's guide on the arm, G the ram's,
+    along +x on the ground; C lies below O.
+
+    Parameters
+    ----------
+    crank, arm, rod : float
+        Distances O–A, C–D, D–E, m.
+    pivot : float
+        Distance of C below O, m; more than the crank.
+    height : float
+        Height of the ram's guide above O, m.
+    density : float
+        Mass of a metre of the uniform links, kg/m.
+    block, ram : float
+        Masses, kg.
+    speed : float
+        Constant speed of the crank, rad/s.
+    gravity : float
+        Along −y, m/s².
+    **changes
+        As in `Mechanism.replace`.
+    """
+    rods = bars({"crank": crank, "arm": arm, "rod": rod}, density)
+    small = [
+        Link(name=k, length=crank / 2, mass=m, centre=0.0, inertia=m * crank**2 / 12)
+        for k, m in (("block", block), ("ram", ram))
+    ]
+    pins = {
+        "O": (on("crank"), fixed(0.0, 0.0)),
+        "A": (on("crank", crank), on("block")),
+        "S": (on("block"), on("arm")),
+        "C": (on("arm"), fixed(0.0, -pivot)),
+        "D": (on("arm", arm), on("rod")),
+        "E": (on("rod", rod), on("ram")),
+        "G": (on("ram"), fixed(0.0, height)),
+    }
+    guess = {"crank": 0.0, "arm": math.atan2(pivot, crank), "rod": 0.0}
+    return example("quick_return", (*rods, *small), pins, "SG", speed, gravity, guess).replace(**changes)

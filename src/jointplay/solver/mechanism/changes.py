@@ -1,0 +1,265 @@
+"""Changes of a mechanism by keyword, as `Mechanism.replace` takes them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal, Protocol
+
+from pydantic import Discriminator, Field, Tag
+
+from jointplay.display.errors import InputError, Problem, unknown
+from jointplay.solver.mechanism.base import (
+    DOWNWARDS,
+    Few,
+    Flag,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    Record,
+    Turn,
+    measured,
+)
+from jointplay.solver.mechanism.parts.beam import DampingRatio, Elements, Link, damping_field, elements_field
+from jointplay.solver.mechanism.parts.drive import AnyDrive, ConstantSpeed, Drive
+from jointplay.solver.mechanism.parts.friction import Friction
+from jointplay.solver.mechanism.parts.joints import Joint
+from jointplay.solver.mechanism.parts.loads import AnyLoad
+from jointplay.solver.mechanism.parts.springs import AnySpring
+from jointplay.solver.mechanism.plausible import too_wide
+from jointplay.solver.mechanism.signature import first
+
+# Whose clearance a bare number is: the joint between coupler and rocker of the catalog's linkages.
+MAIN_JOINT = "B"
+_AS_GIVEN = ("branch", "gravity", "gravity_direction", "order", "springs", "loads", "as_meant")
+_OF_BEAMS = ("elements", "damping_ratio")
+_OF_MOTORS = ("gear_ratio", "efficiency_in_slope")
+_LINKS = {"accepts": "a list of link names, as ['coupler'],"}
+Clearance = Annotated[
+    Annotated[NonNegative, Tag("number")] | Annotated[dict[Name, NonNegative], Tag("joints")],
+    Discriminator(lambda value: "joints" if isinstance(value, Mapping) else "number"),
+]
+
+
+class Changes(Record):
+    """Changes to a mechanism; what is left out stays as it is.
+
+    Parameters
+    ----------
+    clearance : float or dict of str to float
+        Radial clearance, m: a number is joint B's, or of the only joint that can have one; a dict names
+        several. 0 or unnamed: ideal; 0 alone: all.
+    gear_ratio : float
+        Of the motor's gear.
+    friction : float
+        Coefficient of friction in every joint that has contact data, of whichever law; 0 removes friction.
+    tension : bool
+        Whether contact may pull just before separation, in every joint that has contact data.
+    efficiency_in_slope : bool
+        Whether the gear's efficiency multiplies the slope of the motor line too.
+    elastic : tuple of str
+        Names of the links that bend; all others become rigid.
+    elements : int
+        Number of Hermite elements, 1 to 20, of every elastic link, in place of other shapes.
+    damping_ratio : float
+        Structural damping, 0 to 1, of every elastic link.
+    order : {'consistent', 'paper'}
+        Inertia terms of elastic links.
+    branch : {'upper', 'lower'}
+        Assembly branch.
+    gravity : float
+        Acceleration, m/s².
+    gravity_direction : float
+        Where it points to, rad.
+    springs : tuple of Spring or TorsionSpring
+        Springs, in place of those that there are.
+    loads : tuple of Force or Torque
+        Loads, in place of those that there are.
+    drive : MotorLine, ConstantSpeed or None
+        Another drive, or none.
+    speed : float
+        A constant speed of the driven link instead of the drive, rad/s.
+    as_meant : bool
+        Whether all numbers are as meant, however strange: nothing is doubted.
+    """
+
+    root: ClassVar[str | None] = ""
+    clearance: Clearance = measured("radial clearance", "m", 0.0)
+    gear_ratio: Positive = measured("gear ratio", "1", 1.0)
+    friction: NonNegative = measured("friction coefficient", "1", 0.0)
+    tension: Flag = True
+    efficiency_in_slope: Flag = False
+    elastic: tuple[Name, ...] = Field((), json_schema_extra=_LINKS)
+    elements: Elements = elements_field(2)
+    damping_ratio: DampingRatio = damping_field()
+    order: Literal["consistent", "paper"] = "consistent"
+    branch: Literal["upper", "lower"] = "upper"
+    gravity: Number = measured("gravity", "m/s²", 9.8)
+    gravity_direction: Turn = measured("direction of gravity", "rad", DOWNWARDS)
+    springs: Few[AnySpring] = ()
+    loads: Few[AnyLoad] = ()
+    drive: Annotated[Drive | None, Field()] = None
+    speed: Number = measured("speed", "rad/s", 0.0)
+    as_meant: Flag = False
+
+
+class _Linkage(Protocol):
+    """What a change needs of a `Mechanism`."""
+
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+    drive: AnyDrive | None
+    crank: str | None
+
+
+def changed(mechanism: _Linkage, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Give the fields of a changed mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        What the changes start from.
+    changes : mapping of str to object
+        Names and values as in `Changes`.
+
+    Returns
+    -------
+    dict of str to object
+        Fields of the new `Mechanism` that may differ from those of the old one.
+
+    Raises
+    ------
+    InputError
+        Listing every change that does not exist, cannot have its value, or finds nothing to change.
+    """
+    values, problems = _valid(mechanism, changes)
+    problems += [*_clearance_problems(mechanism, values), *_contact_problems(mechanism, values)]
+    problems += _drive_problems(mechanism, values)
+    if "elastic" in values or "elastic" not in changes:
+        problems += _elastic_problems(mechanism, values)
+    if problems:
+        raise InputError(problems)
+    fields = {name: values[name] for name in _AS_GIVEN if name in values}
+    fields["links"] = tuple(_link(link, values) for link in mechanism.links)
+    fields["joints"] = tuple(_joint(joint, values) for joint in mechanism.joints)
+    fields["drive"] = _drive(mechanism, values)
+    return fields
+
+
+def _valid(mechanism: _Linkage, changes: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Split the changes into values that are valid in themselves, and problems."""
+    try:
+        record, problems = Changes(**changes), []
+    except InputError as error:
+        if error.more:  # too many to tell the others apart
+            raise
+        problems = list(error.problems)
+        invalid = {first(problem.key) for problem in problems}
+        record = Changes(**{name: value for name, value in changes.items() if name not in invalid})
+    values = {name: getattr(record, name) for name in record.model_fields_set}
+    if isinstance(values.get("clearance"), float):
+        values["clearance"] = {main_joint(mechanism): values["clearance"]} if values["clearance"] else {}
+    return values, problems
+
+
+def main_joint(mechanism: _Linkage) -> str:
+    """Name of the joint whose clearance a bare number is: B, or where B can have none the only other."""
+    able = [joint.name for joint in mechanism.joints if joint.contact and joint.radius]
+    loose = [joint.name for joint in mechanism.joints if joint.clearance]
+    if MAIN_JOINT in able:
+        return MAIN_JOINT
+    return (loose if len(loose) == 1 else able if len(able) == 1 else [MAIN_JOINT])[0]
+
+
+def _clearance_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+    joints = {joint.name: joint for joint in mechanism.joints}
+    for name, value in values.get("clearance", {}).items():
+        key = f"clearance.{name}"
+        if name not in joints:
+            yield unknown(key, value, name, joints, "joint")
+        elif value and not joints[name].sized:
+            sizes = "half_length, half_height" if joints[name].prismatic else "radius"
+            expected = f"only 0 is accepted: joint {name} has no {sizes} and contact data{_others(joints)}"
+            yield Problem(key, value, expected)
+        elif text := too_wide(value, mechanism.links):
+            yield Problem(key, value, text)
+
+
+def _others(joints: Mapping[str, Any]) -> str:
+    """Paths of the joints that can have clearance."""
+    able = [f"joints.{name}.clearance" for name, joint in joints.items() if joint.sized]
+    return f"; {', '.join(able)} can vary" if able else ""
+
+
+def _contact_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+    if not any(joint.contact for joint in mechanism.joints):
+        text = "accepted only where a joint has contact data, and no joint here has"
+        yield from (Problem(name, values[name], text) for name in ("friction", "tension") if name in values)
+    for joint in mechanism.joints if "friction" in values else ():
+        try:
+            _friction(joint, values["friction"])
+        except InputError as error:
+            whose = f"friction of joint {joint.name} then has"
+            told = (
+                f"{whose} {p.key.rpartition('.')[2]} = {p.given}, but {p.expected}" for p in error.problems
+            )
+            yield from (Problem("friction", values["friction"], text) for text in told)
+
+
+def _elastic_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> list[Problem]:
+    names = [link.name for link in mechanism.links]
+    missing = [(i, name) for i, name in enumerate(values.get("elastic", ())) if name not in names]
+    if missing:  # what else fits depends on which links they should name
+        return [unknown(f"elastic[{i}]", name, name, names, "link") for i, name in missing]
+    if any(_is_elastic(link, values) for link in mechanism.links):
+        return []
+    text = "accepted only where a link is elastic, and none is: name some, as elastic = ['coupler']"
+    return [Problem(name, values[name], text) for name in (*_OF_BEAMS, "order") if name in values]
+
+
+def _drive_problems(mechanism: _Linkage, values: Mapping[str, Any]) -> Iterator[Problem]:
+    if "speed" in values and "drive" in values:
+        yield Problem("speed", values["speed"], "either speed or drive is accepted, not both")
+    if "speed" in values and not values["speed"]:
+        yield Problem("speed", values["speed"], "a finite speed in rad/s other than 0 is accepted")
+    drive = None if "speed" in values else values.get("drive", mechanism.drive)
+    for name in _OF_MOTORS:
+        if name in values and not hasattr(drive, name):
+            yield Problem(name, values[name], "accepted only for a motor drive, and this drive is none")
+
+
+def _is_elastic(link: Link, values: Mapping[str, Any]) -> bool:
+    return link.name in values["elastic"] if "elastic" in values else link.elastic
+
+
+def _link(link: Link, values: Mapping[str, Any]) -> Link | dict[str, Any]:
+    """Give a link, or the table of a changed one: the mechanism checks it again and knows its place."""
+    elastic = _is_elastic(link, values)
+    beam = {name: values[name] for name in _OF_BEAMS if elastic and name in values}
+    if elastic == link.elastic and not beam:
+        return link
+    table, shapes = link.model_dump(), {"shapes": "hermite"} if "elements" in beam else {}
+    return table | {"elastic": elastic, "beam": table["beam"] | beam | shapes}
+
+
+def _joint(joint: Joint, values: Mapping[str, Any]) -> Joint:
+    new: dict[str, Any] = {}
+    if "clearance" in values:
+        new["clearance"] = values["clearance"].get(joint.name, 0.0)
+    if joint.contact and "tension" in values:
+        new["contact"] = joint.contact.model_copy(update={"tension": values["tension"]})
+    if joint.contact and "friction" in values:
+        new["friction"] = _friction(joint, values["friction"])
+    return joint.model_copy(update=new)
+
+
+def _friction(joint: Joint, coefficient: float) -> Friction | None:
+    old = joint.friction.model_dump() if joint.friction else {}
+    return Friction(**old | {"coefficient": coefficient}) if coefficient else None
+
+
+def _drive(mechanism: _Linkage, values: Mapping[str, Any]) -> AnyDrive | None:
+    if "speed" in values:
+        return ConstantSpeed(link=mechanism.crank, speed=values["speed"])
+    drive = values.get("drive", mechanism.drive)
+    return drive and drive.model_copy(update={name: values[name] for name in _OF_MOTORS if name in values})

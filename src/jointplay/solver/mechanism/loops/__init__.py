@@ -1,0 +1,1 @@
+"""Where a mechanism is: chains cut at its clearances, ideal loops and how they close."""

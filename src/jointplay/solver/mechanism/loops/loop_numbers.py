@@ -1,0 +1,111 @@
+"""Numbers of the equations of slides and ideal loops, and the branch of each loop."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from jointplay.display.errors import InputError, Problem
+from jointplay.solver.equations.structure import Linkage
+from jointplay.solver.mechanism.loops.bases import Bases
+from jointplay.solver.mechanism.loops.dyads import Unknown
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest, Sum
+
+
+def loop_numbers(forest: Forest, bases: Bases) -> dict[str, float]:
+    """Give the numbers of all slides and closures, with the branches that the start is on.
+
+    Raises
+    ------
+    InputError
+        If a link of a loop has both of its joints at one point.
+    """
+    values = {}
+    for name, link in forest.slides.items():
+        values |= _slide(name, link, forest) | _vector(name, forest.base(link))
+    for cut, unknowns in forest.cuts:
+        for joint in cut:
+            vector = forest.closure(joint)
+            values |= _vector(joint.name, vector)
+            if len(cut) == 1:
+                values |= _branch(joint.name, vector, unknowns, forest, bases)
+    return values
+
+
+def guesses(structure: Linkage, bases: Bases) -> np.ndarray:
+    """Give what larger groups remember at the start: cosine and sine of each angle, slides; and its scale.
+
+    Returns
+    -------
+    ndarray, shape (memories, 2)
+        Without unit, or in m.
+    """
+    rows = []
+    for unknown in structure.guessed:
+        if isinstance(unknown, str):
+            angle = bases.state.angles[unknown]
+            rows += [(math.cos(angle), 1.0), (math.sin(angle), 1.0)]
+        else:
+            rows.append((bases.slide(unknown[1])[0], max(link.length for link in bases.mechanism.links)))
+    return np.array(rows, dtype=float).reshape(-1, 2)
+
+
+def _vector(name: str, vector: Sum) -> dict[str, float]:
+    x, y = vector.fixed
+    return {f"rx0_{name}": x, f"ry0_{name}": y} | {f"D_{name}_{k}": arm for k, arm in vector.arms.items()}
+
+
+def _slide(name: str, link: str, forest: Forest) -> dict[str, float]:
+    """Directions of guide and slider: from the guide's link, or from +x on the ground."""
+    inner, outer = forest.places[link].sides
+    turn = inner.direction - outer.direction
+    word = "turn_" if inner.point is None else ""
+    return {
+        f"{word}c_{link}": math.cos(turn),
+        f"{word}s_{link}": math.sin(turn),
+        f"dc_{name}": math.cos(inner.direction),
+        f"ds_{name}": math.sin(inner.direction),
+    }
+
+
+def _branch(
+    name: str, vector: Sum, unknowns: tuple[Unknown, ...], forest: Forest, bases: Bases
+) -> dict[str, float]:
+    """Lengths of a closure's closed form, and the sign of its root: see equations.loops.loop."""
+    angles = [k for k in unknowns if isinstance(k, str)]
+    slides = [k[1] for k in unknowns if not isinstance(k, str)]
+    if not angles:
+        return {f"{word}_{name}": 0.0 for word in ("one", "two", "side")}
+    own = slides and _turns_with(forest.slides[slides[0]], angles[0], forest)
+    if short := [k for k in angles if not own and k not in vector.arms]:
+        raise InputError([_one_point(k) for k in short], "mechanism")
+    arms = {k: vector.arms.get(k, 0.0) * cmath.rect(1.0, bases.state.angles[k]) for k in vector.arms}
+    if len(angles) == 2:
+        one, two = (arms[k] for k in angles)
+        return _numbers(name, abs(one), abs(two), (two.conjugate() * one).imag)
+    along = cmath.rect(1.0, bases.line(bases.mechanism.joint(slides[0]).bearing)[0])
+    if not own:
+        return _numbers(name, abs(arms[angles[0]]), 0.0, (arms[angles[0]] * along.conjugate()).real)
+    turning = sum(arm for k, arm in arms.items() if _turns_with(k, angles[0], forest)) * along.conjugate()
+    run = vector.slides[slides[0]] * bases.slide(slides[0])[0]
+    return _numbers(name, turning.real, turning.imag, turning.real + run)
+
+
+def _numbers(name: str, one: float, two: float, side: float) -> dict[str, float]:
+    return {f"one_{name}": one, f"two_{name}": two, f"side_{name}": math.copysign(1.0, side)}
+
+
+def _turns_with(link: str, other: str, forest: Forest) -> bool:
+    """Whether a link has the angle of another but for a constant: they are one, or on guides of it."""
+    guides: Mapping[str, str] = {sliding: forest.places[sliding].holder for sliding in forest.slides.values()}
+    while link != other and link in guides:
+        link = guides[link]
+    return link == other
+
+
+def _one_point(link: str) -> Problem:
+    accepted = "a link whose two joints in a loop are apart is accepted"
+    return Problem("mechanism.joints", f"both at one point of {link}", accepted)

@@ -1,0 +1,1 @@
+"""Systems of somebody's own equations: records, checks, assembly."""

@@ -1,0 +1,149 @@
+"""The tables that systems of somebody's own equations are given as, and what follows from their form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+from pydantic import Field, model_validator
+
+from jointplay.display.errors import InputError, join
+from jointplay.solver.equations.own import written
+from jointplay.solver.equations.own.grammar import number, parse
+from jointplay.solver.mechanism.base import Few, Flag, Name, Number, Positive, Record
+from jointplay.solver.mechanism.measures import coherent
+from jointplay.solver.mechanism.own import own_modes
+from jointplay.solver.mechanism.own.own_parts import Exit, Impact, Jump, Rubbing, Switch, Text, Touch
+
+_VALUE = {
+    "accepts": "a table of finite numbers, with their units as '0.3 mm', or true and false for switches,"
+}
+
+
+class Equations(Record):
+    """Equations as text with the values of their parameters; fields as of `mechanism.own.System`."""
+
+    name: Name = Field("system", description="name", json_schema_extra={"noun": True})
+    states: dict[Name, Text] = Field(json_schema_extra={"accepts": "a table of initial values"})
+    parameters: dict[Name, Flag | Number] = Field({}, json_schema_extra=_VALUE)
+    rates: dict[Name, Text]
+    mass: dict[Name, dict[Name, Text]] = Field({})
+    forcing: Text | None = None
+    contacts: Few[Touch] = ()
+    friction: Few[Rubbing] = ()
+    switches: Few[Switch] = ()
+    modes: dict[Name, Few[Exit]] = Field({}, json_schema_extra={"accepts": "a table of modes"})
+    impacts: Few[Impact] = ()
+    jumps: Few[Jump] = ()
+    outputs: dict[Name, Text] = Field({})
+    units: dict[Name, str] = Field({})
+    scales: dict[Name, Positive] = Field({})
+    system: Name | None = None
+    as_meant: Flag = False
+
+    @model_validator(mode="before")
+    @classmethod
+    def _values_with_units(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping):
+            return data
+        found, problems, units = dict(data), [], {}
+        for table in ("states", "parameters"):
+            values = data.get(table)
+            for key, value in values.items() if isinstance(values, Mapping) else ():
+                try:
+                    value, unit = coherent(value)
+                except InputError as error:
+                    problems += error.under(join(table, str(key))).problems
+                    continue
+                if unit:
+                    units[key] = unit
+                    found[table] = {**found[table], key: value}
+        if problems:
+            raise InputError(problems)
+        own = data.get("units", {})
+        return found | ({"units": units | dict(own)} if units and isinstance(own, Mapping) else {})
+
+    @classmethod
+    def _further_units(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        known, names = (
+            each if isinstance(each, Mapping) else {} for each in map(data.get, ("units", "scales"))
+        )
+        return {"scales": {name: "s" if name == "t" else known.get(name, "1") for name in names}}
+
+    @property
+    def flags(self) -> dict[str, bool]:
+        """Parameters that are true or false."""
+        return {key: value for key, value in self.parameters.items() if isinstance(value, bool)}
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Parameters that are numbers."""
+        return {key: float(value) for key, value in self.parameters.items() if not isinstance(value, bool)}
+
+    def flat(self, masked: bool = True) -> Self:
+        """The system with states and jumps in the place of modes; `masked` False: with guards as given."""
+        if not self.modes:
+            return self
+        tables = own_modes.flat(self.modes, self.states, self.rates, masked)
+        return self.model_copy(update=tables | {"jumps": self.jumps + tables["jumps"]})
+
+    @property
+    def order(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Positions, and speeds, the first of them theirs: states as results and lists have them."""
+        flat = self.flat()
+        moved, found = {state for each in flat.jumps for state in each.jump}, {}
+        for state in flat.states:
+            tree = parse(flat.rates[state])
+            free = tree.value not in {state, *found, *found.values()} and state not in found.values()
+            if tree.operation == "name" and tree.value in flat.states and free and state not in moved:
+                found[state] = tree.value
+        positions, speeds = tuple(found), tuple(found.values())
+        return positions, (*speeds, *(s for s in flat.states if s not in positions + speeds))
+
+    @property
+    def initial(self) -> tuple[float, ...]:
+        """State at time 0, in `order`."""
+        states = self.flat().states
+        return tuple(number(states[name], self.numbers) for names in self.order for name in names)
+
+    @property
+    def period(self) -> float | None:
+        """Period of the forcing, which a negative one goes through backwards; None if there is none."""
+        return None if self.forcing is None else abs(number(self.forcing, self.numbers))
+
+    def structure(self, section: str | None = None) -> written.Oscillator:
+        """The equations without their numbers."""
+        (positions, speeds), flags, flat = self.order, self.flags, self.flat()
+        free = [name for name in speeds if name not in self.mass] if self.mass else ()
+        mass = {name: {name: "1"} for name in free} | self.mass
+        entries = (
+            (speeds.index(a), speeds.index(b), text) for a, row in mass.items() for b, text in row.items()
+        )
+        return written.Oscillator(
+            positions=positions,
+            speeds=speeds,
+            parameters=tuple(self.numbers),
+            rates=tuple(flat.rates[name] for name in speeds),
+            mass=tuple((max(i, j), min(i, j), text) for i, j, text in entries),
+            period=self.forcing or "",
+            contacts=tuple(
+                written.Touch(each.name, each.depth, each.force, flags.get(each.tension, each.tension))
+                for each in self.contacts
+            ),
+            friction=tuple(
+                written.Rubbing(each.name, each.speed, each.normal, each.coefficient, each.static or "")
+                for each in self.friction
+            ),
+            switches=tuple(
+                written.Switch(each.name, each.on, each.off or "", each.slides) for each in self.switches
+            ),
+            impacts=tuple(
+                written.Wall(each.name, each.gap, each.restitution or "", tuple(each.jump.items()))
+                for each in self.impacts
+            ),
+            jumps=tuple(
+                written.Trigger(each.name, each.guard, tuple(each.jump.items())) for each in flat.jumps
+            ),
+            outputs=tuple(self.outputs.items()),
+            section=section,
+        )

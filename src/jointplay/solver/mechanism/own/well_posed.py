@@ -1,0 +1,289 @@
+"""Whether a system of somebody's own equations can be followed: every problem, its place and its reason."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from jointplay.display.errors import NOTHING, InputError, Problem, join, unknown
+from jointplay.solver.equations.own.grammar import (
+    CONSTANTS,
+    FUNCTIONS,
+    is_name,
+    number,
+    parse,
+    plainly_real,
+    size,
+    too_large,
+)
+from jointplay.solver.mechanism.own.own_equations import Equations
+from jointplay.solver.mechanism.own.own_modes import in_one_mode, one_mode
+from jointplay.solver.mechanism.own.start_numbers import at_the_start, names_in, values
+
+PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
+IN_LAWS = {"force": ("depth", "speed"), "coefficient": ("speed",), "static": ()}  # names that parts give
+NAMED = "a name of letters a to z, digits and _ is accepted, a letter first"
+GUARDS = ("on", "off", "depth", "speed", "gap", "guard")  # of events, whose slopes have slopes
+KINKS = 50
+MOST = 1000  # systems whose equations are remembered to be right
+_right: set[str] = set()
+
+
+def problems(system: Equations) -> list[Problem]:
+    """Everything that is wrong with a system whose tables have the right form."""
+    others = {"name", "parameters", "states", "system", "as_meant"}
+    told = system.flags, [*system.parameters], system.states, system.model_dump_json(exclude=others)
+    equations = repr(told)
+    found = [*_of_modes(system)] if system.modes else []
+    if found or equations not in _right:  # else it differs by numbers alone, as the cells of a sweep do
+        flat = system.flat(masked=False)
+        found += [_under_modes(system, each) for each in _of_the_equations(flat)]
+        if found:
+            return found
+        if len(_right) == MOST:
+            _right.clear()
+        _right.add(equations)
+    return [*values(system)] or [*at_the_start(system)]
+
+
+def _of_modes(system: Equations) -> Iterator[Problem]:
+    """Modes without a way out or in, ways that lead nowhere, names of two things, a start in no mode."""
+    modes = system.modes
+    for mode, exits in modes.items():
+        if mode in system.rates:
+            yield Problem(f"modes.{mode}", mode, "another name is accepted: this one is a state already")
+        if not exits:
+            yield Problem(f"modes.{mode}", [], "a mode with at least one way out is accepted")
+        for i, each in enumerate(exits):
+            key = f"modes.{mode}[{i}]"
+            if each.to not in modes:
+                yield unknown(f"{key}.to", each.to, each.to, modes, "mode")
+            elif each.to == mode and not each.jump:
+                yield Problem(f"{key}.to", mode, "another mode is accepted, or a jump beside it")
+    jumps = {f"jumps[{i}].jump": each.jump for i, each in enumerate(system.jumps)}
+    jumps |= {f"modes.{m}[{i}].jump": each.jump for m, ways in modes.items() for i, each in enumerate(ways)}
+    for key, jump in jumps.items():
+        for mode in jump.keys() & modes.keys():
+            accepted = "no mode is accepted: the way to it says which mode follows"
+            yield Problem(f"{key}.{mode}", jump[mode], accepted)
+    found = system.flat().states
+    try:
+        state = {mode: number(found[mode], system.numbers) for mode in modes}
+    except InputError as error:
+        yield from error.under("states").problems
+        return
+    if not in_one_mode(modes, state):
+        yield Problem("states", state, one_mode(modes))
+        return
+    reached = {mode for mode in modes if state[mode]}
+    while more := {way.to for m in reached for way in modes[m]} & modes.keys() - reached:
+        reached |= more
+    for mode in modes.keys() - reached:
+        yield Problem(f"modes.{mode}", mode, "a mode that some way leads to is accepted: none does")
+
+
+def _under_modes(system: Equations, problem: Problem) -> Problem:
+    """A problem of the flat system, with the key that its modes are given by."""
+    key, own = problem.key, len(system.jumps)
+    places = [f"modes.{mode}[{i}]" for mode, exits in system.modes.items() for i in range(len(exits))]
+    if (found := re.match(r"jumps\[(\d+)\](\.name$)?", key)) and int(found[1]) >= own:
+        key = places[int(found[1]) - own] + key[found.end() :]
+    elif key in {f"states.{mode}" for mode in system.modes}:
+        key = key.replace("states", "modes")
+    return replace(problem, key=key)
+
+
+def _of_the_equations(system: Equations) -> list[Problem]:
+    """What is wrong whatever numbers the parameters have."""
+    found = [*_names(system), *_missing(system)]
+    texts = [] if found else [*_texts(system)]
+    for key, text, known in texts:
+        found += _wrong_text(key, text, known)
+    if not found:
+        found += _kinks(texts)
+    return found or [*_forced(system, texts), *_parts(system)] or [*_sliding(system)]
+
+
+def _names(system: Equations) -> Iterator[Problem]:
+    """Names that cannot be, or are given twice."""
+    taken = {
+        "t": "the time",
+        **dict.fromkeys(CONSTANTS, "a number"),
+        **dict.fromkeys(FUNCTIONS, "a function"),
+    }
+    taken |= {"depth": "a contact's", "speed": "a contact's"} if system.contacts or system.friction else {}
+    tables = {"states": "a state", "parameters": "a parameter", "outputs": "an output"}
+    places = [
+        (join(table, name), name, what) for table, what in tables.items() for name in getattr(system, table)
+    ]
+    places += [(f"switches[{i}].name", switch.name, "a switch") for i, switch in enumerate(system.switches)]
+    for key, name, what in places:
+        if not is_name(name):
+            yield Problem(key, name, NAMED)
+        elif name in taken:
+            yield Problem(key, name, f"another name is accepted: this one is {taken[name]} already")
+        taken[name] = what
+    parts: dict[str, str] = {"phase": "the forcing"}
+    for table in PARTS:
+        for i, part in enumerate(getattr(system, table)):
+            key = f"{table}[{i}].name"
+            if not is_name(part.name):
+                yield Problem(key, part.name, NAMED)
+            elif part.name in parts:
+                yield Problem(key, part.name, f"another name is accepted: this one is {parts[part.name]}'s")
+            parts[part.name] = f"{table}[{i}]"
+
+
+def _missing(system: Equations) -> Iterator[Problem]:
+    """States without a rate, and entries of tables that are of no state."""
+    if not system.states:
+        yield Problem("states", {}, "at least one state is needed")
+    for name in system.states.keys() - system.rates.keys():
+        yield Problem(f"rates.{name}", NOTHING, "the rate of this state is needed")
+    tables: dict[str, Any] = {"rates": system.states, "mass": system.states}
+    tables |= {"scales": {**system.states, "t": 0}, "units": {**system.states, **system.parameters}}
+    for table, known in tables.items():
+        for name in getattr(system, table):
+            if name not in known:
+                yield unknown(join(table, name), name, name, known, "state" if table != "units" else "name")
+
+
+def _texts(system: Equations) -> Iterator[tuple[str, str, Collection[str]]]:
+    """Key, text and known names of every expression."""
+    numbers, flags = system.numbers, system.flags
+    moving = {*system.states, *numbers, "t"}
+    modes = moving | {each.name for each in system.switches}
+    located = modes - {each.name for each in system.switches if each.slides}
+    for name, text in system.states.items():
+        yield f"states.{name}", text, numbers
+    if system.forcing is not None:
+        yield "forcing", system.forcing, numbers
+    for table in ("rates", "outputs"):
+        for name, text in getattr(system, table).items():
+            yield f"{table}.{name}", text, modes
+    for name, row in system.mass.items():
+        for other, text in row.items():
+            yield f"mass.{name}.{other}", text, moving
+    for table in PARTS:
+        for i, part in enumerate(getattr(system, table)):
+            for key, value in part:
+                place, known = f"{table}[{i}].{key}", moving if table in ("impacts", "jumps") else located
+                if key == "tension" and isinstance(value, str) and value not in flags:
+                    yield place, value, flags
+                elif key == "jump":
+                    yield from ((f"{place}.{state}", text, known) for state, text in value.items())
+                elif key not in ("name", "tension", "slides") and value is not None:
+                    yield place, value, {*known, *IN_LAWS.get(key, ())}
+
+
+def _wrong_text(key: str, text: str, known: Collection[str]) -> Iterator[Problem]:
+    try:
+        names = names_in(text)
+    except InputError as error:
+        yield from error.under(key).problems
+        return
+    for name in sorted(names - {*known}):
+        yield unknown(key, text, name, sorted(known), f"name as {name!r}")
+    if large := too_large(text, bends=key.rpartition(".")[2] in GUARDS):
+        yield Problem(key, text, large)
+    elif not plainly_real(parse(text)):
+        from jointplay.solver.equations.own.own import checked
+
+        try:
+            checked(text)
+        except InputError as error:
+            yield from error.under(key).problems
+
+
+def _kinks(texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
+    """The expression with which kinks, each of them an event, are more than can be watched."""
+    count = 0
+    for key, text, _ in texts:
+        count += size(text).kinks
+        if count > KINKS:
+            accepted = f"at most {KINKS} kinks (abs, sign, max, min) are accepted in all expressions together"
+            yield Problem(key, text, accepted)
+            return
+
+
+def _forced(system: Equations, texts: list[tuple[str, str, Any]]) -> Iterator[Problem]:
+    """Whether what varies with time has a period, and the other way round."""
+    timed = [(key, text) for key, text, _ in texts if "t" in names_in(text)]
+    if timed and system.forcing is None:
+        key, text = timed[0]
+        yield Problem("forcing", NOTHING, f"the period is needed, since {key} depends on t ({text})")
+    if not timed and system.forcing is not None:
+        yield Problem("forcing", system.forcing, "nothing is accepted: no equation depends on t")
+
+
+def _parts(system: Equations) -> Iterator[Problem]:
+    """Guards that no motion can change, and jumps of what cannot jump."""
+    positions, speeds = system.order
+    moving = {*positions, *speeds, "t"}
+    for i, each in enumerate(system.switches):
+        guards = {"on": each.on} | ({"off": each.off} if each.off is not None else {})
+        for key, text in guards.items():
+            yield from _fixed(f"switches[{i}].{key}", text, moving, "a state or on t")
+        if each.slides and each.off is not None:
+            yield Problem(f"switches[{i}].off", each.off, "nothing is accepted beside slides")
+        if each.slides:
+            yield from _fixed(f"switches[{i}].on", each.on, speeds, f"one of {', '.join(speeds)}")
+    for i, each in enumerate(system.contacts):
+        yield from _fixed(f"contacts[{i}].depth", each.depth, positions, _of(positions))
+    for i, each in enumerate(system.friction):
+        yield from _fixed(f"friction[{i}].speed", each.speed, speeds, f"one of {', '.join(speeds)}")
+    for i, each in enumerate(system.impacts):
+        place = f"impacts[{i}]"
+        yield from _fixed(f"{place}.gap", each.gap, positions, _of(positions))
+        if wrong := names_in(each.gap) & {*speeds}:
+            accepted = f"a gap of positions alone is accepted ({', '.join(positions) or 'there is none'})"
+            yield Problem(f"{place}.gap", each.gap, f"{accepted}, not of {', '.join(sorted(wrong))}")
+        if (each.restitution is None) == (not each.jump):
+            yield Problem(place, each.name, "either restitution or jump is needed, and not both")
+        yield from _unjumping(f"{place}.jump", each.jump, speeds, "a speed")
+    for i, each in enumerate(system.jumps):
+        yield from _fixed(f"jumps[{i}].guard", each.guard, moving, "a state or on t")
+        yield from _unjumping(f"jumps[{i}].jump", each.jump, system.states, "state")
+        if not each.jump:
+            yield Problem(f"jumps[{i}].jump", {}, "a table of new values of at least one state is accepted")
+    for name, row in system.mass.items():
+        for key in (name, *row):
+            if key not in speeds:
+                yield unknown(f"mass.{name}", key, key, speeds, "state that is no position")
+        for key in row.keys() & {*system.mass} - {name}:
+            if name in system.mass[key]:
+                yield Problem(
+                    f"mass.{name}.{key}", row[key], f"it stands in mass.{key}.{name} too: one is accepted"
+                )
+
+
+def _sliding(system: Equations) -> Iterator[Problem]:
+    """What only the written equations show of switches that slide."""
+    if any(each.slides for each in system.switches):
+        from jointplay.solver.equations.own.own import system as equations
+
+        try:
+            equations(system.structure())
+        except InputError as error:
+            yield from error.problems
+
+
+def _of(positions: Collection[str]) -> str:
+    return (
+        f"a position ({', '.join(positions)})"
+        if positions
+        else "a position, a state whose rate is another state,"
+    )
+
+
+def _fixed(key: str, text: str, moving: Collection[str], what: str) -> Iterator[Problem]:
+    if not names_in(text) & {*moving}:
+        yield Problem(key, text, f"an expression that depends on {what} is accepted: this one never changes")
+
+
+def _unjumping(key: str, jump: Mapping[str, str], known: Collection[str], what: str) -> Iterator[Problem]:
+    for name in jump:
+        if name not in known:
+            yield unknown(join(key, name), name, name, known, what)

@@ -1,0 +1,1 @@
+"""Parts of a mechanism: records of links, joints, laws, springs, loads and drives."""

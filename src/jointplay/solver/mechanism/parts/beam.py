@@ -1,0 +1,280 @@
+"""Links, rigid or elastic, and the modes of an elastic link's beam that enter the equations of motion.
+
+Source: the deflection y(x, t) = Σ φ_i(x) η_i(t) of a uniform Euler–Bernoulli beam pinned at both ends, in
+mass-normalised modes: ∫ρA φ_i φ_j dx = δ_ij and ∫EI φ_i″ φ_j″ dx = ω_i² δ_ij. They are those of
+a beam of unit length, mass and stiffness (`jointplay.solver.mechanism.parts.shapes`), scaled: ω_i by
+√(EI/ρAl⁴), φ_i by 1/√(ρAl). Assumptions: small deflections, slender links, uniform section. Units: SI.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.solver.mechanism.base import (
+    GROUND,
+    Few,
+    Flag,
+    Length,
+    NonNegative,
+    PartName,
+    Place,
+    Positive,
+    Record,
+    measured,
+    named,
+)
+from jointplay.solver.mechanism.parts.masses import PointMass, together
+from jointplay.solver.mechanism.parts.shapes import Modes, hermites, sines
+
+_MARGIN = 1e-9  # of a pivot of the mass matrix: below this share of its whole it is rounding
+MOST_ELEMENTS = 20
+_STRETCHED = 8 / 9  # of a beam's mass that its two modes along move as one
+_SINES = 4  # as many modes as the paper's two elements have
+
+
+_SOME_ELEMENTS = f"a whole number of elements from 1 to {MOST_ELEMENTS}, each longer than 0,"
+_SOME_DAMPING = "a damping ratio from 0 to 1 (critical: beyond it no mode swings)"
+_SOME_MODES = f"a whole number of modes from 1 to {2 * MOST_ELEMENTS}"
+_BETWEEN_ENDS = "a fraction of the length greater than 0 and less than 1 (the pinned ends do not deflect)"
+_Modes = Annotated[int, Field(strict=True, ge=1, le=2 * MOST_ELEMENTS)]
+Elements = Annotated[int, Field(strict=True, ge=1, le=MOST_ELEMENTS)]
+DampingRatio = Annotated[NonNegative, Field(le=1)]
+elements_field = partial(measured, "number of elements", "1", accepts=_SOME_ELEMENTS)
+damping_field = partial(measured, "damping ratio", "1", 0.0, accepts=_SOME_DAMPING)
+
+
+class Beam(Record):
+    """Beam of an elastic link: uniform, Euler–Bernoulli, both of its ends on the link's line.
+
+    Valid for deflections that are small against the length, of links that are long against their thickness:
+    shear and rotary inertia of the section are left out, and stretching, unless it is asked for.
+
+    Parameters
+    ----------
+    shapes : {'hermite', 'sine'}
+        Cubic finite elements, or the exact modes of a pinned beam.
+    elements : int, optional
+        Number of elements of equal length, 1 to 20; 2 if left out, and none with sine shapes.
+    modes : int, optional
+        How many of the lowest modes to keep; all 2 × elements, or 4 sine modes, if left out.
+    modulus : float
+        Young's modulus E, Pa.
+    density : float
+        ρ, kg/m³.
+    section : {'round', 'square'}
+        Solid section, for a second moment that is left out.
+    area : float, optional
+        Area of the section A, m²; mass/(ρ × length) of the link if left out. A link whose mass is not all
+        in its beam, but in bosses or pins too, has a smaller one.
+    second_moment : float, optional
+        Second moment of area, m⁴; A²/4π of a round and A²/12 of a square section if left out.
+    damping_ratio : float
+        Structural damping ξ of every mode, 0 to 1, dimensionless.
+    gauge : float
+        Where the deflection is recorded, as a fraction of the length between 0 and 1.
+    axial : bool
+        Whether the link stretches too, in two quadratic shapes (`jointplay.solver.mechanism.parts.stretch`):
+        a joint at its far end moves along with it.
+    """
+
+    shapes: Literal["hermite", "sine"] = "hermite"
+    elements: Elements | None = elements_field(None, validate_default=True)
+    modes: _Modes | None = measured("number of modes", "1", None, accepts=_SOME_MODES)
+    modulus: Positive = measured("Young's modulus", "Pa", 2.1e11)
+    density: Positive = measured("density", "kg/m³", 7800.0)
+    section: Literal["round", "square"] = "round"
+    area: Positive | None = measured("area of the section", "m²", None)
+    second_moment: Positive | None = measured("second moment of area", "m⁴", None)
+    damping_ratio: DampingRatio = damping_field()
+    gauge: Annotated[Positive, Field(lt=1)] = measured("gauge", "1", 0.5, accepts=_BETWEEN_ENDS)
+    axial: Flag = False
+
+    @field_validator("elements")
+    @classmethod
+    def _of_hermite_shapes(cls, elements: int | None, info: ValidationInfo) -> int | None:
+        sine = info.data.get("shapes") == "sine"
+        if sine and elements is not None:
+            raise refuse(elements, "elements are accepted with shapes = 'hermite'; sine shapes take modes")
+        return 2 if elements is None and not sine else elements
+
+    @field_validator("modes")
+    @classmethod
+    def _that_the_elements_hold(cls, modes: int | None, info: ValidationInfo) -> int | None:
+        elements = info.data.get("elements")
+        if None not in (modes, elements) and modes > 2 * elements:
+            raise refuse(modes, f"at most {2 * elements} modes, two an element, are accepted")
+        return modes
+
+    @property
+    def size(self) -> int:
+        """Number of modes kept."""
+        return self.modes or (2 * self.elements if self.elements else _SINES)
+
+
+class Link(Record):
+    """A link: a line with an origin, its pin at distance 0; rigid, or bending between its two ends.
+
+    Parameters
+    ----------
+    name : str
+        Name, other than ``ground``, which is the frame.
+    length : float
+        Length from the origin to the far end, m.
+    mass : float
+        Mass, kg.
+    centre : float, optional
+        Distance of the mass centre from the origin along the link, m; half the length if left out.
+    inertia_centre : float, optional
+        Moment of inertia about the mass centre, kg m²; this or ``inertia`` is needed.
+    inertia : float, optional
+        Moment of inertia about the origin, kg m², greater than mass × centre²; this or ``inertia_centre``.
+    masses : tuple of PointMass
+        Point masses that the link carries beside its own mass; `total` is the link with them.
+    elastic : bool
+        Whether the link bends. Its pins then sit at its ends, 0 and length.
+    beam : Beam
+        How it bends; unused while the link is rigid.
+    """
+
+    name: PartName = named("link name")
+    length: Length = measured("length", "m")
+    mass: Positive = measured("mass", "kg")
+    centre: Place = measured("distance of the mass centre", "m", None, validate_default=True)
+    inertia_centre: Positive | None = measured("moment of inertia about the mass centre", "kg m²", None)
+    inertia: Positive | None = measured(
+        "moment of inertia about the link's origin", "kg m²", None, validate_default=True
+    )
+    masses: Few[PointMass] = ()
+    elastic: Flag = False
+    beam: Beam = Beam()
+
+    @field_validator("name")
+    @classmethod
+    def _not_the_ground(cls, name: str) -> str:
+        if name == GROUND:
+            raise refuse(name, "a name other than 'ground' is accepted: that one is the fixed frame")
+        return name
+
+    @field_validator("centre", mode="before")
+    @classmethod
+    def _halfway(cls, centre: Any, info: ValidationInfo) -> Any:
+        return info.data.get("length", 0.0) / 2 if centre is None else centre
+
+    @field_validator("inertia")
+    @classmethod
+    def _positive_definite(cls, inertia: float | None, info: ValidationInfo) -> float | None:
+        if (inertia is None) == (info.data.get("inertia_centre", 0.0) is None):
+            one = "a moment of inertia greater than 0 kg m² is accepted, one of the two"
+            both = "inertia (about the link's origin) and inertia_centre (about its mass centre)"
+            raise refuse(NOTHING if inertia is None else inertia, f"{one}, {both}")
+        if inertia is None or not {"length", "mass", "centre"} <= info.data.keys():
+            return inertia  # one of them is invalid, which is a problem of its own
+        least = info.data["mass"] * info.data["centre"] * info.data["centre"]
+        if inertia <= least:
+            limit = f"greater than mass × centre² = {least:.6g} kg m²"
+            about = "one about the mass centre is given as inertia_centre"
+            raise refuse(inertia, f"a moment of inertia about the link's origin {limit} is accepted; {about}")
+        return inertia
+
+    @model_validator(mode="after")
+    def _bends_as_a_beam_can(self) -> Self:
+        if self.elastic and (problems := bending_problems(self)):
+            raise InputError(problems)
+        return self
+
+    @property
+    def total(self) -> Link:
+        """The same link with its point masses in its own mass, centre and inertia about the origin."""
+        if self.inertia is not None and not self.masses:
+            return self
+        own = self.inertia
+        if self.inertia_centre is not None:
+            own = self.inertia_centre + self.mass * self.centre**2
+        names = ("mass", "centre", "inertia")
+        sums = dict(zip(names, together(self.mass, self.centre, own, self.masses), strict=True))
+        beam = self.beam.model_copy(update={"area": float(area(self))})  # what bends is the link's own mass
+        return self.model_copy(update=sums | {"inertia_centre": None, "masses": (), "beam": beam})
+
+    @property
+    def description(self) -> str:
+        """Length, mass, inertia and elasticity in a few words."""
+        whole, points = self.total, f", {len(self.masses)} point masses in it" if self.masses else ""
+        rigid = f"{self.length:g} m, {whole.mass:g} kg{points}, {whole.inertia:g} kg m²"
+        if not self.elastic:
+            return rigid
+        shapes = f"{self.beam.elements} elements" if self.beam.elements else "sine shapes"
+        shapes += ", stretching" if self.beam.axial else ""
+        return f"{rigid}, elastic: {shapes}, {self.beam.size} modes, damping {self.beam.damping_ratio:g}"
+
+
+def modal(link: Link) -> Modes:
+    """Give the modes of a link, bending or not, as its beam describes them."""
+    beam, length, mass = link.beam, link.length, np.float64(line_density(link) * link.length)
+    modes = (beam.size, beam.gauge)
+    unit = hermites(beam.elements, *modes) if beam.elements else sines(*modes)
+    weight = np.sqrt(mass)
+    return Modes(
+        frequency=unit.frequency * np.sqrt(stiffness(link) / (mass * length * length * length)),
+        force=unit.force * weight,
+        moment=unit.moment * (weight * length),
+        second=unit.second * (weight * length**2),
+        slope_start=unit.slope_start / (weight * length),
+        slope_end=unit.slope_end / (weight * length),
+        gauge=unit.gauge / weight,
+    )
+
+
+def area(link: Link) -> float:
+    """Give the area A of a link's section, m²: its beam's, or that of a uniform bar of the link's mass."""
+    return link.beam.area or np.float64(link.mass) / (link.beam.density * link.length)
+
+
+def line_density(link: Link) -> float:
+    """Give the mass of a link's beam per length ρA, kg/m."""
+    return link.beam.density * area(link)
+
+
+def stiffness(link: Link) -> float:
+    """Give the bending stiffness E I of a link's beam, N m²."""
+    share = 4 * math.pi if link.beam.section == "round" else 12.0
+    return link.beam.modulus * (link.beam.second_moment or area(link) * area(link) / share)
+
+
+def bending_problems(link: Link) -> list[Problem]:
+    """List what makes the equations of an elastic link singular; keys are relative to the link.
+
+    The total mass matrix is positive definite where [[m − S·S, m s − S·I], [m s − S·I, J − I·I]] is.
+    """
+    ends = (0.0, link.length)
+    if wrong := [(i, point.at) for i, point in enumerate(link.masses) if point.at not in ends]:
+        text = (
+            f"0 or {link.length:g} m is accepted: between its ends, a mass on an elastic link would bend it"
+        )
+        return [Problem(f"masses[{i}].at", at, text) for i, at in wrong]
+    link = link.total
+    with np.errstate(all="ignore"):
+        modes = modal(link)
+    if not all(0 < frequency < math.inf for frequency in modes.frequency):
+        given = {name: getattr(link.beam, name) for name in ("modulus", "density", "area", "second_moment")}
+        return [Problem("beam", given, "numbers that give finite frequencies other than 0 are accepted")]
+    beam_mass = float(modes.force @ modes.force)
+    moved = max(beam_mass, _STRETCHED * line_density(link) * link.length * link.beam.axial)
+    if not link.mass - moved > _MARGIN * link.mass:
+        most = area(link) * link.mass / moved
+        weights = f"{line_density(link) * link.length:.6g} kg, the whole link {link.mass:g} kg"
+        text = f"an area less than {most:.6g} m² is accepted: this beam weighs {weights}"
+        return [Problem("beam.area", area(link), text)]
+    cross = link.mass * link.centre - float(modes.force @ modes.moment)
+    least = float(modes.moment @ modes.moment) + cross * cross / (link.mass - beam_mass)
+    if not link.inertia - least > _MARGIN * link.inertia:
+        limit = f"greater than {least:.6g} kg m² is accepted with this beam, mass and mass centre"
+        reason = "else the mass matrix is not positive definite"
+        text = f"a moment of inertia about the link's origin {limit}, {reason}"
+        return [Problem("inertia", link.inertia, text)]
+    return []

@@ -1,0 +1,143 @@
+"""The record of a joint's friction: a law of `equations.friction` by name, and the numbers that it takes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, Self
+
+from pydantic import ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from jointplay.display.accepted import from_pydantic
+from jointplay.display.errors import NOTHING, InputError, Problem, unknown
+from jointplay.solver.equations.friction import FRICTIONS, FrictionLaw, Quantity
+from jointplay.solver.mechanism.base import NonNegative, Record, is_number, measured
+from jointplay.solver.mechanism.measures import in_si
+
+
+def _with_numbers(schema: dict[str, Any]) -> None:
+    """Add to the JSON schema the numbers that laws take beside the record's own fields."""
+    for law in FRICTIONS.values():
+        for name, each in law.numbers.items():
+            about = {"type": "number", "units": each.units, "title": name.replace("_", " ").capitalize()}
+            schema["properties"].setdefault(name, about)
+    schema["additionalProperties"] = False
+
+
+class Friction(Record):
+    """The law of the tangential force in a joint with clearance, one of `jointplay.solver.equations.friction`.
+
+    Every further number of a law is a key beside these, and an attribute: ``velocity`` (v_0, m/s) of the
+    regularised laws; ``full_velocity`` (v_1, m/s) of ``ambrosio``; ``static_coefficient`` (f_s) of
+    ``andersson``, ``brown_mcphee`` and ``stribeck``; ``stribeck_velocity`` (v_s, m/s) and ``exponent``
+    (delta; 2 if left out) of ``andersson``, ``stribeck`` and ``lugre``; ``bristle_stiffness`` (1/m) and
+    ``bristle_damping`` (s/m; 0 if left out) of ``lugre``, both of the coefficient.
+
+    Parameters
+    ----------
+    law : str
+        Name of the law: with true sticking ``coulomb`` (if left out) or ``stribeck``; regularised ``tanh``,
+        ``ramp``, ``ambrosio``, ``threlfall``, ``andersson``, ``brown_mcphee``; of bristles ``lugre``.
+    coefficient : float
+        f, dimensionless; the kinetic coefficient where the law has a static one too.
+    viscous : float
+        C_t, N s/m.
+    """
+
+    model_config = ConfigDict(extra="allow", json_schema_extra=_with_numbers)
+    law: Annotated[str, Field(json_schema_extra={"enum": [*FRICTIONS]})] = "coulomb"
+    coefficient: NonNegative = measured("friction coefficient", "1")
+    viscous: NonNegative = measured("viscous friction", "N s/m", 0.0)
+
+    @field_validator("law")
+    @classmethod
+    def _known(cls, law: str) -> str:
+        if law not in FRICTIONS:
+            raise InputError([unknown("", law, law, FRICTIONS, "friction law")])
+        return law
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _of_the_law(cls, data: Any, handler: Callable[[Any], Self]) -> Self:
+        if not isinstance(data, Mapping):
+            return handler(data)
+        fields = {name: value for name, value in data.items() if name in cls.model_fields}
+        given = {n: value for n, value in data.items() if n not in fields and value is not None}
+        name = data.get("law", "coulomb")
+        law = FRICTIONS.get(name) if isinstance(name, str) else None
+        given = in_si(given, {n: each.units for n, each in law.numbers.items()} if law else {})
+        problems = list(_number_problems(name, law, fields, given))
+        if law and not problems:
+            given = {n: float(given.get(n, each.usual)) for n, each in law.numbers.items()}
+        try:
+            record = handler(fields | given)
+        except ValidationError as error:
+            problems = [*from_pydantic(error, cls).problems, *problems]
+        if problems:
+            raise InputError(problems)
+        return record
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Numbers of the law beside coefficient and viscous part, by name."""
+        return {name: getattr(self, name) for name in FRICTIONS[self.law].numbers}
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Parameters of the equations, by letter."""
+        law = FRICTIONS[self.law]
+        values = dict(zip(law.letters, (self.coefficient, *self.numbers.values()), strict=True))
+        return {"v": 0.0, "Ct": self.viscous} | values
+
+    @property
+    def rubs(self) -> bool:
+        """Whether a coefficient is more than 0, so that the law gives any force."""
+        static = self.numbers.get("static_coefficient", 0.0)
+        return max(self.coefficient, static) > 0
+
+    @property
+    def description(self) -> str:
+        """Law and numbers in a few words; of Coulomb's law the coefficient."""
+        units = {name: each.units for name, each in FRICTIONS[self.law].numbers.items()}
+        told = [f"{n.replace('_', ' ')} {x:g} {units[n]}".removesuffix(" 1") for n, x in self.numbers.items()]
+        law = "" if self.law == "coulomb" else f" ({', '.join([self.law, *told])})"
+        return f"{self.coefficient:g}{law}"
+
+
+def _number_problems(
+    name: Any, law: FrictionLaw | None, fields: Mapping[str, Any], given: Mapping[str, Any]
+) -> Iterator[Problem]:
+    """Problems of the numbers that are no fields of the record; of an unknown law only names."""
+    own: Mapping[str, Quantity] = law.numbers if law else {}
+    for key, value in given.items():
+        laws = [other for other, each in FRICTIONS.items() if key in each.numbers]
+        if key not in own and not laws:
+            yield unknown(str(key), value, key, (*Friction.model_fields, *own))
+        elif key not in own and law:
+            yield Problem(key, value, f"accepted only with law = {' or '.join(map(repr, laws))}")
+    for key, each in own.items():
+        value, bound = given.get(key, NOTHING), (fields | given).get(each.above)
+        missing = value is NOTHING and each.usual is None
+        if missing or (value is not NOTHING and not _within(each, value, bound)):
+            yield Problem(key, value, f"{_accepted(key, each, bound)} of friction law {name} is accepted")
+
+
+def _within(each: Quantity, value: Any, bound: Any) -> bool:
+    if not is_number(value) or not (value > 0 if each.least is None else value >= each.least):
+        return False
+    beyond = is_number(bound) and (value < bound or (value == bound and not each.or_equal))
+    return not beyond and (each.most is None or value <= each.most)
+
+
+def _accepted(key: str, each: Quantity, bound: Any) -> str:
+    """What a number may be, as ``a stribeck velocity greater than 0 m/s``."""
+    unit = "" if each.units == "1" else f" {each.units}"
+    words = ["greater than 0" if each.least is None else f"of at least {each.least:g}"]
+    words += [f"at most {each.most:g}"] if each.most is not None else []
+    text = f"{'an' if key[0] in 'aeiou' else 'a'} {key.replace('_', ' ')} {' and '.join(words)}{unit}"
+    if not each.above:
+        return text
+    value = f" ({bound:g}{unit})" if is_number(bound) else ""
+    return f"{text} and {'not below' if each.or_equal else 'above'} the {each.above.replace('_', ' ')}{value}"
+
+
+FRICTIONLESS = Friction(coefficient=0.0)

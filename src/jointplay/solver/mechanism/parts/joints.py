@@ -1,0 +1,217 @@
+"""Joints between links, their pins, and the law of contact in them."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from jointplay.display.errors import NOTHING, refuse
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.equations.structure import CORNERS
+from jointplay.solver.mechanism.base import (
+    GROUND,
+    Name,
+    NonNegative,
+    Number,
+    PartName,
+    Positive,
+    Record,
+    Turn,
+    measured,
+    named,
+)
+from jointplay.solver.mechanism.parts.contact import Contact
+from jointplay.solver.mechanism.parts.friction import FRICTIONLESS, Friction
+
+_POINT = {"units": "m", "accepts": "a point [x, y] on the ground, two finite numbers in m,"}
+_Point = Annotated[tuple[Number, Number] | None, Field(validate_default=True, json_schema_extra=_POINT)]
+
+
+class Pin(Record):
+    """One side of a joint: a point on a link, or fixed to the ground.
+
+    Parameters
+    ----------
+    link : str
+        Name of the link, or ``ground``.
+    at : float
+        Distance from the link's origin along the link, m.
+    point : tuple of float, shape (2,)
+        Coordinates x and y, m; on the ground only, and needed there.
+    direction : float
+        Of a prismatic joint's line, rad: from the link's line, on the ground from +x.
+    """
+
+    link: Name = named("link name, or 'ground'")
+    at: NonNegative = measured("distance along the link", "m", 0.0)
+    point: _Point = None
+    direction: Turn = measured("direction of a line", "rad", 0.0)
+
+    @field_validator("at")
+    @classmethod
+    def _along_a_link(cls, at: float, info: ValidationInfo) -> float:
+        if at and info.data.get("link") == GROUND:
+            raise refuse(at, "a place on the ground is given by point = [x, y] in m, without at")
+        return at
+
+    @field_validator("point")
+    @classmethod
+    def _on_the_ground(cls, point: tuple[float, float] | None, info: ValidationInfo) -> Any:
+        link = info.data.get("link")
+        if link == GROUND and point is None:
+            raise refuse(NOTHING, "a place on the ground needs point = [x, y] in m")
+        if link not in (None, GROUND) and point is not None:
+            accepted = "only link = 'ground' takes a point; on a link, at = distance from its origin in m"
+            raise refuse(point, accepted)
+        return point
+
+
+def on_a_link(pin: Pin) -> Pin:
+    """Rule: what acts here acts on a moving link."""
+    if pin.link == GROUND:
+        raise refuse(GROUND, "a moving link is accepted", "link")
+    return pin
+
+
+class Joint(Record):
+    """A joint between two links: revolute, a journal in a bearing, or prismatic, a slider on a guide.
+
+    Parameters
+    ----------
+    name : str
+        Name.
+    kind : {'revolute', 'prismatic'}
+        Prismatic: the journal's point moves along the bearing's line, and both lines stay parallel.
+    journal : Pin
+        Link that carries the journal (the pin), and where on it; of a prismatic joint, the slider.
+    bearing : Pin
+        Link that carries the bearing (the hole), or the ground, and where; of a prismatic joint, the guide.
+    clearance : float
+        Radial clearance e, of a prismatic joint that on either side, m; 0 makes the joint ideal, and contact
+        data are then not used.
+    radius : float, optional
+        Radius R of the journal, m; needed with clearance by a revolute joint.
+    half_length, half_height : float, optional
+        Half sizes of a prismatic joint's slider along and across its line, about its point, m; needed with
+        clearance. The guide's faces are the half height and the clearance away from its line on either side.
+    contact : Contact, optional
+        Law of the normal force; needed with clearance.
+    friction : Friction, optional
+        Law of the tangential force; none if left out.
+    """
+
+    name: PartName = named("joint name")
+    kind: Literal["revolute", "prismatic"] = "revolute"
+    journal: Pin
+    bearing: Pin
+    clearance: NonNegative = measured("radial clearance", "m", 0.0)
+    radius: Positive | None = measured("journal radius", "m", None, validate_default=True)
+    half_length: Positive | None = measured("half length of a slider", "m", None, validate_default=True)
+    half_height: Positive | None = measured("half height of a slider", "m", None, validate_default=True)
+    contact: Annotated[Contact | None, Field(validate_default=True)] = None
+    friction: Friction | None = None
+
+    @field_validator("bearing")
+    @classmethod
+    def _two_links(cls, bearing: Pin, info: ValidationInfo) -> Pin:
+        if "journal" in info.data and info.data["journal"].link == bearing.link:
+            raise refuse(bearing.link, "a link other than the journal's is accepted", "link")
+        return bearing
+
+    @field_validator("journal", "bearing")
+    @classmethod
+    def _line(cls, pin: Pin, info: ValidationInfo) -> Pin:
+        if pin.direction and info.data.get("kind") == "revolute":
+            raise refuse(pin.direction, "a direction is accepted with kind = 'prismatic' only", "direction")
+        return pin
+
+    @field_validator("radius", "half_length", "half_height")
+    @classmethod
+    def _sizes_with_clearance(cls, size: float | None, info: ValidationInfo) -> float | None:
+        kind = "revolute" if info.field_name == "radius" else "prismatic"
+        own, word = info.data.get("kind") == kind, cls.model_fields[info.field_name].description
+        if size is not None and "kind" in info.data and not own:
+            raise refuse(size, f"a {word} is accepted with kind = '{kind}' only")
+        if size is None and own and info.data.get("clearance"):
+            raise refuse(NOTHING, f"a {kind} joint with clearance needs a {word} greater than 0 m")
+        return size
+
+    @field_validator("contact")
+    @classmethod
+    def _contact_with_clearance(cls, contact: Contact | None, info: ValidationInfo) -> Contact | None:
+        if contact is None and info.data.get("clearance"):
+            needed = (
+                "contact data: a table of stiffness (N/m), damping (N s/m), or of another law and its numbers"
+            )
+            raise refuse(NOTHING, f"a joint with clearance needs {needed}")
+        if contact and info.data.get("kind") == "prismatic" and "R" in LAWS[contact.law].joint:
+            flat = "a law that needs no journal's radius is accepted at a guide, whose faces are flat"
+            raise refuse(contact.law, flat, "law")
+        return contact
+
+    @property
+    def ideal(self) -> bool:
+        """Whether it has no clearance."""
+        return not self.clearance
+
+    @property
+    def prismatic(self) -> bool:
+        """Whether it is a slider on a guide."""
+        return self.kind == "prismatic"
+
+    @property
+    def sized(self) -> bool:
+        """Whether it has all that it needs to be given clearance."""
+        sizes = (self.half_length, self.half_height) if self.prismatic else (self.radius,)
+        return self.contact is not None and None not in sizes
+
+    @property
+    def contacts(self) -> tuple[str, ...]:
+        """Names of its contacts: its own, of a prismatic joint its corners', of an ideal one none."""
+        if self.ideal:
+            return ()
+        return tuple(f"{self.name}_{corner}" for corner in CORNERS) if self.prismatic else (self.name,)
+
+    @property
+    def ends(self) -> tuple[tuple[Pin, Pin], tuple[Pin, Pin]]:
+        """Each of its pins, and the pin on the other side."""
+        return (self.journal, self.bearing), (self.bearing, self.journal)
+
+    @property
+    def links(self) -> set[str]:
+        """Names of the links that it connects."""
+        return {self.journal.link, self.bearing.link}
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Parameters of the equations of a joint with clearance, by letter."""
+        friction = (self.friction or FRICTIONLESS).parameters
+        return {"e": self.clearance} | self._sizes | self.contact.coefficients | friction
+
+    @property
+    def _sizes(self) -> dict[str, float]:
+        if not self.prismatic:
+            return {"R": self.radius}
+        pairs = (("d", self.bearing), ("j", self.journal))
+        lines = {f"{word}c": math.cos(pin.direction) for word, pin in pairs}
+        lines |= {f"{word}s": math.sin(pin.direction) for word, pin in pairs}
+        return lines | {"ha": self.half_length, "hb": self.half_height}
+
+    @property
+    def deepest(self) -> float:
+        """Penetration at which the law of the normal force ends, m; infinite if it holds at any."""
+        law = LAWS[self.contact.law]
+        if law.deepest is None:
+            return math.inf
+        return law.deepest(*(self.numbers[letter] for letter in law.arguments))
+
+    @property
+    def description(self) -> str:
+        """The links that it connects, its clearance and laws, in a few words."""
+        links = f"{self.journal.link} {'on' if self.prismatic else 'in'} {self.bearing.link}"
+        if self.ideal or self.contact is None:
+            return f"{links}, ideal{' guide' * self.prismatic}"
+        friction = f", friction {self.friction.description}" if self.friction else ""
+        return f"{links}, clearance {self.clearance:g} m, {self.contact.description}{friction}"

@@ -1,0 +1,122 @@
+"""Parts of a linkage by key path: ``joints.B.clearance``, or by number, ``joints[2].clearance``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import Any, TypeVar, get_args
+
+from jointplay.display.errors import InputError, Problem, join, unknown
+from jointplay.solver.mechanism.base import Record
+
+WITH_PARTS = ("links", "joints", "springs", "loads", "drive")
+R = TypeVar("R", bound=Record)
+
+
+def is_path(key: Any) -> bool:
+    """Whether a key is a path, and no name."""
+    return isinstance(key, str) and ("." in key or "[" in key)
+
+
+def steps(path: str) -> list[str]:
+    """Steps of a path: ``joints``, ``[2]``, ``clearance``."""
+    return path.replace("[", ".[").split(".")
+
+
+def below(record: Any) -> dict[str, Any]:
+    """Parts of a record, of a tuple, or of a table, by name; those of a tuple by their numbers too."""
+    if isinstance(record, tuple):
+        named = {part.name: part for part in record if getattr(part, "name", None)}
+        return named | {f"[{i}]": part for i, part in enumerate(record)}
+    if isinstance(record, dict):
+        return record
+    return dict(record) if isinstance(record, Record) else {}
+
+
+def part_at(record: Any, path: str, place: str) -> tuple[Any, Problem | None]:
+    """The part at the end of a path, or the problem, whose key is `place`, of one that leads to none."""
+    for step in steps(path):
+        parts = below(record)
+        if step not in parts:
+            known = [name for name in parts if name[0] != "["] or parts
+            return None, unknown(place, step, step, known, "part")
+        record = parts[step]
+    return record, None
+
+
+def with_parts(record: R, changes: Mapping[str, Any]) -> R:
+    """A validated copy in which other things stand at the ends of these paths, which lead somewhere.
+
+    All change at once: some fit only together, as a length and where the joint at its end sits.
+    """
+    with suppress(InputError):
+        return _with(record, {tuple(steps(path)): value for path, value in changes.items()})
+    for path, value in changes.items():  # to tell by its path what is wrong
+        try:
+            record = _with(record, {tuple(steps(path)): value})
+        except InputError as error:
+            raise InputError(Problem(path, value, each.expected) for each in error.problems) from None
+    return record
+
+
+def checked_paths(record: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Those of the changes that are by path; `InputError` naming every path that leads nowhere."""
+    by_path = {key: value for key, value in changes.items() if is_path(key)}
+    problems = [problem for key in by_path if (problem := part_at(record, key, key)[1])]
+    if problems:
+        raise InputError(problems)
+    return by_path
+
+
+def as_paths(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A table of changes in which tables of parts stand as paths; a whole drive, which has a kind, stays."""
+    own = {key: value for key, value in table.items() if not _holds_parts(key, value)}
+    return own | dict(ends({key: table[key] for key in table.keys() - own.keys()}))
+
+
+def _holds_parts(key: str, value: Any) -> bool:
+    return key in WITH_PARTS and isinstance(value, Mapping) and "kind" not in value
+
+
+def ends(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
+    """Paths and values of what nested tables hold."""
+    for key, value in table.items():
+        path = join(above, str(key))
+        if isinstance(value, Mapping) and value:
+            yield from ends(value, path)
+        else:
+            yield path, value
+
+
+def _with(record: Any, changes: Mapping[tuple[str, ...], Any]) -> Any:
+    """The same of a record, a tuple of records or a table, by the steps of each path."""
+    record, inner = changes.get((), record), {}
+    for path, value in changes.items():
+        if path:
+            inner.setdefault(path[0], {})[path[1:]] = value
+    if not inner:
+        return record
+    if isinstance(record, tuple):
+        return tuple(_with(part, _of_part(inner, i, part)) for i, part in enumerate(record))
+    parts = dict(record)
+    for name, below_it in inner.items():
+        changed = _with(parts.get(name), below_it)
+        counted = isinstance(record, Record) and () in below_it
+        parts[name] = as_counted(type(record), name, changed) if counted else changed
+    return parts if isinstance(record, dict) else type(record)(**parts)
+
+
+def _of_part(inner: Mapping[str, dict], number: int, part: Any) -> dict[tuple[str, ...], Any]:
+    """Changes of one of a tuple's parts, by its name or its number."""
+    return inner.get(getattr(part, "name", ""), {}) | inner.get(f"[{number}]", {})
+
+
+def as_counted(record: Any, name: str, value: Any) -> Any:
+    """A whole number as an int where the record's field is one: the values of a sweep are floats."""
+    field = record.model_fields.get(name)
+    whole = isinstance(value, float) and value.is_integer()
+    return int(value) if whole and field is not None and _counts(field.annotation) else value
+
+
+def _counts(annotation: Any) -> bool:
+    return annotation is int or any(map(_counts, get_args(annotation)))

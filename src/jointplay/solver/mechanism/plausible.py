@@ -1,0 +1,280 @@
+"""What numbers can mean: what no mechanism can be is refused, what only a rare one may be is doubted.
+
+Each names the likely unit. Whether a number can stand in a field at all is said by the field's own type; here
+numbers are judged beside each other, and by the size that linkages, motors and materials have. `Mechanism`
+asks for `nonsense` when it is built, each analysis for `doubts`, and for `turning`, whether a crank can go
+where it is driven. A mechanism with ``as_meant`` is doubted in nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from jointplay.display.accepted import above_zero, units_of
+from jointplay.display.errors import Problem, join
+from jointplay.solver.equations.own.grammar import number, parse
+from jointplay.solver.mechanism.base import Record, in_degrees, in_millimetres
+from jointplay.solver.mechanism.measures import SMALLEST
+
+RPM = math.tau / 60  # rad/s
+WIDE = 0.1  # of the shortest link: a wider clearance is seldom meant
+MAINS = 400.0  # rad/s: no motor on mains of 60 Hz turns faster than 377 rad/s, 3600 rpm
+FAST = 1000.0  # rad/s, 9549 rpm: few cranks turn faster
+BRISK, ROUND = 250.0, 10.0  # rad/s: from here on whole tens are seldom meant but as rpm
+HURRY = 5.0  # times the drive's own speed: below the 9.55 that rpm are of rad/s
+SUNK = 1.0  # clearances: a journal seldom starts deeper in its bearing
+LONG = 10.0  # m: few linkages have longer links
+AIR, SLENDER = 1.2, 20  # kg/m³; lengths over thickness of the thinnest rod that is seldom doubted
+LEAD, BULK = 11340.0, 3  # kg/m³; lengths of a link in the edge of the largest block that it may be
+ASIDE, APART = 2.5, 100.0  # lengths from a link's middle to its mass centre: seldom more; never
+ROUNDABOUT = 5.0  # lengths: a radius of gyration is seldom more, and never APART
+STARRY = 1e6  # times as heavy as doubted: no matter is
+_MOMENTS = {"kg cm²": 1e-4, "kg mm²": 1e-6, "g cm²": 1e-7, "g mm²": 1e-9}  # in kg m²
+_LENGTHS = {"cm": 0.01, "mm": 1e-3}
+_MASSES = {"g": 1e-3, "mg": 1e-6}
+
+
+def nonsense(mechanism: Any) -> Iterator[Problem]:
+    """Yield what no linkage can be, with keys of the mechanism, whose parts are right by themselves."""
+    if sizes := [*_sizes(mechanism)]:
+        yield from sizes
+        return
+    yield from (problem for certain, problem in _links(mechanism) if certain)
+    for i, joint in enumerate(mechanism.joints):
+        if joint.friction and joint.friction.law == "lugre" and not joint.friction.coefficient:
+            text = (
+                "a coefficient greater than 0 is accepted with lugre: bristles that bear nothing do not bend"
+            )
+            yield Problem(f"joints[{i}].friction.coefficient", 0.0, text)
+    drive = mechanism.drive
+    if getattr(drive, "kind", "") == "servo" and drive.speed * drive.nominal_speed < 0:
+        text = f"a speed of the sign of the mean wanted one ({drive.speed:g} rad/s) is accepted"
+        yield Problem("drive.nominal_speed", drive.nominal_speed, text)
+
+
+def _sizes(mechanism: Any) -> Iterator[Problem]:
+    """Numbers whose products overflow or, where they cannot be 0, underflow."""
+    for key, value, units, positive in _numbers(mechanism, ""):
+        least = SMALLEST if positive else 0.0
+        if not least <= abs(value) <= 1 / SMALLEST:
+            unit = "" if units in (None, "1") else f" {units}"
+            size = f"0, or a number between {SMALLEST:g} and {1 / SMALLEST:g}{unit} in size, is accepted"
+            yield Problem(key, value, size)
+
+
+def too_wide(clearance: float, links: Sequence[Any]) -> str:
+    """Say what is accepted instead of a clearance no shorter than a link; empty where it is shorter."""
+    shortest = min(links, key=lambda link: link.length, default=None)
+    if shortest is None or clearance < shortest.length:
+        return ""
+    meant = in_millimetres(clearance) if clearance / 1000 < shortest.length else ""
+    return f"a clearance less than {shortest.length:g} m is accepted, the length of {shortest.name}{meant}"
+
+
+def doubts(
+    mechanism: Any, initial: Any = None, section: Any = None, apart: Mapping[str, float] | None = None
+) -> Iterator[Problem]:
+    """Yield what a valid mechanism, start and section probably do not mean, with keys of an analysis.
+
+    Of a system of equations, which may be dimensionless, only states that grow for ever are doubted.
+
+    Parameters
+    ----------
+    mechanism, initial, section
+        As of an analysis.
+    apart : mapping of str to float, optional
+        Distances of journals from their bearings' centres at the start, m, by joint.
+    """
+    if mechanism is None or mechanism.as_meant:
+        return
+    if not hasattr(mechanism, "links"):
+        yield from _endless(mechanism)
+        return
+    yield from (_under(problem) for certain, problem in _links(mechanism) if not certain)
+    yield from map(_under, (*_lengths(mechanism), *_turned(mechanism), *_wide(mechanism)))
+    yield from map(_under, _fast(mechanism.drive))
+    if isinstance(initial, Mapping):
+        yield from _start(mechanism, initial, apart or {})
+    level = section.value if getattr(section, "kind", "") == "plane" and section.quantity == "angle" else 0.0
+    if abs(level) > math.tau:
+        yield Problem("section.value", level, in_degrees(level))
+
+
+def _under(problem: Problem) -> Problem:
+    return Problem(join("mechanism", problem.key), problem.given, problem.expected)
+
+
+@cache
+def _fields(kind: type[Record]) -> list[tuple[str, str, str | None, bool]]:
+    """Name, key, units of every field of a kind of record, and whether it takes what is above 0 alone."""
+    fields = kind.model_fields.items()
+    return [(name, each.alias or name, units_of(each), above_zero(each)) for name, each in fields]
+
+
+def _numbers(record: Any, root: str) -> Iterator[tuple[str, float, str | None, bool]]:
+    """Key, value, units of every number of a record and its parts, and whether it must be above 0."""
+    for name, word, units, positive in _fields(type(record)):
+        value, key = getattr(record, name), join(root, word)
+        rows = [(key, value)]
+        if isinstance(value, float):
+            yield key, value, units, positive
+            continue
+        if isinstance(value, tuple):
+            rows = [(join(key, f"[{i}]"), each) for i, each in enumerate(value)]
+        if isinstance(value, dict):
+            rows = [(join(key, str(inner)), each) for inner, each in value.items()]
+        for place, each in rows:
+            if isinstance(each, Record):
+                yield from _numbers(each, place)
+            elif isinstance(each, float):
+                yield place, each, units, positive
+
+
+def _in(mechanism: Any, unit: str, root: str = "") -> Iterator[tuple[str, float]]:
+    """Key and value of every number of a record that is in this unit."""
+    return ((key, value) for key, value, units, _ in _numbers(mechanism, root) if units == unit)
+
+
+def _links(mechanism: Any) -> Iterator[tuple[bool, Problem]]:
+    """Problems of masses, centres and moments of inertia; whether they are certain."""
+    longest = max(link.length for link in mechanism.links)
+    sliding = {
+        pin.link for joint in mechanism.joints if joint.prismatic for pin in (joint.journal, joint.bearing)
+    }
+    for i, link in enumerate(mechanism.links):
+        size = longest if link.name in sliding else link.length  # what slides has a length in name only
+        yield from _mass(f"links[{i}]", link, size)
+        yield from _centre(f"links[{i}].centre", link, size)
+        yield from _inertia(f"links[{i}]", link, size)
+
+
+def _mass(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
+    light = AIR * math.pi / 4 * link.length**3 / SLENDER**2
+    heavy = LEAD * (BULK * size) ** 3
+    if link.mass < light:
+        text = f"that is lighter than the air in a rod {link.length:g} m long and a {SLENDER}th as thick"
+        long = link.length > LONG
+        meant = in_millimetres(link.length) if long else _meant(link.mass, {"kg": 1.0}, light, heavy)
+        yield (
+            long,
+            Problem(
+                f"{key}.{'length' if long else 'mass'}", link.length if long else link.mass, text + meant
+            ),
+        )
+    if link.mass > heavy:
+        text = f"that is heavier than a block of lead {BULK} times as long, wide and high as {link.name}"
+        yield (
+            link.mass > STARRY * heavy,
+            Problem(f"{key}.mass", link.mass, text + _meant(link.mass, _MASSES, light, heavy)),
+        )
+
+
+def _centre(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
+    off = abs(link.centre - link.length / 2)
+    if off > ASIDE * size:
+        text = f"that is {off / size:.3g} lengths from the middle of {link.name}"
+        meant = _meant(link.centre, _LENGTHS, -0.5 * size, 1.5 * size)
+        yield off > APART * size, Problem(key, link.centre, text + meant)
+
+
+def _inertia(key: str, link: Any, size: float) -> Iterator[tuple[bool, Problem]]:
+    own = link.inertia_centre
+    about, given = ("inertia", link.inertia) if own is None else ("inertia_centre", own)
+    gyration = math.sqrt(max(0.0, given - (link.mass * link.centre**2 if own is None else 0.0)) / link.mass)
+    if gyration > ROUNDABOUT * size:
+        lengths = f"{gyration / size:.3g} times the length of {link.name}"
+        text = f"that is a radius of gyration of {gyration:.3g} m, {lengths}"
+        most = link.mass * size**2
+        meant = _meant(given, _MOMENTS, 1e-3 * most, 2 * most)
+        yield gyration > APART * size, Problem(f"{key}.{about}", given, text + meant)
+
+
+def _meant(given: float, units: Mapping[str, float], least: float, most: float) -> str:
+    """Ask for the unit in which a number would be usual; empty where there is none."""
+    for unit, factor in units.items():
+        if least <= given * factor <= most and factor != 1:
+            return f"; did you mean {given:g} {unit}? Then write '{given:g} {unit}' or {given * factor:.6g}"
+    return ""
+
+
+def _lengths(mechanism: Any) -> Iterator[Problem]:
+    for key, value in _in(mechanism, "m"):
+        if abs(value) > LONG and not key.endswith((".clearance", ".centre")):
+            yield Problem(
+                key, value, f"that is more than most linkages have ({LONG:g} m){in_millimetres(value)}"
+            )
+
+
+def _turned(mechanism: Any) -> Iterator[Problem]:
+    names = {link.name for link in mechanism.links}
+    guessed = ((f"guess.{name}", angle) for name, angle in mechanism.guess.items() if name in names)
+    for key, value in (*_in(mechanism, "rad"), *guessed):
+        if abs(value) > math.tau:
+            yield Problem(key, value, in_degrees(value))
+
+
+def _wide(mechanism: Any) -> Iterator[Problem]:
+    length = min(link.length for link in mechanism.links)
+    for i, joint in enumerate(mechanism.joints):
+        if joint.clearance > WIDE * length or joint.clearance > (joint.radius or math.inf):
+            shares = f"{joint.clearance / length:.2g} of the shortest link"
+            shares += (
+                f" and {joint.clearance / joint.radius:.2g} of the journal's radius" if joint.radius else ""
+            )
+            text = f"that is {shares}{in_millimetres(joint.clearance)}"
+            yield Problem(f"joints[{i}].clearance", joint.clearance, text)
+
+
+def _fast(drive: Any) -> Iterator[Problem]:
+    if drive is None:
+        return
+    if drive.kind == "motor":
+        if drive.synchronous_speed > MAINS:
+            why = "faster than any motor on the mains (3600 rpm)"
+            yield _in_rpm("drive.synchronous_speed", drive.synchronous_speed, why)
+        return
+    for key, value in _in(drive, "rad/s", "drive"):
+        rounded = abs(value) >= BRISK and value % ROUND == 0
+        if (abs(value) > FAST or rounded) and not key.endswith("frequency"):
+            yield _in_rpm(
+                key, value, "faster than most cranks turn" if abs(value) > FAST else "a brisk speed"
+            )
+
+
+def _in_rpm(key: str, speed: float, why: str) -> Problem:
+    meant = f"if {speed:g} rpm are meant, write '{speed:g} rpm' or {speed * RPM:.6g}"
+    return Problem(key, speed, f"{speed:g} rad/s are {speed / RPM:.5g} rpm, {why}; {meant}")
+
+
+def _start(mechanism: Any, initial: Mapping[str, Any], apart: Mapping[str, float]) -> Iterator[Problem]:
+    own = abs(mechanism.drive.nominal_speed) if mechanism.drive else math.inf
+    speed = initial.get("crank_speed")
+    if speed is not None and abs(speed) > HURRY * own:
+        yield _in_rpm("initial.crank_speed", speed, f"{abs(speed) / own:.3g} times what the drive turns at")
+    for name, angle in (initial.get("angle") or {}).items():
+        if abs(angle) > math.tau:
+            yield Problem(f"initial.angle.{name}", angle, in_degrees(angle))
+    clearances = {joint.name: joint.clearance for joint in mechanism.clearance_joints}
+    for name, distance in apart.items():
+        depth = distance / clearances[name] - 1
+        if depth > SUNK:
+            text = f"the journal of {name} starts {depth:.3g} clearances deep in its bearing: digits lost?"
+            yield Problem("initial.angle", dict(initial["angle"]), text)
+
+
+def _endless(system: Any) -> Iterator[Problem]:
+    """States that nothing but time moves, and nothing sets back: they grow for ever."""
+    flat, (positions, speeds) = system.flat(), system.order
+    touched = {state for part in (*flat.jumps, *flat.impacts) for state in part.jump} | system.mass.keys()
+    touched |= {name for each in flat.friction for name in parse(each.speed).names}
+    if flat.contacts or flat.impacts:
+        touched |= {*speeds[: len(positions)]}
+    for name in flat.rates.keys() - touched - system.modes.keys():
+        text = flat.rates[name]
+        if parse(text).names <= system.numbers.keys() and number(text, system.numbers):
+            rate = f"({text})" if parse(text).parts else text
+            instead = f"if it is a phase, write {rate}*t for it, and its period as forcing = '2*pi/{rate}'"
+            yield Problem(f"mechanism.rates.{name}", text, f"the state {name} grows without bound; {instead}")

@@ -1,0 +1,212 @@
+"""Public functions whose own signature says what they accept: every problem at once, as an `InputError`.
+
+What stands in `Annotated` is checked, by the types and in the words of the records and study files; any other
+annotation only tells the reader, and the function looks at the value itself.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import cache, partial, wraps
+from inspect import Parameter, signature, unwrap
+from types import SimpleNamespace
+from typing import Annotated, Any, ClassVar, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+
+from pydantic import ConfigDict, create_model
+
+from jointplay.display.errors import InputError, Problem, also_known
+from jointplay.solver.mechanism.base import Record
+
+P = ParamSpec("P")
+T = TypeVar("T")
+_BY_PLACE = (Parameter.POSITIONAL_ONLY, Parameter.POSITIONAL_OR_KEYWORD)
+
+
+class Arguments(Record):
+    """The arguments of a call."""
+
+    model_config = ConfigDict(arbitrary_types_allowed=True)
+    root: ClassVar[str | None] = ""
+
+
+class MoreArguments(Arguments):
+    """The arguments of a call of a function that takes others by name, too."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+Rule = Callable[..., Iterable[Problem] | None]
+
+
+def checked(
+    *rules: Rule,
+    deferred: Collection[Rule] = (),
+    before: Callable[[dict[str, Any]], dict[str, Any]] = dict,
+    after: Callable[[dict[str, Any]], None] = lambda arguments: None,
+    **shared: Callable[..., Any],
+) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Check the arguments of each call by the function's annotations, and bring them into their types.
+
+    Parameters
+    ----------
+    *rules : callable
+        Each is called with those of the arguments that it names, where all of these are right by themselves;
+        it yields the problems of their not fitting together, or raises an `InputError`.
+    deferred : collection of callable
+        Rules whose problems the function itself raises first of all: asked here only beside other problems.
+    before : callable
+        Gives the arguments to check, of those that were given.
+    after : callable
+        Called with the arguments when all is right.
+    **shared : callable
+        What rules may name beside arguments, each made once of the arguments that it names itself; where that
+        raises an `InputError`, which another rule has to tell, the rules that name it are not asked.
+
+    Returns
+    -------
+    callable
+        Decorates a function. What it gives has ``fields()``, type and default of each argument, and
+        ``rule_problems``, which tells what rules say of arguments that come from elsewhere.
+
+    Raises
+    ------
+    InputError
+        At a call, listing every argument that is unknown, missing, not accepted, or does not fit the others.
+    """
+
+    def decorated(function: Callable[P, T]) -> Callable[P, T]:
+        fields = cache(partial(_fields, function))
+        own = signature(function).parameters
+        alone = [name for name, each in own.items() if each.kind is Parameter.POSITIONAL_ONLY]
+        places = [name for name, each in own.items() if each.kind in _BY_PLACE]
+        open_ended = any(each.kind is Parameter.VAR_KEYWORD for each in own.values())
+        form = cache(partial(_form, function.__name__, fields, open_ended))
+
+        def rule_problems(
+            given: Mapping[str, Any], wrong: Collection[str] = (), asked: Iterable[Rule] = (*rules, *deferred)
+        ) -> list[Problem]:
+            """Problems that rules find in arguments, apart from those that are wrong by themselves."""
+            usual = {name: None if default is ... else default for name, (_, default) in fields().items()}
+            sound = {name: value for name, value in given.items() if name not in wrong}
+            try:
+                sound = usual | (dict(form(needed=False)(**sound)) if wrong else sound)
+            except InputError:  # so much is wrong that not all of it is known
+                return []
+            sound = _Shared(sound, shared)
+            said = (_problems(rule, sound) for rule in asked if not sound.needed(rule) & {*wrong})
+            return [each for problems in said for each in problems]
+
+        @wraps(function)
+        def call(*values: P.args, **others: P.kwargs) -> T:
+            given = before(_by_name(function.__name__, places, values, others))
+            try:
+                arguments, problems = dict(form()(**given)), []
+            except InputError as error:
+                arguments, problems = given, error.problems
+            wrong = {first(problem.key) for problem in problems}
+            if problems := problems + rule_problems(arguments, wrong, rules):
+                raise InputError(problems + rule_problems(arguments, wrong, deferred))
+            after(arguments)
+            by_place = [arguments.pop(name) for name in alone]
+            if not open_ended:
+                return function(*by_place, **arguments)
+            try:
+                return function(*by_place, **arguments)
+            except InputError as error:  # of a keyword that it hands on, where its own are accepted too
+                named = [name for name in own if name in fields() and name != "self"]
+                found = (also_known(problem, named) for problem in error.problems)
+                raise InputError(found, error.root, error.more) from None
+
+        call.fields, call.rule_problems = fields, rule_problems  # type: ignore[attr-defined]
+        return call
+
+    return decorated
+
+
+class _Shared(dict[str, Any]):
+    """Arguments by name, and what rules share, made of them when it is first looked up."""
+
+    def __init__(self, arguments: Mapping[str, Any], shared: Mapping[str, Callable[..., Any]]) -> None:
+        super().__init__(arguments)
+        self.shared = shared
+
+    def __missing__(self, name: str) -> Any:
+        made = self[name] = self.shared[name](**self.of(self.shared[name]))
+        return made
+
+    def of(self, function: Callable[..., Any]) -> dict[str, Any]:
+        """The arguments of a function."""
+        return {name: self[name] for name in _names(function)}
+
+    def needed(self, rule: Rule) -> frozenset[str]:
+        """Names of the arguments that a rule depends on."""
+        return _names(rule).union(*(_names(self.shared[n]) for n in _names(rule) & self.shared.keys()))
+
+
+@cache
+def _names(function: Callable[..., Any]) -> frozenset[str]:
+    return frozenset(signature(function).parameters)
+
+
+def _problems(rule: Rule, arguments: _Shared) -> list[Problem]:
+    """Problems that a rule finds in the arguments that it names."""
+    try:
+        own = arguments.of(rule)
+    except InputError:
+        return []
+    try:
+        return list(rule(**own) or ())
+    except InputError as error:
+        return error.problems
+
+
+def first(key: str) -> str:
+    """The first part of a key path: ``links`` of ``links[0].mass``."""
+    return re.split(r"[.\[]", key)[0]
+
+
+def _fields(function: Callable[..., Any]) -> dict[str, tuple[Any, Any]]:
+    """Type and default of each argument of a function; of one that is needed, `...`."""
+    types, own = types_of(function), signature(function).parameters.items()
+    return {
+        name: _field(types.get(name), each) for name, each in own if each.kind is not Parameter.VAR_KEYWORD
+    }
+
+
+def types_of(function: Callable[..., Any]) -> dict[str, Any]:
+    """Types of a function's arguments; that of what it gives back may not be imported yet."""
+    written = unwrap(function)
+    named = {name: hint for name, hint in written.__annotations__.items() if name != "return"}
+    return get_type_hints(SimpleNamespace(__annotations__=named), written.__globals__, include_extras=True)
+
+
+def _form(name: str, fields: Callable[[], Any], open_ended: bool, needed: bool = True) -> type[Arguments]:
+    """The arguments of a function as a record; None stands for those left out, where none is needed."""
+    base = MoreArguments if open_ended else Arguments
+    own: Any = {
+        key: (hint, None if default is ... and not needed else default)
+        for key, (hint, default) in fields().items()
+    }
+    return create_model(name, __base__=base, **own)
+
+
+def _field(hint: Any, parameter: Parameter) -> tuple[Any, Any]:
+    default = ... if parameter.default is Parameter.empty else parameter.default
+    said = any(get_origin(each) is Annotated for each in (hint, *get_args(hint)))
+    return (hint if said else Any, default)
+
+
+def _by_name(
+    function: str, places: list[str], values: tuple[Any, ...], named: dict[str, Any]
+) -> dict[str, Any]:
+    if len(values) > len(places):
+        known = ", ".join(name for name in places if name != "self") or "nothing"
+        expected = f"{known} by position, all else by keyword is accepted"
+        raise InputError([Problem(function, values[len(places) :], expected)])
+    placed = dict(zip(places, values, strict=False))
+    if twice := placed.keys() & named.keys():
+        raise InputError(
+            Problem(name, named[name], "once is accepted, not by position too") for name in twice
+        )
+    return placed | named

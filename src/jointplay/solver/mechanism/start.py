@@ -1,0 +1,147 @@
+"""Where a linkage starts: angles, speeds and places of its links."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from jointplay.display.errors import NOTHING, InputError, Problem, refuse
+from jointplay.solver.equations.friction import FRICTIONS
+from jointplay.solver.equations.laws import LAWS
+from jointplay.solver.mechanism.base import ANGLE, FAR, is_number
+from jointplay.solver.mechanism.loops.bases import Bases
+from jointplay.solver.mechanism.loops.closure import check_crank, ideal_state
+from jointplay.solver.mechanism.loops.ideal import State, ideal_configuration, placed
+from jointplay.solver.mechanism.loops.kinematic_chains import Forest, origins
+from jointplay.solver.mechanism.loops.loop import find_four_bar
+from jointplay.solver.mechanism.records import Mechanism
+
+IDEAL, WRITTEN_OUT = ("crank_angle", "crank_speed", "branch"), ("angle", "angular_velocity")
+
+
+def start(mechanism: Mechanism, initial: Any, forest: Forest | None = None) -> State:
+    """Give angles (rad), speeds (rad/s) and places of every link at the start.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The linkage.
+    initial : mapping or None
+        ``crank_angle``, ``crank_speed`` and ``branch`` of the ideal mechanism, or ``angle`` and
+        ``angular_velocity`` by link; None: the ideal mechanism at crank angle 0 and no-load speed.
+    forest : Forest, optional
+        The same, cut at its clearance joints and ideal loops.
+
+    Raises
+    ------
+    InputError
+        Naming every key that does not fit.
+    """
+    initial = {} if initial is None else initial
+    closed = bool((forest or Forest.of(mechanism)).cuts)
+    if not isinstance(initial, Mapping):
+        raise refuse(
+            initial,
+            "a table of crank_angle and crank_speed, or of angle and angular_velocity by link, is accepted",
+            "initial",
+        )
+    known = IDEAL if closed else (*IDEAL, *WRITTEN_OUT)
+    why = ": in ideal loops links determine each other" if closed else ""
+    accepted = f"keys {', '.join(known)} are accepted{why}"
+    problems = [Problem(f"initial.{key}", initial[key], accepted) for key in initial if key not in known]
+    for key, value in _fixed(mechanism, closed).items() if not problems else ():
+        if initial.get(key) not in (None, value):
+            accepted = f"{value!r}, the mechanism's own, is accepted here"
+            problems.append(Problem(f"initial.{key}", initial[key], accepted))
+    if problems:
+        raise InputError(problems, "initial")
+    if not initial.keys().isdisjoint(WRITTEN_OUT):
+        return _located(mechanism, *_written_out(mechanism, initial))
+    if find_four_bar(mechanism.joints, mechanism.crank):
+        return _located(mechanism, *ideal_state(mechanism, **initial))
+    return _found(mechanism, **initial)
+
+
+def _found(
+    mechanism: Mechanism,
+    crank_angle: float | None = None,
+    crank_speed: float | None = None,
+    branch: str | None = None,
+) -> State:
+    """The ideal state of a mechanism that is no four-bar."""
+    if branch is not None:
+        raise refuse(
+            branch, "a branch is accepted of a four-bar only; guess names that of others", "initial.branch"
+        )
+    angle = 0.0 if crank_angle is None else crank_angle
+    usual = mechanism.drive.start_speed if mechanism.drive else 0.0
+    speed = usual if crank_speed is None else crank_speed
+    check_crank(angle, speed)
+    return ideal_configuration(mechanism, angle, speed)
+
+
+def _located(mechanism: Mechanism, angles: dict[str, float], speeds: dict[str, float]) -> State:
+    """The places of links along the joints as if these were ideal."""
+    if any(joint.prismatic for joint in mechanism.joints):
+        return placed(mechanism, angles, speeds)
+    along = origins(mechanism, mechanism.joints)
+    points = {name: np.array(place.motion(angles, speeds)) for name, place in along.items()}
+    return State(angles, speeds, points)
+
+
+def _fixed(mechanism: Mechanism, closed: bool) -> dict[str, Any]:
+    """What a closed loop starts with in any case, its own branch, and the speed that drives a linkage."""
+    speed = mechanism.drive.imposed_speed if mechanism.drive else None
+    own = {"branch": mechanism.branch} if closed else {}
+    return own | ({"crank_speed": speed} if speed is not None else {})
+
+
+def _written_out(mechanism: Mechanism, initial: Mapping[str, Any]) -> tuple[Any, Any]:
+    names = [link.name for link in mechanism.links]
+    given = [initial.get(key, NOTHING) for key in WRITTEN_OUT]
+    problems = [
+        Problem(f"initial.{key}", values, f"one finite number for each of {', '.join(names)} is accepted")
+        for key, values in zip(WRITTEN_OUT, given, strict=True)
+        if not isinstance(values, Mapping)
+        or {*values} != {*names}
+        or not all(map(is_number, values.values()))
+    ]
+    problems = problems or [
+        Problem(f"initial.angle.{name}", angle, ANGLE) for name, angle in given[0].items() if abs(angle) > FAR
+    ]
+    drive = mechanism.drive
+    imposed = drive.imposed_speed if drive else None
+    if not problems and imposed is not None and given[1][drive.link] != imposed:
+        accepted = f"{imposed:g}, at which its drive starts, is accepted"
+        problems = [Problem(f"initial.angular_velocity.{drive.link}", given[1][drive.link], accepted)]
+    if problems:
+        raise InputError(problems, "initial")
+    return given[0], given[1]
+
+
+def approaches(bases: Bases) -> np.ndarray:
+    """Give what laws remember at the start: speeds with which contacts began, then deflections of bristles.
+
+    A joint that starts in contact has no beginning to remember: it counts as begun with the size of the
+    normal speed that it has there, or with the smallest speed of its law, whichever is larger; one that
+    starts in flight has the smallest speed. Bristles are straight.
+
+    Returns
+    -------
+    ndarray, shape (laws that remember, 2)
+        The speed, and the law's smallest one, m/s; the deflection, and that of steady sliding, m.
+    """
+    rows = []
+    for joint in bases.mechanism.clearance_joints:
+        if LAWS[joint.contact.law].floor:
+            slowest = joint.contact.coefficients[LAWS[joint.contact.law].floor]
+            for u, v_n in bases.penetrations(joint):
+                rows.append((max(abs(v_n) if u >= 0 else 0.0, slowest), slowest))
+    for joint in bases.mechanism.clearance_joints:
+        friction = joint.friction
+        if friction and friction.rubs and (size := FRICTIONS[friction.law].deflection):
+            row = (0.0, size(friction.coefficient, *friction.numbers.values()))
+            rows += [row] * len(bases.penetrations(joint))
+    return np.array(rows, dtype=float).reshape(-1, 2)

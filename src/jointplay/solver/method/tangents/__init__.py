@@ -1,0 +1,1 @@
+"""Tangents of the flow, carried through every event."""

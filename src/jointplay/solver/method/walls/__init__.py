@@ -1,0 +1,1 @@
+"""Rigid walls: impacts, rest, sliding and release."""

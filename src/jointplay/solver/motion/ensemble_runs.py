@@ -1,0 +1,249 @@
+"""Follow an ensemble: many models of one structure, eight at once, as sweeps and fields of starts need them.
+
+The method is Radau IIA with five stages, each lane of the processor's vectors a motion of its own, with
+numbers, mode and step of its own (method.lanes). Reference: Hairer and Wanner, Solving Ordinary
+Differential Equations II, section IV.8. Validity: what nothing keeps from lanes (motion.ways). Whatever
+else is asked for is followed one by one, and so is a motion that lanes cannot finish: a body that rests on a
+wall, a loop at its dead centre.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from jointplay.analysis.quantities import COUNTERS
+from jointplay.display.errors import InputError, Problem
+from jointplay.solver.codegen import cache
+from jointplay.solver.codegen.lanes import HINDRANCES
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.mechanism.structure import linkage
+from jointplay.solver.method.codes import Row, Status
+from jointplay.solver.motion import guard_tolerances
+from jointplay.solver.motion.lane_form import Form
+from jointplay.solver.motion.pieces import in_pieces, pace
+from jointplay.solver.motion.trajectory import Records, Request, follow
+from jointplay.solver.motion.ways import IN_LANES, LEFT, RTOL, hindrance, of_structure
+
+LOG_ROWS = 8192
+PARTS = {"jump": "ensemble.jumps", "approaches": "ensemble.approaches"}  # compiled alone, where called
+FEWEST = 16  # motions side by side that fill the lanes of two workers
+
+
+def ensemble_fits(mechanism: Mechanism | TestSystem, ensemble: bool | None, rtol: float) -> list[Problem]:
+    """Rule: motions of the mechanism can be followed eight at once, where `ensemble` asks for it."""
+    if ensemble and (found := _hindrance(mechanism)):
+        expected = f"false is accepted: motions side by side cannot have {HINDRANCES[found]}"
+        return [Problem("ensemble", ensemble, expected)]
+    if ensemble and not rtol >= RTOL:
+        return [Problem("ensemble", ensemble, f"true is accepted at an rtol of {RTOL:g} or more")]
+    return []
+
+
+def in_lanes(ensemble: bool | None, mechanism: Mechanism | TestSystem, rtol: float, count: int) -> bool:
+    """Whether `count` motions side by side go in lanes: as asked, or where they can and fill them."""
+    if ensemble is not None:
+        return ensemble
+    return count >= FEWEST and not ensemble_fits(mechanism, True, rtol)
+
+
+def _hindrance(mechanism: Mechanism | TestSystem) -> str:
+    """What of its structure keeps it from lanes; nothing if it cannot be assembled, and will say so."""
+    try:
+        given = linkage(mechanism) if isinstance(mechanism, Mechanism) else mechanism.structure()
+    except InputError:
+        return ""
+    return of_structure(given)
+
+
+def follow_ensemble(models: Sequence[Model], requests: Sequence[Request]) -> list[Records]:
+    """Follow the motions of models as requested, eight at once where that can be.
+
+    Motions of one structure share lanes; a motion's numbers are the same to the last bit in any company. What
+    eight at once cannot do (`ways.hindrance`) is followed one by one.
+
+    Returns
+    -------
+    list of Records
+        As motion.trajectory.follow gives them, in order; of those in lanes, `samples` is the row at the
+        end, and the wall time a mean.
+    """
+    pairs, groups = list(zip(models, requests, strict=True)), {}
+    for n, pair in enumerate(pairs):
+        groups.setdefault(None if hindrance(*pair) else pair[0].structure, []).append(n)
+    records = {n: follow(*pairs[n]) for n in groups.pop(None, [])}
+    for group in groups.values():
+        records |= zip(group, _in_lanes([pairs[n] for n in group])[0], strict=True)
+    return [records[n] for n in range(len(pairs))]
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """A tangent to be carried along: its start, the scales of the states, and what is tolerated of it.
+
+    Rows are recorded from `begin` s on, a `block` s apart (method.tangents.tangent).
+    """
+
+    start: np.ndarray
+    scale: np.ndarray
+    begin: float
+    block: float
+    tolerance: float
+    limit: float
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A motion with its tangent: records (None: it was not finished), rows of growth, the closest grazing."""
+
+    records: Records | None
+    rows: np.ndarray
+    grazing: float
+
+
+def carry(models: Sequence[Model], requests: Sequence[Request], tangents: Sequence[Tangent]) -> list[Carried]:
+    """Follow motions of one structure, each of which suits, with a tangent beside each."""
+    return _in_lanes(list(zip(models, requests, strict=True)), tangents)[1]
+
+
+def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = ()) -> tuple[list, list]:
+    """Motions of one structure in lanes, and their tangents."""
+    from jointplay.solver.method.control import FULL
+    from jointplay.solver.method.lanes.layout import C_STATUS, LOGGED, PASSED_BY, PAUSE
+    from jointplay.solver.method.lanes.memory import jobs as waiting
+    from jointplay.solver.method.lanes.memory import lanes as empty
+
+    began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
+    asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
+    name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
+    called = {"jump": form.jumps > 0, "approaches": any(request.misses for _, request in pairs)}
+    for each in (name, "ensemble.lane", *(PARTS[part] for part in PARTS if called[part])):
+        cache.prepare(each)
+    f, g, rows = _functions(models[0], form)  # compiled here while others compile the loop
+    v = _variations(models[0]) if tangents else None
+    run, parts = cache.method(name).flow, _parts(called)
+    real = np.array([_real(*pair, form) for pair in pairs])
+    whole = np.array([_whole(request) for _, request in pairs], dtype=np.int64)
+    states, numbers = np.array([form.state(each) for each in models]), np.array([m.numbers for m in models])
+    jobs = waiting(states, numbers, real, whole, len(form.flags) + form.jumps, LOG_ROWS)
+    turning, memories = np.array(form.turning), models[0].memories
+    lanes = empty(rows, numbers.shape[1], turning, form.crank, memories, form.flags, form.sizes)
+    y = _started(tangents) if tangents else None
+    place = jobs.place
+    logs = [[jobs.log[:0, 1:]] for _ in models]
+    grown = [[y.rows[:0, 1:]] for _ in models] if y else []
+
+    def call(pause: int) -> int:
+        place[PAUSE] = pause
+        return run(f, parts, g, lanes, jobs, v, y)
+
+    def take() -> None:
+        _hand_out(jobs.log[: place[LOGGED]], logs)
+        place[LOGGED] = 0
+        if y is not None:
+            _hand_out(y.rows[: y.count[0]], grown)
+            y.count[0] = 0
+
+    own = pace(models[0].structure, name, len(tangents) and 1)
+    in_pieces(call, lambda: int(place[PASSED_BY]), own, FULL, math.inf, take)
+    each, found = (time.perf_counter() - began) / len(models), []
+    for n, (model, request) in enumerate(asked):
+        if jobs.count[n, C_STATUS] != Status.OK:  # it steps aside, or failed: by itself it may go on
+            found.append(None if tangents else replace(follow(model, request), way=LEFT))
+        else:
+            log = np.concatenate(logs[n])
+            found.append(_records(jobs, n, log, each, form, len(request.at) > 1))
+    if y is None:
+        return found, []
+    carried = zip(found, map(np.concatenate, grown), y.grazing.tolist(), strict=True)
+    return found, [Carried(*one) for one in carried]
+
+
+def _hand_out(rows: np.ndarray, to: list[list[np.ndarray]]) -> None:
+    """Copy rows to their motions, whose number is in the first column, without that."""
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    begins = np.flatnonzero(np.diff(rows[:, 0], prepend=-1.0))
+    for part in np.split(rows, begins[1:]) if len(rows) else ():
+        to[int(part[0, 0])].append(part[:, 1:])
+
+
+def _variations(model: Model) -> tuple:
+    """Functions that carry tangents."""
+    from jointplay.solver.method.interface import pointers
+    from jointplay.solver.method.lanes.layout import Variations
+
+    size, gradients = cache.ensemble_tangents(len(model.turning)), cache.variation_module(model.structure)
+    return pointers(gradients, size, kind=Variations)
+
+
+def _started(tangents: Sequence[Tangent]) -> tuple:
+    """Tangents as the loop carries them."""
+    from jointplay.solver.method.lanes.tangent import tangents as carried
+
+    starts, scales = (np.array([getattr(each, name) for each in tangents]) for name in ("start", "scale"))
+    real = np.array([[each.begin, each.block, each.tolerance, each.limit] for each in tangents])
+    return carried(starts, scales, real, LOG_ROWS)
+
+
+def _functions(model: Model, form: Form) -> tuple:
+    """Functions of a structure at a point, and in lanes; rows of these."""
+    from jointplay.solver.method.interface import pointers
+    from jointplay.solver.method.lanes.layout import AtEvent, Functions
+
+    module, own = cache.ensemble_module(model.structure), cache.structure_module(model.structure)
+    sizes = len(form.flags), form.jumps, form.sizes["folds"], form.crank
+    algebra = cache.ensemble_algebra(form.turning, *sizes)
+    f = pointers(own, kind=AtEvent)
+    g = pointers(module, algebra, kind=Functions)
+    return f, g, module.ROWS
+
+
+def _parts(called: dict[str, bool]):
+    """The parts of the loop that it calls by address, those compiled alone where they are."""
+    from jointplay.solver.method.lanes.layout import Parts
+    from jointplay.solver.method.lanes.memory import nothing
+
+    own = [getattr(cache.method(PARTS[part]), part) if called[part] else nothing for part in PARTS]
+    lane = cache.method("ensemble.lane")
+    return Parts(lane.enter, lane.event, *own)
+
+
+def _real(model: Model, request: Request, form: Form) -> list[float]:
+    """Numbers of a trajectory, in the order of method.lanes.layout."""
+    from jointplay.solver.method.lanes.radau import MAX_TURN
+
+    rest, contacts = guard_tolerances.rest(model, request.rtol), len(form.flags)
+    play, swift = guard_tolerances.rounded_gap(model), MAX_TURN / model.h_max
+    gap, force = guard_tolerances.guards(model, rest, contacts, 0).reshape(contacts, 4)[:, :2].T
+    squares = guard_tolerances.clearances_squared(model, contacts)
+    times = [float(request.duration), request.rtol, rest, 1e-7 * model.period]
+    times += [guard_tolerances.rebound(model, request.rtol), play, 1e-5 * model.period, swift]
+    own = np.column_stack([guard_tolerances.cones(model)[:contacts], gap, force, squares])
+    walls = np.tile([0.0, play, 0.0, np.inf], (form.jumps, 1))
+    return [*times, request.level, request.period, *form.floors(model, request), *own.ravel(), *walls.ravel()]
+
+
+def _whole(request: Request) -> list[int]:
+    """Whole numbers of a trajectory, in the order of method.lanes.layout."""
+    cut = [request.direction, request.skip, request.stop_after]
+    return [*cut, request.max_steps, int(request.events), int(request.misses)]
+
+
+def _records(jobs, n: int, log: np.ndarray, seconds: float, form: Form, sampled: bool) -> Records:
+    """Records of a trajectory; its section points are the samples where these were asked for."""
+    from jointplay.solver.method.lanes.layout import C_STATUS
+
+    columns = form.columns(2)
+    kinds = {tag: log[log[:, 0] == tag, 1:][:, columns] for tag in Row}
+    counts = {name: int(jobs.count[n, place]) for place, name in enumerate(COUNTERS)}
+    status, samples = int(jobs.count[n, C_STATUS]), jobs.final[n : n + 1][:, form.columns(0)]
+    end = samples[0]
+    if sampled:
+        samples, kinds[Row.SECTION] = kinds[Row.SECTION][:, 2:], kinds[Row.SECTION][:0]
+    ended = jobs.start[n][form.columns(0)], end, status, seconds, counts, IN_LANES
+    return Records(samples, *kinds.values(), *ended)

@@ -1,0 +1,179 @@
+"""Progress reports and clean stops of a long computation, between two of its pieces.
+
+Compiled code runs in pieces (pieces), and long loops of Python have passes: each calls `look`. What tells
+knows nothing of who asked; what runs deep inside an analysis needs no callable handed down.
+"""
+
+from __future__ import annotations
+
+import _thread
+import math
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import wraps
+from typing import ParamSpec, TypeVar
+
+from jointplay.display.terminal import asked_for
+
+P = ParamSpec("P")
+T = TypeVar("T")
+EVERY = 0.25  # s between two reports, where no more is known to be done
+PATIENCE = 1.0  # s in which what is asked to end comes to a look; else it is interrupted wherever it is
+
+
+class Stopped(KeyboardInterrupt):
+    """Ends a run between two pieces, where what it has so far is kept."""
+
+
+class Late(KeyboardInterrupt):
+    """Ends a run that did not come to a look in time, wherever it is: what is whole by then is kept."""
+
+
+class Reporter:
+    """A user's `progress`, called with fractions that never fall, and the last one again as time passes."""
+
+    def __init__(self, progress: Callable[[float], None]):
+        self.progress, self.fraction, self.last = progress, 0.0, -math.inf
+        self.error: Exception | None = None
+
+    def __call__(self, fraction: float) -> None:
+        self.fraction, self.last = min(1.0, max(self.fraction, float(fraction))), time.monotonic()
+        try:
+            self.progress(self.fraction)
+        except Exception as error:
+            self.error = error
+            raise
+
+    def again(self) -> None:
+        """Report the same fraction again if the last report is a while ago."""
+        if time.monotonic() - self.last >= EVERY:
+            self(self.fraction)
+
+
+_reporter: ContextVar[Reporter | None] = ContextVar("reporter", default=None)
+
+
+def reported(analysis: Callable[P, T]) -> Callable[P, T]:
+    """Make an analysis report to its `progress`: as time passes, never falling, and 1 at the end.
+
+    True stands for a bar on a terminal, or lines in a log.
+    """
+
+    @wraps(analysis)
+    def call(*arguments, progress: bool | Callable[[float], None] | None = None, **keywords):
+        if isinstance(progress, bool):
+            name = next(each.__name__ for each in (*arguments[:1], analysis) if hasattr(each, "__name__"))
+            with asked_for(progress, name) as told:
+                return call(*arguments, progress=told, **keywords)
+        if not callable(progress):  # None, or what the analysis refuses
+            return analysis(*arguments, progress=progress, **keywords)
+        tell = Reporter(progress)
+        before = _reporter.set(tell)
+        try:
+            result = analysis(*arguments, progress=tell, **keywords)
+            tell(1.0)
+            return result
+        finally:
+            _reporter.reset(before)
+
+    return call
+
+
+def part(
+    progress: Callable[[float], None] | None, first: float, last: float
+) -> Callable[[float], None] | None:
+    """The progress of a part of the work, which is the whole's from `first` to `last`."""
+    return None if progress is None else lambda done: progress(first + (last - first) * done)
+
+
+def from_progress(error: Exception) -> bool:
+    """Whether an error is what a user's `progress` raised, and so no failure of what was computed."""
+    reporter = _reporter.get()
+    return reporter is not None and reporter.error is error
+
+
+def look() -> None:
+    """Report that the computation still runs; end it here if that is asked.
+
+    Raises
+    ------
+    Stopped
+        Once, after `stop`.
+    """
+    if (reporter := _reporter.get()) is not None:
+        reporter.again()
+    if _stop.asked:
+        _stop.reset()
+        raise Stopped
+
+
+def seen(passes: Iterable[T]) -> Iterator[T]:
+    """The same items, with a look before each."""
+    for each in passes:
+        look()
+        yield each
+
+
+class _Stop:
+    """Whether something runs that keeps what it has when it is stopped; whether it is asked to stop."""
+
+    heeded = asked = late = False
+    timer: threading.Timer | None = None
+
+    def reset(self, heeded: bool = False) -> None:
+        self.heeded, self.asked, self.late = heeded, False, False
+        if self.timer is not None:
+            self.timer.cancel()
+            self.timer = None
+
+
+_stop = _Stop()
+
+
+@contextmanager
+def keeping(kept: bool = True) -> Iterator[None]:
+    """Let `stop` end what runs inside the block at its next look; where none came, at the block's end."""
+    _stop.reset(heeded=kept)
+    left = False
+    try:
+        yield
+        left = _stop.asked
+    finally:
+        _stop.reset()
+    if left:
+        signal.raise_signal(signal.SIGINT)
+
+
+def stop() -> bool:
+    """Ask what runs to end at its next look and keep what it has; False where nothing does so.
+
+    Where no look comes soon, as while something compiles, the main thread is interrupted all the same.
+
+    Raises
+    ------
+    Late
+        In that interrupt, which calls this once more.
+    """
+    if _stop.late:
+        raise Late
+    if not _stop.heeded or _stop.asked:
+        return False
+    _stop.asked = True
+    _stop.timer = threading.Timer(PATIENCE, _interrupt)
+    _stop.timer.daemon = True
+    _stop.timer.start()
+    return True
+
+
+def _interrupt() -> None:
+    if not _stop.asked:
+        return
+    _stop.heeded, _stop.asked, _stop.late = False, False, True
+    if hasattr(signal, "pthread_kill"):  # a real one, that ends what the main thread waits for
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+    else:
+        _thread.interrupt_main()

@@ -1,0 +1,292 @@
+"""Follow a model's motion and return its records: the only file of the analyses that calls the flow."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from jointplay.analysis.quantities import COUNTERS
+from jointplay.solver.codegen import cache
+from jointplay.solver.equations.structure import Linkage, Oscillator
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.codes import Row, Section, Status
+from jointplay.solver.motion import company, guard_tolerances
+from jointplay.solver.motion.looks import Stopped
+from jointplay.solver.motion.pieces import in_pieces, pace
+from jointplay.solver.motion.ways import hindrance, way
+
+INTERRUPTED = int(Status.INTERRUPTED)
+LOG_ROWS = 4096
+MAX_STEPS = 10**9
+SHARP = 1500.0  # tolerated errors of its speed in a turn: an acceleration in doubt; its error is below 1000
+NEWTON = 0.05  # tolerance of the iteration, in units of the tolerated error
+
+
+@dataclass(frozen=True)
+class Request:
+    """Length, tolerance and records of a run; times in s.
+
+    Parameters
+    ----------
+    duration : float
+        End time.
+    rtol : float
+        Relative tolerance of a step.
+    at : ndarray
+        Sample times, ascending.
+    log_from : float
+        Time from which steps and events are kept.
+    steps, events, misses : bool
+        Whether the integrator's own points are kept, the events, and the closest approaches in flight.
+    level, period, direction : float, float, int
+        Of the section quantity (a crossing of `level`, which then moves on by `period`); direction 0: no such
+        section.
+    event, joint : int
+        Kind of event and joint that make the section (joint -1: any); event -1: no such section.
+    skip, stop_after : int
+        Section points not kept; section points after which the run ends (0: never).
+    max_steps : int
+        Attempted steps after which the run stops.
+    rates : bool
+        Whether accelerations will be taken from the records, so that steps where they may be wrong are kept.
+    """
+
+    duration: float
+    rtol: float = 1e-8
+    at: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    log_from: float = math.inf
+    steps: bool = False
+    events: bool = False
+    misses: bool = False
+    level: float = 0.0
+    period: float = 0.0
+    direction: int = 0
+    event: int = -1
+    joint: int = -1
+    skip: int = 0
+    stop_after: int = 0
+    max_steps: int = MAX_STEPS
+    rates: bool = False
+
+
+@dataclass(frozen=True)
+class Records:
+    """Rows of a run: time, positions, speeds, modes, work; after (contact, kind) all but the samples.
+
+    `way` says how the motion was followed, by its place in `ways.WAYS`. Misses have the gap that is left in
+    place of a kind. `start` and `end` are rows, of the first and the last state. Doubts are beginnings of
+    steps where accelerations may be wrong (analysis.rates), after which guards fired there and the time of
+    the end.
+    """
+
+    samples: np.ndarray
+    steps: np.ndarray
+    events: np.ndarray
+    sections: np.ndarray
+    misses: np.ndarray
+    doubts: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    status: int
+    wall_time: float
+    counts: dict[str, int]
+    way: int = 0
+
+
+def follow(model: Model, request: Request, progress: Callable[[float], None] | None = None) -> Records:
+    """Follow the motion of a model from its start; `progress` is called with the fraction done, 0 to 1."""
+    from jointplay.solver.method.control import FULL
+    from jointplay.solver.method.memory import LOGGED, SAMPLES, SECTIONS
+
+    if (records := company.asked(model, request)) is not None:
+        return records
+    began = time.perf_counter()
+    prepare(model.structure)
+    k, x, o = memory(model, request)
+    start, parts, code = _row(x), [], FULL
+
+    def tell() -> None:
+        if progress is not None:
+            progress(_fraction(x.s[0], x.count[SECTIONS], request))
+
+    while code == FULL:
+        try:
+            code = advance(model.structure, k, x, o, tell=tell)
+        except Stopped:
+            code = INTERRUPTED
+        parts.append(x.log[: x.count[LOGGED]].copy())
+        x.count[LOGGED] = 0
+    log = np.concatenate(parts)
+    kinds = [log[log[:, 0] == tag, 1:] for tag in Row]
+    samples = x.samples[: x.count[SAMPLES]]
+    went = time.perf_counter() - began, counts(x), way(hindrance(model, request))
+    return Records(samples, *kinds, start, _row(x), code, *went)
+
+
+def prepare(structure: Linkage | Oscillator, loop: str = "") -> None:
+    """Have a loop compiled in a process of its own, and a structure's functions in this one meanwhile.
+
+    `loop` is by default the one of `follow`.
+    """
+    cache.prepare(loop or _loop(structure))
+    functions(structure)
+
+
+def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None = None) -> int:
+    """Go on with a run, in pieces, until it ends or its log is full; give back which (method.flow).
+
+    `k`, `x`, `o` are the run's arrays and options (`memory`); `g` and `y` derivatives and tangents, if there
+    are any. `tell` is called after each piece.
+    """
+    from jointplay.solver.method.control import STEP_LIMIT
+    from jointplay.solver.method.memory import FAILED, REJECTED, STEPS
+
+    name, vectors = (_loop(structure), 0) if y is None else ("tangent_flow", len(y.alive))
+    if name == "excited_flow":
+        g = 1
+    f, run, count = functions(structure), cache.method(name).flow, x.count
+
+    def call(limit: int) -> int:
+        return run(f, k, x, o._replace(max_steps=limit), g, y)
+
+    def made() -> int:
+        return int(count[STEPS] + count[REJECTED] + count[FAILED])
+
+    return in_pieces(call, made, pace(structure, name, vectors), STEP_LIMIT, o.max_steps, tell)
+
+
+def counts(x) -> dict[str, int]:
+    """Counters of a run: steps, evaluations and events."""
+    from jointplay.solver.method.memory import EVALUATIONS, EVENTS, FAILED, REJECTED, STEPS
+
+    places = (STEPS, REJECTED, FAILED, EVALUATIONS, EVENTS)
+    return {name: int(x.count[place]) for name, place in zip(COUNTERS, places, strict=True)}
+
+
+@lru_cache(maxsize=256)
+def functions(structure: Linkage | Oscillator) -> tuple:
+    """The compiled functions of a structure and of the method's algebra for its size."""
+    from jointplay.solver.method import interface
+
+    module = cache.structure_module(structure)
+    sizes = module.SIZES
+    own = wall_unit(structure)
+    if own:
+        cache.prepare(own)
+    algebra = () if sizes["planned"] else (cache.algebra_module(sizes["positions"], sizes["speeds"]),)
+    made = interface.pointers(module, *algebra, interface)
+    if not own:
+        return made
+    at_wall = cache.method(own).at_wall
+    return made._replace(at_wall=at_wall)
+
+
+def memory(model: Model, request: Request):
+    """Work arrays, arrays of the trajectory, and options of a run."""
+    from jointplay.solver.method.memory import ASTRAY, COLUMNS, GROWTH, LEVEL, H, Options, trajectory, work
+
+    module = cache.structure_module(model.structure)
+    sizes = module.SIZES
+    n_q, n, n_contacts = sizes["positions"], sizes["speeds"], sizes["contacts"]
+    state, rest = np.concatenate([[0.0], model.state]), guard_tolerances.rest(model, request.rtol)
+    resets = sizes["resets"], sizes["rubs"]
+    x = trajectory(state, model.numbers, n_q, sizes["angles"], n_contacts, *resets)
+    n_touch = n_contacts + sizes["resets"]
+    width = 1 + n_q + n + n_touch + sizes["powers"]
+    x = x._replace(
+        absolute=request.rtol * model.absolute,
+        relative=request.rtol * model.relative,
+        turning=model.turning.copy(),
+        margin=guard_tolerances.guards(model, rest, n_contacts, *resets),
+        clearance_squared=guard_tolerances.clearances_squared(model, n_contacts),
+        group=_groups(model, sizes["resets"]),
+        cone=guard_tolerances.cones(model),
+        flags=np.array([*module.CONTACTS.values()], dtype=np.int64),
+        work=np.zeros(sizes["powers"]),
+        at=np.ascontiguousarray(request.at, dtype=float),
+        samples=np.zeros((len(request.at), width)),
+        log=np.zeros((LOG_ROWS, COLUMNS + width)),
+    )
+    x.real[H] = 1e-5 * model.period
+    x.real[LEVEL] = request.level
+    x.real[GROWTH] = 1.0 / model.period if _excites(model.structure) else 0.0
+    x.real[ASTRAY] = guard_tolerances.astray(model, rest)
+    options = Options(
+        n_q=n_q,
+        n=n,
+        first=sizes["first"],
+        guards=sizes["guards"],
+        t_end=float(request.duration),
+        h_max=float(model.h_max),
+        newton=NEWTON,
+        near=1e-7 * model.period,
+        rest=rest,
+        hop=guard_tolerances.rebound(model, request.rtol),
+        play=guard_tolerances.rounded_gap(model),
+        max_steps=request.max_steps,
+        log_from=float(request.log_from),
+        log_steps=int(request.steps),
+        log_events=int(request.events),
+        log_misses=int(request.misses),
+        sharp=SHARP / model.period if request.rates and model.links else 0.0,
+        section=_section(request),
+        direction=request.direction,
+        period=float(request.period),
+        section_event=request.event,
+        section_contact=request.joint,
+        skip=request.skip,
+        stop_after=request.stop_after,
+    )
+    looked = n_touch + sizes["rubs"]
+    k = work(len(x.s), n_q, n, looked, sizes["powers"], sizes["rows"], sizes["jacobian"])
+    return k, x, options
+
+
+def _groups(model: Model, n_resets: int) -> np.ndarray:
+    """A number of each rigid wall, the same for the corners of one slider; below 0 without a restitution."""
+    if not model.links:
+        newton = [k for k, wall in enumerate(model.structure.impacts) if wall.restitution]
+        return np.array([k if k in newton else -1 - k for k in range(n_resets)], dtype=np.int64)
+    owners = [joint.owner for joint in model.structure.rigid_joints]
+    place = {owner: at for at, owner in enumerate(dict.fromkeys(owners))}
+    return np.array([place[owner] for owner in owners], dtype=np.int64)
+
+
+def _loop(structure: Linkage | Oscillator) -> str:
+    """The loop that follows a motion of a structure without tangents."""
+    return "excited_flow" if _excites(structure) else "flow"
+
+
+def wall_unit(structure: Linkage | Oscillator) -> str:
+    """The unit of the method with what a structure has for `at_wall`; empty where it has nothing."""
+    walls = cache.structure_module(structure).SIZES["resets"]
+    return "wall_flow" if walls else "excited" if _excites(structure) else ""
+
+
+def _excites(structure: Linkage | Oscillator) -> bool:
+    """Whether vibrations are looked for that friction excites where it falls with the sliding speed."""
+    return any(joint.falls for joint in getattr(structure, "soft_joints", ()))
+
+
+def _section(request: Request) -> int:
+    """Kind of section: a level, an event, or none."""
+    if request.direction:
+        return int(Section.LEVEL)
+    return int(Section.EVENT if request.event >= 0 else Section.NONE)
+
+
+def _row(x) -> np.ndarray:
+    """The state at the base point, as a record's row."""
+    n_x = len(x.absolute)
+    return np.concatenate([x.s[: 1 + n_x], x.modes, x.work])
+
+
+def _fraction(time: float, sections: int, request: Request) -> float:
+    by_sections = sections / request.stop_after if request.stop_after else 0.0
+    by_time = time / request.duration if math.isfinite(request.duration) else 0.0
+    return min(1.0, max(by_sections, by_time))

@@ -1,0 +1,73 @@
+"""How a motion is followed, one by one or beside others in lanes, and what keeps it from lanes."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from jointplay.solver.codegen import lanes as ensemble
+from jointplay.solver.equations.structure import Linkage, Oscillator
+from jointplay.solver.mechanism.model import Model
+from jointplay.solver.method.lanes import PHASE
+
+FOLLOWED = "how the motion was followed"
+RTOL = 1e-8  # sharper is for the method of higher order, one trajectory at a time
+SAME = 1e-12  # of the last of several times: how far steps between them may differ that are even
+ONE_BY_ONE, IN_LANES, LEFT = range(3)
+# What a result says of a motion: not asked for in lanes, or too few; in lanes; begun there; what hinders it
+WAYS = ("one_by_one", "in_lanes", "left_lanes", *ensemble.HINDRANCES, "tolerance", "records", "exponents")
+
+
+def way(hindrance: str) -> int:
+    """How a motion goes that is not in lanes, by its place in `WAYS`."""
+    return WAYS.index(hindrance) if hindrance else ONE_BY_ONE
+
+
+def both(first: int, then: int) -> int:
+    """The way of a motion in two parts: in lanes if both are."""
+    return then if first == IN_LANES else first
+
+
+def hindrance(model: Model, request: Any) -> str:
+    """What keeps a motion from lanes, a word of `WAYS`; empty where it can be followed beside others.
+
+    The request is a trajectory.Request.
+    """
+    if found := of_structure(model.structure):
+        return found
+    if not request.rtol >= RTOL:
+        return "tolerance"
+    return "" if _recorded(model, request) else "records"
+
+
+@lru_cache(maxsize=256)
+def of_structure(structure: Linkage | Oscillator) -> str:
+    """What of a structure keeps it from lanes."""
+    return ensemble.hindrance(structure)
+
+
+def _recorded(model: Model, request: Any) -> bool:
+    """Whether lanes make the records that are asked for."""
+    from jointplay.solver.method.lanes.radau import MAX_TURN
+
+    longest = MAX_TURN if model.links else MAX_TURN / PHASE  # one section point in a step
+    asked = not (request.steps or request.event >= 0 or request.rates) and _even(model, request, longest)
+    whole = request.log_from <= 0 or not (request.events or request.misses)
+    ahead = (request.level - (model.crank_angle if model.links else 0.0)) * request.direction > 0
+    section = request.direction == 0 or (ahead and request.period > longest)
+    n = len(model.turning)
+    scaled = not (model.links and np.any(model.relative[:n])) and bool(np.all(model.relative[n:] == 1.0))
+    return asked and section and whole and scaled
+
+
+def _even(model: Model, request: Any, longest: float) -> bool:
+    """Whether samples are asked for at the end alone, or of a test system at even times as sections are."""
+    at = request.at
+    if len(at) < 2:
+        return not len(at) or at[0] == request.duration
+    far = np.diff(at, prepend=0.0) * math.tau / model.period > longest
+    even = far.all() and np.ptp(np.diff(at)) < SAME * at[-1]
+    return not model.links and request.direction == 0 and bool(even)

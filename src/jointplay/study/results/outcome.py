@@ -1,0 +1,65 @@
+"""A result as text: its status, and for some kinds a table in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from jointplay.display import codes
+from jointplay.display.errors import NOTHING, refuse
+from jointplay.jobs.files import replaced
+from jointplay.kinds import KINDS, load
+from jointplay.solver.method.codes import Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SHOWN = 8  # cells named
+
+
+def name_of(dataset: xr.Dataset) -> str:
+    """The status of a result by name, such as ``ok`` or ``step_limit``; `InputError` where it has not one."""
+    import xarray as xr
+
+    status = dataset.get("status", xr.DataArray())
+    try:
+        return codes.flags(status)[status.item()]
+    except (KeyError, ValueError, TypeError, AttributeError):
+        several = f"{status.size} of them, over {', '.join(map(str, status.dims))}" if status.dims else None
+        given = several or (status.item() if "status" in dataset else NOTHING)
+        expected = "one status is accepted, as an analysis gives it; of several results take one, as by isel"
+        raise refuse(given, expected, "status") from None
+
+
+def explain(dataset: xr.Dataset) -> str | None:
+    """Say in a line what went wrong and what to try, with the cells in which; None when all is well."""
+    name = name_of(dataset)
+    if name == "ok":
+        return None
+    status = Status[name.upper()]
+    cells = failed_cells(dataset)
+    shown = ", ".join(cells[:SHOWN]) + (f" and {len(cells) - SHOWN} more" if len(cells) > SHOWN else "")
+    return f"{name}: {status.meaning}; {status.remedy}" + (f" (in {shown})" if cells else "")
+
+
+def failed_cells(dataset: xr.Dataset) -> list[str]:
+    """Labels of the cells of a result whose own status is not ok, such as ``b no_tension``."""
+    labels = []
+    for name in (name for name in dataset.data_vars if str(name).endswith("_status") and dataset[name].dims):
+        cells = dataset[name]
+        for place in np.argwhere(cells.values != 0):
+            label = (cells[dim].values[i] for dim, i in zip(cells.dims, place, strict=True))
+            labels.append(" ".join(map(str, label)))
+    return labels
+
+
+def write_table(dataset: xr.Dataset, path: Path) -> list[Path]:
+    """Write the table of a result, for the kinds that have one; give back the files."""
+    row = KINDS.get(str(dataset.attrs.get("kind")))
+    if row is None or not row.table or "swept" in dataset.attrs:
+        return []
+    with replaced(path) as temporary:
+        temporary.write_text(load(row.table)(dataset), encoding="utf-8")
+    return [path]

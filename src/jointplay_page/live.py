@@ -1,0 +1,202 @@
+"""The part of a page that computes: what its sliders, pictures and solver need of a mechanism."""
+
+from __future__ import annotations
+
+import shlex
+from contextlib import suppress
+from html import escape
+from pathlib import Path
+from string import Template
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from jointplay import figures
+from jointplay.display.errors import InputError
+from jointplay.display.units import measure
+from jointplay.solver.mechanism.records import CrankAngle, Joint, Mechanism, TestSystem
+from jointplay.study import toml_text
+from jointplay.study.results.store import write_figure
+from jointplay_page import moving, template, texts
+from jointplay_page.script.solver import Solver, solver
+
+FIRST = ("clearance", "gear_ratio", "speed", "friction", "length", "stiffness", "damping")  # seen at once
+MOST = 8
+TURNS = 50  # of the study that a page gives
+RTOL = 1e-6  # of the page's motions: as those of a coarse study
+
+
+def live(mechanism: Mechanism | TestSystem, varied: list[str]) -> tuple[dict[str, Any] | None, str]:
+    """Return what a page needs to compute a motion, ready for `packed.text`, or None and why it cannot.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or TestSystem
+        What moves.
+    varied : list of str
+        Parameters along the axes of the page's charts.
+    """
+    try:
+        made = solved(mechanism)
+    except InputError as error:
+        return None, f"This page does not compute: {error}."
+    keys = [each["key"] for each in made.data["parameters"]]
+    linkage = isinstance(mechanism, Mechanism)
+    found = {
+        "text": f"{made.text}\n{template.own('worker.js')}",
+        "solver": made.data,
+        "ideal": None,
+        "scene": moving.scene(mechanism) if linkage else None,
+        "views": views(mechanism, made.data["state"]),
+        "first": [key for word in FIRST for key in keys if key.split(".")[0] == word][:MOST] or keys[:MOST],
+        "paths": (paths := paths_of(mechanism, made.data["parameters"])),
+        "varied": {
+            name: key
+            for name in varied
+            for key in keys[::-1]
+            if name in key.split(".") and len(paths[key]) == 1
+        },
+        "file": shlex.quote(f"{file_stem(mechanism)}.toml"),
+        "study": study(mechanism),
+    }
+    return with_ideal(found, mechanism), ""
+
+
+def solved(mechanism: Mechanism | TestSystem) -> Solver:
+    """Return the solver of a mechanism, cut once a turn where it has turns."""
+    turns = mechanism.drive if isinstance(mechanism, Mechanism) else mechanism.period
+    return solver(mechanism, section=CrankAngle() if turns else None, rtol=RTOL)
+
+
+def with_ideal(found: dict[str, Any], mechanism: Mechanism | TestSystem) -> dict[str, Any]:
+    """Add the solver of the same linkage without clearance, where that has one."""
+    if not isinstance(mechanism, Mechanism) or not mechanism.clearance_joints:
+        return found
+    with suppress(InputError):  # its loops may not close by themselves
+        made = solved(mechanism.replace(clearance=0.0))
+        whole = f"const makeIdeal = (() => {{\n{made.text}\nreturn makeSolver;\n}})();\n{found['text']}"
+        return found | {"text": whole, "ideal": made.data}
+    return found
+
+
+def views(mechanism: Mechanism | TestSystem, states: list[str]) -> list[dict[str, Any]]:
+    """Return what is drawn: of a linkage a view of each bearing with clearance, else one plane."""
+    bearings = [joint for joint in getattr(mechanism, "clearance_joints", ()) if not joint.prismatic]
+    return [of_bearing(joint) for joint in bearings] or [of_plane(mechanism, states)]
+
+
+def of_bearing(joint: Joint) -> dict[str, Any]:
+    """Return the view of a bearing: the journal in it, the force, the section of the journal's motion."""
+    name = joint.name
+    journal = [["journal_x", name], ["journal_y", name]]
+    words = [f"Journal in {name}, x (µm)", "y (µm)"]
+    return {
+        "name": name,
+        "orbit": journal,
+        "force": ["normal_force", name],
+        "ideal": ["reaction", name],
+        "words": ["", "", f"Force at {name} (N)"],
+        "circle": joint.clearance,
+        "clearance": f"clearance.{name}",
+        "section": {"of": journal, "factors": [1e6, 1e6], "words": words},
+    }
+
+
+def of_plane(mechanism: Mechanism | TestSystem, states: list[str]) -> dict[str, Any]:
+    """Return the view of what has no bearing: two states of a test system, angle and speed of a link."""
+    if isinstance(mechanism, TestSystem):
+        names = (states * 2)[:2]
+        pair = [["state_value", name] for name in names]
+    else:
+        link = mechanism.links[-1].name
+        pair = [["angle", link], ["angular_velocity", link]]
+        names = [f"Angle of {link} (rad)", f"Speed of {link} (rad/s)"]
+    section = {"of": pair, "factors": [1, 1], "words": names}
+    plane = {"name": mechanism.name, "orbit": pair, "force": pair[0], "ideal": None, "circle": None}
+    return plane | {"words": [*names, names[0]], "section": section}
+
+
+def paths_of(mechanism: Mechanism | TestSystem, parameters: list[dict[str, Any]]) -> dict[str, list[str]]:
+    """Return the paths of each slider's numbers in a study."""
+    linkage = isinstance(mechanism, Mechanism) or named(mechanism)
+    root = "mechanism" if linkage else "mechanism.parameters"
+    return {each["key"]: [f"{root}.{path}" for path in each["paths"]] for each in parameters}
+
+
+def named(mechanism: Mechanism | TestSystem) -> bool:
+    """Return whether a test system is that of the catalog, whose period and start follow its parameters."""
+    try:
+        return isinstance(mechanism, TestSystem) and mechanism.replace() == mechanism
+    except InputError:  # it is none of the catalog
+        return False
+
+
+def study(mechanism: Mechanism | TestSystem) -> str:
+    """Return the text of a study of a motion, the mechanism written out."""
+    table = mechanism.model_dump(mode="json", exclude_none=True)
+    if named(mechanism):
+        table = {"catalog": mechanism.system} | mechanism.parameters
+    lines = ['kind = "response"', "", "[mechanism]"]
+    for key, value in table.items():
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            lines += [f"{key} = [", *(f"  {toml_text.written(each)}," for each in value), "]"]
+        elif value not in ([], {}):
+            lines.append(f"{key} = {toml_text.written(value)}")
+    tail = ["", "[integrator]", f"rtol = {RTOL}", "", "[analysis]", f"turns = {TURNS}", ""]
+    return "\n".join(lines + tail)
+
+
+def file_stem(mechanism: Mechanism | TestSystem) -> str:
+    """Return a name for files."""
+    return "_".join("".join(c if c.isalnum() else " " for c in mechanism.name).split()) or "mechanism"
+
+
+def section(found: dict[str, Any]) -> str:
+    """Return the place of a page where it computes."""
+    circle = found["views"][0]["circle"]
+    choice = "".join(f"<option>{escape(each['name'])}</option>" for each in found["views"])
+    several = f'<label>bearing <select id="live-view">{choice}</select></label>'
+    ideal = "; in the other colour the same mechanism without clearance" if found["ideal"] else ""
+    return Template(template.own("live.html")).substitute(
+        linkage='<canvas id="live-linkage" role="img" aria-label="The mechanism in motion"></canvas>'
+        if found["scene"]
+        else "",
+        choice=several if len(found["views"]) > 1 else "",
+        orbit="Journal in its bearing: the circle is the clearance, the arrow the force on the journal"
+        if circle
+        else "Phase plane",
+        force=f"Over the turn{ideal}",
+        file=escape(found["file"]),
+        command=texts.copied("live-command", ""),
+        study=texts.copied("live-study", found["study"]),
+    )
+
+
+def page(mechanism: Mechanism | TestSystem) -> str:
+    """Return the HTML of a page of a mechanism alone."""
+    found, why = live(mechanism, [])
+    still = ""
+    if isinstance(mechanism, Mechanism):
+        with TemporaryDirectory() as folder:
+            still = template.picture(write_figure(figures.draw(mechanism), Path(folder) / "mechanism.png"))
+    data = {"live": found, "cells": None, "motion": None, "panels": []}
+    return template.filled(
+        mechanism.name,
+        data,
+        kind="A mechanism; its motion is computed in this page",
+        still=still,
+        shown="" if found else f"<p>{escape(why)}</p>{still}",
+        live=section(found) if found else "",
+        numbers=numbers(found, mechanism),
+        origin="<p>The page was made from the mechanism alone.</p>",
+    )
+
+
+def numbers(found: dict[str, Any] | None, mechanism: Mechanism | TestSystem) -> str:
+    """Return a table of the sliders' first values, and the mechanism in words."""
+    given = found["solver"]["parameters"] if found else []
+    rows = (
+        texts.row(each["label"], f"{measure(each['value'] * each['factor'], '1')} {each['unit']}".strip())
+        for each in given
+    )
+    table = f'<div class="wide"><table>{"".join(rows)}</table></div>' if given else ""
+    return f"{table}<pre>{escape(mechanism.summary())}</pre>"
