@@ -87,12 +87,12 @@ def compiled(folder):
 
 
 def test_no_edit_compiles_nothing_and_an_edit_shows(copy):
-    unedited(copy, answer, KERNEL, "numerics/modal_response.py", "c[0, 2] * a", "c[0, 2] * a * 2")
+    unedited(copy, answer, KERNEL, "solver/method/modal_response.py", "c[0, 2] * a", "c[0, 2] * a * 2")
 
 
 @pytest.mark.long
 def test_no_edit_compiles_nothing_and_an_edit_of_the_method_shows(copy):
-    unedited(copy, run, BALL, "numerics/step.py", "factor = 0.9 * error **", "factor = 0.5 * error **")
+    unedited(copy, run, BALL, "solver/method/step.py", "factor = 0.9 * error **", "factor = 0.5 * error **")
 
 
 def unedited(copy, ask, what, file, old, new):

@@ -34,23 +34,23 @@ _RECORDS = (
     "CrankAngle ContactSection SeparationSection Plane"
 )
 _HOME = {
-    **{row.home.partition(":")[2]: row.home.removeprefix(".") for row in KINDS.values()},
-    "growth": "analysis.exponents.growth",
-    "waveform": "lab.scheme.waveform",
-    "open": "results.store:open_result",
-    "summary": "results.summary",
-    "words": "results.export",
-    "export": "results.export",
-    "run": "study.in_python",
-    "cell": "analysis.sweeps.gather",
-    "figure": "figures:draw",
-    "animate": "results.animate",
-    "report": "pages.report",
-    "InputError": "errors",
-    "ModelWarning": "errors",
-    "catalog": "mechanism.catalog:",
-    "contact_stiffness": "mechanism.stiffness",
-    **dict.fromkeys(_RECORDS.split(), "mechanism.records"),
+    **{row.home.partition(":")[2]: row.home for row in KINDS.values()},
+    "growth": ".analysis.exponents.growth",
+    "waveform": "jointplay_lab.scheme.waveform",
+    "open": ".study.results.store:open_result",
+    "summary": ".study.results.summary",
+    "words": ".study.results.export",
+    "export": ".study.results.export",
+    "run": ".study.in_python",
+    "cell": ".analysis.sweeps.gather",
+    "figure": ".figures:draw",
+    "animate": ".study.results.animate",
+    "report": "jointplay_page.report",
+    "InputError": ".display.errors",
+    "ModelWarning": ".display.errors",
+    "catalog": ".solver.mechanism.catalog:",
+    "contact_stiffness": ".solver.mechanism.parts.stiffness",
+    **dict.fromkeys(_RECORDS.split(), ".solver.mechanism.records"),
 }
 __all__ = ["__version__", *_HOME]
 
@@ -59,7 +59,7 @@ def __getattr__(name: str):
     if name not in _HOME:
         raise no_attribute("module 'jointplay'", name, __all__)
     home, _, attribute = _HOME[name].partition(":")
-    module = import_module(f"jointplay.{home}")
+    module = import_module(home, __name__)
     value = module if _HOME[name].endswith(":") else getattr(module, attribute or name)
     globals()[name] = value
     return value

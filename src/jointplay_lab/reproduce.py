@@ -56,7 +56,7 @@ def find_folder(start: Path | None = None) -> Path:
         When there are none: an installed package comes without them.
     """
     start = Path.cwd() if start is None else start
-    places = [start / FOLDER, Path(__file__).resolve().parents[3] / FOLDER]
+    places = [start / FOLDER, Path(__file__).resolve().parents[2] / FOLDER]
     for place in places:
         if any(place.glob("*.toml")):
             return place

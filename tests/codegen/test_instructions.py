@@ -57,7 +57,7 @@ def texts(name):
     if not sizes["planned"]:
         found["algebra"] = cache._writer("algebra").text(sizes["positions"], sizes["speeds"])
     if not hindrance(structure):
-        found["ensemble"] = made("ensemble.equations", structure)
+        found["ensemble"] = made("lanes.equations", structure)
     return found
 
 
@@ -221,8 +221,8 @@ TABLE = [
 def test_code_in_lanes_of_a_size_does_what_its_text_says(positions):
     """The method's algebra, and tangents: of angles and of what is none, with contacts, jumps and loops."""
     turning = (1.0, 0.0, 1.0)[:positions]
-    algebra = cache._writer("ensemble.algebra").text(turning, 2, 1, 1, 0)
-    tangents = cache._writer("ensemble.tangent").text(positions)
+    algebra = cache._writer("lanes.algebra").text(turning, 2, 1, 1, 0)
+    tangents = cache._writer("lanes.tangent").text(positions)
     assert differences(algebra) == differences(tangents) == []
 
 

@@ -55,7 +55,7 @@ def undefined(code: bytes) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("name", ["flow", "tangent_flow", "wall_flow", "ensemble.flow", "ensemble.lane"])
+@pytest.mark.parametrize("name", ["flow", "tangents.tangent_flow", "walls.wall_flow", "lanes.flow", "lanes.lane"])
 def test_object_code_needs_nothing_but_mathematics(name):
     cache.method(name)
     place.settle()
@@ -64,7 +64,7 @@ def test_object_code_needs_nothing_but_mathematics(name):
     assert len(code) < 300_000
 
 
-@pytest.mark.parametrize("name", ["flow", "ensemble.flow"])
+@pytest.mark.parametrize("name", ["flow", "lanes.flow"])
 def test_loading_needs_no_numba(name):
     cache.method(name)
     place.settle()

@@ -42,7 +42,7 @@ def ready(folder, tmp_path, monkeypatch):
 
 
 def test_every_loop_is_compiled_ahead():
-    assert {"flow", "tangent_flow", "ensemble.flow", "sparse", SMALL} <= {*prebuilt.units()}
+    assert {"flow", "tangents.tangent_flow", "lanes.flow", "sparse", SMALL} <= {*prebuilt.units()}
     assert all(cache._module_of(name).UNIT for name in prebuilt.units())
 
 

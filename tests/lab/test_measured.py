@@ -51,10 +51,10 @@ def test_the_page_of_the_tests_counts_the_broken_lines_that_they_notice():
     rows = list(csv.DictReader((ROOT / "tests" / "mutation" / "sample.csv").open(newline="")))
     kernels, others = Counter(), Counter()
     for row in rows:
-        room = kernels if row["file"].split("/")[2] in ("numerics", "codegen", "equations") else others
+        room = kernels if row["file"].split("/")[3] in ("method", "codegen", "equations") else others
         room[{"timeout": "killed"}.get(row["verdict"], row["verdict"])] += 1
     told = (
-        f"Of the sample's {len(rows)} lines {kernels.total()} are of `numerics`, `codegen` and `equations`: "
+        f"Of the sample's {len(rows)} lines {kernels.total()} are of `method`, `codegen` and `equations`: "
         f"{kernels['killed']} of these are noticed, and {kernels['survived']} are explained. Of the other "
         f"{others.total()}, {others['killed']} are noticed, and each of the {others['survived']} that are "
         "not is explained."

@@ -12,7 +12,7 @@ import jointplay
 from jointplay.solver.method import numba_private
 
 PACKAGE = Path(jointplay.__file__).parent
-FILE = PACKAGE / "numerics" / "numba_private.py"
+FILE = PACKAGE / "solver" / "method" / "numba_private.py"
 PRIVATE = re.compile(
     r"numba\.(core|experimental|np|cpython)\b|\bllvmlite\.ir\b|from llvmlite import|_nrt|forceinline|"
     r"no_cpython_wrapper|no_cfunc_wrapper|\.entry_point\b"

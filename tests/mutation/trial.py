@@ -15,7 +15,7 @@ from .covering import CONTEXT, TABLE
 from .mutants import Mutant, found_again
 from .processes import call, tested
 
-KERNELS = ("equations", "codegen", "numerics")  # rooms whose change compiles everything anew
+KERNELS = ("equations", "codegen", "method")  # rooms whose change compiles everything anew
 # Compiled rounds of the kernels' rooms: the rooms' own tests, then those that know exact motions.
 OWN = {
     "equations": ["tests/equations", "tests/codegen", "tests/mechanism"],
@@ -28,7 +28,7 @@ OWN = {
         "tests/cli/test_cache_verb.py",
         "tests/test_fresh_kernels.py",
     ],
-    "numerics": [
+    "method": [
         *("tests/method", "tests/codegen"),
         *("tests/analysis/sweeps/test_ensemble.py", "tests/analysis/sweeps/test_ensemble_analyses.py"),
     ],

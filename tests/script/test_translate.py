@@ -15,7 +15,7 @@ from .in_node import needs_node, ran
 
 MODULES = (
     *("control", "doubts", "events", "flow", "frame", "impacts", "modes", "polynomial", "record"),
-    *("saltation", "sections", "sparse", "step", "tangent", "wall_flow", "walls"),
+    *("saltation", "sections", "sparse", "step", "tangent", "walls.wall_flow", "walls"),
 )
 X = [1.25, -3.0, 2.0, float("nan")]
 CALLED = ("whole_numbers", "order", "loops", "views", "changed")
@@ -55,7 +55,7 @@ def test_kernels_give_the_same_numbers(tmp_path):
 
 @pytest.mark.parametrize("name", MODULES)
 def test_every_kernel_of_the_method_is_in_the_subset(name):
-    cache.method("tangent_flow")
+    cache.method("tangents.tangent_flow")
     unit = imported(f"jointplay.solver.method.{name}")
     kernel, entries = {"compiled", "inner", "inlined", "spliced"}, {"run", "at_wall"}
     names = [

@@ -89,7 +89,7 @@ class Bundle:
         from jointplay.solver.method.tangents import tangent
 
         self._names = self.directions.names if self.directions else ()
-        prepare(self.model.structure, "tangent_flow")
+        prepare(self.model.structure, "tangents.tangent_flow")
         variations(self.model.structure, self._names)
         self.at = tangent  # the names of its places
         rows = cache.variation_module(self.model.structure, self._names).ROWS

@@ -14,7 +14,11 @@ from typing import NamedTuple
 from jointplay.solver.codegen import cache
 
 PACKAGE = Path(__file__).resolve().parents[1]
-FOLDERS = ("analysis", "lab", "mechanism")  # beside those that the kernels' digest covers
+FOLDERS = (  # beside those that the kernels' digest covers
+    "jointplay/analysis",
+    "jointplay/solver/mechanism",
+    "jointplay_lab",
+)
 
 
 class Origin(NamedTuple):
@@ -29,8 +33,8 @@ def code() -> str:
     """Digest of all code that decides what a cell answers: kernels, analyses, the laboratory, mechanisms."""
     total = hashlib.sha256(cache.digest().encode())
     for folder in FOLDERS:
-        for path in sorted((PACKAGE / folder).rglob("*.py")):
-            total.update(f"{path.relative_to(PACKAGE)}\n".encode() + path.read_bytes())
+        for path in sorted((PACKAGE.parent / folder).rglob("*.py")):
+            total.update(f"{path.relative_to(PACKAGE.parent)}\n".encode() + path.read_bytes())
     return total.hexdigest()[:16]
 
 

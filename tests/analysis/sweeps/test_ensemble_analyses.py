@@ -62,7 +62,7 @@ def test_a_sweep_in_lanes_is_that_one_by_one():
 def test_what_lanes_cannot_finish_goes_on_by_itself(monkeypatch, exponents):
     def failing(name):
         loop = method(name)
-        if name not in ("ensemble.flow", "ensemble.tangent_flow"):
+        if name not in ("lanes.flow", "lanes.tangent_flow"):
             return loop
 
         def run(*given):

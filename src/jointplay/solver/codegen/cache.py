@@ -111,7 +111,7 @@ def _start(name: str) -> None:
     place.compiling(name)
     path = filter(None, os.environ.get("PYTHONPATH", "").split(os.pathsep))  # empty: the current folder
     own = {"PYTHONPATH": os.pathsep.join(path), "PYTHONSAFEPATH": "1", place.HANDED: str(place.folder())}
-    command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[1] / "__init__.py"), name]
+    command = [sys.executable, "-c", CHILD, str(Path(__file__).parents[2] / "__init__.py"), name]
     said = tempfile.TemporaryFile("w+", errors="replace")  # noqa: SIM115 (closed when the process has ended)
     try:
         child = subprocess.Popen(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=said)
@@ -157,12 +157,12 @@ def variation_module(structure, directions: tuple[tuple[str, ...], ...] = ()) ->
 
 def ensemble_module(structure) -> ModuleType:
     """The compiled equations of a structure (that is `ensemble.known`) for eight trajectories at once."""
-    return _module(f"ensemble {_text(structure)}", lambda: _from_equations("ensemble.equations", structure))
+    return _module(f"ensemble {_text(structure)}", lambda: _from_equations("lanes.equations", structure))
 
 
 def ensemble_tangents(positions: int) -> ModuleType:
     """The compiled code that carries a tangent beside each of eight trajectories of so many positions."""
-    return _module(f"ensemble tangents {positions}", lambda: _writer("ensemble.tangent").text(positions))
+    return _module(f"ensemble tangents {positions}", lambda: _writer("lanes.tangent").text(positions))
 
 
 def algebra_module(n_q: int, n: int) -> ModuleType:
@@ -173,7 +173,7 @@ def algebra_module(n_q: int, n: int) -> ModuleType:
 def ensemble_algebra(turning: tuple[float, ...], *sizes: int) -> ModuleType:
     """The compiled algebra of the method for eight trajectories at once (codegen.lanes.algebra)."""
     key = f"ensemble algebra {turning!r} {sizes!r}"
-    return _module(key, lambda: _writer("ensemble.algebra").text(turning, *sizes))
+    return _module(key, lambda: _writer("lanes.algebra").text(turning, *sizes))
 
 
 def _writer(name: str) -> ModuleType:

@@ -15,7 +15,7 @@ from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-SOURCES = ("equations", "codegen", "numerics")
+SOURCES = ("equations", "codegen", "method")
 FLAGS = (
     *("NUMBA_BOUNDSCHECK", "NUMBA_OPT", "NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES", "NUMBA_DISABLE_JIT"),
     *("NUMBA_LOOP_VECTORIZE", "NUMBA_SLP_VECTORIZE", "NUMBA_ENABLE_AVX", "NUMBA_DISABLE_INTEL_SVML"),
@@ -26,10 +26,10 @@ SETTINGS = ".numba_config.yaml"  # of the current folder: numba reads flags ther
 @lru_cache(maxsize=1)
 def digest() -> str:
     """Digest of every source, version and flag that shapes compiled code (16 hexadecimal digits)."""
-    package, total = Path(__file__).parent.parent, hashlib.sha256()
+    solver, total = Path(__file__).parent.parent, hashlib.sha256()
     for room in SOURCES:
-        for path in sorted((package / room).rglob("*.py")):
-            total.update(f"{path.relative_to(package)}\n".encode() + path.read_bytes())
+        for path in sorted((solver / room).rglob("*.py")):
+            total.update(f"{path.relative_to(solver)}\n".encode() + path.read_bytes())
     versions = [f"{name} {_version(name)}" for name in ("numba", "llvmlite", "numpy", "sympy")]
     flags = [f"{name}={os.environ.get(name, '')}" for name in FLAGS]
     total.update("\n".join([*versions, *flags, platform.machine(), sys.version]).encode())

@@ -22,7 +22,7 @@ from . import objects
 LEVEL = "x86-64-v3"
 NEEDED = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")  # of a processor for that
 FOLDER = Path(__file__).with_name("ready")
-METHOD = Path(__file__).parent.parent / "numerics"
+METHOD = Path(__file__).parent.parent / "method"
 
 
 def units() -> list[str]:

@@ -1,7 +1,7 @@
 """State of a trajectory while it is computed: plain arrays, allocated once, and the options of a run.
 
 All that a run needs to go on lies here, so that it can be left between two steps and taken up again, with
-the same result to the last bit. In all of `numerics` the same letters stand for
+the same result to the last bit. In all of the method the same letters stand for
 
     f   functions of the structure, and the method's algebra for its size (interface.Functions)
     k   Work: scratch of the method

@@ -31,7 +31,7 @@ from jointplay.solver.motion.trajectory import Records, Request, follow
 from jointplay.solver.motion.ways import IN_LANES, LEFT, RTOL, hindrance, of_structure
 
 LOG_ROWS = 8192
-PARTS = {"jump": "ensemble.jumps", "approaches": "ensemble.approaches"}  # compiled alone, where called
+PARTS = {"jump": "lanes.jumps", "approaches": "lanes.approaches"}  # compiled alone, where called
 FEWEST = 16  # motions side by side that fill the lanes of two workers
 
 
@@ -120,9 +120,9 @@ def _in_lanes(pairs: list[tuple[Model, Request]], tangents: Sequence[Tangent] = 
 
     began, models, form = time.perf_counter(), [model for model, _ in pairs], Form.of(pairs[0][0])
     asked, pairs = pairs, [(model, form.by_sections(model, request)) for model, request in pairs]
-    name = "ensemble.tangent_flow" if tangents else "ensemble.flow"
+    name = "lanes.tangent_flow" if tangents else "lanes.flow"
     called = {"jump": form.jumps > 0, "approaches": any(request.misses for _, request in pairs)}
-    for each in (name, "ensemble.lane", *(PARTS[part] for part in PARTS if called[part])):
+    for each in (name, "lanes.lane", *(PARTS[part] for part in PARTS if called[part])):
         cache.prepare(each)
     f, g, rows = _functions(models[0], form)  # compiled here while others compile the loop
     v = _variations(models[0]) if tangents else None
@@ -209,7 +209,7 @@ def _parts(called: dict[str, bool]):
     from jointplay.solver.method.lanes.memory import nothing
 
     own = [getattr(cache.method(PARTS[part]), part) if called[part] else nothing for part in PARTS]
-    lane = cache.method("ensemble.lane")
+    lane = cache.method("lanes.lane")
     return Parts(lane.enter, lane.event, *own)
 
 

@@ -146,7 +146,7 @@ def advance(structure, k, x, o, g=None, y=None, tell: Callable[[], None] | None 
     from jointplay.solver.method.control import STEP_LIMIT
     from jointplay.solver.method.memory import FAILED, REJECTED, STEPS
 
-    name, vectors = (_loop(structure), 0) if y is None else ("tangent_flow", len(y.alive))
+    name, vectors = (_loop(structure), 0) if y is None else ("tangents.tangent_flow", len(y.alive))
     if name == "excited_flow":
         g = 1
     f, run, count = functions(structure), cache.method(name).flow, x.count
@@ -265,7 +265,7 @@ def _loop(structure: Linkage | Oscillator) -> str:
 def wall_unit(structure: Linkage | Oscillator) -> str:
     """The unit of the method with what a structure has for `at_wall`; empty where it has nothing."""
     walls = cache.structure_module(structure).SIZES["resets"]
-    return "wall_flow" if walls else "excited" if _excites(structure) else ""
+    return "walls.wall_flow" if walls else "excited" if _excites(structure) else ""
 
 
 def _excites(structure: Linkage | Oscillator) -> bool:
