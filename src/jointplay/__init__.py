@@ -11,6 +11,7 @@ Public names load on first use, so that the command line starts fast.
 
 import os
 import sys
+from functools import cache
 from importlib import import_module
 
 # `python -m jointplay` has put the current folder first on the path: what lies beside a study is no library
@@ -23,7 +24,6 @@ if sys.argv[:1] == ["-m"] and sys.orig_argv[-len(sys.argv)].removeprefix("-m") =
         pass
 
 from jointplay.display.errors import no_attribute
-from jointplay.kinds import KINDS
 
 __version__ = "0.1.0"
 
@@ -34,7 +34,6 @@ _RECORDS = (
     "CrankAngle ContactSection SeparationSection Plane"
 )
 _HOME = {
-    **{row.home.partition(":")[2]: row.home for row in KINDS.values()},
     "growth": ".analysis.exponents.growth",
     "waveform": "jointplay_lab.scheme.waveform",
     "open": ".study.results.store:open_result",
@@ -52,18 +51,28 @@ _HOME = {
     "contact_stiffness": ".solver.mechanism.parts.stiffness",
     **dict.fromkeys(_RECORDS.split(), ".solver.mechanism.records"),
 }
-__all__ = ["__version__", *_HOME]
+
+
+@cache
+def _homes() -> dict[str, str]:
+    """Where each public name is: analyses by the rows of their kinds, and what stands above."""
+    from jointplay.kinds import KINDS
+
+    return {row.home.partition(":")[2]: row.home for row in KINDS.values()} | _HOME
 
 
 def __getattr__(name: str):
-    if name not in _HOME:
-        raise no_attribute("module 'jointplay'", name, __all__)
-    home, _, attribute = _HOME[name].partition(":")
+    if name == "__all__":
+        return ["__version__", *_homes()]
+    place = _HOME.get(name) or _homes().get(name)
+    if place is None:
+        raise no_attribute("module 'jointplay'", name, ["__version__", *_homes()])
+    home, _, attribute = place.partition(":")
     module = import_module(home, __name__)
-    value = module if _HOME[name].endswith(":") else getattr(module, attribute or name)
+    value = module if place.endswith(":") else getattr(module, attribute or name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(["__version__", *_homes()])

@@ -8,11 +8,15 @@ imported before it is needed.
 
 from __future__ import annotations
 
+from collections import UserDict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib import import_module
+from importlib.metadata import entry_points
 from typing import Any
 
+PUBLISHED = "jointplay.kinds"  # entry points of packages with kinds of their own: tuples of rows
 LENGTH = "{turns} turns after {transient} dropped turns"
 
 
@@ -114,45 +118,6 @@ _ROWS = (
         kept=True,
         summary=".study.results.answers.motions:section",
         example={"analysis": {"transient": 50, "turns": 200}},
-    ),
-    Kind(
-        "readings",
-        "jointplay_lab.paper.readings:readings",
-        ("readings",),
-        varies=False,
-        table="jointplay_lab.paper.tables:readings_table",
-        slow=2,
-        summary="jointplay_lab.paper.tables:readings_answer",
-        example={
-            "analysis": {
-                "panels": ("c",),
-                "readings": ("as_printed", "no_tension"),
-                "transient": 50,
-                "turns": 100,
-            }
-        },
-    ),
-    Kind(
-        "claims",
-        "jointplay_lab.paper.claims:claims",
-        ("claims",),
-        varies=False,
-        table="jointplay_lab.paper.tables:claims_table",
-        slow=1,
-        summary="jointplay_lab.paper.tables:claims_answer",
-        example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
-    ),
-    Kind(
-        "scheme_comparison",
-        "jointplay_lab.scheme.scheme_comparison:scheme_comparison",
-        ("scheme_comparison",),
-        "single turns after {start_turn} turns, clearances {clearance} m",
-        varies=False,
-        summary="jointplay_lab.answers:scheme_answer",
-        example={
-            "mechanism": {"elastic": ["coupler"], "elements": 2},
-            "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
-        },
     ),
     Kind(
         "bifurcation",
@@ -358,34 +323,19 @@ _ROWS = (
         table=".study.results.answers.assessment:page",
         summary=".study.results.answers.assessment:answer",
     ),
-    Kind(
-        "stress",
-        "jointplay_lab.stress.stress:stress",
-        ("stress",),
-        "{scenes} scenes of seed {seed} from number {first}, {turns} turns each",
-        varies=False,
-        table="jointplay_lab.stress.stress_table:stress_table",
-        summary="jointplay_lab.stress.stress_table:stress_summary",
-        example={"analysis": {"scenes": 10, "variants": ("rigid",)}},
-    ),
-    Kind(
-        "work_precision",
-        "jointplay_lab.precision.work_precision:work_precision",
-        ("work_precision",),
-        "{turns} turns at {tolerances:#} tolerances, beside {peers}",
-        varies=False,
-        summary="jointplay_lab.answers:precision_answer",
-        example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
-    ),
-    Kind(
-        "benchmark",
-        "jointplay_lab.benchmarks.benchmark:benchmark",
-        ("benchmark",),
-        "to where the published answer stands",
-        varies=False,
-        table="jointplay_lab.answers:benchmark_table",
-        summary="jointplay_lab.answers:benchmark_answer",
-        example={"mechanism": {"catalog": "ivp_crank"}},
-    ),
 )
-KINDS: dict[str, Kind] = {row.name: row for row in _ROWS}
+
+
+class _Table(UserDict[str, Kind]):
+    """The rows by name: those above, then those of other packages, which are asked for at the first use."""
+
+    def __init__(self) -> None:
+        pass  # filled below
+
+    @cached_property
+    def data(self) -> dict[str, Kind]:
+        published = (row for point in entry_points(group=PUBLISHED) for row in point.load())
+        return {row.name: row for row in (*_ROWS, *published)}
+
+
+KINDS = _Table()

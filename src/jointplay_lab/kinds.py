@@ -1,0 +1,74 @@
+"""Kinds of study of the laboratory, published as an entry point of the group `jointplay.kinds`."""
+
+from jointplay.kinds import Kind
+
+KINDS = (
+    Kind(
+        "readings",
+        "jointplay_lab.paper.readings:readings",
+        ("readings",),
+        varies=False,
+        table="jointplay_lab.paper.tables:readings_table",
+        slow=2,
+        summary="jointplay_lab.paper.tables:readings_answer",
+        example={
+            "analysis": {
+                "panels": ("c",),
+                "readings": ("as_printed", "no_tension"),
+                "transient": 50,
+                "turns": 100,
+            }
+        },
+    ),
+    Kind(
+        "claims",
+        "jointplay_lab.paper.claims:claims",
+        ("claims",),
+        varies=False,
+        table="jointplay_lab.paper.tables:claims_table",
+        slow=1,
+        summary="jointplay_lab.paper.tables:claims_answer",
+        example={"analysis": {"damping_ratios": (0.01,), "transient": 50, "turns": 50, "growth_turns": 20}},
+    ),
+    Kind(
+        "scheme_comparison",
+        "jointplay_lab.scheme.scheme_comparison:scheme_comparison",
+        ("scheme_comparison",),
+        "single turns after {start_turn} turns, clearances {clearance} m",
+        varies=False,
+        summary="jointplay_lab.answers:scheme_answer",
+        example={
+            "mechanism": {"elastic": ["coupler"], "elements": 2},
+            "analysis": {"clearance": (0.0,), "start_turn": (0,), "windows_per_turn": (12,)},
+        },
+    ),
+    Kind(
+        "stress",
+        "jointplay_lab.stress.stress:stress",
+        ("stress",),
+        "{scenes} scenes of seed {seed} from number {first}, {turns} turns each",
+        varies=False,
+        table="jointplay_lab.stress.stress_table:stress_table",
+        summary="jointplay_lab.stress.stress_table:stress_summary",
+        example={"analysis": {"scenes": 10, "variants": ("rigid",)}},
+    ),
+    Kind(
+        "work_precision",
+        "jointplay_lab.precision.work_precision:work_precision",
+        ("work_precision",),
+        "{turns} turns at {tolerances:#} tolerances, beside {peers}",
+        varies=False,
+        summary="jointplay_lab.answers:precision_answer",
+        example={"analysis": {"tolerances": (1e-5, 1e-7, 1e-9), "peers": ("LSODA", "Radau"), "rounds": 2}},
+    ),
+    Kind(
+        "benchmark",
+        "jointplay_lab.benchmarks.benchmark:benchmark",
+        ("benchmark",),
+        "to where the published answer stands",
+        varies=False,
+        table="jointplay_lab.answers:benchmark_table",
+        summary="jointplay_lab.answers:benchmark_answer",
+        example={"mechanism": {"catalog": "ivp_crank"}},
+    ),
+)
