@@ -7,10 +7,17 @@ from pathlib import Path
 
 import jointplay
 
-PACKAGE = Path(jointplay.__file__).parent
-FILES = {".".join(path.relative_to(PACKAGE).with_suffix("").parts): path for path in PACKAGE.rglob("*.py")}
-ROOMS = sorted({name.split(".")[0] for name in FILES if "." in name})
-REFERENCE = re.compile(rf"(?<![\w.`/\[])(?:jointplay\.)?((?:{'|'.join(ROOMS)})(?:\.[A-Za-z_]\w*)+)(?![\[\w])")
+PLACE = Path(jointplay.__file__).parents[1]
+FILES = {
+    ".".join(path.relative_to(PLACE).with_suffix("").parts): path for path in PLACE.glob("jointplay*/**/*.py")
+}
+HOMES = ("jointplay.solver.", "jointplay.", "")  # which a reference leaves out
+ROOMS = sorted(
+    {name.removeprefix(home).split(".")[0] for name in FILES for home in HOMES if "." in name} - {"jointplay"}
+)
+REFERENCE = re.compile(
+    rf"(?<![\w.`/\[])(?:jointplay\.)?((?:{'|'.join(ROOMS)})(?:\.(?!(?:js|html)\b)[A-Za-z_]\w*)+)(?![\[\w])"
+)
 
 
 def references(text):
@@ -24,9 +31,13 @@ def exists(name):
     """Whether it is a file or folder of the package, or stands in one."""
     parts = name.split(".")
     for k in range(len(parts), 0, -1):
-        home = FILES.get(".".join(parts[:k])) or FILES.get(".".join([*parts[:k], "__init__"]))
-        if home:
-            return k == len(parts) or bool(re.search(rf"\b{parts[k]}\b", home.read_text(encoding="utf-8")))
+        for home in HOMES:
+            stem = home + ".".join(parts[:k])
+            file = FILES.get(stem) or FILES.get(f"{stem}.__init__")
+            if file:
+                return k == len(parts) or bool(
+                    re.search(rf"\b{parts[k]}\b", file.read_text(encoding="utf-8"))
+                )
     return False
 
 

@@ -13,6 +13,7 @@ import pytest
 from jointplay.solver.codegen import cache, generated, objects, place, upkeep
 from tests.support.program import ended_process
 
+CACHE = "from jointplay.solver.codegen import cache"
 TEXT = """
 SHIFT = 0.3125
 
@@ -271,7 +272,7 @@ def test_a_process_that_compiles_and_is_not_waited_for_is_not_left_defunct(unloa
 
 def compiled_apart(root, **variables):
     """What a process tells that compiles with this cache; its answers are right."""
-    code = f"from jointplay.solver.codegen import cache; print(cache._module('right', lambda: {TEXT!r}).twice(2.0))"
+    code = f"{CACHE}; print(cache._module('right', lambda: {TEXT!r}).twice(2.0))"
     environment = os.environ | {"JOINTPLAY_CACHE": str(root)} | variables
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300, check=True
@@ -407,7 +408,7 @@ def test_a_process_that_fails_to_compile_says_so(here, monkeypatch, capsys):
 def test_processes_that_heal_the_same_cache_at_once_do_not_disturb_each_other(here):
     for path in [file(here, kind) for kind in KINDS]:
         cut(path)
-    code = f"from jointplay.solver.codegen import cache; print(cache._module('right', lambda: {TEXT!r}).twice(2.0))"
+    code = f"{CACHE}; print(cache._module('right', lambda: {TEXT!r}).twice(2.0))"
     command = [sys.executable, "-c", code]
     racing = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(4)]
     assert {float(one.communicate(timeout=300)[0]) for one in racing} == {RIGHT[0]}

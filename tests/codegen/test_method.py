@@ -55,7 +55,9 @@ def undefined(code: bytes) -> set[str]:
     return found
 
 
-@pytest.mark.parametrize("name", ["flow", "tangents.tangent_flow", "walls.wall_flow", "lanes.flow", "lanes.lane"])
+@pytest.mark.parametrize(
+    "name", ["flow", "tangents.tangent_flow", "walls.wall_flow", "lanes.flow", "lanes.lane"]
+)
 def test_object_code_needs_nothing_but_mathematics(name):
     cache.method(name)
     place.settle()

@@ -17,7 +17,9 @@ from jointplay.solver.equations.write import system
 from jointplay.solver.method import sparse
 from jointplay.solver.method.lanes import lanewise
 
-IMPORTS = re.compile(r"^from (?:jointplay\.solver\.method(?:\.lanes)?|)\.(?:interface|lanewise) import .*$", re.MULTILINE)
+IMPORTS = re.compile(
+    r"^from (?:jointplay\.solver\.method(?:\.lanes)?|)\.(?:interface|lanewise) import .*$", re.MULTILINE
+)
 PRETENCE = {
     "compiled": lambda f: f,
     "inner": lambda f: f,

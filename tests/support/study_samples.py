@@ -5,7 +5,7 @@ from functools import wraps
 import numpy as np
 import xarray as xr
 
-from jointplay import kinds, study_kind
+from jointplay import kinds
 from jointplay.solver.method.codes import Status
 
 STATUS = " ".join(Status.words())
@@ -222,7 +222,7 @@ def result(status=0):
 
 def stand_in(monkeypatch, kind, function):
     """Let another function run the studies of a kind."""
-    row, load = kinds.KINDS[kind], study_kind.load
+    row, load = kinds.KINDS[kind], kinds.load
     own = wraps(row.function)(lambda *values, **keywords: function(*values, **keywords))
     vars(own).pop("steps", None)
-    monkeypatch.setattr(study_kind, "load", lambda home: own if home == row.home else load(home))
+    monkeypatch.setattr(kinds, "load", lambda home: own if home == row.home else load(home))

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from jointplay.analysis.labels import coded, described, flags
-from jointplay.analysis.quantities import BALANCE, COUNTERS, MODES, RATES, WORDS, WORK
+from jointplay.analysis.quantities import BALANCE, MODES, RATES, WORDS, WORK
 from jointplay.display.errors import warn
 from jointplay.solver.codegen import cache, outputs
 from jointplay.solver.equations.structure import powers
 from jointplay.solver.mechanism.model import DEEP, Model
-from jointplay.solver.method.codes import Mode
+from jointplay.solver.method.codes import COUNTERS, Mode
 from jointplay.solver.motion.guard_tolerances import ends
 from jointplay.solver.motion.looks import seen
 

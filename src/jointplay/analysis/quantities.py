@@ -58,13 +58,6 @@ WORDS = {
     "load_work": Word(None, "J", "work of the loads since the start"),
     "state_value": Word("state", "1", "state"),
 }
-COUNTERS = {  # of a run, in order
-    "n_steps": "accepted steps",
-    "n_rejected": "rejected steps",
-    "n_failed": "steps that did not converge",
-    "n_evaluations": "evaluations of the accelerations",
-    "n_events": "events",
-}
 MODES, EVENTS, STATUS = Mode.words(), Event.words(), Status.words()
 WORK = {  # integrals of power by what they count, with the sign of their part in the balance
     "drive": ("drive_work", 1),

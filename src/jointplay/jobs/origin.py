@@ -17,6 +17,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 FOLDERS = (  # beside those that the kernels' digest covers
     "jointplay/analysis",
     "jointplay/solver/mechanism",
+    "jointplay/solver/motion",
     "jointplay_lab",
 )
 

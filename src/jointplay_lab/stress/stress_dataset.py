@@ -11,10 +11,11 @@ import numpy as np
 import xarray as xr
 
 from jointplay.analysis.labels import coded, column, number
-from jointplay.analysis.quantities import COUNTERS, STATUS
+from jointplay.analysis.quantities import STATUS
 from jointplay.solver.equations.friction import FRICTIONS
 from jointplay.solver.equations.laws import LAWS
 from jointplay.solver.mechanism.records import GROUND, Mechanism
+from jointplay.solver.method.codes import COUNTERS
 from jointplay_lab.stress.geometry import GEOMETRIES
 from jointplay_lab.stress.others import secant
 from jointplay_lab.stress.scenes import STARTS, VARIANTS, Case, draw

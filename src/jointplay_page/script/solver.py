@@ -143,7 +143,7 @@ def solver(
 
 
 def _joint(joint: Joint) -> dict[str, Any]:
-    """What places of links follow from, as `mechanism.positions` has it."""
+    """What places of links follow from, as `mechanism.loops.positions` has it."""
     kind = {"prismatic": joint.prismatic, "ideal": joint.ideal, "label": (*joint.contacts, joint.name)[0]}
     return joint.model_dump(mode="json", include={"name", "journal", "bearing"}) | kind
 

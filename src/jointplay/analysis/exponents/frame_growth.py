@@ -161,7 +161,7 @@ def grown_together(models: Sequence[Model], asked: Sequence[Stretch]) -> list[St
 
 
 def followed_together(asked: Sequence[tuple[Model, Request | Stretch]]) -> list[Records | Stretched]:
-    """Follow motions side by side, those with tangents in lanes of their own (see motion.company)."""
+    """Follow motions side by side, those with tangents in lanes of their own (motion.company)."""
     found: dict[int, Records | Stretched] = {}
     for kind, together in ((Request, follow_ensemble), (Stretch, grown_together)):
         some = [n for n, (_, one) in enumerate(asked) if isinstance(one, kind)]

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from jointplay.analysis.quantities import COUNTERS, WORDS, recorded
+from jointplay.analysis.quantities import WORDS, recorded
 from jointplay.display.errors import InputError, Problem, unknown
 from jointplay.solver.mechanism.assemble import assemble
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
+from jointplay.solver.method.codes import COUNTERS
 
 if TYPE_CHECKING:
     import xarray as xr

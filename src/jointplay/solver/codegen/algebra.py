@@ -26,7 +26,8 @@ from math import sqrt
 
 from jointplay.solver.method.interface import compiled
 from jointplay.solver.method.polynomial import BARYCENTRIC
-from jointplay.solver.method.radau import EIGEN_IM, EIGEN_RE, ERROR, GAMMA, NODES, TO_EIGEN, TO_MOVED, TO_STAGE
+from jointplay.solver.method.radau import EIGEN_IM, EIGEN_RE, ERROR, GAMMA, NODES
+from jointplay.solver.method.radau import TO_EIGEN, TO_MOVED, TO_STAGE
 
 '''
 

@@ -1,4 +1,4 @@
-"""Doubtful steps (doubts) followed again, compiled only where accelerations are recorded (analysis.rates)."""
+"""Doubtful steps followed again, compiled only where accelerations are recorded (analysis.rates)."""
 
 from numpy import inf
 

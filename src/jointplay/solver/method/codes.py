@@ -132,3 +132,12 @@ class Status(Code):
         "rigid contacts had no answer: more than six met at once, or friction wedged one",
         "give some of these contacts a law with stiffness, or a smaller friction coefficient",
     )
+
+
+COUNTERS = {  # of a run, in order
+    "n_steps": "accepted steps",
+    "n_rejected": "rejected steps",
+    "n_failed": "steps that did not converge",
+    "n_evaluations": "evaluations of the accelerations",
+    "n_events": "events",
+}

@@ -16,14 +16,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from jointplay.analysis.quantities import COUNTERS
 from jointplay.display.errors import InputError, Problem
 from jointplay.solver.codegen import cache
 from jointplay.solver.codegen.lanes import HINDRANCES
 from jointplay.solver.mechanism.model import Model
 from jointplay.solver.mechanism.records import Mechanism, TestSystem
 from jointplay.solver.mechanism.structure import linkage
-from jointplay.solver.method.codes import Row, Status
+from jointplay.solver.method.codes import COUNTERS, Row, Status
 from jointplay.solver.motion import guard_tolerances
 from jointplay.solver.motion.lane_form import Form
 from jointplay.solver.motion.pieces import in_pieces, pace

@@ -10,11 +10,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from jointplay.analysis.quantities import COUNTERS
 from jointplay.solver.codegen import cache
 from jointplay.solver.equations.structure import Linkage, Oscillator
 from jointplay.solver.mechanism.model import Model
-from jointplay.solver.method.codes import Row, Section, Status
+from jointplay.solver.method.codes import COUNTERS, Row, Section, Status
 from jointplay.solver.motion import company, guard_tolerances
 from jointplay.solver.motion.looks import Stopped
 from jointplay.solver.motion.pieces import in_pieces, pace

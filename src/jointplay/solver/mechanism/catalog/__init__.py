@@ -1,9 +1,11 @@
 """Mechanisms and test systems by name.
 
 Source of the linkage: Chunmei, Yang, Ling and Ling, "The non-linear dynamic behavior of an elastic linkage
-mechanism with clearances", J. Sound Vib. (2002), Table 1. Other linkages are those of `mechanism.presets`,
-`mechanism.six_bars` and `mechanism.published`, test systems those of `mechanism.systems`.
+mechanism with clearances", J. Sound Vib. (2002), Table 1. Other linkages are those of the files beside
+this one, test systems those of `mechanism.own.systems`.
 """
+
+# ruff: noqa: F401  test systems are offered here
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Six-bars of Watt and Stephenson, to start from: a four-bar that drives a dyad; see `mechanism.presets`."""
+"""Six-bars of Watt and Stephenson, to start from: a four-bar that drives a dyad."""
 
 from __future__ import annotations
 

@@ -136,4 +136,4 @@ class System(Equations):
         )
 
 
-SYSTEMS: dict[str, Callable[..., System]] = {}  # of the catalog, by name, which `mechanism.systems` adds
+SYSTEMS: dict[str, Callable[..., System]] = {}  # of the catalog, by name, which `mechanism.own.systems` adds

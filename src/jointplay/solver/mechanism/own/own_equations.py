@@ -21,7 +21,7 @@ _VALUE = {
 
 
 class Equations(Record):
-    """Equations as text with the values of their parameters; fields as of `mechanism.own.System`."""
+    """Equations as text with the values of their parameters; fields as of `mechanism.own.own.System`."""
 
     name: Name = Field("system", description="name", json_schema_extra={"noun": True})
     states: dict[Name, Text] = Field(json_schema_extra={"accepts": "a table of initial values"})

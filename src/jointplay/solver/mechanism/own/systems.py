@@ -1,4 +1,4 @@
-"""Small systems with known answers, written as anybody's own equations (`jointplay.solver.mechanism.own.own`).
+"""Small systems with known answers, written as anybody's own equations (`mechanism.own.own`).
 
 They are dimensionless, on the time scale on which their known answers are stated; each starts at time 0 from
 the state that its docstring gives. References: Lorenz (1963); Roessler (1976); jerk with |x| after Linz and

@@ -24,7 +24,7 @@ def _with_numbers(schema: dict[str, Any]) -> None:
 
 
 class Friction(Record):
-    """The law of the tangential force in a joint with clearance, one of `jointplay.solver.equations.friction`.
+    """The law of the tangential force in a joint with clearance, one of `equations.friction`.
 
     Every further number of a law is a key beside these, and an attribute: ``velocity`` (v_0, m/s) of the
     regularised laws; ``full_velocity`` (v_1, m/s) of ``ambrosio``; ``static_coefficient`` (f_s) of
