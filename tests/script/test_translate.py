@@ -14,26 +14,9 @@ from . import kernels
 from .in_node import needs_node, ran
 
 MODULES = (
-    *(
-        "control",
-        "doubts",
-        "events",
-        "flow",
-        "tangents.frame",
-        "walls.impacts",
-        "modes",
-        "polynomial",
-        "record",
-    ),
-    *(
-        "tangents.saltation",
-        "sections",
-        "sparse",
-        "step",
-        "tangents.tangent",
-        "walls.wall_flow",
-        "walls.walls",
-    ),
+    *("control", "doubts", "events", "flow", "modes", "polynomial", "record", "sections", "sparse", "step"),
+    *("tangents.frame", "tangents.saltation", "tangents.tangent"),
+    *("walls.impacts", "walls.wall_flow", "walls.walls"),
 )
 X = [1.25, -3.0, 2.0, float("nan")]
 CALLED = ("whole_numbers", "order", "loops", "views", "changed")
