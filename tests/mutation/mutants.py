@@ -153,23 +153,23 @@ def found_again(mutant: Mutant, source: str) -> str | None:
     return None
 
 
-def room(file: Path, package: Path) -> str:
-    """The room that a file belongs to; the package's own files are one too."""
-    inside = file.relative_to(package).parts
-    return inside[0] if len(inside) > 1 else package.name
+def room(file: Path, sources: Path) -> str:
+    """The room that a file belongs to, those of the solver by themselves; another package is one."""
+    package, *inside = (part for part in file.relative_to(sources).parts if part != "solver")
+    return inside[0] if package == "jointplay" and len(inside) > 1 else package
 
 
-def draw(package: Path, size: int, seed: int, within: Iterable[Path] = ()) -> list[Mutant]:
+def draw(sources: Path, size: int, seed: int, within: Iterable[Path] = ()) -> list[Mutant]:
     """Draw lines from every room in proportion to its length, and of each line one mutant.
 
-    `within` are files and folders to draw from in place of the package; each is a room of its own then.
+    `within` are files and folders to draw from in place of the sources; each is a room of its own then.
     Whichever number of them is taken from the beginning is a fair sample as well.
     """
     dice, rooms = random.Random(seed), defaultdict(list)
     for place in within:
         rooms[str(place)] = sorted(place.rglob("*.py")) if place.is_dir() else [place]
-    for file in [] if rooms else sorted(package.rglob("*.py")):
-        rooms[room(file, package)].append(file)
+    for file in [] if rooms else sorted(sources.rglob("*.py")):
+        rooms[room(file, sources)].append(file)
     length = {name: sum(len(f.read_text().splitlines()) for f in files) for name, files in rooms.items()}
     lines = {name: _shuffled(files, dice) for name, files in sorted(rooms.items())}
     taken, sample, whole = dict.fromkeys(lines, 0), [], sum(length.values())

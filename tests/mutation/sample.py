@@ -47,7 +47,7 @@ def write(rows: list[dict]) -> None:
 def draw(options) -> None:
     """Draw a new sample; or new rows in place of those whose lines are no more, or behind the others."""
     rows, within = read(), [ROOT / place for place in options.within]
-    sample = mutants.draw(ROOT / "src" / "jointplay", options.size, options.seed, within)
+    sample = mutants.draw(ROOT / "src", options.size, options.seed, within)
     drawn = [dict.fromkeys(COLUMNS, "") | vars(mutant) for mutant in sample]
     write(_filled(rows, drawn) if options.gone else rows + _unknown(rows, drawn) if within else drawn)
 
@@ -142,7 +142,7 @@ def report(options) -> None:
 
 
 def _room(row):
-    return mutants.room(ROOT / row["file"], ROOT / "src" / "jointplay")
+    return mutants.room(ROOT / row["file"], ROOT / "src")
 
 
 def main(arguments=None) -> int:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from coverage import CoverageData
 
+from . import mutants
 from .chosen import Map
 from .covering import CONTEXT, TABLE
 from .mutants import Mutant, found_again
@@ -49,7 +50,10 @@ LEFT_OUT = ("JOINTPLAY_KERNELS", "NUMBA_CACHE_DIR", "PYTHONDONTWRITEBYTECODE")  
 ENDLESS = 150  # s a test, compilation included: twice what the slowest takes
 TIMES = 10  # how much slower than under coverage a busy machine may be
 SETTINGS = """[run]
-source_pkgs = jointplay
+source_pkgs =
+    jointplay
+    jointplay_lab
+    jointplay_page
 parallel = true
 data_file = {folder}/raw/data
 context = ${{{context}}}
@@ -139,7 +143,7 @@ def failing(tests: list[str], tree: Path, work: Path) -> set[str]:
 
 def rounds(mutant: Mutant, source: str, cache: Path, known: Map):
     """Variables, seconds and tests of each round, the cheapest first."""
-    room, place = Path(mutant.file).parts[2], (mutant.file, mutant.line, source)
+    room, place = mutants.room(Path(mutant.file), Path("src")), (mutant.file, mutant.line, source)
     if room not in KERNELS:
         for long in (False, True):
             if tests := known.able(*place, long=long, interpreted=False):
