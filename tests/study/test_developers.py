@@ -3,6 +3,7 @@
 import math
 import pickle
 import re
+import subprocess
 import sys
 import tomllib
 from importlib import import_module
@@ -20,7 +21,7 @@ from jointplay.solver.mechanism.own import systems
 from jointplay.study.file import load, schema, validate
 
 PAGE = (Path(__file__).parents[2] / "docs" / "developers.md").read_text(encoding="utf-8")
-LAW, ANALYSIS, ROW, FIGURE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
+LAW, ANALYSIS, ROW, FIGURE, ALONE = re.findall(r"^```python\n(.*?)^```", PAGE, re.S | re.M)
 (SYSTEM,) = re.findall(r"^```py\n(.*?)^```", PAGE, re.S | re.M)
 (STUDY,) = re.findall(r"^```toml\n(.*?)^```", PAGE, re.S | re.M)
 SWEEP = STUDY + '\n[vary]\namplitude = [0.2, 0.25, 0.3]\n\n[figure]\nkind = "sweep"\n'
@@ -169,3 +170,20 @@ def test_a_figure_may_suit_a_kind_that_does_not_name_it(tmp_path):
     assert set(problems(validate, asked)) == {"figure.kind"}
     figures.registry.picture(of=("response",))(figures.KINDS["returns"])
     assert validate(asked).figure == {"kind": "returns"}
+
+
+def test_an_analysis_on_the_solver_alone_finds_how_often_a_motion_repeats():
+    close_returns = {}
+    exec(compile(ALONE, "developers.md", "exec"), close_returns)
+    for amplitude, repeats in ((0.2, 1), (0.29, 3)):
+        mechanism = jp.catalog.duffing(amplitude=amplitude)
+        apart = close_returns["close_returns"](mechanism, turns=60, transient=400)
+        assert {*np.flatnonzero(apart < 1e-6) + 1} == {*range(repeats, 13, repeats)}
+        section = jp.bifurcation(mechanism, over={"amplitude": [amplitude]}, turns=60, transient=400)
+        assert int(section.period.squeeze()) == repeats
+    assert len(ALONE.splitlines()) <= 30
+    above = (
+        "jointplay.analysis jointplay.study jointplay.figures jointplay.jobs jointplay.cli xarray matplotlib"
+    )
+    code = f"{ALONE}\nimport sys\nassert not {{*sys.modules}} & {{*{above.split()!r}}}"
+    subprocess.run([sys.executable, "-c", code], check=True)
