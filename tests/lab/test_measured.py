@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.mutation.mutants import room
+from tests.mutation.trial import KERNELS
+
 ROOT = Path(__file__).parents[2]
 SCRIPT = spec_from_file_location("measured", ROOT / "docs" / "measured.py")
 measured = module_from_spec(SCRIPT)
@@ -51,8 +54,8 @@ def test_the_page_of_the_tests_counts_the_broken_lines_that_they_notice():
     rows = list(csv.DictReader((ROOT / "tests" / "mutation" / "sample.csv").open(newline="")))
     kernels, others = Counter(), Counter()
     for row in rows:
-        room = kernels if row["file"].split("/")[3] in ("method", "codegen", "equations") else others
-        room[{"timeout": "killed"}.get(row["verdict"], row["verdict"])] += 1
+        place = kernels if room(ROOT / row["file"], ROOT / "src") in KERNELS else others
+        place[{"timeout": "killed"}.get(row["verdict"], row["verdict"])] += 1
     told = (
         f"Of the sample's {len(rows)} lines {kernels.total()} are of `method`, `codegen` and `equations`: "
         f"{kernels['killed']} of these are noticed, and {kernels['survived']} are explained. Of the other "

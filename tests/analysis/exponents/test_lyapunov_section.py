@@ -165,7 +165,7 @@ def test_the_loop_of_twins_is_compiled_beside_that_of_tangents(monkeypatch):
     monkeypatch.setattr("jointplay.analysis.exponents.lyapunov.grown", follow)
     with pytest.raises(InterruptedError):
         jp.lyapunov(catalog.duffing(), exponents=1, turns=2, twin_turns=1)
-    assert followed == ["tangent_flow", "flow"]
+    assert followed == ["tangents.tangent_flow", "flow"]
 
 
 def test_both_estimates_of_a_periodic_motion():

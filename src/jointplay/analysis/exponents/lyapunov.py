@@ -191,7 +191,7 @@ def lyapunov(
     share = 0.5 if twin_turns else 1.0
     if twin_turns:
         cut = rules.model_for(mechanism, initial, CrankAngle())
-        prepare(model.structure, "tangent_flow")
+        prepare(model.structure, "tangents.tangent_flow")
         prepare(cut.structure)  # beside the other, which takes longer
     asked = Stretch(request, count, begin), error, saltation, part(progress, 0.0, share)
     run = in_company(ensemble, partial(grown, model, *asked), followed_together)
