@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
 from jointplay import catalog, figures
 from tests.figures.exponents.test_covariant_figure import vectors
@@ -230,6 +231,8 @@ def picture(name: str) -> list[str]:
     """A figure in words and numbers."""
     dataset, options = PICTURES[name]()
     figure = figures.draw(dataset, options)
+    figure.set_layout_engine(None)  # as for a file
+    figure.draw_without_rendering()  # meshes get their colours then
     size = [number(each) for each in figure.get_size_inches()]
     found = [
         f"figure {size} {figure.get_suptitle()!r}",
@@ -250,6 +253,14 @@ def known() -> dict[str, list[str]]:
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_figure_is_drawn_as_it_was(name):
     assert picture(name) == known()[name]
+
+
+def test_a_figure_is_laid_out_without_being_drawn(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(Figure, "draw", lambda *_: drawn.append(1))
+    dataset, options = PICTURES["overview"]()
+    figures.draw(dataset, options)
+    assert drawn == []
 
 
 def test_every_kind_of_figure_is_among_them():

@@ -10,7 +10,7 @@ from jointplay.display.units import PLAIN
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
-    from matplotlib.figure import FigureBase
+    from matplotlib.figure import Figure, FigureBase
 
 POWER = re.compile(r"^1e([−\d]+)$")  # as matplotlib writes it
 UNIT = re.compile(r"\(([^()]*)\)$")  # that a label ends with
@@ -21,8 +21,7 @@ def settle(figure: FigureBase) -> None:
 
     Panels that share an axis share its power; each that has a label gets it.
     """
-    whole = figure.get_figure(root=True)
-    whole.draw_without_rendering()  # powers are chosen as ticks are made
+    _lay_out(figure.get_figure(root=True))  # powers are chosen as ticks are made
     moved = False
     axes = [ax for each in figure.axes for ax in (each, *each.child_axes)]
     for axis in (axis for ax in axes for axis in (ax.xaxis, ax.yaxis)):
@@ -31,7 +30,16 @@ def settle(figure: FigureBase) -> None:
             move(axis, f"10{digits.translate(RAISED)}")
             moved = True
     if moved:  # labels take room
-        whole.draw_without_rendering()
+        _lay_out(figure.get_figure(root=True))
+
+
+def _lay_out(figure: Figure) -> None:
+    """Lay a figure out, without drawing it where its engine can."""
+    engine = figure.get_layout_engine()
+    if engine is None:
+        figure.draw_without_rendering()
+    else:
+        engine.execute(figure)
 
 
 def unit(label: str) -> str:
