@@ -11,6 +11,7 @@ from jointplay import cli, figures
 from jointplay.analysis.states.basins import basins
 from jointplay.display.errors import InputError
 from jointplay.figures.drawing import artists
+from jointplay.study.results import store
 from tests.figures.support.synthetic import response
 from tests.figures.test_pictures import leaning
 from tests.results import damage
@@ -38,7 +39,7 @@ def test_each_damage_changes_something(one):
 def test_dollar_signs_in_a_name_are_drawn_as_they_stand(tmp_path):
     name = "$\\frac $ B"
     odd = leaning().assign_coords(parameter=["clearance", name, "$x$"])
-    jp.results.store.write_result(odd, tmp_path / "a.nc")
+    store.write_result(odd, tmp_path / "a.nc")
     assert cli.main(["figure", str(tmp_path / "a.nc"), "--out", str(tmp_path / "a.pdf")]) == 0
     texts = [each for each in figures.draw(odd).findobj(Text) if name in each.get_text()]
     assert texts

@@ -20,6 +20,7 @@ WRONG_INPUT, INTERRUPTED = 2, 130
 COLLECTED = (
     1_000_000  # objects between collections; at Python's 700 a sixth of a short command's time goes there
 )
+WINGS = ("jointplay_lab", "jointplay_page")  # without which the suite does all else
 GROUPS = [module.__name__ for module in (studies, results, study_files)]
 
 
@@ -61,6 +62,11 @@ def main(argv: list[str] | None = None) -> int:
         except MemoryError as error:
             print(f"not enough memory: {error}; ask for fewer turns, samples or cells", file=sys.stderr)
             return FAILED
+        except ModuleNotFoundError as error:
+            if (package := (error.name or "").partition(".")[0]) not in WINGS:
+                raise
+            print(f"not done: the package {package} is needed, and is not installed", file=sys.stderr)
+            return WRONG_INPUT
         except Exception:
             if pressed:  # the compiler turns an interrupt into errors of its own
                 return _interrupted()

@@ -248,7 +248,7 @@ class Reader:
 
     def known(self, node: ast.expr) -> Any:
         """What a name, or names with dots, from outside the function stand for."""
-        with suppress(KeyError, AttributeError):
+        with suppress(KeyError, AttributeError, RefusedError):  # the last: of what stands before a dot
             if isinstance(node, ast.Name) and node.id not in self.bound:
                 return self.text.value(node.id)
             if isinstance(node, ast.Attribute) and isinstance(owner := self.known(node.value), ModuleType):

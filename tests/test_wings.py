@@ -1,0 +1,71 @@
+"""The suite works without the packages beside it, and finds what any package publishes."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+STUDIES = Path(__file__).parents[1] / "studies"
+ALONE = """
+import importlib.metadata, sys
+sys.modules |= {"jointplay_lab": None, "jointplay_page": None}  # as if they were not there
+importlib.metadata.entry_points = lambda **_: ()
+from jointplay.cli import main
+"""
+PUBLISHED = """
+import importlib.metadata, types
+from jointplay.kinds import Kind
+import jointplay.kinds as kinds
+row = Kind("echoes", "jointplay.analysis.poincare:poincare", ("poincare_section",))
+point = types.SimpleNamespace(load=lambda: (row,))
+kinds.entry_points = lambda group: [point] * (group == "jointplay.kinds")
+import jointplay as jp
+assert list(kinds.KINDS)[-1] == "echoes" and kinds.KINDS["echoes"] is row
+assert "stress" not in kinds.KINDS and "lyapunov" in kinds.KINDS
+"""
+
+
+def ran(code, *given, folder):
+    command = [sys.executable, "-c", code, *given]
+    return subprocess.run(command, cwd=folder, env=os.environ, capture_output=True, text=True)
+
+
+def test_the_suite_alone_runs_and_draws_a_study(tmp_path):
+    given = ["run", str(STUDIES / "quickstart.toml"), "--out", "out", "--set", "analysis.turns=2"]
+    given += ["analysis.transient=1", "figure.turns=[1, 2]"]
+    done = ran(f"{ALONE}sys.exit(main(sys.argv[1:]))", *given, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert {path.name for path in (tmp_path / "out").glob("quickstart.*")} >= {
+        "quickstart.nc",
+        "quickstart.png",
+    }
+
+
+@pytest.mark.parametrize(
+    ("given", "missing"),
+    [
+        (["report", str(STUDIES / "quickstart.toml")], "jointplay_page"),
+        (["reproduce", "fig05b"], "jointplay_lab"),
+    ],
+)
+def test_what_needs_another_package_says_so(given, missing, tmp_path):
+    done = ran(f"{ALONE}sys.exit(main(sys.argv[1:]))", *given, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (
+        2,
+        f"not done: the package {missing} is needed, and is not installed\n",
+    )
+
+
+def test_a_kind_of_the_laboratory_is_unknown_without_it(tmp_path):
+    (tmp_path / "claims.toml").write_text((STUDIES / "paper" / "claims.toml").read_text())
+    done = ran(f"{ALONE}sys.exit(main(sys.argv[1:]))", "check", "claims.toml", folder=tmp_path)
+    assert done.returncode == 2
+    assert "claims" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_kind_that_a_package_publishes_is_found(tmp_path):
+    done = ran(PUBLISHED, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
