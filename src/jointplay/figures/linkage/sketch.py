@@ -17,10 +17,10 @@ from jointplay.figures.linkage import symbols
 from jointplay.figures.linkage.guide import OUTLINE, SIDES
 from jointplay.figures.linkage.symbols import Artists
 from jointplay.solver.mechanism.base import GROUND
-from jointplay.solver.mechanism.loops.pose import Pose
 from jointplay.solver.mechanism.parts.joints import Joint, Pin
 from jointplay.solver.mechanism.parts.loads import Force, Torque
 from jointplay.solver.mechanism.records import Mechanism
+from jointplay.solver.mechanism.start import Pose
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

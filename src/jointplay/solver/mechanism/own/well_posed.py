@@ -18,8 +18,7 @@ from jointplay.solver.equations.own.grammar import (
     size,
     too_large,
 )
-from jointplay.solver.mechanism.own.own_equations import Equations
-from jointplay.solver.mechanism.own.own_modes import in_one_mode, one_mode
+from jointplay.solver.mechanism.own.own_equations import Equations, in_one_mode, one_mode
 from jointplay.solver.mechanism.own.start_numbers import at_the_start, names_in, values
 
 PARTS = ("contacts", "friction", "switches", "impacts", "jumps")
